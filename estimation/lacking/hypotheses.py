@@ -107,9 +107,15 @@ def _of_term(scores: RecordScores, term: Term) -> Hypothesis:
         places=_of_user(term, lambda: term.places(scores.along)),
         columns=partial(_columns, term, most, scores.along),
         measured=partial(_columns, term, most, scores.measured),
-        between=term.between,
+        between=None if term.between is None else partial(_near, term, term.between),
         is_positive=term.is_positive,
     )
+
+
+def _near(term: Term, between: Callable[[Array, float], Array], grid: Array, at: float) -> Array:
+    """Places about one of a term's grid; that one where it gives none."""
+    found = _of_user(term, lambda: between(grid, at))
+    return found if found.ndim == 1 and len(found) else np.array([at])
 
 
 def _of_user(term: Term, made: Callable[[], Array]) -> Array:

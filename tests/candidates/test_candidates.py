@@ -1,8 +1,8 @@
 """A term of a user's own is looked for, named with its size, and told where it is none."""
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -57,21 +57,22 @@ def _raises(motion: Along, _: Array) -> Array:
 
 
 @pytest.mark.parametrize(
-    ("columns", "said"),
+    ("changed", "said"),
     [
-        (lambda motion, _: np.ones(len(motion.place)), "shape"),
-        (lambda motion, _: np.nan * _cubic(motion, _), "not all finite"),
-        (lambda motion, _: np.ones((len(motion.place), 1, 40)), "31 at most"),
-        (_raises, "IndexError"),
+        ({"columns": lambda motion, _: np.ones(len(motion.place))}, "shape"),
+        ({"columns": lambda motion, _: np.nan * _cubic(motion, _)}, "not all finite"),
+        ({"columns": lambda motion, _: np.ones((len(motion.place), 1, 40))}, "31 at most"),
+        ({"columns": _raises}, "IndexError"),
+        ({"between": lambda grid, _: grid[9]}, "IndexError"),
     ],
 )
 def test_one_of_wrong_columns_is_told_and_costs_no_estimate(
     hardening: tuple[GeneratedAxis, Record],
     monkeypatch: pytest.MonkeyPatch,
-    columns: Callable[[Along, Array], Array],
+    changed: dict[str, Any],
     said: str,
 ) -> None:
-    monkeypatch.setitem(TERMS, "cubic", replace(CUBIC, columns=columns))
+    monkeypatch.setitem(TERMS, "cubic", replace(CUBIC, **changed))
     result = identify(*hardening, methods=["idm-iv"])
     (check,) = (c for c in result.checks if c.name == "missing terms")
     assert check.status == "not evaluated"

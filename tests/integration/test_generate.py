@@ -247,6 +247,18 @@ def test_deleted_folder_is_all_missing(folder: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_library_without_its_time_loop_is_not_as_generated(
+    run: Run, root: Path, tmp_path: Path
+) -> None:
+    shutil.copytree(root / "generated", tmp_path / "g")
+    (tmp_path / "g" / "loop.h").unlink()
+    code, out, err = run("generate", "--check", "--output", tmp_path / "g")
+    assert code == 1
+    assert "missing" in out
+    assert "not as generated: 1 of" in err
+
+
+@pytest.mark.slow
 def test_a_folder_without_the_library_asks_which_axes_are_meant(run: Run, tmp_path: Path) -> None:
     code, _, err = run("generate", "--check", "--output", tmp_path / "mine")
     assert code == 2

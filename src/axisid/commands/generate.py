@@ -58,7 +58,9 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path, fo
         click.echo(f"{finding.state}: {output / finding.path}")
         if finding.state == "stale":
             click.echo(finding.diff)
-    if not axes and findings and all(f.state == "missing" for f in findings):
+    missing = {finding.path for finding in findings if finding.state == "missing"}
+    folders = {path for path in files if path.parent.name}  # but what all axes share
+    if not axes and len(missing) == len(findings) and folders <= missing:
         raise UsageError(
             f"nothing of the library is generated in {output}; name the axes that are meant, as in "
             "axisid generate --check my_axis.toml."

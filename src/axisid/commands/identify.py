@@ -43,7 +43,7 @@ from axisid.commands.options import (
     takes,
 )
 from axisid.presentation.console import ProgressLine, print_document
-from axisid.support.errors import EstimationError, UsageError
+from axisid.support.errors import AxisidError, EstimationError, UsageError
 from axisid.support.remedy import as_options
 
 
@@ -272,8 +272,12 @@ def _held_out(
 ) -> list["stages.Record"]:
     """Records for --validate; refused before the long part where the filter does not suit one."""
     records = [reading.record(log, axis, validating.windows) for log in validating.further]
-    for record in records:
-        _ = stages.FilteredRecord.bind(axis, record, prefilter).signals
+    for log, record in zip(validating.further, records, strict=True):
+        try:
+            _ = stages.FilteredRecord.bind(axis, record, prefilter).signals
+        except AxisidError as error:
+            problem = f"{log}, to validate on: {error.problem}"
+            raise type(error)(problem, error.remedy, code=error.code) from error
     return records
 
 

@@ -78,6 +78,10 @@ CONTRADICTIONS = {
         _ls("parameters", "Fc", "interval_95", value=lambda ends: ends[::-1]),
         "ends before it begins",
     ),
+    "a value out of its interval": (
+        _ls("parameters", "M", "value", value=-5.0),
+        "does not hold its value less its bias",
+    ),
     "a curvature of nothing": (_ls("curvatures", value={}), "are of other parameters"),
     "an iterate of nothing": (_ls("iterations", value=[{}]), "are of other parameters"),
     "an iteration's error too many": (

@@ -173,15 +173,16 @@ def test_a_result_with_holes_is_refused(files: tuple[Path, Path], tmp_path: Path
 def test_what_is_no_number_is_not_compared(
     files: tuple[Path, Path], tmp_path: Path, value: Any, code: str, says: str
 ) -> None:
-    def change(content: dict[str, Any]) -> None:
-        content["estimates"][0]["parameters"]["M"].update(value=value)
+    def with_value(value: Any) -> Path:
+        def change(content: dict[str, Any]) -> None:
+            wide = {"interval_95": [-1.75e308, 1.75e308], "value": value}
+            content["estimates"][0]["parameters"]["M"].update(wide)
 
-    def great(content: dict[str, Any]) -> None:
-        content["estimates"][0]["parameters"]["M"].update(value=1.7e308)
+        return spoiled(files[0], tmp_path, change)
 
-    other = spoiled(files[0], tmp_path, great).rename(tmp_path / "great.json")
+    other = with_value(1.7e308).rename(tmp_path / "great.json")
     with refuses(code, says):
-        compare_results(other, spoiled(files[0], tmp_path, change))
+        compare_results(other, with_value(value))
 
 
 def test_a_result_without_a_simulation_is_compared(

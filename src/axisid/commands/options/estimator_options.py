@@ -23,7 +23,7 @@ from .option_checks import check_idle
 #: Of the option ``--bootstrap``.
 BOOTSTRAP: dict[str, Any] = {
     "help": "Bias and deviations from N simulated twins of the records, with their noise as it is "
-    "measured; 0 for none.",
+    "measured; 0 for none, else 8 at least.",
     "default": 32,
     "type": click.IntRange(0, 100_000),
     "metavar": "N",

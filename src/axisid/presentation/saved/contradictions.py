@@ -189,6 +189,8 @@ def _values(
         low, high = value.interval_95
         if low > high:
             yield f"the interval of {name} by {method} ends before it begins"
+        elif not low <= value.value - (value.filter_bias or 0.0) <= high:
+            yield f"the interval of {name} by {method} does not hold its value less its bias"
         if min(*deviations.values(), value.sd_gain) < 0:
             yield f"a deviation of {name} by {method} is negative"
         for covariance, matrix in covariances.items():
