@@ -62,9 +62,9 @@ from axisid.support.remedy import Note, Remedy
 from axisid.support.user_values import is_among, quoted
 
 from .assembly import assembled
-from .ended import Doubt, Ended
 from .rests import Rests
 from .result import OutputFit
+from .solution import Doubt, FitSolution
 from .spread import scores_of, twins_errors
 from .starting import (
     FitStart,
@@ -216,8 +216,8 @@ def fit(
         keeps_rests=_keeps_rests(rests, outputs),
         progress=progress,
     )
-    ended = with_time_found(generated, time, start, asked.ended, given[0].period)
-    return replace(assembled(ended), levels=levels)
+    solution = with_time_found(generated, time, start, asked.solution, given[0].period)
+    return replace(assembled(solution), levels=levels)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -242,23 +242,25 @@ class _Asked:
     keeps_rests: bool
     progress: Progress | None
 
-    def ended(self, generated: GeneratedAxis, start: StartLike, time: Parameter | None) -> Ended:
+    def solution(
+        self, generated: GeneratedAxis, start: StartLike, time: Parameter | None
+    ) -> FitSolution:
         """Search from a start with the loop of an axis, and about its time.
 
         How long the windows of an open loop may be is told by parameters that are right. From a
         poor start they are shorter, in which a search comes nearer, or too long; then it goes on
         from its end with those that are steady there.
         """
-        ended = began = self._searched(generated, start, time, self.horizon)
-        is_given = time is not None or self.horizon is not None or ended.horizon is None
+        solution = began = self._searched(generated, start, time, self.horizon)
+        is_given = time is not None or self.horizon is not None or solution.horizon is None
         for _ in range(0 if is_given else _HORIZONS):
-            horizon = _steady_horizon(ended.whose, ended.records, ended.best.physical)
-            if horizon in (None, ended.horizon):
+            horizon = _steady_horizon(solution.whose, solution.records, solution.best.physical)
+            if horizon in (None, solution.horizon):
                 break
-            found = map(float, ended.best.physical)
-            start = dict(zip(ended.unknowns.names, found, strict=True))
-            ended = self._searched(generated, start, time, horizon)
-        return replace(ended, start=began.start, begun=began.begun, remarks=began.remarks)
+            found = map(float, solution.best.physical)
+            start = dict(zip(solution.unknowns.names, found, strict=True))
+            solution = self._searched(generated, start, time, horizon)
+        return replace(solution, start=began.start, begun=began.begun, remarks=began.remarks)
 
     def _searched(
         self,
@@ -266,7 +268,7 @@ class _Asked:
         start: StartLike,
         time: Parameter | None,
         horizon: float | None,
-    ) -> Ended:
+    ) -> FitSolution:
         shared = shared_records(
             generated, self.records, None, self.local, self.known, self.gain, skip_bad=False
         )
@@ -308,7 +310,7 @@ class _Asked:
         )
         first, begun, lost = run.first(begins)
         ends = run.searches(first, begun, self.starts, np.random.default_rng(self.seed))
-        return Ended(
+        return FitSolution(
             axis=generated,
             records=records,
             whose=whose,

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any, Literal
 
@@ -18,12 +18,11 @@ from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_
 from axisid.estimation.estimates import Distribution, NamedValues, Value, freedom_of
 from axisid.estimation.lacking import Lack, found_beside, scores_of
 from axisid.estimation.methods import bound_record
-from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.regression import recorded_loops
-from axisid.estimation.searches import Elsewhere, FitStep, Found
+from axisid.estimation.searches import FitStep
 from axisid.estimation.signals import Prefilter
-from axisid.estimation.twins import Chain, measured_chain
+from axisid.estimation.twins import measured_chain
 from axisid.modeling.text import FunctionLike
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError
@@ -32,7 +31,8 @@ from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note
 
 from .law_moves import factors_in_twins, move_by_record, moves_of_all, moves_per_percent
-from .spread import MovedByStart, Scores, noise_left
+from .solution import FitSolution
+from .spread import noise_left
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -61,77 +61,6 @@ class RecordError:
     error: float
     percent: float
     order: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FitBasis:
-    """What a fit is judged from.
-
-    Attributes
-    ----------
-    axes : tuple of GeneratedAxis
-        By record.
-    own : tuple of (p,) array
-        Parameters of each record's axis.
-    chains : tuple of Chain
-        The noise of each record; none without twins.
-    predictions : Predictions
-    best : Found
-        The search that is told.
-    ends : tuple of Found
-        All searches.
-    influence : (P, n) array
-        Of the errors on the parameters.
-    beyond : mapping of str to float
-        How far beyond its bound each parameter at one would be without it, in deviations.
-    scores : Scores
-        At the end.
-    weights : (n,) array
-        Of the errors.
-    inner : (P,) array of bool
-        Which parameters the scores are of: free ones that are at no bound.
-    known : tuple of str
-        Names of what was known of each record.
-    alone : mapping of str to (float, float)
-        What the records say, with deviations, of what was known before; empty where they do not
-        show every parameter.
-    moved : (P,) array or None
-        What noise in the loop moved the parameters by, and was taken off.
-    why_not_moved : str
-        Why no twins tell that; empty where they do, or none were asked for.
-    by_start : MovedByStart
-    elsewhere : Elsewhere or None
-        A place as good as the end that is claimed to be far from it.
-    of_start : (P,) array of bool
-        Which parameters are first positions and velocities of loops.
-    rests_count : bool
-        Whether samples near rests count, as without them a parameter is hardly shown.
-    """
-
-    axes: tuple[GeneratedAxis, ...]
-    own: tuple[Array, ...]
-    chains: tuple[Chain, ...]
-    predictions: Predictions
-    best: Found
-    ends: tuple[Found, ...]
-    influence: Array
-    beyond: Mapping[str, float]
-    scores: Scores
-    weights: Array
-    inner: NDArray[np.bool_]
-    known: tuple[str, ...]
-    alone: Mapping[str, tuple[float, float]]
-    moved: Array | None
-    why_not_moved: str
-    by_start: MovedByStart
-    elsewhere: Elsewhere | None
-    of_start: NDArray[np.bool_]
-    rests_count: bool
-
-    @property
-    def without_twins(self) -> "FitBasis":
-        """Without what noise and steps make of the errors: many times what the record holds."""
-        return replace(self, scores=replace(self.scores, twins=None))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -187,7 +116,7 @@ class OutputFit(Checked, Presentable, Exact):
         Of the record, that the errors are at.
     horizon : float or None
         Length of the windows of an open loop, s.
-    basis : FitBasis
+    solution : FitSolution
         What it is judged from.
     judge : callable
         Gives the checks of a fit.
@@ -220,14 +149,14 @@ class OutputFit(Checked, Presentable, Exact):
     errors: tuple[Array, ...]
     samples: tuple[NDArray[np.intp], ...]
     horizon: float | None
-    basis: FitBasis = field(repr=False, compare=False)
+    solution: FitSolution = field(repr=False, compare=False)
     judge: Callable[["OutputFit"], tuple[Check, ...]] = field(repr=False, compare=False)
     levels: Levels = DEFAULT_LEVELS
 
     def __getstate__(self) -> dict[str, Any]:
-        """With what twins of the record tell, and without the twins."""
+        """With what twins of the record tell: the solution has none of them then."""
         _ = self.lacks, self.noise
-        return {**vars(self), "basis": self.basis.without_twins}
+        return vars(self)
 
     @cached_property
     def law(self) -> LawCheck | Missing:
@@ -248,9 +177,9 @@ class OutputFit(Checked, Presentable, Exact):
     @cached_property
     def law_shift(self) -> tuple[Array, Array] | Missing | None:
         """What the law as the records have it would move them by, with deviations, (P,) each."""
-        basis = self.basis
-        chains = basis.chains or (None,) * len(self.records)
-        every = zip(self._laws, basis.axes, self.records, basis.own, chains, strict=True)
+        solution = self.solution
+        chains = solution.chains or (None,) * len(self.records)
+        every = zip(self._laws, solution.axes, self.records, solution.own, chains, strict=True)
 
         def moved() -> tuple[Array, Array] | None:
             twins = [
@@ -263,12 +192,12 @@ class OutputFit(Checked, Presentable, Exact):
 
     @cached_property
     def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:
-        return moves_per_percent(self.basis.predictions, self.physical, self.basis.influence)
+        return moves_per_percent(self.solution.predictions, self.physical, self.solution.influence)
 
     @cached_property
     def lacks(self) -> tuple[tuple[Lack, ...] | Missing, ...]:
         """What the model lacks on each record, what explains most first."""
-        every = zip(self.basis.axes, self.records, self.basis.own, strict=True)
+        every = zip(self.solution.axes, self.records, self.solution.own, strict=True)
         return tuple(unless_faulty(partial(self._lacks, i, *each)) for i, each in enumerate(every))
 
     def _lacks(
@@ -308,8 +237,10 @@ class OutputFit(Checked, Presentable, Exact):
         What white noise of the position makes in the loop, as the record has it, or what nothing
         before it tells of an error, whichever is more.
         """
-        basis = self.basis
-        return noise_left(basis.predictions, self.physical, basis.scores, basis.weights)
+        solution = self.solution
+        return noise_left(
+            solution.predictions, self.physical, solution.judged_scores, solution.weighing.weights
+        )
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:
@@ -324,7 +255,7 @@ class OutputFit(Checked, Presentable, Exact):
         found = self.found_gains
         return tuple(
             unless_faulty(partial(check_found_law, axis, record, found))
-            for axis, record in zip(self.basis.axes, self.records, strict=True)
+            for axis, record in zip(self.solution.axes, self.records, strict=True)
         )
 
     @cached_property
@@ -436,4 +367,4 @@ class OutputFit(Checked, Presentable, Exact):
     @property
     def step(self) -> float:
         """Of the coarsest encoder, SI; 0 where nothing is known of any."""
-        return self.basis.predictions.step
+        return self.solution.predictions.step

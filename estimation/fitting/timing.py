@@ -14,7 +14,7 @@ from axisid.modeling.quantities import Parameter
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.user_values import quoted
 
-from .ended import Ended
+from .solution import FitSolution
 from .starting import StartLike
 
 # periods from the loop's own drive time, where the output is a straight line of it and the loop
@@ -26,7 +26,7 @@ _FURTHEST = 2.0  # periods, by which a time moves in a round
 _LEAST = 0.1  # of a period, that a search starts from
 
 #: Searches with the loop of an axis, from a start, about its time.
-Search = Callable[[GeneratedAxis, StartLike, Parameter | None], Ended]
+Search = Callable[[GeneratedAxis, StartLike, Parameter | None], FitSolution]
 
 
 def split_free(
@@ -87,7 +87,7 @@ def with_time_found(
     start: StartLike,
     search: Search,
     period: float,
-) -> Ended:
+) -> FitSolution:
     """Where a search ends whose loop has the time that it finds.
 
     The period is that of the records, s: an open loop has no law with one.
@@ -100,15 +100,15 @@ def with_time_found(
     if time is None:
         return search(axis, start, None)
     value = time_in(axis, time.name)
-    began: Ended | None = None
+    began: FitSolution | None = None
     for _ in range(_ROUNDS):
-        ended = search(at_time(axis, time.name, value), start, time)
-        began = began or ended
-        found = ended.best.physical
+        solution = search(at_time(axis, time.name, value), start, time)
+        began = began or solution
+        found = solution.best.physical
         moved = float(np.clip(found[-1] - value, -_FURTHEST * period, _FURTHEST * period))
-        start = dict(zip(ended.unknowns.names, map(float, found), strict=True))
+        start = dict(zip(solution.unknowns.names, map(float, found), strict=True))
         if abs(moved) < _MAX_TIME_STEP * period:
-            return replace(ended, start=began.start, begun=began.begun, remarks=began.remarks)
+            return replace(solution, start=began.start, begun=began.begun, remarks=began.remarks)
         value = max(value + moved, 0.0)
     raise EstimationError(
         f"the drive's {time.name} does not settle; it is about {value:.3g} s. See whether the law "

@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices import SQUARES
-from axisid.estimation.parameters import Unknowns, axis_at, least_within
+from axisid.estimation.parameters import Unknowns, are_starts, axis_at, least_within
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, widened
@@ -23,6 +24,7 @@ from axisid.estimation.told_by_outputs import (
     Unseen,
     unseen_directions,
 )
+from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
@@ -46,9 +48,48 @@ _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential
 Doubt = tuple[Form, Predictions]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Ended:
-    """A fit at its end, before it is told."""
+#: What a fit is judged from: evaluated once, where the predictions are as the search left them.
+_JUDGED_BY = (
+    "axes",
+    "own",
+    "chains",
+    "why_no_twins",
+    "influence",
+    "beyond",
+    "judged_scores",
+    "without_prior",
+    "moved",
+    "by_start",
+    "elsewhere",
+    "rests_count",
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FitSolution:
+    """Where the searches of a fit ended, and what follows of it for the parameters.
+
+    Attributes
+    ----------
+    axis, records, outputs, loss, known, bootstrap, seed
+        As `fit` takes them.
+    whose : Searched
+    unknowns : Unknowns
+    predictions : Predictions
+    start : FitStart
+    begun, scale : (P,) array
+        Where the first search begins, and by how much its parameters change.
+    weighing : Weighing
+    remarks : tuple of Note
+    best : Found
+        The search that is told.
+    ends : tuple of Found
+        All searches.
+    doubts : tuple of Doubt
+    rests : Rests
+    alone : Found or None
+        The search without what was known before.
+    """
 
     axis: GeneratedAxis
     records: tuple[Record, ...]
@@ -76,13 +117,25 @@ class Ended:
         """Length of the windows of an open loop, s."""
         return self.predictions.horizon
 
-    @property
+    def __getstate__(self) -> dict[str, Any]:
+        """With what it is judged by, and without twins: many times what the records hold."""
+        kept = vars(self.evaluated()) | {"rests": Rests(), "doubts": ()}
+        kept["judged_scores"] = replace(self.judged_scores, twins=None)
+        return {name: kept[name] for name in (*(each.name for each in fields(self)), *_JUDGED_BY)}
+
+    def evaluated(self) -> Self:
+        """The same, with what it is judged by."""
+        for name in _JUDGED_BY:
+            getattr(self, name)
+        return self
+
+    @cached_property
     def axes(self) -> tuple[GeneratedAxis, ...]:
         """By record, under the law with the gains that were found."""
         form, physical = self.whose.form, self.physical
         return tuple(axis_at(axis, form, physical) for axis in self.whose.axes)
 
-    @property
+    @cached_property
     def own(self) -> tuple[Array, ...]:
         """Parameters of each record's axis, (p,)."""
         form, physical = self.whose.form, self.physical
@@ -151,6 +204,26 @@ class Ended:
         except (ModelError, DataError, EstimationError) as error:
             return error.problem.rstrip("; ")
 
+    @cached_property
+    def chains(self) -> tuple[Chain, ...]:
+        """The noise of each record; none without twins."""
+        return () if self.twins is None else self.twins.chains
+
+    @cached_property
+    def why_no_twins(self) -> str:
+        """Empty where there are twins, or none were asked for."""
+        return self.twins_or_why if isinstance(self.twins_or_why, str) else ""
+
+    @cached_property
+    def rests_count(self) -> bool:
+        """Whether samples near rests count, as without them a parameter is hardly shown."""
+        return self.rests.count
+
+    @property
+    def of_start(self) -> NDArray[np.bool_]:
+        """Which parameters are first positions and velocities of loops, (P,)."""
+        return are_starts(self.whose.form)
+
     @property
     def _scattered(self) -> FitTwins | None:
         """Twins that tell deviations; None where windows do, or nothing but the errors."""
@@ -161,7 +234,7 @@ class Ended:
         """What noise makes of the errors in the mean, (n,), where twins tell it."""
         return None if self.twins is None else self.twins.changed.mean(axis=1)
 
-    @property
+    @cached_property
     def moved(self) -> Array | None:
         """What noise in the loop moves the parameters by, (P,), where twins tell it."""
         return None if self.twins is None else self.best.physical - self.physical
@@ -323,9 +396,9 @@ class Ended:
         with np.errstate(all="ignore"):
             return self.predictions.slopes_by_start(self.best.physical)
 
-    @property
+    @cached_property
     def by_start(self) -> MovedByStart:
-        """The same of all parameters, (P,)."""
+        """What other starts move all parameters by, (P,), where that matters."""
         found = self._by_start(self.at_liberty, self.coloured.matrix)
         moved, far = np.zeros((2, len(self.scale)))
         moved[self.unknowns.free], far[self.unknowns.free] = found.moved, found.far
@@ -341,15 +414,15 @@ class Ended:
         twins = found.counts[:, None] * changed if changed.any() else None
         return replace(found, twins=twins, remembers=False)
 
-    @property
+    @cached_property
     def elsewhere(self) -> Elsewhere | None:
         """A place as good as the end that is claimed to be far from it."""
         told, independent = (np.diag(self.covariances[name]) for name in (self.chosen, "iid"))
         search = Search(self.predictions, self.unknowns, self.scale, self.weighing)
         return passed_as_low(self.ends, told, independent, search)
 
-    @property
-    def told_alone(self) -> Mapping[str, tuple[float, float]]:
+    @cached_property
+    def without_prior(self) -> Mapping[str, tuple[float, float]]:
         """What the records alone say of what was known before, with deviations, by name."""
         if self.alone is None:
             return {}
@@ -427,7 +500,7 @@ class Ended:
         beyond = (centre - at) / deviation if deviation > 0 else 0.0
         return cut_interval(at, at + beyond * wide, wide, side)
 
-    @property
+    @cached_property
     def beyond(self) -> dict[str, float]:
         """How far beyond its bound each parameter at one would be, in deviations, by name."""
         found = {}
