@@ -83,6 +83,8 @@ class Inference(Exact):
         What each covariance is, with lags and corrections, for the notes of a table.
     ddm_covariances : dict of str to (m, m) array
         Of a direct model's own parameters; empty for an inverse model.
+    freedom, ddm_freedom : dict of str to array
+        Degrees of freedom of the variances in the covariances, (p,) and (m,).
     gain_slopes : (p,) array or None
         Of the physical parameters by the logarithm of the gain; None where it is exact.
     theta_gain_slopes : (k,) array or None
@@ -101,6 +103,8 @@ class Inference(Exact):
     covariances: Mapping[str, Array]
     covariance_names: Mapping[str, str]
     ddm_covariances: Mapping[str, Array]
+    freedom: Mapping[str, Array]
+    ddm_freedom: Mapping[str, Array]
     gain_slopes: Array | None = None
     theta_gain_slopes: Array | None = None
     noise_free: Array | None = None
@@ -127,8 +131,6 @@ class Estimate(Presentable, Exact):
         Of the physical parameters by the regression's own.
     ddm_quantities : tuple of Quantity
         Length m; empty for an inverse model.
-    freedom, ddm_freedom : dict of str to array
-        Degrees of freedom of the variances in the covariances, (p,) and (m,).
     y : (n,) array
         Left side of the regression: force (IDM) or acceleration (DDM).
     X : (n, k) array
@@ -185,8 +187,6 @@ class Estimate(Presentable, Exact):
     physical: Array
     jacobian: Array
     ddm_quantities: tuple[Quantity, ...]
-    freedom: Mapping[str, Array]
-    ddm_freedom: Mapping[str, Array]
     y: Array
     X: Array
     Z: Array | None
@@ -237,6 +237,11 @@ class Estimate(Presentable, Exact):
     def ddm_covariances(self) -> Mapping[str, Array]:
         """Of the direct model's parameters, (m, m) each; empty for an inverse model."""
         return self.inference.ddm_covariances
+
+    @property
+    def freedom(self) -> Mapping[str, Array]:
+        """Degrees of freedom of the variances in `covariances`, (p,)."""
+        return self.inference.freedom
 
     @property
     def gain_slopes(self) -> Array | None:
@@ -358,7 +363,7 @@ class Estimate(Presentable, Exact):
             quantities=self.ddm_quantities,
             theta=self.theta_ddm,
             covariances=self.ddm_covariances,
-            freedom=self.ddm_freedom,
+            freedom=self.inference.ddm_freedom,
             chosen=self.chosen,
             bias=bias,
             by_gain=self._by_gain(self.theta_gain_slopes),
@@ -446,7 +451,7 @@ class Estimate(Presentable, Exact):
                 f"the seed is {quoted(seed)}; give a whole number of 0 or more.", code="draws-seed"
             )
         read = parameter_function(function, {q.name: q.unit for q in self.quantities})
-        freedom = (self.ddm_freedom or self.freedom)[covariance]
+        freedom = (self.inference.ddm_freedom or self.freedom)[covariance]
         drawn, lost = draw_parameters(
             self.form, self.theta, self._of_theta(covariance), freedom, draws, seed
         )

@@ -2,10 +2,10 @@
 
 Classical minimum distance: with ``z = (beta_hat, fixed values)`` and its covariance V, the
 parameters minimise ``(z - h)' V^-1 (z - h)`` with ``h(theta) = (beta(theta), theta_fixed)``. What
-is fixed exactly is no unknown. Where z has more members than there are unknowns, the minimum is
-chi-squared distributed and tells whether what was fixed contradicts the record. For that beta_hat
-must be where the truth is expected and V say how far: its bias is taken off, and what
-the drive gain's deviation adds is in V.
+is fixed exactly is no unknown. Where z has more members than there are unknowns, the minimum tells
+whether what was fixed contradicts the record: Hotelling's T squared, of the degrees of freedom of
+V. For that beta_hat must be where the truth is expected and V say how far: its bias is taken off,
+and what the drive gain's deviation adds is in V.
 """
 
 from collections.abc import Mapping
@@ -13,11 +13,10 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from scipy.special import chdtrc
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.parameters import JointForm
-from axisid.estimation.regression import Form, delta_method
+from axisid.estimation.regression import Form, delta_method, joint_p
 from axisid.modeling.derivation import BaseModel
 from axisid.modeling.quantities import Parameter
 from axisid.modeling.wording import describe_undetermined, undetermined_names
@@ -51,8 +50,8 @@ class Physical(Exact):
     undetermined : tuple of str
         In words, which parameters do not follow and what would have to be known.
     statistic, dof, p_value : float, int, float or None
-        The minimum distance, chi-squared with `dof` degrees of freedom, and how likely a larger one
-        is; None where nothing contradicts whatever is fixed.
+        The minimum distance, Hotelling's T squared with `dof` restrictions, and how likely a larger
+        one is; None where nothing contradicts whatever is fixed.
     remarks : tuple of str
         Other values that fit as well, bounds that are violated.
     """
@@ -141,6 +140,7 @@ def physical_parameters(method: str, form: Form, of_base: Distribution) -> Physi
             remarks=(),
         )
     declared, by_gain = base.declared.parameters, of_base.by_gain
+    freedom = float(np.min(of_base.freedom[of_base.chosen]))
     kept = [j for j, p in enumerate(declared) if p.name not in lost]
     influence = distance.influence(found.theta, rank)[kept]
     made = Distribution(
@@ -150,9 +150,7 @@ def physical_parameters(method: str, form: Form, of_base: Distribution) -> Physi
             name: delta_method(distance.covariance(c), influence)
             for name, c in of_base.covariances.items()
         },
-        freedom={
-            name: np.full(len(kept), np.min(freedom)) for name, freedom in of_base.freedom.items()
-        },
+        freedom={name: np.full(len(kept), np.min(each)) for name, each in of_base.freedom.items()},
         chosen=of_base.chosen,
         by_gain=None if by_gain is None else influence[:, : len(by_gain)] @ by_gain,
     )
@@ -164,7 +162,7 @@ def physical_parameters(method: str, form: Form, of_base: Distribution) -> Physi
         undetermined=describe_undetermined(base),
         statistic=found.cost if dof else 0.0,
         dof=dof,
-        p_value=float(chdtrc(dof, found.cost)) if dof else None,
+        p_value=joint_p(found.cost, dof, freedom) if dof else None,
         remarks=(*_others(distance, found.theta, kept), *_outside(base, found.theta, kept)),
     )
 

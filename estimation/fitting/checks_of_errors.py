@@ -43,10 +43,10 @@ _MAX_LEFT = 120.0
 
 def windows_check(of: OutputFit) -> Check | Missing | None:
     """Whether nothing drives the axis away in the windows of an open loop, and they are enough."""
-    if not isinstance(of.solution.predictions, WindowPredictions) or of.horizon is None:
+    if not isinstance(of.predictions, WindowPredictions) or of.horizon is None:
         return None
     try:
-        steady = of.solution.predictions.steady_horizon(of.physical)
+        steady = of.predictions.steady_horizon(of.physical)
     except EstimationError as lost:
         return Missing.of(lost.note)
     few = _few_windows(of)
@@ -105,7 +105,7 @@ def missing_terms_check(of: OutputFit) -> Check | None:
     law = of.law
     wrong_law = isinstance(law, LawCheck) and not law.passed and not law.found_apart
     most = MIN_DISTANCE_FROM_NOISE.value
-    refuted = [name for name, beyond in of.solution.beyond.items() if beyond > most]
+    refuted = [name for name, beyond in of.beyond.items() if beyond > most]
     if wrong_law:
         more = ". The law is not the record's, which asks for such forces too"
     elif refuted:
@@ -130,16 +130,16 @@ def _joined(
         Check.not_evaluated(name, lacks)
         if isinstance(lacks, Missing)
         else check(lacks, axis, record, of.levels)
-        for lacks, axis, record in zip(of.lacks, of.solution.axes, of.records, strict=True)
+        for lacks, axis, record in zip(of.lacks, of.axes, of.records, strict=True)
     ]
     return joined(found, record_labels(of.records)) if len(found) > 1 else found[0]
 
 
 def _few_windows(of: OutputFit) -> int:
     """How many windows of an open loop there are, where more are advised; else 0."""
-    if not isinstance(of.solution.predictions, WindowPredictions):
+    if not isinstance(of.predictions, WindowPredictions):
         return 0
-    windows = sum(map(len, of.solution.predictions.spans))
+    windows = sum(map(len, of.predictions.spans))
     return windows if windows < ADVISED_WINDOWS.value else 0
 
 
@@ -155,7 +155,7 @@ def _shorter(of: OutputFit) -> Remedy:
 
 def rows_check(of: OutputFit) -> Check | None:
     """Whether errors are enough to tell how sure the parameters are."""
-    rows = int(np.count_nonzero(of.solution.judged_scores.counted))
+    rows = int(np.count_nonzero(of.judged_scores.counted))
     searched = len(of.names) - len(of.fixed)
     few = few_rows(rows, searched)
     if not few:
@@ -172,14 +172,14 @@ def rows_check(of: OutputFit) -> Check | None:
 
 def rests_check(of: OutputFit) -> Check | None:
     """How many samples have no weight, as they are near rests."""
-    measured = np.count_nonzero(of.solution.predictions.counted)
-    share = 1 - np.count_nonzero(of.solution.judged_scores.counted) / measured
+    measured = np.count_nonzero(of.predictions.counted)
+    share = 1 - np.count_nonzero(of.judged_scores.counted) / measured
     if share:
         said = (
             f"{100 * share:.2g} % of the samples have no weight: they are near rests or reversals "
             "of the record or of its loop, where friction takes any force"
         )
-    elif of.solution.rests_count:
+    elif of.rests_count:
         said = (
             "samples near rests and reversals count, as without them a parameter is hardly shown; "
             "behind an encoder they mislead: record longer or faster moves"
@@ -198,9 +198,9 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
     """Whether each of several records has the parameters of the others."""
     if len(of.records) < 2:
         return None
-    shared = np.isfinite(of.deviations) & (of.deviations > 0) & ~of.solution.of_start
+    shared = np.isfinite(of.deviations) & (of.deviations > 0) & ~of.of_start
     shared &= ~np.isin(of.names, (*of.found_gains.names, GAIN))
-    scores, places = of.solution.judged_scores, np.flatnonzero(of.solution.inner)
+    scores, places = of.judged_scores, np.flatnonzero(of.inner)
     records = []
     for spans in scores.spans:
         span = slice(spans[0].start, spans[-1].stop)

@@ -35,8 +35,8 @@ def known_check(of: OutputFit) -> Check | None:
     good = far[worst] <= most
     mean, sd = of.prior[worst]
     known, record = f"what was known of {worst}, {mean:.6g} +- {sd:.2g},", "the record"
-    if worst in of.solution.without_prior:
-        value, deviation = of.solution.without_prior[worst]
+    if worst in of.without_prior:
+        value, deviation = of.without_prior[worst]
         record = f"what the record alone says, {value:.6g} +- {deviation:.2g},"
     said = f"{known} and {record} are {far[worst]:.2g} deviations apart"
     return Check(
@@ -52,8 +52,8 @@ def known_check(of: OutputFit) -> Check | None:
 def _from_known(of: OutputFit, name: str) -> float:
     """How far a parameter is from what was known of it before, in deviations."""
     mean, sd = of.prior[name]
-    if name in of.solution.without_prior:
-        value, deviation = of.solution.without_prior[name]
+    if name in of.without_prior:
+        value, deviation = of.without_prior[name]
         return abs(value - mean) / math.hypot(sd, deviation)
     place = of.names.index(name)
     both = math.sqrt(max(sd**2 - float(of.deviations[place]) ** 2, _SURE * sd**2))
@@ -111,7 +111,7 @@ def none_shown_check(of: OutputFit) -> Check | None:
 
 def one_end_check(of: OutputFit) -> Check | None:
     """Whether the search passed a place as good as its end, which is claimed to be far from it."""
-    found = of.solution.elsewhere
+    found = of.elsewhere
     if found is None:
         return None
     order = [int(j) for j in np.argsort(-found.away) if found.away[j] > MIN_FAR.value]
@@ -139,15 +139,15 @@ def one_end_check(of: OutputFit) -> Check | None:
 
 def _searched(of: OutputFit) -> NDArray[np.bool_]:
     """Parameters of the model, the law and the drive that were searched and are at no bound."""
-    return np.asarray((of.deviations > 0) & ~of.solution.of_start)
+    return np.asarray((of.deviations > 0) & ~of.of_start)
 
 
 def precise_check(of: OutputFit) -> Check | None:
     """Every parameter that is searched, and shown, against its own deviation."""
-    slopes, weights = of.solution.best.slopes.jacobian, of.solution.weighing.weights
+    slopes, weights = of.best.slopes.jacobian, of.weighing.weights
     parts = np.abs(weights[:, None] * slopes * of.physical)
     whole, peak = (np.divide(x, x.max() or 1.0) for x in (_norms(parts), parts.max(axis=0)))
-    chosen = (of.deviations > 0) & np.isfinite(of.deviations) & ~of.solution.of_start
+    chosen = (of.deviations > 0) & np.isfinite(of.deviations) & ~of.of_start
     if not chosen.any():
         return None
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -181,7 +181,7 @@ def _norms(columns: Array) -> Array:
 
 def bounds_check(of: OutputFit) -> Check:
     """Parameters at their bounds: what chance takes there, or what contradicts the bound."""
-    beyond, most = of.solution.beyond, MIN_DISTANCE_FROM_NOISE.value
+    beyond, most = of.beyond, MIN_DISTANCE_FROM_NOISE.value
     if not beyond:
         return Check(name="bounds", status="pass", meaning="no parameter is driven to a bound")
     listed = ", ".join(f"{name} ({of.at_bound[name]})" for name in beyond)
@@ -208,7 +208,7 @@ def bounds_check(of: OutputFit) -> Check:
 
 def nominal_values_check(of: OutputFit) -> Check | None:
     """Values of another order of size than declared."""
-    declared = {p.name: p for p in of.solution.axes[0].axis.parameters}
+    declared = {p.name: p for p in of.axes[0].axis.parameters}
     rows = zip(of.names, of.physical, of.deviations, strict=True)
     return nominal_check(
         (declared[name], value, student_interval(value, deviation, np.inf))

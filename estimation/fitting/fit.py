@@ -61,10 +61,10 @@ from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.remedy import Note, Remedy
 from axisid.support.user_values import is_among, quoted
 
-from .assembly import assembled
+from .judgement import judged
 from .rests import Rests
 from .result import OutputFit
-from .solution import Doubt, FitSolution
+from .solution import Doubt
 from .spread import scores_of, twins_errors
 from .starting import (
     FitStart,
@@ -188,7 +188,6 @@ def fit(
     outputs = _outputs(output)
     _check(loss, starts, seed)
     check_count(bootstrap)
-    levels = Levels(level=level, least_share=least_share)
     if not (progress is None or callable(progress)):
         raise UsageError(
             f"the progress is {quoted(progress)}; give a function that takes a step, their number "
@@ -215,9 +214,10 @@ def fit(
         horizon=_horizon(horizon, outputs),
         keeps_rests=_keeps_rests(rests, outputs),
         progress=progress,
+        levels=Levels(level=level, least_share=least_share),
     )
     solution = with_time_found(generated, time, start, asked.solution, given[0].period)
-    return replace(assembled(solution), levels=levels)
+    return solution.evaluated()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -241,10 +241,11 @@ class _Asked:
     horizon: float | None
     keeps_rests: bool
     progress: Progress | None
+    levels: Levels
 
     def solution(
         self, generated: GeneratedAxis, start: StartLike, time: Parameter | None
-    ) -> FitSolution:
+    ) -> OutputFit:
         """Search from a start with the loop of an axis, and about its time.
 
         How long the windows of an open loop may be is told by parameters that are right. From a
@@ -260,7 +261,7 @@ class _Asked:
             found = map(float, solution.best.physical)
             start = dict(zip(solution.unknowns.names, found, strict=True))
             solution = self._searched(generated, start, time, horizon)
-        return replace(solution, start=began.start, begun=began.begun, remarks=began.remarks)
+        return solution.begun_as(began)
 
     def _searched(
         self,
@@ -268,7 +269,7 @@ class _Asked:
         start: StartLike,
         time: Parameter | None,
         horizon: float | None,
-    ) -> FitSolution:
+    ) -> OutputFit:
         shared = shared_records(
             generated, self.records, None, self.local, self.known, self.gain, skip_bad=False
         )
@@ -310,7 +311,7 @@ class _Asked:
         )
         first, begun, lost = run.first(begins)
         ends = run.searches(first, begun, self.starts, np.random.default_rng(self.seed))
-        return FitSolution(
+        return OutputFit(
             axis=generated,
             records=records,
             whose=whose,
@@ -318,19 +319,21 @@ class _Asked:
             loss=self.loss,
             unknowns=unknowns,
             predictions=predictions,
-            start=first,
-            begun=begun,
+            start=begun,
+            started=first.named,
             scale=run.scale,
             weighing=run.weighing,
             remarks=(*why, *lost),
             best=best_of(ends),
-            ends=ends,
+            searches=ends,
             bootstrap=self.bootstrap,
             seed=self.seed,
             known=tuple(self.known or ()),
             doubts=tuple(doubts),
             rests=run.rests,
             alone=run.alone,
+            judge=judged,
+            levels=self.levels,
         )
 
     def _predictions(

@@ -73,7 +73,7 @@ def _is_law_nearly_right(of: OutputFit) -> bool:
     if not isinstance(law, LawCheck) or not isinstance(of.law_shift, tuple):
         return False
     most = np.maximum(NOTICEABLE_BIAS.value * np.abs(of.physical), of.deviations)
-    near = (np.abs(of.law_shift[0]) <= most) | of.solution.of_start
+    near = (np.abs(of.law_shift[0]) <= most) | of.of_start
     small = all(abs(each - 1) <= NOTICEABLE_BIAS.value for each in law.factors.values())
     return not law.passed and law.is_told_by_factors and small and bool(near.all())
 
@@ -86,7 +86,7 @@ def _moved(of: OutputFit) -> Check | Missing | None:
     with np.errstate(divide="ignore", invalid="ignore"):
         claimed = np.nan_to_num(np.abs(moved) / of.deviations, posinf=np.inf)
         far = np.nan_to_num(np.abs(moved) / np.hypot(of.deviations, sure), posinf=np.inf)
-    counted = (of.deviations > 0) & ~of.solution.of_start  # a record's own start is no property
+    counted = (of.deviations > 0) & ~of.of_start  # a record's own start is no property
     claimed, far = (np.where(counted, each, 0.0) for each in (claimed, far))
     beyond, nearly_right = bool(np.any(far > _MAX_LAW_SHIFT)), _is_law_nearly_right(of)
     worst = int(np.argmax(np.where(far > _MAX_LAW_SHIFT, claimed, 0.0) if beyond else far))
@@ -122,7 +122,7 @@ def _sensitive(of: OutputFit) -> Check | None:
     sizes = np.abs(of.physical)
     # A gain that is found is what the law's error is told by.
     found = np.isin(of.names, of.found_gains.names)
-    counted = (sizes > 0) & ~of.solution.of_start & ~found
+    counted = (sizes > 0) & ~of.of_start & ~found
     sizes = np.where(counted, sizes, np.inf)
     shares = {name: 100 * np.abs(move) / sizes for name, move in of.law_moves.items()}
     term = max(shares, key=lambda name: float(shares[name].max()))
@@ -147,7 +147,7 @@ def _sensitive(of: OutputFit) -> Check | None:
 
 
 def _ended(of: OutputFit) -> Check:
-    best, lost = of.solution.best, ""
+    best, lost = of.best, ""
     if best.lost:
         lost = f"; {best.lost} parameter sets on the way could not be simulated: {best.why_lost}"
     if best.converged:
@@ -168,9 +168,9 @@ def _ended(of: OutputFit) -> Check:
 
 def _shaken(of: OutputFit) -> Check | Missing | None:
     """What noise in the loop moved, and is taken off."""
-    moved = of.solution.moved
+    moved = of.moved
     if moved is None:
-        why = of.solution.why_no_twins
+        why = of.why_no_twins
         return Missing(f"what noise makes of the parameters is not known: {why}") if why else None
     with np.errstate(divide="ignore", invalid="ignore"):
         far = np.nan_to_num(np.abs(moved) / of.deviations, posinf=0.0)
@@ -192,7 +192,7 @@ def _shaken(of: OutputFit) -> Check | Missing | None:
 
 def _begun(of: OutputFit) -> Check | None:
     """What the first positions and velocities, as the records have them, leave open."""
-    by_start = of.solution.by_start
+    by_start = of.by_start
     if not by_start.far.any():
         return None
     worst = int(np.argmax(by_start.far))
@@ -214,17 +214,17 @@ def _begun(of: OutputFit) -> Check | None:
 
 
 def _starts(of: OutputFit) -> Check | None:
-    if len(of.solution.ends) < 2:
+    if len(of.searches) < 2:
         return None
-    alike = sum(each.cost <= of.solution.best.cost * (1 + _SAME_END) for each in of.solution.ends)
-    share = 1 - alike / len(of.solution.ends)
+    alike = sum(each.cost <= of.best.cost * (1 + _SAME_END) for each in of.searches)
+    share = 1 - alike / len(of.searches)
     return Check(
         name="starts",
         status=passed(share <= _MAX_APART, matters=False),
         figure=share,
         threshold=_MAX_APART,
         source="chosen: the lowest end is then found by few",
-        meaning=f"{alike} of {len(of.solution.ends)} searches ended here, the others higher",
+        meaning=f"{alike} of {len(of.searches)} searches ended here, the others higher",
     )
 
 

@@ -2,10 +2,9 @@
 
 import math
 from collections.abc import Callable, Mapping
-from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,22 +14,26 @@ from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, told_or, unl
 from axisid.estimation.choices import OPEN_LOOP
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
-from axisid.estimation.estimates import Distribution, NamedValues, Value, freedom_of
+from axisid.estimation.estimates import (
+    Distribution,
+    NamedValues,
+    Value,
+    freedom_of,
+    student_interval,
+)
 from axisid.estimation.lacking import Lack, found_beside, scores_of
 from axisid.estimation.methods import bound_record
+from axisid.estimation.predictions import record_rows
 from axisid.estimation.records import Record
-from axisid.estimation.regression import recorded_loops
 from axisid.estimation.searches import FitStep
 from axisid.estimation.signals import Prefilter
-from axisid.estimation.twins import measured_chain
 from axisid.modeling.text import FunctionLike
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
-from axisid.support.remedy import Note
 
 from .law_moves import factors_in_twins, move_by_record, moves_of_all, moves_per_percent
+from .rests import Rests
 from .solution import FitSolution
 from .spread import noise_left
 
@@ -63,8 +66,29 @@ class RecordError:
     order: int
 
 
+#: What a fit is judged by: evaluated once, where the predictions are as the search left them.
+_JUDGED_BY = (
+    "_told_at",
+    "chosen",
+    "covariances",
+    "values",
+    "of_records",
+    "axes",
+    "own",
+    "why_no_twins",
+    "influence",
+    "beyond",
+    "judged_scores",
+    "without_prior",
+    "moved",
+    "by_start",
+    "elsewhere",
+    "rests_count",
+)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
-class OutputFit(Checked, Presentable, Exact):
+class OutputFit(FitSolution, Checked, Presentable, Exact):
     """Parameters with which a simulated output follows that of the records.
 
     Attributes
@@ -73,90 +97,147 @@ class OutputFit(Checked, Presentable, Exact):
     records : tuple of Record
     outputs : tuple of str
         What is followed: ``control``, ``position``, ``force``, or ``open-loop`` alone.
-    units : tuple of str
-        Of the outputs.
     loss : str
         ``squares``, ``soft-l1`` or ``huber``.
-    quantities : tuple of Quantity
-        The parameters, length P.
-    physical : (P,) array
-    covariances : mapping of str to (P, P) array
-        By name: ``coloured``, for errors that follow an autoregression, ``iid`` for independent
-        ones; of loops with twins ``bootstrap`` by them. Rows of what is fixed or at a bound
-        are 0; of what no output shows the variances are infinite.
-    chosen : str
-        Of `covariances`: what deviations and intervals are of.
-    values : mapping of str to Value
-        The parameters with deviations and intervals, by name; see `parameters`.
-    at_bound : mapping of str to str
-        ``lower`` or ``upper``, by parameters that are driven to a bound; the interval of one is on
-        the side that is allowed.
-    bounds : mapping of str to (float, float)
-        That were in force.
-    fixed : mapping of str to float
-    prior : mapping of str to (float, float)
-        What was known before, with its deviation.
-    unseen : tuple of str
-        Parameters, or sums of them, that no output shows, in words.
-    local : mapping of str to tuple of str
-        Names of each parameter that records have for themselves, by record.
     start : (P,) array
     started : str
         Where it is from: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
     remarks : tuple of Note
-    steps : tuple of FitStep
-        Where slopes were taken, the last at the end.
-    ends : tuple of (float, Array)
-        Cost and parameters (P,) of each search, where several were asked for.
-    of_records : tuple of RecordError
-        By record, and in each by output.
-    errors : tuple of (N,) array
-        Simulated less recorded output, by record; of m outputs (N, m).
-    samples : tuple of (N,) array of int
-        Of the record, that the errors are at.
-    horizon : float or None
-        Length of the windows of an open loop, s.
-    solution : FitSolution
-        What it is judged from.
     judge : callable
         Gives the checks of a fit.
     levels : Levels
         From when on a check tells something of the model.
     """
 
-    axis: GeneratedAxis
-    records: tuple[Record, ...]
-    outputs: tuple[str, ...]
-    units: tuple[str, ...]
-    loss: str
-    quantities: tuple[Quantity, ...]
-    physical: Array
-    covariances: Mapping[str, Array]
-    chosen: str
-    values: Mapping[str, Value]
-    at_bound: Mapping[str, Literal["lower", "upper"]]
-    bounds: Mapping[str, tuple[float, float]]
-    fixed: Mapping[str, float]
-    prior: Mapping[str, tuple[float, float]]
-    unseen: tuple[str, ...]
-    local: Mapping[str, tuple[str, ...]]
-    start: Array
-    started: str
-    remarks: tuple[Note, ...]
-    steps: tuple[FitStep, ...]
-    ends: tuple[tuple[float, Array], ...]
-    of_records: tuple[RecordError, ...]
-    errors: tuple[Array, ...]
-    samples: tuple[NDArray[np.intp], ...]
-    horizon: float | None
-    solution: FitSolution = field(repr=False, compare=False)
     judge: Callable[["OutputFit"], tuple[Check, ...]] = field(repr=False, compare=False)
     levels: Levels = DEFAULT_LEVELS
 
+    def evaluated(self) -> Self:
+        """The same, with what it is judged by."""
+        for name in _JUDGED_BY:
+            getattr(self, name)
+        return self
+
     def __getstate__(self) -> dict[str, Any]:
-        """With what twins of the record tell: the solution has none of them then."""
-        _ = self.lacks, self.noise
-        return vars(self)
+        """With what twins tell, and without them: many times what the records hold."""
+        names = (*(each.name for each in fields(self)), *_JUDGED_BY, "chains", "lacks", "noise")
+        kept = {name: getattr(self.evaluated(), name) for name in names}
+        without = {"rests": Rests(), "doubts": ()}
+        return kept | without | {"judged_scores": replace(self.judged_scores, twins=None)}
+
+    @cached_property
+    def values(self) -> Mapping[str, Value]:
+        """The parameters with deviations and intervals, by name; see `parameters`."""
+        found, chosen, freedom = {}, self.chosen, self.freedom
+        for j, q in enumerate(self.quantities):
+            value = float(self.physical[j])
+            # What is hardly shown may have a variance that rounding made negative.
+            variances = {n: float(c[j, j]) for n, c in self.covariances.items()}
+            deviations = {n: math.sqrt(v) if v >= 0 else math.inf for n, v in variances.items()}
+            if self.sides[j]:
+                interval = self.one_sided(j)
+            else:
+                interval = student_interval(value, deviations[chosen], float(freedom[j]))
+            found[q.name] = Value(
+                value=value, unit=q.unit, deviations=deviations, interval=interval, chosen=chosen
+            )
+        return found
+
+    @property
+    def at_bound(self) -> Mapping[str, Literal["lower", "upper"]]:
+        """``lower`` or ``upper``, by parameters that are driven to a bound.
+
+        The interval of one is on the side that is allowed.
+        """
+        named = zip(self.names, self.sides, strict=True)
+        return {n: "lower" if side < 0 else "upper" for n, side in named if side}
+
+    @property
+    def bounds(self) -> Mapping[str, tuple[float, float]]:
+        """That were in force."""
+        ends = zip(self.unknowns.lower.tolist(), self.unknowns.upper.tolist(), strict=True)
+        return dict(zip(self.names, ends, strict=True))
+
+    @property
+    def fixed(self) -> Mapping[str, float]:
+        """Values that were held."""
+        held = np.flatnonzero(~self.unknowns.free)
+        return {self.names[j]: float(self.unknowns.fixed[j]) for j in held}
+
+    @property
+    def prior(self) -> Mapping[str, tuple[float, float]]:
+        """What was known before, with its deviation."""
+        u = self.unknowns
+        return {
+            self.names[j]: (float(u.prior[j]), float(u.prior_sd[j]))
+            for j in np.flatnonzero(u.has_prior)
+        }
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """Parameters, or sums of them, that no output shows, in words."""
+        return self.not_shown.texts(self.names)
+
+    @property
+    def local(self) -> Mapping[str, tuple[str, ...]]:
+        """Names of each parameter that records have for themselves, by record."""
+        return self.whose.local
+
+    @property
+    def steps(self) -> tuple[FitStep, ...]:
+        """Where slopes were taken, the last at the end."""
+        return self.best.steps
+
+    @property
+    def ends(self) -> tuple[tuple[float, Array], ...]:
+        """Cost and parameters (P,) of each search, where several were asked for."""
+        return tuple((each.cost, each.physical) for each in self.searches)
+
+    @cached_property
+    def of_records(self) -> tuple[RecordError, ...]:
+        """What is left of each record, and in each of every output."""
+        errors, measured = self.best.slopes.errors, self.predictions.measured
+        counted, found = self.weighing.weights > 0, []
+        for spans, model in zip(self.predictions.spans, self.autoregressions, strict=True):
+            for place, output in enumerate(self.outputs):
+                rows = record_rows(spans, place, len(self.outputs))
+                used = counted[rows]
+                e, y = errors[rows][used], measured[rows][used]
+                left, size = float(np.linalg.norm(e)), float(np.linalg.norm(y))
+                found.append(
+                    RecordError(
+                        output=output,
+                        unit=self.units[place],
+                        weight=float(self.weighing.weights[rows].max()),
+                        rows=int(used.sum()),
+                        error=left / max(len(e), 1) ** 0.5,
+                        percent=100 * left / size if size else float("inf") if left else 0.0,
+                        order=model.order,
+                    )
+                )
+        return tuple(found)
+
+    @property
+    def errors(self) -> tuple[Array, ...]:
+        """Simulated less recorded output, (N,) by record; of m outputs (N, m)."""
+        errors, count = self.best.slopes.errors, len(self.outputs)
+        whole = (errors[record_rows(spans)] for spans in self.predictions.spans)
+        return tuple(whole) if count == 1 else tuple(each.reshape(-1, count) for each in whole)
+
+    @property
+    def samples(self) -> tuple[NDArray[np.intp], ...]:
+        """Of the record, that the errors are at, (N,) by record."""
+        return self.predictions.samples
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Of the outputs."""
+        return self.predictions.units
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """The parameters, length P."""
+        return self.unknowns.quantities
 
     @cached_property
     def law(self) -> LawCheck | Missing:
@@ -177,9 +258,7 @@ class OutputFit(Checked, Presentable, Exact):
     @cached_property
     def law_shift(self) -> tuple[Array, Array] | Missing | None:
         """What the law as the records have it would move them by, with deviations, (P,) each."""
-        solution = self.solution
-        chains = solution.chains or (None,) * len(self.records)
-        every = zip(self._laws, solution.axes, self.records, solution.own, chains, strict=True)
+        every = zip(self._laws, self.axes, self.records, self.own, self.chains, strict=True)
 
         def moved() -> tuple[Array, Array] | None:
             twins = [
@@ -192,12 +271,12 @@ class OutputFit(Checked, Presentable, Exact):
 
     @cached_property
     def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:
-        return moves_per_percent(self.solution.predictions, self.physical, self.solution.influence)
+        return moves_per_percent(self.predictions, self.physical, self.influence)
 
     @cached_property
     def lacks(self) -> tuple[tuple[Lack, ...] | Missing, ...]:
         """What the model lacks on each record, what explains most first."""
-        every = zip(self.solution.axes, self.records, self.solution.own, strict=True)
+        every = zip(self.axes, self.records, self.own, strict=True)
         return tuple(unless_faulty(partial(self._lacks, i, *each)) for i, each in enumerate(every))
 
     def _lacks(
@@ -214,12 +293,9 @@ class OutputFit(Checked, Presentable, Exact):
         names = [locals_.get(q.name, q.name) for q in axis.parameters]
         data = bound_record(axis, record, Prefilter())
         data = data.by_position or data
-        chain = None
-        with suppress(AxisidError):
-            chain = measured_chain(data, own, recorded_loops(data, own))
         told = set(self.searched) - self.prior.keys()
         free = [j for j, name in enumerate(names) if name in told]
-        scores = scores_of(data, own, chain, free)
+        scores = scores_of(data, own, self.chains[number], free)
         if isinstance(scores, Missing):
             return scores
         half = [
@@ -237,9 +313,8 @@ class OutputFit(Checked, Presentable, Exact):
         What white noise of the position makes in the loop, as the record has it, or what nothing
         before it tells of an error, whichever is more.
         """
-        solution = self.solution
         return noise_left(
-            solution.predictions, self.physical, solution.judged_scores, solution.weighing.weights
+            self.predictions, self.physical, self.judged_scores, self.weighing.weights
         )
 
     @cached_property
@@ -255,7 +330,7 @@ class OutputFit(Checked, Presentable, Exact):
         found = self.found_gains
         return tuple(
             unless_faulty(partial(check_found_law, axis, record, found))
-            for axis, record in zip(self.solution.axes, self.records, strict=True)
+            for axis, record in zip(self.axes, self.records, strict=True)
         )
 
     @cached_property
@@ -367,4 +442,4 @@ class OutputFit(Checked, Presentable, Exact):
     @property
     def step(self) -> float:
         """Of the coarsest encoder, SI; 0 where nothing is known of any."""
-        return self.solution.predictions.step
+        return self.predictions.step

@@ -2,15 +2,16 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
-from functools import cached_property
-from typing import Any, Self
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.checks import unless_faulty
 from axisid.estimation.choices import SQUARES
 from axisid.estimation.parameters import Unknowns, are_starts, axis_at, least_within
 from axisid.estimation.predictions import Predictions
@@ -27,6 +28,7 @@ from axisid.estimation.told_by_outputs import (
 from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError, ModelError
+from axisid.support.missing import Missing
 from axisid.support.remedy import Note
 
 from .rests import Rests
@@ -38,31 +40,14 @@ from .spread import (
     scores_of,
     twins_errors,
 )
-from .starting import FitStart, Searched
-from .twins import FitTwins, calibrated_covariance, fit_twins
+from .starting import Searched
+from .twins import FitTwins, RecordLoops, calibrated_covariance, fit_twins
 
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
 
 
 #: Of a value that is known with a deviation: form and predictions where it is larger by that.
 Doubt = tuple[Form, Predictions]
-
-
-#: What a fit is judged from: evaluated once, where the predictions are as the search left them.
-_JUDGED_BY = (
-    "axes",
-    "own",
-    "chains",
-    "why_no_twins",
-    "influence",
-    "beyond",
-    "judged_scores",
-    "without_prior",
-    "moved",
-    "by_start",
-    "elsewhere",
-    "rests_count",
-)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,15 +61,15 @@ class FitSolution:
     whose : Searched
     unknowns : Unknowns
     predictions : Predictions
-    start : FitStart
-    begun, scale : (P,) array
+    start, scale : (P,) array
         Where the first search begins, and by how much its parameters change.
+    started : str
+        Where the start is from: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
     weighing : Weighing
     remarks : tuple of Note
     best : Found
         The search that is told.
-    ends : tuple of Found
-        All searches.
+    searches : tuple of Found
     doubts : tuple of Doubt
     rests : Rests
     alone : Found or None
@@ -93,41 +78,33 @@ class FitSolution:
 
     axis: GeneratedAxis
     records: tuple[Record, ...]
-    whose: Searched
+    whose: Searched = field(repr=False, compare=False)
     outputs: tuple[str, ...]
     loss: str
-    unknowns: Unknowns
-    predictions: Predictions
-    start: FitStart
-    begun: Array
+    unknowns: Unknowns = field(repr=False, compare=False)
+    predictions: Predictions = field(repr=False, compare=False)
+    start: Array
+    started: str
     scale: Array
-    weighing: Weighing
+    weighing: Weighing = field(repr=False, compare=False)
     remarks: tuple[Note, ...]
     best: Found
-    ends: tuple[Found, ...]
+    searches: tuple[Found, ...]
     bootstrap: int
     seed: int
     known: tuple[str, ...]
-    doubts: tuple[Doubt, ...]
-    rests: Rests
-    alone: Found | None = None
+    doubts: tuple[Doubt, ...] = field(repr=False, compare=False)
+    rests: Rests = field(repr=False, compare=False)
+    alone: Found | None = field(repr=False, compare=False)
 
     @property
     def horizon(self) -> float | None:
         """Length of the windows of an open loop, s."""
         return self.predictions.horizon
 
-    def __getstate__(self) -> dict[str, Any]:
-        """With what it is judged by, and without twins: many times what the records hold."""
-        kept = vars(self.evaluated()) | {"rests": Rests(), "doubts": ()}
-        kept["judged_scores"] = replace(self.judged_scores, twins=None)
-        return {name: kept[name] for name in (*(each.name for each in fields(self)), *_JUDGED_BY)}
-
-    def evaluated(self) -> Self:
-        """The same, with what it is judged by."""
-        for name in _JUDGED_BY:
-            getattr(self, name)
-        return self
+    def begun_as(self, other: Self) -> Self:
+        """The same, told to begin where another does, which led to it."""
+        return replace(self, start=other.start, started=other.started, remarks=other.remarks)
 
     @cached_property
     def axes(self) -> tuple[GeneratedAxis, ...]:
@@ -144,7 +121,7 @@ class FitSolution:
     @property
     def inner(self) -> NDArray[np.bool_]:
         """Which parameters are free and not at a bound, (P,)."""
-        return np.asarray(self.unknowns.free & (self.at_bound == 0))
+        return np.asarray(self.unknowns.free & (self.sides == 0))
 
     @cached_property
     def rows(self) -> Array:
@@ -189,14 +166,10 @@ class FitSolution:
             return ""
         if self.loss != SQUARES:
             return "errors count by their size, and outliers are no noise of a loop"
-        form, physical = self.whose.form, self.best.physical
-        axes = [axis_at(axis, form, physical) for axis in self.whose.axes]
         try:
             return fit_twins(
-                form,
-                axes,
-                self.records,
-                physical,
+                self._loops,
+                self.best.physical,
                 self.predictions,
                 self.bootstrap,
                 by_instruments=self.horizon is not None,
@@ -205,9 +178,22 @@ class FitSolution:
             return error.problem.rstrip("; ")
 
     @cached_property
-    def chains(self) -> tuple[Chain, ...]:
-        """The noise of each record; none without twins."""
-        return () if self.twins is None else self.twins.chains
+    def _loops(self) -> tuple[RecordLoops | Missing, ...]:
+        """The loops of each record where the search ended, with its noise."""
+        form, physical = self.whose.form, self.best.physical
+        return tuple(
+            unless_faulty(
+                partial(
+                    RecordLoops.at, axis_at(axis, form, physical), record, form.own(physical, place)
+                )
+            )
+            for place, (axis, record) in enumerate(zip(self.whose.axes, self.records, strict=True))
+        )
+
+    @cached_property
+    def chains(self) -> tuple[Chain | None, ...]:
+        """The noise of each record; None where it cannot be measured."""
+        return tuple(None if isinstance(of, Missing) else of.chain for of in self._loops)
 
     @cached_property
     def why_no_twins(self) -> str:
@@ -245,7 +231,7 @@ class FitSolution:
         return self._told_at[0]
 
     @property
-    def at_bound(self) -> NDArray[np.int8]:
+    def sides(self) -> NDArray[np.int8]:
         """Which of them are at a bound, -1 at the lower, 1 at the upper one, (P,)."""
         return self._told_at[1]
 
@@ -300,7 +286,7 @@ class FitSolution:
         return replace(self.scores, errors=self.errors_left).autoregressions
 
     @cached_property
-    def unseen(self) -> Unseen:
+    def not_shown(self) -> Unseen:
         """What neither outputs nor what was known before show."""
         chosen = self.unknowns.free
         rows = np.vstack([self.rows, self.unknowns.known_rows])[:, chosen]
@@ -310,7 +296,7 @@ class FitSolution:
     def covariances(self) -> dict[str, Array]:
         """By name, (P, P) each: 0 of what is at a bound, infinite of what is not shown."""
         inner, free = self.inner, self.unknowns.free
-        lost, found = np.flatnonzero(self.unseen.parts.any(axis=0)), {}
+        lost, found = np.flatnonzero(self.not_shown.parts.any(axis=0)), {}
         for name, matrix in self.free_covariances.items():
             whole = np.zeros((len(free), len(free)))
             whole[np.ix_(free, free)] = matrix
@@ -419,7 +405,7 @@ class FitSolution:
         """A place as good as the end that is claimed to be far from it."""
         told, independent = (np.diag(self.covariances[name]) for name in (self.chosen, "iid"))
         search = Search(self.predictions, self.unknowns, self.scale, self.weighing)
-        return passed_as_low(self.ends, told, independent, search)
+        return passed_as_low(self.searches, told, independent, search)
 
     @cached_property
     def without_prior(self) -> Mapping[str, tuple[float, float]]:
@@ -427,7 +413,7 @@ class FitSolution:
         if self.alone is None:
             return {}
         one, prior = self.alone, self.unknowns.has_prior
-        without = replace(self, unknowns=self.unknowns.without_prior, best=one, ends=(one,))
+        without = replace(self, unknowns=self.unknowns.without_prior, best=one, searches=(one,))
         told = np.full(len(prior), np.inf)
         told[self.unknowns.free] = np.diag(without.free_covariances[without.chosen])
         return {
@@ -447,7 +433,7 @@ class FitSolution:
         """Errors (n,) less what the parameters make of them."""
         return errors - self.best.slopes.jacobian @ (self.influence @ errors)
 
-    @property
+    @cached_property
     def chosen(self) -> str:
         """The covariance that is told."""
         return "coloured" if self._scattered is None else "bootstrap"
@@ -469,7 +455,7 @@ class FitSolution:
     @cached_property
     def without_bounds(self) -> dict[int, tuple[float, float]]:
         """What each parameter at a bound would be without it, with its deviation, by place."""
-        return {int(j): self._without_bound(int(j)) for j in np.flatnonzero(self.at_bound)}
+        return {int(j): self._without_bound(int(j)) for j in np.flatnonzero(self.sides)}
 
     def _without_bound(self, j: int) -> tuple[float, float]:
         free = self.inner.copy()
@@ -492,7 +478,7 @@ class FitSolution:
         Other parameters at bounds may be elsewhere, so that the normal is as wide as without any,
         and as many deviations beyond as with the others at theirs.
         """
-        at, side = float(self.physical[j]), int(self.at_bound[j])
+        at, side = float(self.physical[j]), int(self.sides[j])
         centre, deviation = self.without_bounds[j]
         free = np.flatnonzero(self.unknowns.free)
         place = int(np.flatnonzero(free == j)[0])
@@ -505,7 +491,7 @@ class FitSolution:
         """How far beyond its bound each parameter at one would be, in deviations, by name."""
         found = {}
         for j, (centre, deviation) in self.without_bounds.items():
-            past = float(self.at_bound[j]) * (centre - float(self.physical[j]))
+            past = float(self.sides[j]) * (centre - float(self.physical[j]))
             found[self.unknowns.names[j]] = max(past, 0.0) / deviation if deviation > 0 else 0.0
         return found
 

@@ -14,7 +14,7 @@ from axisid.modeling.quantities import Parameter
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.user_values import quoted
 
-from .solution import FitSolution
+from .result import OutputFit
 from .starting import StartLike
 
 # periods from the loop's own drive time, where the output is a straight line of it and the loop
@@ -26,7 +26,7 @@ _FURTHEST = 2.0  # periods, by which a time moves in a round
 _LEAST = 0.1  # of a period, that a search starts from
 
 #: Searches with the loop of an axis, from a start, about its time.
-Search = Callable[[GeneratedAxis, StartLike, Parameter | None], FitSolution]
+Search = Callable[[GeneratedAxis, StartLike, Parameter | None], OutputFit]
 
 
 def split_free(
@@ -87,7 +87,7 @@ def with_time_found(
     start: StartLike,
     search: Search,
     period: float,
-) -> FitSolution:
+) -> OutputFit:
     """Where a search ends whose loop has the time that it finds.
 
     The period is that of the records, s: an open loop has no law with one.
@@ -100,7 +100,7 @@ def with_time_found(
     if time is None:
         return search(axis, start, None)
     value = time_in(axis, time.name)
-    began: FitSolution | None = None
+    began: OutputFit | None = None
     for _ in range(_ROUNDS):
         solution = search(at_time(axis, time.name, value), start, time)
         began = began or solution
@@ -108,7 +108,7 @@ def with_time_found(
         moved = float(np.clip(found[-1] - value, -_FURTHEST * period, _FURTHEST * period))
         start = dict(zip(solution.unknowns.names, map(float, found), strict=True))
         if abs(moved) < _MAX_TIME_STEP * period:
-            return replace(solution, start=began.start, begun=began.begun, remarks=began.remarks)
+            return solution.begun_as(began)
         value = max(value + moved, 0.0)
     raise EstimationError(
         f"the drive's {time.name} does not settle; it is about {value:.3g} s. See whether the law "

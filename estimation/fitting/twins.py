@@ -10,15 +10,58 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.predictions import Predictions, record_rows
 from axisid.estimation.problems import noise_free_record
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Form, Hac, Solution, recorded_loops
+from axisid.estimation.regression import Hac, Solution, recorded_loops
 from axisid.estimation.signals import FilteredRecord, Neighbours, Prefilter
 from axisid.estimation.twins import Chain, measured_chain, twins_of
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing
 
 from .spread import Scores
 
-_OF_POSITION = 8
+_OF_POSITION = 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordLoops:
+    """A record's loops at a fit, and the noise that it has beside them.
+
+    Attributes
+    ----------
+    data : FilteredRecord
+    physical : (p,) array
+        Parameters of its axis.
+    chain : Chain
+    quiet : Record
+        The same without noise.
+    """
+
+    data: FilteredRecord
+    physical: Array
+    chain: Chain
+    quiet: Record
+
+    @classmethod
+    def at(cls, axis: GeneratedAxis, record: Record, physical: Array) -> "RecordLoops":
+        """Simulate the loops of a record, and measure its noise.
+
+        Raises
+        ------
+        EstimationError
+            There are too few rows, or its loops cannot be simulated.
+        """
+        data = FilteredRecord.bind(axis, record, Prefilter())
+        data = data.by_position or data
+        loops = recorded_loops(data, physical)
+        chain, quiet = measured_chain(data, physical, loops), noise_free_record(data, loops).record
+        return cls(data=data, physical=physical, chain=chain, quiet=quiet)
+
+    def twins(self, chain: Chain, count: int, *, paired: bool) -> list[Record]:
+        """As many with a chain's noise as can be simulated; of a silent one all are quiet."""
+        if chain.is_silent:
+            return [self.quiet] * count
+        drawn = twins_of(self.data, self.physical, chain, count, paired=paired)
+        return [each.record for each in drawn]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,13 +75,10 @@ class FitTwins:
     by_position : (n, B) array
         The same of some with the noise of the position alone, where that is of no one colour; a
         chain takes for forces what the model lacks.
-    chains : tuple of Chain
-        One for each record.
     """
 
     changed: Array
     by_position: Array
-    chains: tuple[Chain, ...]
 
     @property
     def count(self) -> int:
@@ -47,24 +87,18 @@ class FitTwins:
 
 
 def fit_twins(
-    form: Form,
-    axes: Sequence[GeneratedAxis],
-    records: Sequence[Record],
+    records: Sequence[RecordLoops | Missing],
     physical: Array,
     predictions: Predictions,
     count: int,
     *,
     by_instruments: bool,
 ) -> FitTwins:
-    """Measure the noise of the records at a fit, and simulate their loops with it.
+    """Simulate the loops of records at a fit with their noise.
 
     Parameters
     ----------
-    form : Form
-        Says which parameters of its axis each record has.
-    axes : sequence of GeneratedAxis
-        By record.
-    records : sequence of Record
+    records : sequence of RecordLoops or Missing
     physical : (P,) array
     predictions : Predictions
         Of the records, settled there.
@@ -77,28 +111,18 @@ def fit_twins(
     Raises
     ------
     EstimationError
-        More than half of the twins cannot be simulated, or no noise reaches what is followed.
+        A record's noise could not be measured, more than half of the twins cannot be simulated, or
+        no noise reaches what is followed.
     """
-    quiet: list[Record] = []
     twins: list[list[Record]] = []
     by_position: list[list[Record]] = []
-    chains = []
-    for place, (axis, record) in enumerate(zip(axes, records, strict=True)):
-        data, own = FilteredRecord.bind(axis, record, Prefilter()), form.own(physical, place)
-        data = data.by_position or data
-        loops = recorded_loops(data, own)
-        chain = measured_chain(data, own, loops)
-        alone = replace(chain, disturbances=()) if chain.is_uneven else Chain()
-        chains.append(chain)
-        noise_of_twins = replace(chain, disturbances=()) if by_instruments else chain
-        quiet.append(noise_free_record(data, loops).record)
-        wanted = ((twins, noise_of_twins, count), (by_position, alone, _OF_POSITION))
-        for made, noise, several in wanted:
-            if noise.is_silent:
-                made.append([quiet[place]] * several)
-                continue
-            drawn = twins_of(data, own, noise, several, paired=True)
-            made.append([each.record for each in drawn])
+    for of in records:
+        if isinstance(of, Missing):
+            raise EstimationError(of.reason, code="noise-not-measured")
+        measured = replace(of.chain, disturbances=())
+        alone = measured if of.chain.is_uneven else Chain()
+        twins.append(of.twins(measured if by_instruments else of.chain, count, paired=True))
+        by_position.append(of.twins(alone, _OF_POSITION, paired=False))
     fewest = min(map(len, twins))
     if 2 * fewest < count:
         raise EstimationError(
@@ -106,6 +130,7 @@ def fit_twins(
             "the bootstrap out.",
             code="bootstrap-lost",
         )
+    quiet = [of.quiet for of in records if not isinstance(of, Missing)]
     still = predictions.outputs_of(quiet, physical)
 
     def changed(made: list[list[Record]]) -> Array:
@@ -121,7 +146,7 @@ def fit_twins(
         raise EstimationError(
             "no noise that is measured reaches what is followed.", code="no-noise"
         )
-    return FitTwins(changed=found, by_position=changed(by_position), chains=tuple(chains))
+    return FitTwins(changed=found, by_position=changed(by_position))
 
 
 def calibrated_covariance(scores: Scores, errors: Array, moved: Array, left: Array) -> Array:

@@ -110,14 +110,12 @@ def _as_unsure(estimate: Estimate, free: Estimate) -> Estimate:
     def of(covariances: Mapping[str, Array], at: list[int]) -> dict[str, Array]:
         return {name: whole[np.ix_(at, at)] for name, whole in covariances.items()}
 
-    return replace(
-        estimate.with_inference(
-            covariances=of(free.covariances, places),
-            covariance_names=free.covariance_names,
-            ddm_covariances=of(free.ddm_covariances, own),
-        ),
-        freedom={name: freedom[places] for name, freedom in free.freedom.items()},
-        ddm_freedom={name: freedom[own] for name, freedom in free.ddm_freedom.items()},
+    return estimate.with_inference(
+        covariances=of(free.covariances, places),
+        covariance_names=free.covariance_names,
+        ddm_covariances=of(free.ddm_covariances, own),
+        freedom={n: each[places] for n, each in free.freedom.items()},
+        ddm_freedom={n: each[own] for n, each in free.inference.ddm_freedom.items()},
     )
 
 

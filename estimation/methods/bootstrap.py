@@ -79,14 +79,13 @@ class Bootstrap:
         physical = at = fit.physical
         model, kinds = Hac(), self._kinds
         deviations = np.sqrt(np.diag(model.matrix(solution)))
-        freedom = np.full(len(solution.theta), np.inf)
         chains: tuple[Chain, ...] = ()
         for number in range(_ROUNDS):
             chains = self._chains(fit, at, loops) if number < _MEASURED else chains
             twins = Twins(
                 problem=problem, form=form, at=at, chains=chains, count=self.count, kinds=kinds
             )
-            found = calibrated(twins, form, fit.solver, solution, model, freedom)
+            found = calibrated(twins, form, fit.solver, solution, model)
             if found is None:
                 return TOO_FEW
             before, at = at, physical - found.bias

@@ -77,7 +77,6 @@ def estimate_by(
     models = {name: covariance_of(name, lags) for name in reversed(COVARIANCES)}
     known = _known_spread(problem, fit)
     applied = _applied(method, fit, models, known, jacobian)
-    freedom = {name: each.freedom for name, each in applied.items()}
     direct, instruments = isinstance(form, DirectForm), fit.solver.instruments
     residuals, left = _own_rows(solution.residuals, weights), _own_rows(y, weights)
     point = _FittedPoint(
@@ -107,8 +106,6 @@ def estimate_by(
         physical=physical,
         jacobian=jacobian,
         ddm_quantities=form.quantities if direct else (),
-        freedom={name: fewest(f, jacobian) for name, f in freedom.items()},
-        ddm_freedom=freedom if direct else {},
         y=left,
         X=_own_rows(fit.measured.regressor, weights),
         Z=None if instruments is None else _own_rows(instruments.columns, weights),
@@ -247,6 +244,7 @@ class _FittedPoint:
             quiet, found = self._noise_free(), self._calibrated()
             own = {name: each.matrix for name, each in self.applied.items()}
             mapped = {name: delta_method(each, self.jacobian) for name, each in own.items()}
+            freedom = {name: each.freedom for name, each in self.applied.items()}
             names = {n: f"{each.description}{self._widened(n)}" for n, each in self.applied.items()}
             if isinstance(found, str):
                 names[_PIVOT] += found
@@ -259,14 +257,19 @@ class _FittedPoint:
                 own[_PIVOT] = _scaled(own[_PIVOT], known, told.own_scale)
                 mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, told.scale)
                 names[_PIVOT] += self._noise(twins, told.count)
+                if told.count > 1:
+                    freedom[_PIVOT] = np.full(len(told.own_scale), float(told.freedom))
                 chains, bias = twins.chains, told.bias
                 if quiet is not None:
                     quiet = _own_rows(told.residuals, self.problem.row_weights)
+            direct = isinstance(self.form, DirectForm)
             by_gain, theta_by_gain = self._slopes()
             return Inference(
                 covariances=mapped,
                 covariance_names=names,
-                ddm_covariances=own if isinstance(self.form, DirectForm) else {},
+                ddm_covariances=own if direct else {},
+                freedom={name: fewest(each, self.jacobian) for name, each in freedom.items()},
+                ddm_freedom=freedom if direct else {},
                 gain_slopes=by_gain,
                 theta_gain_slopes=theta_by_gain,
                 noise_free=quiet,
@@ -281,9 +284,9 @@ class _FittedPoint:
         twins = self.bootstrap.twins
         if isinstance(twins, str):
             return f", by no twins: {twins.rstrip('.')}"
-        fit, freedom = self.fit, self.applied[_PIVOT].freedom
+        fit = self.fit
         with suppress(EstimationError):  # the solution of a twin may have no covariance
-            found = calibrated(twins, self.form, fit.solver, fit.solution, self.pivot, freedom)
+            found = calibrated(twins, self.form, fit.solver, fit.solution, self.pivot)
             if found is not None:
                 return twins, found
         return f", by no twins: {TOO_FEW}"

@@ -22,20 +22,20 @@ _RUNS = 16  # whose twins tell it
 _OF_HAC = 2 + 3 * INTERVALS.index("hac")
 
 
-#: Bias, and scale of the HAC deviation, of what is estimated.
-Calibrations = Mapping[Estimand, tuple[float, float]]
+#: Bias, and scales of the HAC deviation and of its interval, of what is estimated.
+Calibrations = Mapping[Estimand, tuple[float, float, float]]
 
 
 def study_calibrations(plan: MonteCarloPlan) -> Calibrations:
     """By twins of the first runs that have any; of nothing where none has."""
-    shown: dict[Estimand, list[tuple[float, float]]] = {}
+    shown: dict[Estimand, list[tuple[float, float, float]]] = {}
     first = twins(plan, range(min(_RUNS, plan.runs))) if plan.bootstrap else ()
     for _, record in first:
         if isinstance(record, Record):
             for estimand, of_one in _calibrations_of(plan, record).items():
                 shown.setdefault(estimand, []).append(of_one)
     means = {estimand: np.mean(of_each, axis=0) for estimand, of_each in shown.items()}
-    return {estimand: (float(bias), float(scale)) for estimand, (bias, scale) in means.items()}
+    return {estimand: (float(b), float(sd), float(w)) for estimand, (b, sd, w) in means.items()}
 
 
 def calibrated_runs(numbers: BlockNumbers, calibrations: Calibrations, judged: int) -> BlockNumbers:
@@ -43,21 +43,23 @@ def calibrated_runs(numbers: BlockNumbers, calibrations: Calibrations, judged: i
     changed, plain = numbers.numbers.copy(), numbers.runs >= judged
     for place, estimand in enumerate(numbers.estimands):
         if estimand in calibrations:
-            bias, scale = calibrations[estimand]
+            bias, scale, width = calibrations[estimand]
             own = changed[plain, place]
             own[:, 1] = own[:, 0] - bias
             own[:, 3::3] -= bias
             own[:, 4::3] -= bias
             own[:, _OF_HAC] *= scale
             ends = own[:, _OF_HAC + 1 : _OF_HAC + 3]
-            ends[:] = own[:, 1:2] + (ends - own[:, 1:2]) * scale
+            ends[:] = own[:, 1:2] + (ends - own[:, 1:2]) * width
             changed[plain, place] = own
     return replace(numbers, numbers=changed)
 
 
-def _calibrations_of(plan: MonteCarloPlan, record: Record) -> dict[Estimand, tuple[float, float]]:
-    """Bias and scale of one run, without methods that have no twins."""
-    made: dict[Estimand, tuple[float, float]] = {}
+def _calibrations_of(
+    plan: MonteCarloPlan, record: Record
+) -> dict[Estimand, tuple[float, float, float]]:
+    """Bias and scales of one run, without methods that have no twins."""
+    made: dict[Estimand, tuple[float, float, float]] = {}
     for method in plan.regressions:
         try:
             with_twins, without = (
@@ -70,10 +72,12 @@ def _calibrations_of(plan: MonteCarloPlan, record: Record) -> dict[Estimand, tup
             continue
         plain = dict(estimand_numbers(without))
         for estimand, found in estimand_numbers(with_twins):
-            made[estimand] = (found[0] - found[1], _ratio(found, plain[estimand]))
+            made[estimand] = (found[0] - found[1], *_ratios(found, plain[estimand]))
     return made
 
 
-def _ratio(found: Array, plain: Array) -> float:
-    before = float(plain[_OF_HAC])
-    return float(found[_OF_HAC]) / before if before > 0 else 1.0
+def _ratios(found: Array, plain: Array) -> tuple[float, float]:
+    """Of deviations, and of the widths of their intervals."""
+    sizes = ((own[_OF_HAC], own[_OF_HAC + 2] - own[_OF_HAC + 1]) for own in (found, plain))
+    (one, wide), (other, plain_wide) = sizes
+    return (float(one / other), float(wide / plain_wide)) if other > 0 else (1.0, 1.0)

@@ -271,7 +271,7 @@ def estimand_numbers(
                 numbers[-3:] = band.deviation, *band.interval
             yield Estimand(method, name, value.unit), numbers
         for i, (name, value) in enumerate(estimate.ddm_parameters.items()):
-            freedom = {of: estimate.ddm_freedom[of][i] for of in COVARIANCES}
+            freedom = {of: estimate.inference.ddm_freedom[of][i] for of in COVARIANCES}
             yield Estimand(method, name, value.unit, DIRECT), _numbers(value, freedom)
     for method, physical in result.physical.items():
         for name, value in physical.parameters.items() if physical.shows_more else ():

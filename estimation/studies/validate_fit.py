@@ -123,7 +123,7 @@ def validate_fit(
     check_record(record)
     length = _horizon(result, horizon)
     followed = _output(result, output)
-    axis = result.solution.axes[0]
+    axis = result.axes[0]
     _check_signals(axis, record)
     form = InverseForm(axis)
     # Gains of the law are in the axis, and where a loop starts is the record's.
@@ -201,7 +201,7 @@ def _horizon(result: object, asked: object) -> float | None:
         raise UsageError(
             f"the result is {quoted(result)}; give what fit gave.", code="validated-fit-type"
         )
-    if {*result.local} - {*STARTS} or result.solution.known:
+    if {*result.local} - {*STARTS} or result.known:
         raise UsageError(
             "the fit has parameters or known values for each of its records, and nothing says "
             "which are those of another record; fit without them.",

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtrit
 
 from axisid.estimation.problems import Solver
 from axisid.estimation.regression import Covariance, Form, Solution, delta_method
@@ -12,7 +11,6 @@ from axisid.support.arrays import Array
 from .twins import Twins
 
 _ROUNDING = 1e-9  # of a parameter: what simulated loops that reverse make of the last digit
-_LEVEL = 0.975  # of the interval whose width twins and record are to have alike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +37,11 @@ class Calibration:
     residuals: Array
     count: int
 
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom of the scale: as many pairs of opposite twins are a sample."""
+        return max(self.count // 2, 1)
+
 
 def calibrated(
     twins: Twins,
@@ -46,7 +49,6 @@ def calibrated(
     solver: Solver,
     solution: Solution,
     covariance: Covariance,
-    freedom: Array,
 ) -> Calibration | None:
     """Bias of an estimate, and what its deviations lack; None where too few twins can be solved.
 
@@ -63,8 +65,6 @@ def calibrated(
     solution : Solution
         Of the records.
     covariance : Covariance
-    freedom : (k,) array
-        Degrees of freedom by which intervals are made of the deviations.
 
     Returns
     -------
@@ -79,12 +79,10 @@ def calibrated(
     off = np.array([form.physical(each.theta)[0] for each in solved]) - twins.at
     scale, own_scale = np.ones(off.shape[1]), np.ones(own.shape[1])
     if count > 1:
-        # As many pairs of opposite ones are a sample, whose spread is Student's.
-        wider = stdtrit(max(count // 2, 1), _LEVEL) / stdtrit(freedom, _LEVEL)
         spreads = [covariance.matrix(each) for each in solved]
         mapped = [delta_method(each, jacobian) for each in spreads]
-        scale = np.where(jacobian != 0, wider, np.inf).min(axis=1) * _pivot(off, mapped)
-        own_scale = wider * _pivot(own, spreads)
+        scale = _pivot(off, mapped)
+        own_scale = _pivot(own, spreads)
         shown = covariance.matrix(solution)
         scale = np.maximum(scale, _rounded(twins.at, delta_method(shown, jacobian)))
         own_scale = np.maximum(own_scale, _rounded(form.regressed(twins.at), shown))

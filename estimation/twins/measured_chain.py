@@ -1,5 +1,6 @@
 """The chain of a record, from what it is beside its loop at an estimate."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -45,12 +46,12 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     """Measure the noise of a record.
 
     Steps are those of the grids of what was logged. White noise of the position is what its second
-    differences have beyond those of the loop, and of twins with the encoder's steps alone. What
-    acts beside the control is a sum of autoregressions of given correlation times, whose variances
-    are the likeliest by Whittle for the rows of the inverse model, without all that the model's
-    columns explain when they may change with time, place, speed and direction, and beside what
-    twins with noise and steps of the position have there; nothing is told of these where friction
-    remembers, which has no rows.
+    differences have beyond those of the loop, and of twins with the encoder's steps alone, as much
+    as leaves the same in twins with both. What acts beside the control is a sum of autoregressions
+    of given correlation times, whose variances are the likeliest by Whittle for the rows of the
+    inverse model, without all that the model's columns explain when they may change with time,
+    place, speed and direction, and beside what twins with noise and steps of the position have
+    there; nothing is told of these where friction remembers, which has no rows.
 
     Parameters
     ----------
@@ -123,11 +124,8 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     whole = with_disturbances(1.0)
     if not (chain.position_step and whole.disturbances):
         return whole
-    # A loop hunts over the steps of its encoder the more, the more it is disturbed: not in
-    # proportion, so that of what was found it takes less to leave the same in the rows.
-    added = np.maximum(power_of_twins(whole) - known, 0.0)
-    share = likeliest_variances(found, added[None], known, rows.counts)[0] if added.any() else 1.0
-    return with_disturbances(float(share)) if share > 0 else chain
+    share = _share(found, power_of_twins(whole), known, rows.counts)
+    return with_disturbances(share) if share > 0 else chain
 
 
 def control_step(record: Record) -> float:
@@ -165,6 +163,16 @@ def likeliest_variances(found: Array, units: Array, known: Array, counts: Array)
         up, down = counts * found / expected**2, counts / expected
         variances = variances * (units @ up) / (units @ down)
     return variances
+
+
+def _share(found: Array, made: Array, known: Array, counts: Array) -> float:
+    """By how much less variance what was found takes than the twins' that made so much, (b,) each.
+
+    A loop hunts over the steps of its encoder the more, the more it is disturbed, noise dithers
+    them, and the law feeds it back: not in proportion.
+    """
+    added = np.maximum(made - known, 0.0)
+    return float(likeliest_variances(found, added[None], known, counts)[0]) if added.any() else 1.0
 
 
 def _expected(variances: Array, found: Array, units: Array, known: Array) -> Array:
@@ -217,6 +225,10 @@ def _position_noise(
     position, jitter = map(float, np.sqrt(both if likelier else without))
     rounding = _ROUNDING * float(np.abs(data.record.position).max())
     fast = float(speed.max())
+    noisy = replace(chain, position=position, jitter=jitter)
+    if made := [power(each) for each in twins_of(data, physical, noisy, _TWINS)]:
+        share = math.sqrt(_share(seen[0], np.mean(made, axis=0), known, counts))
+        position, jitter = share * position, share * jitter
     return position * (position > rounding), jitter * (jitter * fast > rounding)
 
 

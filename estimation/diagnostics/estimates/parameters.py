@@ -108,7 +108,7 @@ def fixed_check(estimate: Estimate, level: float = LEVEL.value) -> Check | Missi
         figure=physical.statistic,
         threshold=None,
         p_value=physical.p_value,
-        source=f"chi-squared with {physical.dof} degrees of freedom, covariance of the "
+        source=f"Hotelling's T squared with {physical.dof} restrictions, covariance of the "
         "estimate and declared deviations, less the bias of filter and noise; fails below "
         f"{100 * level:g} %",
         meaning="the record agrees with them" if good else _contradiction(physical, estimate),
@@ -130,7 +130,7 @@ def _contradiction(physical: Physical, estimate: Estimate) -> str:
     what = f": {'; '.join(sides)}" if sides else ""
     return (
         f"no values of the parameters agree with the record{' and what was fixed' * bool(sides)} "
-        f"(chi-squared {physical.statistic:.3g}, degrees of freedom {physical.dof}){what}. "
+        f"(squared distance {physical.statistic:.3g}, restrictions {physical.dof}){what}. "
         f"Check what was fixed, the drive gain and the terms of the model{_unknown_bias(estimate)}"
     )
 

@@ -42,6 +42,9 @@ def test_interval_is_that_of_draws_from_the_covariance(
     tau = estimate.derive("sqrt(M/Fv)")
     assert tau.unit == "s^(1/2)"
     assert np.std(np.sqrt(drawn[:, 0] / drawn[:, 1])) == pytest.approx(tau.sd_hac, rel=0.01)
+    freedom = estimate.freedom["hac"].min()
+    of_student = np.sqrt(freedom / rng.chisquare(freedom, len(drawn)))[:, None]
+    drawn = estimate.corrected + of_student * (drawn - estimate.corrected)
     low, high = np.quantile(np.sqrt(drawn[:, 0] / drawn[:, 1]), [0.025, 0.975])
     assert tau.interval == pytest.approx((low, high), abs=0.1 * tau.sd_hac)
 

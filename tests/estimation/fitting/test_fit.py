@@ -280,7 +280,7 @@ def test_a_bound_by_which_chance_takes_it_is_noted_what_was_known_counted(
     free = fit(emps2015, twin, prior=known)["M"]
     result = fit(emps2015, twin, prior=known, bounds={"M": (None, free.value - free.deviation)})
     assert result.at_bound == {"M": "upper"}
-    assert result.solution.beyond["M"] == pytest.approx(1.0, rel=0.15)
+    assert result.beyond["M"] == pytest.approx(1.0, rel=0.15)
     assert _status(result)["bounds"] == "note"
     assert "one-sided" in result.summary()
 
@@ -308,9 +308,7 @@ def test_what_was_known_counts_beside_what_the_record_leaves_without_it(
     result = fit(emps2015, twin, prior={"M": (mean, sd)})
     both = alone.value + share * (mean - alone.value)
     assert result["M"].value == pytest.approx(both, abs=0.3 * alone.deviation)
-    assert result.solution.without_prior["M"] == pytest.approx(
-        (alone.value, alone.deviation), rel=1e-5
-    )
+    assert result.without_prior["M"] == pytest.approx((alone.value, alone.deviation), rel=1e-5)
     (check,) = [c for c in result.checks if c.name == "what was known"]
     assert f"{mean:g} +- 0.1, and what the record alone says, {alone.value:.6g}" in check.meaning
     if mean == 95.0:
@@ -340,7 +338,7 @@ def test_what_was_known_and_is_far_off_does_not_win(
 @pytest.mark.slow
 def test_what_was_known_of_what_no_output_shows_is_weighed_as_it_was(twin: Record) -> None:
     result = fit(with_bump(0.5), twin, prior={"Fb": (1.0, 0.1)})
-    assert result.solution.without_prior == {}
+    assert result.without_prior == {}
     assert result["Fb"].value == pytest.approx(1.0, abs=0.05)
     assert _status(result)["what was known"] == "pass"
 
@@ -611,7 +609,7 @@ def test_what_the_start_of_a_loop_leaves_open_counts_and_names_what_finds_it(
     (check,) = (c for c in result.checks if c.name == "start of the loop")
     assert check.status == "note"
     assert str(check.remedy) == 'find the start with the parameters by free="start".'
-    moved = result.solution.by_start.moved
+    moved = result.by_start.moved
     np.testing.assert_allclose(free.physical[:3] - result.physical, moved, rtol=0.05)
     deviations = np.array([each.deviation for each in result.values.values()])
     assert np.all(deviations > np.abs(moved))
@@ -708,7 +706,7 @@ def test_several_starts_leave_what_is_0_and_signs_that_are_allowed() -> None:
     assert several.believed
     assert several["Fb"].value == pytest.approx(-12.0, abs=0.5)
     assert several["at"].value == pytest.approx(0.02, abs=2e-4)
-    assert several.ends[0][0] > 1.2 * several.solution.best.cost
+    assert several.ends[0][0] > 1.2 * several.best.cost
     again = fit(axis, record, start=start, starts=8)
     np.testing.assert_array_equal(again.physical, several.physical)
 
@@ -906,10 +904,10 @@ def test_a_saved_fit_of_a_position_has_no_twins_and_tells_the_same(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
     found = fit(emps2015, replace(twin, position=np.round(twin.position, 5)), "position")
-    assert found.solution.judged_scores.twins is not None
+    assert found.judged_scores.twins is not None
     written = pickle.dumps(found)
     again = pickle.loads(written)  # noqa: S301
-    assert again.solution.judged_scores.twins is None
+    assert again.judged_scores.twins is None
     assert len(written) < 8 * len(pickle.dumps(twin))  # of 22 with them
     assert again.to_dict() == found.to_dict()
     assert again.summary() == found.summary()

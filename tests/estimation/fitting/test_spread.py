@@ -180,10 +180,10 @@ def test_noise_moves_an_axis_of_linear_friction_by_next_to_nothing(
     emps2015: GeneratedAxis,
 ) -> None:
     found = fit(emps2015, twin_record(emps2015, seed=5))
-    assert found.solution.moved is not None
+    assert found.moved is not None
     deviations = [value.deviation for value in found.values.values()]
     # As many twins tell a mean to a sixth of a deviation.
-    assert np.all(np.abs(found.solution.moved) < 0.6 * np.array(deviations))
+    assert np.all(np.abs(found.moved) < 0.6 * np.array(deviations))
 
 
 @pytest.mark.slow
@@ -195,7 +195,7 @@ def test_a_parameter_at_any_bound_has_loops_with_noise(
     bounded = tuple(replace(p, upper=23.1) if p.name == "Fc" else p for p in declared)
     found = fit(build(replace(emps2015.axis, parameters=bounded)), twin)
     assert found.at_bound == {"Fc": "upper"}
-    assert not found.solution.why_no_twins
+    assert not found.why_no_twins
 
 
 @pytest.mark.slow
@@ -208,7 +208,7 @@ def test_what_noise_in_the_loop_moves_falling_friction_by_is_taken_off() -> None
     for seed in range(100, 105):
         found = fit(axis, twin_record(axis, seed=seed), start=given.truth)
         deviations = [each.deviation for each in found.values.values()]
-        before.append((found.solution.best.physical - truth) / deviations)
+        before.append((found.best.physical - truth) / deviations)
         after.append((found.physical - truth) / deviations)
     told = {check.name: check.status for check in found.checks}
     assert "fail" not in told.values()
@@ -225,7 +225,7 @@ def test_what_noise_moves_at_every_reversal_alike_makes_no_interval_wider() -> N
     assert declared.experiment is not None
     noisy = replace(declared, experiment=replace(declared.experiment, position_noise=3e-6))
     found = fit(build(declared), twin_record(build(noisy), seed=1))
-    assert found.solution.moved is not None
+    assert found.moved is not None
     for value in found.values.values():
         assert value.deviation < 1.5 * value.deviations["coloured"]
 
@@ -238,9 +238,9 @@ def test_what_noise_moves_across_a_bound_is_at_it_and_from_it_is_free() -> None:
     noisy = replace(declared, experiment=replace(declared.experiment, position_noise=3e-6))
     axis, record = build(declared), twin_record(build(noisy), seed=1)
     found = fit(axis, record)
-    between = (found.solution.best.physical[3] + found.physical[3]) / 2
+    between = (found.best.physical[3] + found.physical[3]) / 2
     across = fit(axis, record, bounds={"fs": (None, between)})
-    assert np.all(across.solution.best.at_bound == 0)
+    assert np.all(across.best.at_bound == 0)
     assert across.at_bound == {"fs": "upper"}
     low, high = across["fs"].interval
     assert low < high == across["fs"].value == between
@@ -249,7 +249,7 @@ def test_what_noise_moves_across_a_bound_is_at_it_and_from_it_is_free() -> None:
     held = fit(axis, record, fixed={"fs": between})
     assert np.all(np.abs(across.physical - held.physical) < 0.1 * deviations)
     freed = fit(axis, record, bounds={"fs": (between, None)})
-    assert np.count_nonzero(freed.solution.best.at_bound) == 1
+    assert np.count_nonzero(freed.best.at_bound) == 1
     assert freed.at_bound == {}
     assert np.all(np.abs(freed.physical - found.physical) < 0.1 * deviations)
 

@@ -75,7 +75,7 @@ def test_what_was_known_of_the_records_is_not_taken_for_another(
     opened: OutputFit, twin: Record
 ) -> None:
     """Not even where it was the same of all of them."""
-    known = replace(opened, solution=replace(opened.solution, known=("payload",)))
+    known = replace(opened, known=("payload",))
     with refuses("validated-fit-local"):
         validate_fit(known, twin)
 

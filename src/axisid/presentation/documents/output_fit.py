@@ -78,7 +78,7 @@ def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
     """Of all records in which it was looked for; None where it was in none."""
     looked = [
         (lacks, axis, record)
-        for lacks, axis, record in zip(fit.lacks, fit.solution.axes, fit.records, strict=True)
+        for lacks, axis, record in zip(fit.lacks, fit.axes, fit.records, strict=True)
         if not isinstance(lacks, Missing)
     ]
     if not looked:
