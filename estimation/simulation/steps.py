@@ -123,15 +123,6 @@ def pushes(axis: GeneratedAxis, parameters: Array) -> str:
     )
 
 
-def has_states(axis: GeneratedAxis, parameters: Array) -> NDArray[np.bool_]:
-    """Which parameter sets (B, p) are such that friction can remember as it is declared, (B,)."""
-    found = np.ones(len(parameters), dtype=bool)
-    for part, value_of in state_limits(axis.axis):
-        values = np.array([value_of(each) for each in parameters.tolist()])
-        found &= (values > 0) | (values == 0) & part.allows(0.0)
-    return found
-
-
 def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
     """What to say of parameters (p,) with which friction cannot remember; empty if it can."""
     for part, value_of in state_limits(axis.axis):
@@ -207,21 +198,13 @@ def _from_rest(
     recorded: Recorded,
 ) -> Array:
     """Accelerations at rest for each of the cases, (4, B)."""
-    signals = standing_in(axis, recorded)
-    lanes, repeated = len(position), len(_PUSHES)
-    forces, directions = _PUSHES, _DIRECTIONS
-    if lanes > 1:
-        forces, directions = np.repeat(forces, lanes), np.repeat(directions, lanes)
-    motion = (_often(position, repeated), np.zeros(len(forces)), forces, directions)
-    beside = (_often(np.broadcast_to(s, lanes), repeated) for s in signals)
-    sets = parameters[0] if lanes == 1 else _often(parameters, repeated)
+    cases, lanes = len(_PUSHES), len(position)
+    forces, directions = np.repeat(_PUSHES, lanes), np.repeat(_DIRECTIONS, lanes)
+    motion = np.tile(position, cases), np.zeros(len(forces)), forces, directions
+    beside = (np.tile(np.broadcast_to(s, lanes), cases) for s in standing_in(axis, recorded))
+    sets = np.tile(parameters, (cases, 1))
     accelerations = axis.evaluate("direct_dynamics", *motion, *beside, sets)[0]
-    return np.asarray(accelerations.reshape(repeated, lanes))
-
-
-def _often(values: Array, times: int) -> Array:
-    """One after the other, as by ``np.tile``, in a fraction of its time."""
-    return np.concatenate([values] * times)
+    return np.asarray(accelerations.reshape(cases, lanes))
 
 
 def no_inertia(
@@ -300,10 +283,10 @@ def _rates_at_start(
     if axis.states:
         still = dict.fromkeys(visited_signals(axis), np.zeros(lanes)) | {"position": start}
         return _rates_with_states(axis, parameters, still)[:, None]
-    q, s = _often(start, 2), np.repeat([-1.0, 1.0], lanes)
-    shared = parameters[0] if lanes == 1 else np.tile(parameters, (2, 1))
-    signals = [_often(np.broadcast_to(v, lanes), 2) for v in standing_in(axis, recorded)]
-    return _probed(axis, q, np.zeros(2 * lanes), s, shared, None, signals).reshape(2, lanes).T
+    q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
+    sets = np.tile(parameters, (2, 1))
+    signals = [np.tile(np.broadcast_to(v, lanes), 2) for v in standing_in(axis, recorded)]
+    return _probed(axis, q, np.zeros(2 * lanes), s, sets, None, signals).reshape(2, lanes).T
 
 
 def substeps_along(
@@ -396,15 +379,15 @@ def _probed(
     way = np.full(len(q), PROBE) if waves is None else PROBE / (1 + PROBE / PROBED * waves)
     positions = np.concatenate([q, q, q + way])
     speeds = np.concatenate([dq, dq + PROBE, dq])
-    directions = _often(s, 3)
+    directions = np.tile(s, 3)
     sets = parameters if parameters.ndim == 1 else np.tile(parameters, (3, 1))
     with np.errstate(all="ignore"):
         if force is not None and not (_is_continuous(axis) or axis.axis.drives_by_motion):
-            beside = (_often(values, 3) for values in signals)
-            arguments = (positions, speeds, _often(force, 3), directions, *beside, sets)
+            beside = (np.tile(values, 3) for values in signals)
+            arguments = (positions, speeds, np.tile(force, 3), directions, *beside, sets)
             accelerations = axis.evaluate("direct_dynamics", *arguments)[0]
         else:
-            held = _often(_held(axis, q, signals), 3)  # it stays while positions are probed
+            held = np.tile(_held(axis, q, signals), (3, 1))  # it stays while positions are probed
             arguments = (positions, speeds, held, directions, sets)
             accelerations = axis.evaluate("held_acceleration", *arguments)[0]
         here, faster, further = accelerations.reshape(3, -1)

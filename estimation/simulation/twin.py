@@ -22,8 +22,9 @@ from axisid.support.errors import ModelError, UsageError
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
-from .closed_loop import checked_signal, simulate_loop
+from .closed_loop import simulate_loop
 from .inputs import LoopInputs
+from .lane_arguments import checked_array, optional_array
 from .recorded import checked_signals
 from .simulated import (
     Simulation,
@@ -165,7 +166,7 @@ def twin_plan(
         )
     clocks = clocks_of(law, len(reference), period)
     place = injected_at or declared.injected_at or None
-    added = None if injected is None else checked_signal(injected, reference, "the injected signal")
+    added = optional_array(injected, "the injected signal", reference.shape)
     of_time = generated.experiment_signals(period * np.arange(float(len(reference))))
     recorded = {**of_time, **(signals or {})}
     if untold := [s.name for s in declared.signals if s.name not in recorded]:
@@ -254,7 +255,7 @@ class TwinPlan:
             reference=commanded if added is None else commanded + added,
             period=period,
             start=LoopStart(position=float(commanded[0])),
-            noise=checked_signal(logged, commanded, "the noise"),
+            noise=checked_array(logged, "the noise", [commanded.shape]),
             injected=self.added.get("control"),
             signals=checked_signals(axis, self.signals, len(commanded)),
             resolution=resolution,
