@@ -17,12 +17,12 @@ from axisid.estimation.tables import (
     TableBuilder,
     library,
     one_line,
+    refusing,
     split_labels,
 )
-from axisid.support.errors import AxisidError, DataError, UsageError
+from axisid.support.errors import DataError, UsageError
 from axisid.support.files.memory import Room
 
-_ZIP = b"PK"
 _UNIT_KEYS = (b"unit", b"units", b"Unit")
 _HEADS = {
     (1, 0): np.lib.format.read_array_header_1_0,
@@ -44,30 +44,18 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         to more than there is room for.
     """
     found = TableBuilder(room=room)
-    if not content.startswith(_ZIP):
-        raise DataError(
-            f"{file} cannot be read as a NumPy archive; write one with numpy.savez.",
-            code="damaged-npz",
-        )
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            units = _units(archive)
-            for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
-                room.take(entry.file_size)
-                with archive.zip.open(entry) as stream:
-                    room.check(_DOUBLE * _numbers(stream))
-                _add_entry(found, name, archive, units)
-    except AxisidError:
-        raise
-    except Exception as error:
-        # Damaged archives raise zip, zlib, struct and value errors alike.
-        raise DataError(f"{file} cannot be read as a NumPy archive: {one_line(error)}.") from error
-    if not found.columns:
-        raise DataError(
-            f"{file} holds no numeric vectors{found.else_there()}; save them with numpy.savez.",
-            code="npz-without-numbers",
-        )
-    return found.table(str(file))
+    damaged = DataError(
+        f"{file} cannot be read as a NumPy archive (write one with numpy.savez)",
+        code="damaged-npz",
+    )
+    with refusing(damaged), np.load(io.BytesIO(content), allow_pickle=False) as archive:
+        units = _units(archive)
+        for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
+            room.take(entry.file_size)
+            with archive.zip.open(entry) as stream:
+                room.check(_DOUBLE * _numbers(stream))
+            _add_entry(found, name, archive, units)
+    return found.table(str(file), advice="save vectors of them with numpy.savez")
 
 
 def _numbers(stream: IO[bytes]) -> int:
@@ -114,20 +102,13 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
         It is damaged, unfolds to more than there is room for, or pyarrow is not installed.
     """
     arrow, parquet = (library(name, "parquet", file) for name in ("pyarrow", "pyarrow.parquet"))
-    batches, schema = [], None
-    try:
-        with parquet.ParquetFile(io.BytesIO(content)) as opened:
-            schema = opened.schema_arrow
-            for batch in opened.iter_batches(batch_size=_BATCH):
-                room.take(2 * batch.nbytes)  # its columns are put together anew
-                batches.append(batch)
-        table = arrow.Table.from_batches(batches, schema).flatten()
-    except AxisidError:
-        raise
-    except Exception as error:
-        raise DataError(
-            f"{file} cannot be read as a Parquet file: {one_line(error)}.", code="damaged-parquet"
-        ) from error
+    batches = []
+    damaged = DataError(f"{file} cannot be read as a Parquet file", code="damaged-parquet")
+    with refusing(damaged), parquet.ParquetFile(io.BytesIO(content)) as opened:
+        for batch in opened.iter_batches(batch_size=_BATCH):
+            room.take(2 * batch.nbytes)  # its columns are put together anew
+            batches.append(batch)
+        table = arrow.Table.from_batches(batches, opened.schema_arrow).flatten()
     found = TableBuilder(room=room)
     split = split_labels(table.schema.names)
     for field, values, (name, unit) in zip(table.schema, table.columns, split, strict=True):

@@ -15,6 +15,7 @@ from .table import (
     numbered as numbered,
     one_line as one_line,
     parquet_bytes as parquet_bytes,
+    refusing as refusing,
 )
 from .unit_labels import (
     COUNTS as COUNTS,
