@@ -123,7 +123,7 @@ def identify(
     check_count(bootstrap)
     levels = Levels(level=level, least_share=least_share)
     requested = requested_methods(methods)
-    as_given = _at_rate(prefilter, records[0].period)
+    as_given = Prefilter.given(prefilter).at_rate_of(records[0].period)
 
     def run(tried: GeneratedAxis, chosen: Sequence[str] | None) -> Identification:
         def free(axis: GeneratedAxis) -> Identification:
@@ -166,12 +166,6 @@ def records_of(record: object) -> list[Record]:
     for each in records:
         check_record(each)
     return [each for each in records if isinstance(each, Record)]
-
-
-def _at_rate(prefilter: Prefilter | None, period: float) -> Prefilter:
-    """The prefilter as given, what follows the rate chosen; what is none is refused later."""
-    as_given = Prefilter() if prefilter is None else prefilter
-    return as_given.at_rate_of(period) if isinstance(as_given, Prefilter) else as_given
 
 
 def identify_problem(

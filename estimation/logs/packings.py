@@ -33,10 +33,6 @@ class Packing:
     opened: Callable[[Path, Any], Any]
 
 
-def _gzip(_: Path, content: Any) -> Any:
-    return gzip.open(content)
-
-
 def _zstd(file: Path, content: Any) -> Any:
     """By Python itself from 3.14 on, else by one of two libraries."""
     ways: tuple[tuple[str, Callable[[Any], Any]], ...] = (
@@ -59,7 +55,12 @@ def _zstd(file: Path, content: Any) -> Any:
 _EVERY_FRAME = {"read_across_frames": True}
 
 PACKINGS = (
-    Packing(name="gzip", ending=".gz", start=b"\x1f\x8b", opened=_gzip),
+    Packing(
+        name="gzip",
+        ending=".gz",
+        start=b"\x1f\x8b",
+        opened=lambda _, content: gzip.GzipFile(fileobj=content),
+    ),
     Packing(name="zstd", ending=".zst", start=b"\x28\xb5\x2f\xfd", opened=_zstd),
 )
 

@@ -72,11 +72,6 @@ class MonteCarloPlan:
             )
         _check_count("seed", self.seed, least=0)
         _check_count("checks", self.checks, least=0)
-        if not isinstance(self.prefilter, Prefilter):
-            raise UsageError(
-                f"the prefilter is {quoted(self.prefilter)}; give a Prefilter, or leave it out.",
-                code="monte-carlo-prefilter",
-            )
         object.__setattr__(self, "settings", FrozenMapping(self.settings))
 
     @property

@@ -93,9 +93,10 @@ def seldom_notes(samples: Mapping[str, Samples]) -> list[Note]:
     for role in SELDOM_ROLES:
         apart = samples_apart(samples[role].values) if role in samples else 1
         if apart > 1:
+            nth = {2: "second", 3: "third"}.get(apart, f"{apart}th")
             notes.append(
                 Note(
-                    f"the {role} is written anew in every {_ordinal(apart)} sample alone and held "
+                    f"the {role} is written anew in every {nth} sample alone and held "
                     f"between, {(apart - 1) / 2:g} samples late in the mean: ",
                     Remedy.of("draw it between its values (", advised_between(role), ")"),
                 )
@@ -164,7 +165,3 @@ def at_times(times: Array, clock: Array, values: Array, how: Between) -> Array:
 def advised_between(role: str) -> Setting:
     """What suits a column: a velocity bends, an acceleration or a force jumps."""
     return Setting("between", f"{role}={'spline' if role == 'velocity' else 'linear'}")
-
-
-def _ordinal(number: int) -> str:
-    return {2: "second", 3: "third"}.get(number, f"{number}th")

@@ -127,6 +127,24 @@ class Prefilter:
             )
 
     @classmethod
+    def given(cls, prefilter: object) -> "Prefilter":
+        """What was given as a prefilter; the settings by default where nothing was.
+
+        Raises
+        ------
+        UsageError
+            It is none.
+        """
+        if prefilter is None:
+            return cls()
+        if not isinstance(prefilter, Prefilter):
+            raise UsageError(
+                f"the prefilter is {quoted(prefilter)}; give a Prefilter, or leave it out.",
+                code="prefilter-type",
+            )
+        return prefilter
+
+    @classmethod
     def suited(cls, period: float, **settings: Any) -> "Prefilter":
         """Settings for a sampling period in s, cut-off and decimation chosen where not among them.
 

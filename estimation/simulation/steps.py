@@ -137,16 +137,6 @@ def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
     return ""
 
 
-def has_inertia(
-    axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded = None
-) -> NDArray[np.bool_]:
-    """Which parameter sets, (B, p), have a positive and finite inertia at their positions, (B,).
-
-    Recorded signals are (s,) or (s, B).
-    """
-    return at_rest(axis, parameters, position, recorded)[0]
-
-
 def at_rest(
     axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded = None
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Array]:
@@ -155,7 +145,7 @@ def at_rest(
     Returns
     -------
     array of bool
-        As `has_inertia`.
+        Which have a positive and finite inertia at their positions, (B,).
     array of bool
         Which have no friction that drives the axis from there.
     array

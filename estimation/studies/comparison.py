@@ -200,7 +200,7 @@ def compare(
     _check_comparable(named)
     # The same rows for all: those that suit the candidate with the most friction.
     first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
-    suited = (Prefilter() if prefilter is None else prefilter).at_rate_of(records[0].period)
+    suited = Prefilter.given(prefilter).at_rate_of(records[0].period)
     owner = _with_own(named, first, local)
     shared = shared_records(owner, records, suited, local, known, gain, skip_bad=skip_bad)
     problem = shared.problem(first, suited)
