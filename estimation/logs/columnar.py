@@ -3,9 +3,7 @@
 import io
 import json
 import math
-from collections import Counter
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any
 
@@ -126,7 +124,7 @@ def read_frame(frame: object) -> Table:
     UsageError
         It is neither.
     DataError
-        The library narwhals is not installed, or names occur twice.
+        Names occur twice.
     """
     source = f"a {type(frame).__name__}"
     if isinstance(frame, Mapping):
@@ -149,10 +147,9 @@ def _array(name: str, values: object) -> np.ndarray[Any, Any]:
     return np.asarray(values)
 
 
-def _frame_arrays(frame: object) -> list[tuple[str, np.ndarray[Any, Any]]]:
-    if find_spec("narwhals") is None and (arrays := _native_arrays(frame)) is not None:
-        return arrays
-    narwhals = library("narwhals", "dataframe", Path("the dataframe"))
+def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:
+    import narwhals
+
     try:
         table = narwhals.from_native(frame, eager_only=True)
         return [(_flat(series.name), series.to_numpy()) for series in table.iter_columns()]
@@ -167,34 +164,6 @@ def _frame_arrays(frame: object) -> list[tuple[str, np.ndarray[Any, Any]]]:
             f"the dataframe cannot be read: {one_line(error)}; rename one.",
             code="damaged-dataframe",
         ) from error
-
-
-def _native_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]] | None:
-    """Columns of a dataframe of pandas or polars, without another library; None of what is none."""
-    if type(frame).__name__ != "DataFrame":
-        return None
-    if type(frame).__module__.startswith("polars"):
-        return [(series.name, series.to_numpy()) for series in frame.get_columns()]
-    if not type(frame).__module__.startswith("pandas"):
-        return None
-    names = [_flat(name) for name in frame.columns]
-    twice = [name for name, times in Counter(names).items() if times > 1]
-    if twice:
-        raise DataError(
-            f"the dataframe cannot be read: it has {twice[0]!r} more than once; rename one.",
-            code="repeated-column",
-        )
-    columns = (frame.iloc[:, k] for k in range(len(names)))
-    return [(name, _pandas_array(series)) for name, series in zip(names, columns, strict=True)]
-
-
-def _pandas_array(series: Any) -> np.ndarray[Any, Any]:
-    """Values of a column: numbers that may lack, and times of any zone."""
-    if getattr(series.dtype, "tz", None) is not None:
-        series = series.dt.tz_convert("UTC").dt.tz_localize(None)
-    elif series.dtype.kind in "fiub" and not isinstance(series.dtype, np.dtype):
-        return np.asarray(series.to_numpy(dtype=float, na_value=np.nan))
-    return np.asarray(series.to_numpy())
 
 
 def _flat(name: object) -> str:

@@ -11,7 +11,6 @@ import numpy as np
 
 from axisid.estimation.identification import identify
 from axisid.estimation.records import Record
-from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
 from .plan import MonteCarloPlan
@@ -70,10 +69,7 @@ def _calibrations_of(plan: MonteCarloPlan, record: Record) -> dict[Estimand, tup
             continue
         plain = dict(estimand_numbers(without))
         for estimand, found in estimand_numbers(with_twins):
-            made[estimand] = (found[0] - found[1], _ratio(found, plain[estimand]))
+            before = plain[estimand][_OF_HAC]
+            scale = found[_OF_HAC] / before if before > 0 else 1.0
+            made[estimand] = (float(found[0] - found[1]), float(scale))
     return made
-
-
-def _ratio(found: Array, plain: Array) -> float:
-    before = float(plain[_OF_HAC])
-    return float(found[_OF_HAC]) / before if before > 0 else 1.0

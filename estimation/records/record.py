@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis, as_declared, replace_file
+from axisid.codegen.artefacts import GeneratedAxis, as_declared, write_for_user
 from axisid.estimation.records.columns import log_content
 from axisid.estimation.tables import Provenance, Repair, Samples
 from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
@@ -308,11 +308,7 @@ class Record(Presentable, Exact):
                 code="write-axis",
             )
         content = log_content(self.channels(), declared, MARK, self._name(), path)
-        try:
-            replace_file(path, content)
-        except OSError as error:
-            raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
-        return path
+        return write_for_user(path, content)
 
     def _of(self, pieces: Sequence[Span], **changed: Any) -> "Record":
         """These samples of it, as segments."""

@@ -123,14 +123,16 @@ def twin_record(
         raise UsageError(
             f"the seed is {quoted(chosen)}; give a whole number of 0 or more.", code="twin-seed"
         )
-    loop = plan.loop(_noise(np.random.default_rng(chosen), deviation))
+    generator = np.random.default_rng(chosen)
+    loop = plan.loop(lambda count: generator.normal(0.0, deviation, count))
     rng = np.random.default_rng([chosen, 1])  # the position's noise stays what it is without them
     noise = rng.normal(size=(2, len(loop.velocity)))
-    declared = plan.axis.axis
+    declared, counts = plan.axis.axis, experiment.resolution
+    counted = f", counts of {counts:g} {declared.coordinate.unit}" if counts else ""
     return plan.record(
         loop,
         f"twin of {declared.name}, seed {chosen}, position noise {deviation:g} "
-        f"{declared.coordinate.unit}{_counts(declared, experiment)}",
+        f"{declared.coordinate.unit}{counted}",
         None if velocity_noise is None else loop.velocity + velocity_noise * noise[0],
         None
         if acceleration_noise is None
@@ -309,16 +311,6 @@ class TwinPlan:
             before = signals_about(self.axis, self.truth, loop)[1].acceleration
             return (loop.acceleration + before) / 2
         return about_samples(loop.acceleration, [0]) if axis.jumps else loop.acceleration
-
-
-def _counts(axis: Axis, experiment: Experiment) -> str:
-    """What is said of the twin's encoder, if it has one."""
-    counts = experiment.resolution
-    return f", counts of {counts:g} {axis.coordinate.unit}" if counts else ""
-
-
-def _noise(generator: np.random.Generator, deviation: float) -> Callable[[int], Array]:
-    return lambda count: generator.normal(0.0, deviation, count)
 
 
 def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, ControlLaw]:

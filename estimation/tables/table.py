@@ -348,6 +348,13 @@ def _content(array: np.ndarray[Any, Any]) -> str:
     return {"": "nothing", "str": "text"}.get(first, f"objects ({first or array.dtype})")
 
 
+def npz_bytes(arrays: Mapping[str, Any]) -> bytes:
+    """The content of a NumPy archive."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    return buffer.getvalue()
+
+
 def parquet_bytes(
     columns: Mapping[str, Any], units: Mapping[str, str], about: Mapping[str, str], file: Path
 ) -> bytes:
