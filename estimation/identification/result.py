@@ -249,11 +249,6 @@ class Identification(OfProblem, ByMethod, Uncached, Presentable, Exact):
         values = self.preferred.parameters
         return {name: tuple(values[each] for each in own) for name, own in self.local_names.items()}
 
-    @property
-    def prefilter(self) -> Prefilter:
-        """The filter, with what was chosen for the record."""
-        return self.data.prefilter
-
     def __repr__(self) -> str:
         source = " and ".join(self.record_names)
         return f"identification of {self.axis.axis.name} from {source}: {', '.join(self.estimates)}"

@@ -122,7 +122,9 @@ class Form(ABC):
 
     def have_inertia(self, physical: Array) -> NDArray[np.bool_]:
         """Which sets of physical parameters, (B, p), have a positive and finite inertia."""
-        return at_rest(self.axis, physical, np.zeros(len(physical)))[0]
+        return at_rest(
+            self.axis, physical, np.zeros(len(physical)), np.ones(len(self.axis.axis.signals))
+        )[0]
 
     def of_record(self, record: int) -> "Form":  # noqa: ARG002
         """The form of one of several records, in that record's own parameters."""

@@ -107,20 +107,19 @@ class Prefilter:
                 f"the decimation is {self.decimate!r}; give 1 (keep every row) or more.",
                 code="bad-decimation",
             )
-        if not is_among(self.decimation, ("matlab", "scipy")):
-            raise UsageError(
-                f"the row alignment is {quoted(self.decimation)}; give matlab or scipy.",
-                code="unknown-alignment",
-            )
-        if not (self.hold is None or is_among(self.hold, ("raw", "zoh"))):
-            raise UsageError(
-                f"the hold is {quoted(self.hold)}; give raw or zoh.", code="unknown-hold"
-            )
-        if not (self.reversals is None or is_among(self.reversals, ("keep", "leave-out"))):
-            raise UsageError(
-                f"the reversals are {quoted(self.reversals)}; give keep or leave-out.",
-                code="unknown-reversals",
-            )
+        for what, given, known in (
+            ("row alignment is", self.decimation, ("matlab", "scipy")),
+            ("hold is", "raw" if self.hold is None else self.hold, ("raw", "zoh")),
+            (
+                "reversals are",
+                "keep" if self.reversals is None else self.reversals,
+                ("keep", "leave-out"),
+            ),
+        ):
+            if not is_among(given, known):
+                raise UsageError(
+                    f"the {what} {quoted(given)}; give {' or '.join(known)}.", code="filter-choice"
+                )
         if self.drop is not None and min(self.drop) < 0:
             raise UsageError(
                 f"the rows to drop are {self.drop!r}; give 0 or more at each end.", code="bad-drop"

@@ -96,10 +96,3 @@ def before(axis: GeneratedAxis, signals: Sequence[Array]) -> tuple[Array, ...]:
         np.concatenate([values[:1], values[:-1]]) if declared.is_held else values
         for declared, values in zip(axis.axis.signals, signals, strict=True)
     )
-
-
-def standing_in(axis: GeneratedAxis, recorded: Sequence[Array] | Array | None) -> list[Array]:
-    """What is given of the signals, else 1 for each: where no record is at hand."""
-    if recorded is None:
-        return [np.ones(1) for _ in axis.axis.signals]
-    return [np.asarray(values) for values in recorded]

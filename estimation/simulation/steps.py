@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,12 +27,9 @@ from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
-from .recorded import standing_in
-
 #: Position and velocity, and the recorded signals there.
 Place = tuple[tuple[float, float], tuple[float, ...]]
-Recorded = Sequence[Array] | Array | None
-_Rates = TypeVar("_Rates", float, Array)
+Recorded = Sequence[Array] | Array
 
 _SLACK = 1e-6
 _HALVED = 0.5 ** np.arange(1.0, 13.0)[:, None]  # parts of a velocity, down to rest
@@ -138,7 +134,7 @@ def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
 
 
 def at_rest(
-    axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded = None
+    axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Array]:
     """What lanes with parameters (B, p) are at rest, (B,) each; recorded signals (s,) or (s, B).
 
@@ -175,7 +171,7 @@ def _native_rest(
         return None
     lanes = len(position)
     signals = np.empty((lanes, len(axis.axis.signals)))
-    for i, values in enumerate(standing_in(axis, recorded) if axis.axis.signals else ()):
+    for i, values in enumerate(recorded):
         signals[:, i] = values
     contiguous = map(np.ascontiguousarray, (position, signals, parameters))
     return library.from_rest(*contiguous)
@@ -191,7 +187,7 @@ def _from_rest(
     cases, lanes = len(_PUSHES), len(position)
     forces, directions = np.repeat(_PUSHES, lanes), np.repeat(_DIRECTIONS, lanes)
     motion = np.tile(position, cases), np.zeros(len(forces)), forces, directions
-    beside = (np.tile(np.broadcast_to(s, lanes), cases) for s in standing_in(axis, recorded))
+    beside = (np.tile(np.broadcast_to(s, lanes), cases) for s in recorded)
     sets = np.tile(parameters, (cases, 1))
     accelerations = axis.evaluate("direct_dynamics", *motion, *beside, sets)[0]
     return np.asarray(accelerations.reshape(cases, lanes))
@@ -275,7 +271,7 @@ def _rates_at_start(
         return _rates_with_states(axis, parameters, still)[:, None]
     q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
     sets = np.tile(parameters, (2, 1))
-    signals = [np.tile(np.broadcast_to(v, lanes), 2) for v in standing_in(axis, recorded)]
+    signals = [np.tile(np.broadcast_to(v, lanes), 2) for v in recorded]
     return _probed(axis, q, np.zeros(2 * lanes), s, sets, None, signals).reshape(2, lanes).T
 
 
@@ -429,7 +425,7 @@ def _is_continuous(axis: GeneratedAxis) -> bool:
     return law is not None and law.continuous
 
 
-def _by_rate(axis: GeneratedAxis, rates: _Rates, period: float) -> _Rates:
+def _by_rate(axis: GeneratedAxis, rates: Array, period: float) -> Array:
     """Steps in a sample that rates ask for, as broken numbers."""
     return rates * period / (_UNIFORM * RESOLVED if axis.uniform else RESOLVED)
 
@@ -522,9 +518,8 @@ def first_substeps(
     EstimationError
         It would need more wherever it goes.
     """
-    steps, most = 1, most_substeps(samples, left)
-    if _by_rate(axis, rate, period) > 1:
-        steps = int(steps_by_rate(axis, np.array([rate]), period)[0])
+    most = most_substeps(samples, left)
+    steps = int(steps_by_rate(axis, np.array([rate]), period)[0])
     if steps > most and has_constant_substeps(axis):
         said = too_stiff(axis, parameters, still, period, samples, left)
         raise EstimationError(said, code="too-stiff")

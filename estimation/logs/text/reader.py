@@ -159,12 +159,9 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
 
 def _numeric(dialect: Dialect, line: str) -> list[int]:
     """Columns that hold numbers in a row, if the others hold text."""
-    try:
-        cells = dialect.cells(line)
-    except csv.Error:
-        return []
+    cells = _cells_of(line, dialect)
     text = {k for k, c in enumerate(cells) if c and not is_number(c, comma=dialect.comma)}
-    return [k for k in range(len(dialect.names)) if k not in text]
+    return [k for k in range(len(dialect.names)) if cells and k not in text]
 
 
 def _named(dialect: Dialect, columns: dict[int, Column]) -> dict[str, Column]:
