@@ -7,7 +7,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.choices import ROW_LOSSES, STARTS, is_output_error
+from axisid.estimation.choices import ROW_LOSSES, STARTS, check_among, is_output_error
 from axisid.estimation.diagnostics import Choice
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
@@ -265,16 +265,11 @@ def check_choices(covariance: object, start: object, loss: object) -> None:
     UsageError
         There is no such covariance, start or loss.
     """
-    for what, given, choices in (
+    check_among(
         ("covariance", covariance, COVARIANCES),
         ("start", start, STARTS),
         ("loss", loss, ROW_LOSSES),
-    ):
-        if not is_among(given, choices):
-            raise UsageError(
-                f"there is no {what} {quoted(given)}; choose from {', '.join(choices)}.",
-                code="unknown-choice",
-            )
+    )
 
 
 def estimate_drive_timing(

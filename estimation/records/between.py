@@ -11,6 +11,7 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.choices import check_among
 from axisid.estimation.tables import Repair, Samples
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
@@ -49,12 +50,7 @@ def checked_between(between: object) -> dict[str, Between]:
                 f"those are {', '.join(SELDOM_ROLES)}.",
                 code="between-role",
             )
-        if how not in BETWEEN:
-            raise UsageError(
-                f"the {role} is said to be {quoted(how)} between its values; give "
-                f"{', '.join(BETWEEN[:-1])} or {BETWEEN[-1]}.",
-                code="between-how",
-            )
+        check_among((f"way of the {role} between its values", how, BETWEEN))
     return {role: cast(Between, how) for role, how in between.items()}
 
 

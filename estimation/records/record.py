@@ -191,11 +191,6 @@ class Record(Presentable, Exact):
         return open_end([self.time[a:b] for a, b in self.spans])
 
     @property
-    def windows_told(self) -> str:
-        """The parts of the log that it is, in words; empty for the whole."""
-        return windows_text(self.windows)
-
-    @property
     def spans(self) -> tuple[tuple[int, int], ...]:
         """First sample and the one after the last of each segment; of a whole record, its own."""
         return self.segments or ((0, len(self)),)

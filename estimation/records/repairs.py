@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from axisid.estimation.choices import check_among
 from axisid.estimation.records.columns import expected_units, to_si
 from axisid.estimation.tables import Repair
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
@@ -70,13 +71,12 @@ class Repairs:
             isinstance(rate, (int, float)) and math.isfinite(rate) and rate > 0
         ):
             raise UsageError(f"the rate to resample at is {rate!r}; give hertz, or auto.")
-        for what, given, only in (
-            ("what to do at gaps", self.gaps, "split"),
-            ("what to mask", self.mask, "clipped"),
-            ("what to do with the end of the log", self.tail, "drop"),
-        ):
-            if given not in (only, None):
-                raise UsageError(f"{what} is {given!r}; give {only}.")
+        ways = (
+            ("repair of gaps", self.gaps, ("split",)),
+            ("mask", self.mask, ("clipped",)),
+            ("repair of the end of the log", self.tail, ("drop",)),
+        )
+        check_among(*(row for row in ways if row[1] is not None))
         if isinstance(self.wrap, Mapping):
             object.__setattr__(self, "wrap", FrozenMapping(self.wrap))
         object.__setattr__(self, "shift", FrozenMapping(checked_shifts(self.shift)))

@@ -260,7 +260,7 @@ def check_stated(source: str, found: float, stated: float, uncertainty: float = 
 
 def check_sample_period(period: object) -> None:
     """Refuse what is no sampling period."""
-    if period is not None and not (is_real(period) and 0 < period < math.inf):
+    if not (is_real(period) and 0 < period < math.inf):
         raise UsageError(
             f"the sampling period is {quoted(period)}; give a positive number of seconds.",
             code="bad-sample-period",

@@ -11,9 +11,11 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from axisid.estimation.choices import check_among
+from axisid.estimation.records import check_sample_period
 from axisid.support.errors import UsageError
 from axisid.support.real_numbers import is_real, is_whole
-from axisid.support.user_values import is_among, quoted
+from axisid.support.user_values import quoted
 
 # ratio of two cut-offs that are one, or of two periods for which counts of samples stay
 SAME_FILTER_FREQUENCY = 1.01
@@ -107,19 +109,12 @@ class Prefilter:
                 f"the decimation is {self.decimate!r}; give 1 (keep every row) or more.",
                 code="bad-decimation",
             )
-        for what, given, known in (
-            ("row alignment is", self.decimation, ("matlab", "scipy")),
-            ("hold is", "raw" if self.hold is None else self.hold, ("raw", "zoh")),
-            (
-                "reversals are",
-                "keep" if self.reversals is None else self.reversals,
-                ("keep", "leave-out"),
-            ),
-        ):
-            if not is_among(given, known):
-                raise UsageError(
-                    f"the {what} {quoted(given)}; give {' or '.join(known)}.", code="filter-choice"
-                )
+        choices = (
+            ("row alignment", self.decimation or "none", ("matlab", "scipy")),
+            ("hold", self.hold, ("raw", "zoh")),
+            ("way with reversals", self.reversals, ("keep", "leave-out")),
+        )
+        check_among(*(row for row in choices if row[1] is not None))
         if self.drop is not None and min(self.drop) < 0:
             raise UsageError(
                 f"the rows to drop are {self.drop!r}; give 0 or more at each end.", code="bad-drop"
@@ -152,11 +147,7 @@ class Prefilter:
         UsageError
             The period is no positive number, or a setting makes no sense.
         """
-        if not (is_real(period) and 0 < period < math.inf):
-            raise UsageError(
-                f"the sampling period is {quoted(period)}; give a positive number of seconds.",
-                code="filter-period",
-            )
+        check_sample_period(period)
         return cls(**settings).at_rate_of(period)
 
     def at_rate_of(self, period: float) -> "Prefilter":

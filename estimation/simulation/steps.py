@@ -20,6 +20,7 @@ from axisid.codegen.lowering import (
     STEPS_OF_SEARCH,
     demanding_term,
 )
+from axisid.estimation.records import check_sample_period
 from axisid.estimation.thresholds import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
 from axisid.modeling.derivation import forces_at_rest, state_limits
 from axisid.support.arrays import Array
@@ -80,10 +81,7 @@ def check_loop(
         raise UsageError(
             "the reference is empty or not finite; give finite positions.", code="bad-reference"
         )
-    if not (is_real(period) and math.isfinite(period) and period > 0):
-        raise UsageError(
-            f"the period is {quoted(period)} s; give a positive number.", code="simulation-period"
-        )
+    check_sample_period(period)
     measurable = is_real(resolution) and 0 <= resolution < math.inf
     if not measurable or (resolution and law.continuous):
         raise UsageError(
@@ -169,10 +167,8 @@ def _native_rest(
     library = axis.native.evaluator("from_rest")
     if library is None:
         return None
-    lanes = len(position)
-    signals = np.empty((lanes, len(axis.axis.signals)))
-    for i, values in enumerate(recorded):
-        signals[:, i] = values
+    beside = [np.broadcast_to(values, len(position)) for values in recorded]
+    signals = np.array(beside, dtype=float).reshape(-1, len(position)).T
     contiguous = map(np.ascontiguousarray, (position, signals, parameters))
     return library.from_rest(*contiguous)
 

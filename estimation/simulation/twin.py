@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.codegen.lowering import LoopStart
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, check_sample_period
 from axisid.estimation.signals import about_samples
 from axisid.estimation.tables import Provenance
 from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
@@ -51,8 +51,7 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
     (N,) array
         From 0, in the coordinate's unit.
     """
-    if not (is_real(period) and 0 < period < math.inf):
-        raise UsageError(f"the period is {quoted(period)} s; give a positive number.")
+    check_sample_period(period)
     pieces = [np.zeros(1)]
     begin, start, taken = 0.0, 0.0, 0  # time and position where the move begins, samples so far
     for move in moves:

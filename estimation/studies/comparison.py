@@ -12,7 +12,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
-from axisid.estimation.choices import STARTS, comparing, is_output_error
+from axisid.estimation.choices import STARTS, check_among, comparing, is_output_error
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import LawCheck, first_failing
 from axisid.estimation.identification import (
@@ -114,10 +114,7 @@ class Comparison(OfProblem, Checked, Presentable, Exact):
 
     def __getitem__(self, name: str) -> Candidate:
         found = {candidate.name: candidate for candidate in self.candidates}
-        if not is_among(name, found):
-            raise UsageError(
-                f"the comparison has no {quoted(name)}; choose from {', '.join(found)}."
-            )
+        check_among(("candidate", name, found))
         return found[name]
 
 
