@@ -4,11 +4,13 @@ In: nothing. Out: rows that say where it lives, from which `axisid.estimation.me
 Knows nothing of how anything is computed, so that help and completion load no stage.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from axisid.support.errors import UsageError
 from axisid.support.remedy import Setting
+from axisid.support.user_values import is_among, quoted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -210,3 +212,24 @@ FIT_STARTS = (INSTRUMENTS_START, LEAST_SQUARES_START, NOMINAL_START)
 
 #: What becomes of samples near rests and reversals, first the choice by default.
 RESTS = ("leave-out", "keep")
+
+
+def check_among(*rows: tuple[str, object, Collection[str]]) -> None:
+    """Refuse what is none of the choices that there are.
+
+    Parameters
+    ----------
+    *rows : tuple
+        What it is, in words, what was given, and the choices.
+
+    Raises
+    ------
+    UsageError
+        It is none of them.
+    """
+    for what, given, choices in rows:
+        if not is_among(given, choices):
+            raise UsageError(
+                f"there is no {what} {quoted(given)}; choose from {', '.join(choices) or 'none'}.",
+                code="unknown-choice",
+            )

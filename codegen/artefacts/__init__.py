@@ -9,6 +9,7 @@ from .folder import (
     expected_files as expected_files,
     replace_file as replace_file,
     write_files as write_files,
+    write_for_user as write_for_user,
 )
 from .generated_axis import (
     GeneratedAxis as GeneratedAxis,

@@ -178,6 +178,21 @@ def replace_file(path: Path, content: str | bytes) -> None:
         raise
 
 
+def write_for_user(path: Path, content: str | bytes) -> Path:
+    """Write a file as `replace_file` does, and give its path back.
+
+    Raises
+    ------
+    UsageError
+        The file system refuses.
+    """
+    try:
+        replace_file(path, content)
+    except OSError as error:
+        raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
+    return path
+
+
 def _read(path: Path) -> str | None:
     try:
         return read_regular(path).decode()

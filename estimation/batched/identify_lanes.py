@@ -88,7 +88,7 @@ def identify_lanes(
         The prefilter is none.
     """
     generated = as_generated(axis)
-    asked = Prefilter() if prefilter is None else prefilter
+    asked = Prefilter.given(prefilter)
     found = _no_estimates(len(lanes), len(generated.parameters))
     how, errors = [SIDE_BY_SIDE] * len(lanes), dict[int, str]()
     served = not (settings or lanes.resolution) and is_served(generated, lanes.period, method)

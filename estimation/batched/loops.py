@@ -19,8 +19,8 @@ from axisid.estimation.loops import (
 from axisid.estimation.records import Record
 from axisid.estimation.simulation import (
     allowed_distance,
+    at_rest,
     has_constant_substeps,
-    has_inertia,
     most_substeps,
     simulate_batch,
     substeps_at_start,
@@ -94,7 +94,7 @@ def simulated_lanes(
     The signals are there until the next loops of the thread are simulated.
     """
     nothing = np.zeros(0)  # of recorded signals
-    well = has_inertia(axis, physical, start.position, nothing)
+    well = at_rest(axis, physical, start.position, nothing)[0]
     shape = (len(lanes.reference), len(physical))
     if not well.any():
         return {name: np.full(shape, np.nan) for name in SIGNALS}, well

@@ -18,7 +18,12 @@ from .identify import (
     records_of as records_of,
     requested_methods as requested_methods,
 )
-from .result import ByMethod as ByMethod, DriveTime as DriveTime, Identification as Identification
+from .result import (
+    ByMethod as ByMethod,
+    DriveTime as DriveTime,
+    Identification as Identification,
+    OfProblem as OfProblem,
+)
 from .set_aside import check_bad as check_bad, layout_without as layout_without
 from .several import OfRecord as OfRecord, RecordInfo as RecordInfo, record_place as record_place
 from .shared import Shared as Shared, shared_records as shared_records

@@ -7,7 +7,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.choices import ROW_LOSSES, STARTS, is_output_error
+from axisid.estimation.choices import ROW_LOSSES, STARTS, check_among, is_output_error
 from axisid.estimation.diagnostics import Choice
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
@@ -123,7 +123,7 @@ def identify(
     check_count(bootstrap)
     levels = Levels(level=level, least_share=least_share)
     requested = requested_methods(methods)
-    as_given = _at_rate(prefilter, records[0].period)
+    as_given = Prefilter.given(prefilter).at_rate_of(records[0].period)
 
     def run(tried: GeneratedAxis, chosen: Sequence[str] | None) -> Identification:
         def free(axis: GeneratedAxis) -> Identification:
@@ -166,12 +166,6 @@ def records_of(record: object) -> list[Record]:
     for each in records:
         check_record(each)
     return [each for each in records if isinstance(each, Record)]
-
-
-def _at_rate(prefilter: Prefilter | None, period: float) -> Prefilter:
-    """The prefilter as given, what follows the rate chosen; what is none is refused later."""
-    as_given = Prefilter() if prefilter is None else prefilter
-    return as_given.at_rate_of(period) if isinstance(as_given, Prefilter) else as_given
 
 
 def identify_problem(
@@ -271,16 +265,11 @@ def check_choices(covariance: object, start: object, loss: object) -> None:
     UsageError
         There is no such covariance, start or loss.
     """
-    for what, given, choices in (
+    check_among(
         ("covariance", covariance, COVARIANCES),
         ("start", start, STARTS),
         ("loss", loss, ROW_LOSSES),
-    ):
-        if not is_among(given, choices):
-            raise UsageError(
-                f"there is no {what} {quoted(given)}; choose from {', '.join(choices)}.",
-                code="unknown-choice",
-            )
+    )
 
 
 def estimate_drive_timing(

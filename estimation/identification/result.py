@@ -91,8 +91,35 @@ class ByMethod(Diagnosed):
         return len(self.estimates)
 
 
+class OfProblem:
+    """A result from one record or several under their filters."""
+
+    __slots__ = ()
+    problem: Problem
+
+    @property
+    def data(self) -> FilteredRecord:
+        """The record under the filter; of several the first."""
+        return self.problem.data[0]
+
+    @property
+    def record(self) -> Record:
+        """The record that it was made from; of several the first."""
+        return self.data.record
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """All of them."""
+        return tuple(data.record for data in self.problem.data)
+
+    @property
+    def prefilter(self) -> Prefilter:
+        """The filter, with what was chosen for the record."""
+        return self.data.prefilter
+
+
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Identification(ByMethod, Uncached, Presentable, Exact):
+class Identification(OfProblem, ByMethod, Uncached, Presentable, Exact):
     """The estimates of one axis from one record, or from several together.
 
     Attributes
@@ -133,21 +160,6 @@ class Identification(ByMethod, Uncached, Presentable, Exact):
     def axis(self) -> GeneratedAxis:
         """The axis that was identified."""
         return self.problem.axis
-
-    @property
-    def data(self) -> FilteredRecord:
-        """The record under the filter; of several the first."""
-        return self.problem.data[0]
-
-    @property
-    def record(self) -> Record:
-        """The record that it was identified from; of several the first."""
-        return self.data.record
-
-    @property
-    def records(self) -> tuple[Record, ...]:
-        """All of them."""
-        return tuple(data.record for data in self.problem.data)
 
     @property
     def record_names(self) -> tuple[str, ...]:
@@ -236,11 +248,6 @@ class Identification(ByMethod, Uncached, Presentable, Exact):
         """Of each parameter that records have for themselves, its value in each, as judged."""
         values = self.preferred.parameters
         return {name: tuple(values[each] for each in own) for name, own in self.local_names.items()}
-
-    @property
-    def prefilter(self) -> Prefilter:
-        """The filter, with what was chosen for the record."""
-        return self.data.prefilter
 
     def __repr__(self) -> str:
         source = " and ".join(self.record_names)

@@ -4,14 +4,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.choices import ROW_LOSSES
+from axisid.estimation.choices import ROW_LOSSES, check_among
 from axisid.estimation.parameters import JointForm, Told
 from axisid.estimation.problems import Problem, check_time_known
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
 from axisid.support.errors import UsageError
 from axisid.support.remedy import Note, Remedy, Setting
-from axisid.support.user_values import is_among, quoted
+from axisid.support.user_values import quoted
 
 from .bound import bound_records, layout_for, tells_gain, weighted
 from .set_aside import layout_without, usable_records
@@ -104,7 +104,7 @@ def shared_records(
         of each record.
     """
     own = _names("local", local)
-    _check_gain(gain)
+    check_among(("gain", gain, ("identified", "declared")))
     check_time_known(axis)
     if not isinstance(skip_bad, bool):
         raise UsageError(
@@ -132,13 +132,6 @@ def shared_records(
         commanded=commanded,
         set_aside=aside,
     )
-
-
-def _check_gain(gain: object) -> None:
-    if not is_among(gain, ("identified", "declared")):
-        raise UsageError(
-            f"the gain is {quoted(gain)}; give identified or declared.", code="bad-gain-choice"
-        )
 
 
 def _names(what: str, names: object) -> tuple[str, ...]:

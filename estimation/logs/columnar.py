@@ -3,9 +3,7 @@
 import io
 import json
 import math
-from collections import Counter
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any
 
@@ -17,12 +15,12 @@ from axisid.estimation.tables import (
     TableBuilder,
     library,
     one_line,
+    refusing,
     split_labels,
 )
-from axisid.support.errors import AxisidError, DataError, UsageError
+from axisid.support.errors import DataError, UsageError
 from axisid.support.files.memory import Room
 
-_ZIP = b"PK"
 _UNIT_KEYS = (b"unit", b"units", b"Unit")
 _HEADS = {
     (1, 0): np.lib.format.read_array_header_1_0,
@@ -44,30 +42,18 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         to more than there is room for.
     """
     found = TableBuilder(room=room)
-    if not content.startswith(_ZIP):
-        raise DataError(
-            f"{file} cannot be read as a NumPy archive; write one with numpy.savez.",
-            code="damaged-npz",
-        )
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            units = _units(archive)
-            for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
-                room.take(entry.file_size)
-                with archive.zip.open(entry) as stream:
-                    room.check(_DOUBLE * _numbers(stream))
-                _add_entry(found, name, archive, units)
-    except AxisidError:
-        raise
-    except Exception as error:
-        # Damaged archives raise zip, zlib, struct and value errors alike.
-        raise DataError(f"{file} cannot be read as a NumPy archive: {one_line(error)}.") from error
-    if not found.columns:
-        raise DataError(
-            f"{file} holds no numeric vectors{found.else_there()}; save them with numpy.savez.",
-            code="npz-without-numbers",
-        )
-    return found.table(str(file))
+    damaged = DataError(
+        f"{file} cannot be read as a NumPy archive (write one with numpy.savez)",
+        code="damaged-npz",
+    )
+    with refusing(damaged), np.load(io.BytesIO(content), allow_pickle=False) as archive:
+        units = _units(archive)
+        for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
+            room.take(entry.file_size)
+            with archive.zip.open(entry) as stream:
+                room.check(_DOUBLE * _numbers(stream))
+            _add_entry(found, name, archive, units)
+    return found.table(str(file), advice="save vectors of them with numpy.savez")
 
 
 def _numbers(stream: IO[bytes]) -> int:
@@ -114,20 +100,13 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
         It is damaged, unfolds to more than there is room for, or pyarrow is not installed.
     """
     arrow, parquet = (library(name, "parquet", file) for name in ("pyarrow", "pyarrow.parquet"))
-    batches, schema = [], None
-    try:
-        with parquet.ParquetFile(io.BytesIO(content)) as opened:
-            schema = opened.schema_arrow
-            for batch in opened.iter_batches(batch_size=_BATCH):
-                room.take(2 * batch.nbytes)  # its columns are put together anew
-                batches.append(batch)
-        table = arrow.Table.from_batches(batches, schema).flatten()
-    except AxisidError:
-        raise
-    except Exception as error:
-        raise DataError(
-            f"{file} cannot be read as a Parquet file: {one_line(error)}.", code="damaged-parquet"
-        ) from error
+    batches = []
+    damaged = DataError(f"{file} cannot be read as a Parquet file", code="damaged-parquet")
+    with refusing(damaged), parquet.ParquetFile(io.BytesIO(content)) as opened:
+        for batch in opened.iter_batches(batch_size=_BATCH):
+            room.take(2 * batch.nbytes)  # its columns are put together anew
+            batches.append(batch)
+        table = arrow.Table.from_batches(batches, opened.schema_arrow).flatten()
     found = TableBuilder(room=room)
     split = split_labels(table.schema.names)
     for field, values, (name, unit) in zip(table.schema, table.columns, split, strict=True):
@@ -145,7 +124,7 @@ def read_frame(frame: object) -> Table:
     UsageError
         It is neither.
     DataError
-        The library narwhals is not installed, or names occur twice.
+        Names occur twice.
     """
     source = f"a {type(frame).__name__}"
     if isinstance(frame, Mapping):
@@ -168,10 +147,9 @@ def _array(name: str, values: object) -> np.ndarray[Any, Any]:
     return np.asarray(values)
 
 
-def _frame_arrays(frame: object) -> list[tuple[str, np.ndarray[Any, Any]]]:
-    if find_spec("narwhals") is None and (arrays := _native_arrays(frame)) is not None:
-        return arrays
-    narwhals = library("narwhals", "dataframe", Path("the dataframe"))
+def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:
+    import narwhals
+
     try:
         table = narwhals.from_native(frame, eager_only=True)
         return [(_flat(series.name), series.to_numpy()) for series in table.iter_columns()]
@@ -186,34 +164,6 @@ def _frame_arrays(frame: object) -> list[tuple[str, np.ndarray[Any, Any]]]:
             f"the dataframe cannot be read: {one_line(error)}; rename one.",
             code="damaged-dataframe",
         ) from error
-
-
-def _native_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]] | None:
-    """Columns of a dataframe of pandas or polars, without another library; None of what is none."""
-    if type(frame).__name__ != "DataFrame":
-        return None
-    if type(frame).__module__.startswith("polars"):
-        return [(series.name, series.to_numpy()) for series in frame.get_columns()]
-    if not type(frame).__module__.startswith("pandas"):
-        return None
-    names = [_flat(name) for name in frame.columns]
-    twice = [name for name, times in Counter(names).items() if times > 1]
-    if twice:
-        raise DataError(
-            f"the dataframe cannot be read: it has {twice[0]!r} more than once; rename one.",
-            code="repeated-column",
-        )
-    columns = (frame.iloc[:, k] for k in range(len(names)))
-    return [(name, _pandas_array(series)) for name, series in zip(names, columns, strict=True)]
-
-
-def _pandas_array(series: Any) -> np.ndarray[Any, Any]:
-    """Values of a column: numbers that may lack, and times of any zone."""
-    if getattr(series.dtype, "tz", None) is not None:
-        series = series.dt.tz_convert("UTC").dt.tz_localize(None)
-    elif series.dtype.kind in "fiub" and not isinstance(series.dtype, np.dtype):
-        return np.asarray(series.to_numpy(dtype=float, na_value=np.nan))
-    return np.asarray(series.to_numpy())
 
 
 def _flat(name: object) -> str:

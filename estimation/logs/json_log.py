@@ -143,12 +143,7 @@ def _table(file: Path, columns: Mapping[str, tuple[Sequence[Any], str]], room: R
         values, note = (_values(cells), "") if stamps is None else stamps
         found.add(name, values, unit="s" if note else unit or written, label=label)
         found.note(name, f"{name}: {note}" if note else "")
-    if not found.columns:
-        raise DataError(
-            f"{file} holds no columns of numbers{found.else_there()}; {_ADVICE}.",
-            code="json-without-columns",
-        )
-    return found.table(str(file))
+    return found.table(str(file), advice=_ADVICE)
 
 
 def _values(cells: Sequence[Any]) -> np.ndarray[Any, Any]:

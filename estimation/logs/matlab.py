@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from axisid.estimation.tables import Table, TableBuilder, library, one_line
-from axisid.support.errors import AxisidError, DataError
+from axisid.estimation.tables import Table, TableBuilder, library, refusing
+from axisid.support.errors import DataError
 from axisid.support.files.memory import Room
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -43,13 +43,12 @@ def read_matlab(file: Path, content: bytes, room: Room) -> Table:
     hdf5 = _HDF5 in (content[: len(_HDF5)], content[_USER_BLOCK : _USER_BLOCK + len(_HDF5)])
     found, objects, names = (_read_hdf5 if hdf5 else _read_mat)(file, content, room)
     how = _how_to_save(objects)
-    if not found.columns:
-        raise DataError(
-            f"{file} holds no numeric vectors; its variables are {', '.join(names) or 'none'}."
-            + (f" {how}" if how else ""),
-            code="matlab-without-numbers",
-        )
-    return found.table(str(file), notes=("MATLAB v7.3",) if hdf5 else (), missing=how)
+    return found.table(
+        str(file),
+        notes=("MATLAB v7.3",) if hdf5 else (),
+        missing=how,
+        advice=f"its variables are {', '.join(names) or 'none'}. {how}".rstrip(". "),
+    )
 
 
 def _how_to_save(objects: list[str]) -> str:
@@ -68,13 +67,8 @@ def _read_mat(file: Path, raw: bytes, room: Room) -> tuple[TableBuilder, list[st
     from scipy.io import loadmat
 
     _take_elements(raw, room)
-    try:
+    with refusing(DataError(f"{file} cannot be read as a MATLAB file", code="damaged-matlab")):
         content = loadmat(io.BytesIO(raw), simplify_cells=True)  # type: ignore[arg-type]
-    except Exception as error:
-        # The parser meets damaged files with whatever comes: zlib, memory, index and name errors.
-        raise DataError(
-            f"{file} cannot be read as a MATLAB file: {one_line(error)}.", code="damaged-matlab"
-        ) from error
     found, objects = TableBuilder(room=room), []
     variables = {name: v for name, v in content.items() if not str(name).startswith("__")}
     for name, value in variables.items():
@@ -141,20 +135,12 @@ def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 def _read_hdf5(file: Path, raw: bytes, room: Room) -> tuple[TableBuilder, list[str], list[str]]:
     h5py = library("h5py", "h5py", file)
-    try:
-        with h5py.File(io.BytesIO(raw), "r") as content:
-            names = [name for name in content if not name.startswith("#")]
-            visit = _Hdf5(h5py, content, room)
-            for name in names:
-                visit.node(content[name], name)
-    except AxisidError:
-        raise
-    except Exception as error:
-        # Damaged files lead h5py to missing nodes, wrong types and failures of its own.
-        raise DataError(
-            f"{file} cannot be read as a MATLAB v7.3 file: {one_line(error)}.",
-            code="damaged-matlab-73",
-        ) from error
+    damaged = DataError(f"{file} cannot be read as a MATLAB v7.3 file", code="damaged-matlab-73")
+    with refusing(damaged), h5py.File(io.BytesIO(raw), "r") as content:
+        names = [name for name in content if not name.startswith("#")]
+        visit = _Hdf5(h5py, content, room)
+        for name in names:
+            visit.node(content[name], name)
     return visit.found, visit.objects, names
 
 

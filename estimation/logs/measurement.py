@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.tables import Table, TableBuilder, library, numbered, one_line
-from axisid.support.errors import AxisidError, DataError
+from axisid.estimation.tables import Table, TableBuilder, library, numbered, one_line, refusing
+from axisid.support.errors import DataError
 from axisid.support.files.memory import Room
 
 _UNITS = ("unit_string", "NI_UnitDescription")
@@ -34,20 +34,14 @@ def read_mdf(file: Path, room: Room) -> Table:
         It is damaged, unfolds to more than there is room for, or asammdf is not installed.
     """
     asammdf = library("asammdf", "mdf", file)
-    reason = ""
-    try:
-        with asammdf.MDF(file) as mdf:
-            found = _mdf_columns(mdf, room)
-    except AxisidError:
-        raise
-    except Exception as error:
-        reason = one_line(error)
-        _let_go(error)
-    if reason:
-        raise DataError(f"{file} cannot be read as an MDF file: {reason}.", code="damaged-mdf")
-    if not found.columns:
-        raise DataError(f"{file} holds no numeric channels{found.else_there()}.")
-    return found.table(str(file))
+    with refusing(DataError(f"{file} cannot be read as an MDF file", code="damaged-mdf")):
+        try:
+            with asammdf.MDF(file) as mdf:
+                found = _mdf_columns(mdf, room)
+        except Exception as error:
+            _let_go(error)
+            raise
+    return found.table(str(file), advice="record channels of numbers")
 
 
 def _let_go(error: BaseException) -> None:
@@ -116,7 +110,7 @@ def read_tdms(file: Path, room: Room) -> Table:
     """
     nptdms = library("nptdms", "tdms", file)
     found = TableBuilder(room=room)
-    try:
+    with refusing(DataError(f"{file} cannot be read as a TDMS file", code="damaged-tdms")):
         room.take(file.stat().st_size)
         with _warnings("nptdms") as warned:
             content = nptdms.TdmsFile.read(file)
@@ -125,16 +119,8 @@ def read_tdms(file: Path, room: Room) -> Table:
         origin = np.min(starts) if starts else None
         for channel in channels:
             _add_channel(found, channel, origin)
-    except AxisidError:
-        raise
-    except Exception as error:
-        raise DataError(
-            f"{file} cannot be read as a TDMS file: {one_line(error)}.", code="damaged-tdms"
-        ) from error
-    if not found.columns:
-        raise DataError(f"{file} holds no numeric channels{found.else_there()}.")
     warnings = tuple(f"npTDMS: {warning}" for warning in dict.fromkeys(warned))
-    return found.table(str(file), warnings=warnings)
+    return found.table(str(file), warnings=warnings, advice="record channels of numbers")
 
 
 def _tdms_start(channel: Any) -> np.datetime64 | None:

@@ -2,13 +2,12 @@
 
 import gzip
 import io
-import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from axisid.estimation.tables import library
+from axisid.estimation.tables import library, refusing
 from axisid.support.errors import DataError
 from axisid.support.files.memory import Room
 
@@ -34,10 +33,6 @@ class Packing:
     opened: Callable[[Path, Any], Any]
 
 
-def _gzip(_: Path, content: Any) -> Any:
-    return gzip.open(content)
-
-
 def _zstd(file: Path, content: Any) -> Any:
     """By Python itself from 3.14 on, else by one of two libraries."""
     ways: tuple[tuple[str, Callable[[Any], Any]], ...] = (
@@ -60,7 +55,12 @@ def _zstd(file: Path, content: Any) -> Any:
 _EVERY_FRAME = {"read_across_frames": True}
 
 PACKINGS = (
-    Packing(name="gzip", ending=".gz", start=b"\x1f\x8b", opened=_gzip),
+    Packing(
+        name="gzip",
+        ending=".gz",
+        start=b"\x1f\x8b",
+        opened=lambda _, content: gzip.GzipFile(fileobj=content),
+    ),
     Packing(name="zstd", ending=".zst", start=b"\x28\xb5\x2f\xfd", opened=_zstd),
 )
 
@@ -96,22 +96,13 @@ def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: 
         It is damaged, or unfolds to more than there is room for.
     """
     pieces = []
-    try:
-        with packing.opened(file, io.BytesIO(content)) as stream:
-            while piece := stream.read(_PIECE):
-                room.take(2 * len(piece))  # by itself and joined
-                if text:
-                    room.take_text(piece)
-                pieces.append(piece)
-    except DataError:
-        raise
-    except Exception as error:  # each library has errors of its own
-        if not isinstance(error, (OSError, EOFError, zlib.error, ValueError)) and not type(
-            error
-        ).__module__.startswith(("zstandard", "pyarrow", "compression", "_zstd")):
-            raise
-        raise DataError(
-            f"{file} cannot be unpacked: {str(error).rstrip('.')}. Unpack or compress it anew.",
-            code="damaged-packing",
-        ) from error
+    damaged = DataError(
+        f"{file} cannot be unpacked (unpack or compress it anew)", code="damaged-packing"
+    )
+    with refusing(damaged), packing.opened(file, io.BytesIO(content)) as stream:
+        while piece := stream.read(_PIECE):
+            room.take(2 * len(piece))  # by itself and joined
+            if text:
+                room.take_text(piece)
+            pieces.append(piece)
     return b"".join(pieces)

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.tables import Table, TableBuilder, library, one_line
-from axisid.support.errors import AxisidError, DataError
+from axisid.estimation.tables import Table, TableBuilder, library, refusing
+from axisid.support.errors import DataError
 from axisid.support.files.memory import Room
 
 # typical steps from a stamp of zero to the next; beyond, there was no stamp
@@ -47,11 +47,11 @@ def read_bag(path: Path, room: Room) -> Table:
         before = f"{topic.strip('/')}." if len(topics) > 1 else ""
         for name in _add_joints(found, before, messages, origin):
             found.note(name, f"{topic}: {note}")
-    if not found.columns:
-        raise DataError(
-            f"{path} has no {_JOINT_STATE} messages; it has {', '.join(others) or 'none'}."
-        )
-    return found.table(str(path), notes=("ROS bag, JointState in SI",))
+    return found.table(
+        str(path),
+        notes=("ROS bag, JointState in SI",),
+        advice=f"of messages {_JOINT_STATE} are read, and it has {', '.join(others) or 'none'}",
+    )
 
 
 def is_bag(path: Path) -> bool:
@@ -73,7 +73,7 @@ def _read(path: Path, room: Room) -> tuple[dict[str, tuple[list[_Message], str]]
     highlevel = library("rosbags.highlevel", "rosbags", path)
     stores = library("rosbags.typesys", "rosbags", path)
     topics = {}
-    try:
+    with refusing(DataError(f"{path} cannot be read as a ROS bag", code="damaged-rosbag")):
         usual = stores.get_typestore(stores.Stores.LATEST)
         with highlevel.AnyReader([bag_of(path)], default_typestore=usual) as reader:
             others = sorted({c.msgtype for c in reader.connections})
@@ -81,12 +81,6 @@ def _read(path: Path, room: Room) -> tuple[dict[str, tuple[list[_Message], str]]
                 c.topic for c in reader.connections if c.msgtype == _JOINT_STATE
             ):
                 topics[topic] = _messages(reader, topic, room)
-    except AxisidError:
-        raise
-    except Exception as error:
-        raise DataError(
-            f"{path} cannot be read as a ROS bag: {one_line(error)}.", code="damaged-rosbag"
-        ) from error
     return topics, others
 
 

@@ -137,9 +137,6 @@ def monte_carlo(
     check_choices(covariance, start, loss)
     check_count(bootstrap)
     made = twin_of(simulated, {} if truth is None else truth, _moves(moves))
-    given = Prefilter() if prefilter is None else prefilter
-    if isinstance(given, Prefilter):  # else the plan refuses it
-        given = given.at_rate_of(twin_plan(made).period)
     plan = MonteCarloPlan(
         axis=generated,
         twin=made,
@@ -147,7 +144,7 @@ def monte_carlo(
         seed=seed,
         methods=_methods(methods),
         noise=noise_of(noise, made),
-        prefilter=given,
+        prefilter=Prefilter.given(prefilter).at_rate_of(twin_plan(made).period),
         checks=min(checks, runs) if is_whole(checks) and is_whole(runs) else checks,
         settings={"covariance": covariance, "lags": lags, "start": start, "loss": loss},
         bootstrap=bootstrap,

@@ -7,7 +7,7 @@ from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.choices import fit_names, fitted_output
+from axisid.estimation.choices import check_among, fit_names, fitted_output
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import Autoregressions, Chain
@@ -15,7 +15,7 @@ from axisid.modeling.declaration import Experiment, Move
 from axisid.support.errors import ModelError, UsageError
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.real_numbers import is_real, is_whole
-from axisid.support.user_values import is_among, quoted
+from axisid.support.user_values import quoted
 
 #: What the intervals of a fit are of: errors that follow an autoregression.
 COLOURED, IID = "coloured", "iid"
@@ -72,11 +72,6 @@ class MonteCarloPlan:
             )
         _check_count("seed", self.seed, least=0)
         _check_count("checks", self.checks, least=0)
-        if not isinstance(self.prefilter, Prefilter):
-            raise UsageError(
-                f"the prefilter is {quoted(self.prefilter)}; give a Prefilter, or leave it out.",
-                code="monte-carlo-prefilter",
-            )
         object.__setattr__(self, "settings", FrozenMapping(self.settings))
 
     @property
@@ -120,19 +115,9 @@ def split_methods(methods: tuple[object, ...]) -> tuple[list[object], list[str]]
     UsageError
         There is no fit of such an output.
     """
-    others: list[object] = []
-    fits: list[str] = []
-    for method in methods:
-        if not (isinstance(method, str) and fitted_output(method)):
-            others.append(method)
-        elif is_among(method, fit_names()):
-            fits.append(method)
-        else:
-            raise UsageError(
-                f"there is no method {quoted(method)}; the fits are {', '.join(fit_names())}.",
-                code="unknown-fit",
-            )
-    return others, fits
+    fits = [each for each in methods if isinstance(each, str) and fitted_output(each)]
+    check_among(*(("fit", each, fit_names()) for each in fits))
+    return [each for each in methods if each not in fits], fits
 
 
 def noise_of(given: object, twin: GeneratedAxis) -> Chain:

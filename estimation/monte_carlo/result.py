@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from axisid.estimation.choices import fitted_output
+from axisid.estimation.choices import check_among, fitted_output
 from axisid.estimation.methods import METHODS
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.thresholds import INTERVAL_LEVEL
@@ -92,11 +92,7 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
 
     @staticmethod
     def _place(of: str) -> int:
-        if of not in INTERVALS:
-            raise UsageError(
-                f"there is no interval {quoted(of)}; choose from {', '.join(INTERVALS)}.",
-                code="no-such-interval",
-            )
+        check_among(("interval", of, INTERVALS))
         return INTERVALS.index(of)
 
     @cached_property
@@ -152,13 +148,15 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
     @cached_property
     def statuses(self) -> tuple[str, ...]:
         """Of every run that was done, see `status`."""
-        return tuple(map(self._status, self.numbers.runs.tolist()))
-
-    def _status(self, run: int) -> str:
-        lost = {failed.of for failed in self._failures_by_run.get(run, ())}
-        if SIMULATION in lost or lost.issuperset(self.plan.methods):
-            return "failed"
-        return "partly" if lost else "ok"
+        every = {*self.plan.methods}
+        lost = [
+            {failed.of for failed in self._failures_by_run.get(run, ())}
+            for run in self.numbers.runs.tolist()
+        ]
+        return tuple(
+            "failed" if SIMULATION in each or each >= every else "partly" if each else "ok"
+            for each in lost
+        )
 
     @cached_property
     def reasons(self) -> tuple[str, ...]:

@@ -5,6 +5,7 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, TypeAlias, TypeVar
 
@@ -31,6 +32,7 @@ Interval: TypeAlias = tuple[float, tuple[float, float]]  # a deviation, and both
 #: that are judged).
 MODEL_ERROR = "model"
 INTERVALS = (*COVARIANCES, COLOURED, MODEL_ERROR)
+_WIDTH = 2 + 3 * len(INTERVALS)  # numbers of an estimand in a run
 #: Of what is estimated: a parameter as it is identified, one of the direct model, a declared one
 #: that follows.
 Kind: TypeAlias = Literal["parameter", "direct", "physical"]
@@ -110,14 +112,44 @@ class BlockNumbers:
     failures: tuple[FailedRun, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True)
 class _Run:
-    """What a run gives, by all methods or by some; no checks where it was not judged."""
+    """What a run gives, while it is gathered; no checks where it was not judged."""
 
     run: int
-    values: Mapping[Estimand, Array] = field(default_factory=dict)
-    checks: Mapping[str, int] | None = None
-    failures: tuple[FailedRun, ...] = ()
+    values: dict[Estimand, Array] = field(default_factory=dict)
+    checks: dict[str, int] | None = None
+    failures: list[FailedRun] = field(default_factory=list)
+
+    @contextmanager
+    def losing(self, of: str, lead: str = "") -> Iterator[None]:
+        """What is refused within comes to nothing, with the reason; `lead` begins that."""
+        try:
+            yield
+        except AxisidError as error:
+            self.lost(of, f"{lead}{error}")
+
+    def lost(self, of: str, reason: str) -> None:
+        """Something comes to nothing."""
+        self.failures.append(FailedRun(run=self.run, of=of, reason=reason))
+
+    def judged(self, statuses: Mapping[str, str]) -> None:
+        """How checks ended, by name."""
+        ended = {name: STATUSES.index(status) for name, status in statuses.items()}
+        self.checks = {**(self.checks or {}), **ended}
+
+    def numbers(self) -> BlockNumbers:
+        """The run as a block of its own."""
+        checks = self.checks or {}
+        return BlockNumbers(
+            runs=np.array([self.run], dtype=np.int64),
+            estimands=tuple(self.values),
+            numbers=np.array([*self.values.values()], dtype=float).reshape(1, -1, _WIDTH),
+            checks=tuple(checks),
+            statuses=np.array([[*checks.values()]], dtype=np.int8),
+            judged=np.array([self.checks is not None]),
+            failures=tuple(self.failures),
+        )
 
 
 def block_numbers(plan: MonteCarloPlan, block: range, threads: int | None = None) -> BlockNumbers:
@@ -135,7 +167,7 @@ def block_numbers(plan: MonteCarloPlan, block: range, threads: int | None = None
     runs = [_run(plan, run, record) for run, record in twins(plan, alone)]
     if side_by_side:
         runs += _lane_runs(plan, side_by_side, threads)
-    return packed(runs)
+    return joined([run.numbers() for run in runs])
 
 
 def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterator[_Run]:
@@ -145,13 +177,15 @@ def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterat
     lanes, unsimulated = twin_lanes(plan.twin, drawn, threads)
     lags = plan.settings["lags"]
     found = identify_lanes(plan.axis, lanes, method, plan.prefilter, lags=lags)
-    for lane, run in enumerate(runs):
-        of, reason = SIMULATION, unsimulated.get(lane, "")
-        if not reason:
-            of, reason = method, found.errors.get(lane, "")
-        failed = (FailedRun(run=run, of=of, reason=reason),) if reason else ()
-        values = {} if reason else dict(_lane_values(plan, method, found, lane))
-        yield _Run(run=run, values=values, failures=failed)
+    for lane, number in enumerate(runs):
+        run = _Run(number)
+        if lane in unsimulated:
+            run.lost(SIMULATION, unsimulated[lane])
+        elif lane in found.errors:
+            run.lost(method, found.errors[lane])
+        else:
+            run.values.update(_lane_values(plan, method, found, lane))
+        yield run
 
 
 def _lane_values(
@@ -166,53 +200,25 @@ def _lane_values(
         yield Estimand(method, quantity.name, quantity.unit), _row(value, value, intervals)
 
 
-def _run(plan: MonteCarloPlan, run: int, record: Record | Note) -> _Run:
+def _run(plan: MonteCarloPlan, number: int, record: Record | Note) -> _Run:
+    run, is_judged = _Run(number), number < plan.checks
     if isinstance(record, Note):
-        reason = record.worded(as_arguments)
-        return _Run(run=run, failures=(FailedRun(run=run, of=SIMULATION, reason=reason),))
-    is_judged = run < plan.checks
-    parts = [_regressed(plan, run, record, is_judged=is_judged)] if plan.regressions else []
-    parts += [_fitted(plan, run, record, method, is_judged=is_judged) for method in plan.fits]
-    judged = [part.checks for part in parts if part.checks is not None]
-    return _Run(
-        run=run,
-        values={key: own for part in parts for key, own in part.values.items()},
-        checks={name: status for own in judged for name, status in own.items()} if judged else None,
-        failures=tuple(failed for part in parts for failed in part.failures),
-    )
-
-
-def _regressed(plan: MonteCarloPlan, run: int, record: Record, *, is_judged: bool) -> _Run:
-    """By `identify`."""
-    result, failures = _identified(plan, run, record, plan.bootstrap if is_judged else 0)
-    if result is None:
-        return _Run(run=run, failures=tuple(failures))
-    checks: dict[str, int] | None = None
-    if is_judged:
-        try:
-            checks = {check.name: STATUSES.index(check.status) for check in result.verdict}
-        except AxisidError as error:
-            failures.append(FailedRun(run=run, of=VERDICT, reason=str(error)))
-    values = dict(estimand_numbers(result, judged=checks is not None))
-    return _Run(run=run, values=values, checks=checks, failures=tuple(failures))
-
-
-def _fitted(
-    plan: MonteCarloPlan, run: int, record: Record, method: str, *, is_judged: bool
-) -> _Run:
-    """By one fit of the output error."""
-    try:
-        found = fit(plan.axis, record, fitted_output(method), **asdict(plan.levels))
-        values = dict(_fit_values(method, found))
-    except AxisidError as error:
-        return _Run(run=run, failures=(FailedRun(run=run, of=method, reason=str(error)),))
-    checks, failures = None, list[FailedRun]()
-    if is_judged:
-        try:
-            checks = {f"{c.name} ({method})": STATUSES.index(c.status) for c in found.checks}
-        except AxisidError as error:
-            failures.append(FailedRun(run=run, of=VERDICT, reason=f"{method}: {error}"))
-    return _Run(run=run, values=values, checks=checks, failures=tuple(failures))
+        run.lost(SIMULATION, record.worded(as_arguments))
+        return run
+    result = _identified(plan, run, record, plan.bootstrap if is_judged else 0)
+    if result is not None:
+        if is_judged:
+            with run.losing(VERDICT):
+                run.judged({check.name: check.status for check in result.verdict})
+        run.values.update(estimand_numbers(result, judged=run.checks is not None))
+    for method in plan.fits:
+        with run.losing(method):
+            found = fit(plan.axis, record, fitted_output(method), **asdict(plan.levels))
+            run.values.update([*_fit_values(method, found)])
+            if is_judged:
+                with run.losing(VERDICT, f"{method}: "):
+                    run.judged({f"{c.name} ({method})": c.status for c in found.checks})
+    return run
 
 
 def _fit_values(method: str, found: OutputFit) -> Iterator[tuple[Estimand, Array]]:
@@ -228,22 +234,17 @@ def _fit_values(method: str, found: OutputFit) -> Iterator[tuple[Estimand, Array
 
 
 def _identified(
-    plan: MonteCarloPlan, run: int, record: Record, bootstrap: int
-) -> tuple[Identification | None, list[FailedRun]]:
-    """By all methods that give an estimate of the twin; None where none does, and why not."""
-    try:
-        return _estimated(plan, record, plan.regressions, bootstrap), []
-    except AxisidError as error:
-        if len(plan.regressions) == 1:
-            return None, [FailedRun(run=run, of=plan.regressions[0], reason=str(error))]
-    able, failures = list[str](), list[FailedRun]()
+    plan: MonteCarloPlan, run: _Run, record: Record, bootstrap: int
+) -> Identification | None:
+    """By all methods that give an estimate of the twin; None where none does."""
+    with suppress(AxisidError):
+        return _estimated(plan, record, plan.regressions, bootstrap) if plan.regressions else None
+    able: list[str] = []
     for method in plan.regressions:
-        try:
+        with run.losing(method):
             _estimated(plan, record, [method], bootstrap)
             able.append(method)
-        except AxisidError as error:
-            failures.append(FailedRun(run=run, of=method, reason=str(error)))
-    return (_estimated(plan, record, able, bootstrap) if able else None), failures
+    return _estimated(plan, record, able, bootstrap) if able else None
 
 
 def _estimated(
@@ -263,16 +264,15 @@ def estimand_numbers(
     """What there is of each value of a result, as of `BlockNumbers`."""
     for method, estimate in result.estimates.items():
         bands = result.diagnosis.bands.get(method, {}) if judged else {}
-        for i, (name, value) in enumerate(estimate.parameters.items()):
-            freedom = {of: estimate.freedom[of][i] for of in COVARIANCES}
-            numbers = _numbers(value, freedom)
-            if name in bands:
-                band = bands[name]
-                numbers[-3:] = band.deviation, *band.interval
-            yield Estimand(method, name, value.unit), numbers
-        for i, (name, value) in enumerate(estimate.ddm_parameters.items()):
-            freedom = {of: estimate.inference.ddm_freedom[of][i] for of in COVARIANCES}
-            yield Estimand(method, name, value.unit, DIRECT), _numbers(value, freedom)
+        for kind, values, freedoms in (
+            (PARAMETER, estimate.parameters, estimate.freedom),
+            (DIRECT, estimate.ddm_parameters, estimate.inference.ddm_freedom),
+        ):
+            for i, (name, value) in enumerate(values.items()):
+                numbers = _numbers(value, {of: freedoms[of][i] for of in COVARIANCES})
+                if kind == PARAMETER and name in bands:
+                    numbers[-3:] = bands[name].deviation, *bands[name].interval
+                yield Estimand(method, name, value.unit, kind), numbers
     for method, physical in result.physical.items():
         for name, value in physical.parameters.items() if physical.shows_more else ():
             yield Estimand(method, name, value.unit, PHYSICAL), _numbers(value, {})
@@ -292,7 +292,7 @@ def _numbers(value: Value, freedom: Mapping[str, float]) -> Array:
 
 def _row(value: float, corrected: float, intervals: Mapping[str, Interval]) -> Array:
     """The numbers of an estimand in one run, as of `BlockNumbers`."""
-    row = np.full(2 + 3 * len(INTERVALS), np.nan)
+    row = np.full(_WIDTH, np.nan)
     row[:2] = value, corrected
     for of, (deviation, bounds) in intervals.items():
         place = 2 + 3 * INTERVALS.index(of)
@@ -300,33 +300,10 @@ def _row(value: float, corrected: float, intervals: Mapping[str, Interval]) -> A
     return row
 
 
-def packed(runs: Sequence[_Run]) -> BlockNumbers:
-    """Runs as arrays."""
-    estimands = _all_of(run.values for run in runs)
-    checks = _all_of(run.checks or () for run in runs)
-    numbers = np.full((len(runs), len(estimands), 2 + 3 * len(INTERVALS)), np.nan)
-    statuses = np.full((len(runs), len(checks)), -1, dtype=np.int8)
-    for i, run in enumerate(runs):
-        for j, estimand in enumerate(estimands):
-            if estimand in run.values:
-                numbers[i, j] = run.values[estimand]
-        for j, check in enumerate(checks):
-            statuses[i, j] = (run.checks or {}).get(check, -1)
-    return BlockNumbers(
-        runs=np.array([run.run for run in runs], dtype=np.int64),
-        estimands=estimands,
-        numbers=numbers,
-        checks=checks,
-        statuses=statuses,
-        judged=np.array([run.checks is not None for run in runs], dtype=bool),
-        failures=tuple(failed for run in runs for failed in run.failures),
-    )
-
-
 def lost_block(block: range, reason: str) -> BlockNumbers:
     """Runs that nobody knows the numbers of, since whoever worked on them was killed."""
-    lost = [FailedRun(run=run, of=SIMULATION, reason=reason) for run in block]
-    return packed([_Run(run=failed.run, failures=(failed,)) for failed in lost])
+    lost = (FailedRun(run=run, of=SIMULATION, reason=reason) for run in block)
+    return joined([_Run(failed.run, failures=[failed]).numbers() for failed in lost])
 
 
 def joined(blocks: Sequence[BlockNumbers]) -> BlockNumbers:

@@ -1,6 +1,5 @@
 """The numbers of a study as a file: NumPy's npz, or Parquet, a row for each run."""
 
-import io
 import json
 from dataclasses import asdict
 from pathlib import Path
@@ -9,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import replace_file
-from axisid.estimation.tables import library, parquet_bytes
+from axisid.codegen.artefacts import write_for_user
+from axisid.estimation.tables import library, npz_bytes, parquet_bytes
 from axisid.support.errors import UsageError
 from axisid.support.version import __version__
 
@@ -123,16 +122,10 @@ def write_runs(result: MonteCarlo, path: str | Path) -> None:
     check_output(file)
     columns, about = run_columns(result), {SETTINGS: settings_text(result)}
     if file.suffix == ".npz":
-        buffer = io.BytesIO()
-        arrays: dict[str, Any] = {**columns, **about}
-        np.savez_compressed(buffer, **arrays)
-        content = buffer.getvalue()
+        content = npz_bytes({**columns, **about})
     else:
         content = parquet_bytes(columns, column_units(result), about, file)
-    try:
-        replace_file(file, content)
-    except OSError as error:
-        raise UsageError(f"{file} cannot be written: {error.strerror}.") from error
+    write_for_user(file, content)
 
 
 def check_output(file: Path) -> None:

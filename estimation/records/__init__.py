@@ -27,3 +27,5 @@ from .time_base import (
     law_ratio as law_ratio,
     other_period as other_period,
 )
+from .time_steps import check_sample_period as check_sample_period
+from .windows import windows_text as windows_text

@@ -11,6 +11,7 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.choices import check_among
 from axisid.estimation.tables import Repair, Samples
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
@@ -49,12 +50,7 @@ def checked_between(between: object) -> dict[str, Between]:
                 f"those are {', '.join(SELDOM_ROLES)}.",
                 code="between-role",
             )
-        if how not in BETWEEN:
-            raise UsageError(
-                f"the {role} is said to be {quoted(how)} between its values; give "
-                f"{', '.join(BETWEEN[:-1])} or {BETWEEN[-1]}.",
-                code="between-how",
-            )
+        check_among((f"way of the {role} between its values", how, BETWEEN))
     return {role: cast(Between, how) for role, how in between.items()}
 
 
@@ -93,9 +89,10 @@ def seldom_notes(samples: Mapping[str, Samples]) -> list[Note]:
     for role in SELDOM_ROLES:
         apart = samples_apart(samples[role].values) if role in samples else 1
         if apart > 1:
+            nth = {2: "second", 3: "third"}.get(apart, f"{apart}th")
             notes.append(
                 Note(
-                    f"the {role} is written anew in every {_ordinal(apart)} sample alone and held "
+                    f"the {role} is written anew in every {nth} sample alone and held "
                     f"between, {(apart - 1) / 2:g} samples late in the mean: ",
                     Remedy.of("draw it between its values (", advised_between(role), ")"),
                 )
@@ -164,7 +161,3 @@ def at_times(times: Array, clock: Array, values: Array, how: Between) -> Array:
 def advised_between(role: str) -> Setting:
     """What suits a column: a velocity bends, an acceleration or a force jumps."""
     return Setting("between", f"{role}={'spline' if role == 'velocity' else 'linear'}")
-
-
-def _ordinal(number: int) -> str:
-    return {2: "second", 3: "third"}.get(number, f"{number}th")

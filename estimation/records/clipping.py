@@ -55,8 +55,7 @@ def clipped(samples: Mapping[str, Samples], axis: Axis | None) -> tuple[dict[str
         found["position"] = _flat_extremes(samples["position"].values)
     role = _driven(samples)
     if role in samples:
-        values = samples[role].values
-        found[role] = _flat_tops(values, _position_at(samples, samples[role].times))
+        values, found[role] = samples[role].values, _flat_tops(samples, role)
         found[role] |= np.abs(values) >= _limit(role, axis) * (1 - LIMIT_TOLERANCE.value)
     counts = {role: int(mask.sum()) for role, mask in found.items()}
     counted = ", ".join(
@@ -74,8 +73,7 @@ def clipping_notes(samples: Mapping[str, Samples], axis: Axis | None) -> list[No
     role = _driven(samples)
     if role not in samples:
         return []
-    values = samples[role].values
-    cut = _flat_tops(values, _position_at(samples, samples[role].times))
+    values, cut = samples[role].values, _flat_tops(samples, role)
     cut &= np.abs(values) < _limit(role, axis) * (1 - _MAX_LIMIT_EXCESS_AT_TOP)
     if not cut.any():
         return []
@@ -115,16 +113,14 @@ def _limit(role: str, axis: Axis | None) -> float:
     return axis.drive.limit if role == "control" and axis is not None else math.inf
 
 
-def _position_at(samples: Mapping[str, Samples], times: Array) -> Array | None:
-    """The position at other times; None where it is not known."""
-    position = samples.get("position")
-    return None if position is None else np.interp(times, position.times, position.values)
-
-
-def _flat_tops(values: Array, position: Array | None) -> Mask:
-    """Samples at an extreme at which a signal is cut off, (N,)."""
-    signal = _Signal(values)
-    cut = [extreme for extreme in (signal.least, signal.most) if _is_cut(signal, extreme, position)]
+def _flat_tops(samples: Mapping[str, Samples], role: str) -> Mask:
+    """Samples at an extreme at which a role's signal is cut off, (N,)."""
+    own, position = samples[role], samples.get("position")
+    values, signal = own.values, _Signal(own.values)
+    there = None
+    if position is not None:
+        there = np.interp(own.times, position.times, position.values)
+    cut = [extreme for extreme in (signal.least, signal.most) if _is_cut(signal, extreme, there)]
     # What is cut off on one side is so on the other at the same value, be it for a sample.
     either = [side for side in (signal.least, signal.most) if -side in cut]
     return np.isin(values, [*cut, *either])

@@ -14,8 +14,6 @@ from .between import SELDOM_ROLES, advised_between, samples_apart
 from .time_steps import long_steps
 
 _RESAMPLE = Setting("resample", "auto")
-#: Code of an error about cells that hold no number.
-_EMPTY_CELLS = "empty-cells"
 
 
 def clocked(
@@ -74,28 +72,21 @@ def _filled(samples: Samples) -> Samples:
 def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
     """Refuse cells without a finite number, a log's way to write a lower rate."""
     for role, samples in columns.items():
-        timeless = np.flatnonzero(~np.isfinite(samples.times))
-        if timeless.size:
-            raise DataError(
-                f"{table.source}: the {role} has no time in data row {timeless[0] + 1} "
-                f"({timeless.size} of {len(samples.times)}). ",
-                Remedy.of(
-                    _advice_on_empty(samples), _or_end(table, timeless[0], len(samples.times)), "."
-                ),
-                code=_EMPTY_CELLS,
+        for is_time, cells in ((True, samples.times), (False, samples.values)):
+            empty, count = np.flatnonzero(~np.isfinite(cells)), len(cells)
+            if not empty.size:
+                continue
+            row, drawn = int(empty[0]), None if is_time else _or_drawn(role, samples)
+            where = f"in data row {row + 1} ({empty.size} of {count}"
+            said = (
+                f"has no time {where})"
+                if is_time
+                else f"is {cells[row]} {where} cells hold no number)"
             )
-        empty = np.flatnonzero(~np.isfinite(samples.values))
-        if empty.size:
             raise DataError(
-                f"{table.source}: the {role} is {samples.values[empty[0]]} in data row "
-                f"{empty[0] + 1} ({empty.size} of {len(samples.values)} cells hold no number). ",
-                Remedy.of(
-                    _advice_on_empty(samples),
-                    _or_drawn(role, samples),
-                    _or_end(table, empty[0], len(samples.values)),
-                    ".",
-                ),
-                code=_EMPTY_CELLS,
+                f"{table.source}: the {role} {said}. ",
+                Remedy.of(_advice_on_empty(samples), drawn, _or_end(table, row, count), "."),
+                code="empty-cells",
             )
 
 

@@ -98,7 +98,8 @@ def read_record(
         A role does not exist, a window is no pair of times or overlaps another, a unit is not the
         role's, or a sampling period is given for columns that are resampled by times of their own.
     """
-    check_sample_period(sample_period)
+    if sample_period is not None:
+        check_sample_period(sample_period)
     declared = as_declared(axis)
     if columns is not None and not isinstance(columns, Mapping):
         raise UsageError(

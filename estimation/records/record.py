@@ -3,12 +3,13 @@
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis, as_declared, replace_file
+from axisid.codegen.artefacts import GeneratedAxis, as_declared, write_for_user
 from axisid.estimation.records.columns import log_content
 from axisid.estimation.tables import Provenance, Repair, Samples
 from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
@@ -137,7 +138,13 @@ class Record(Presentable, Exact):
             check_sample_period(self.sample_period)
         for what in ("segments", "masked"):
             object.__setattr__(self, what, checked_spans(name, what, getattr(self, what)))
-        object.__setattr__(self, "around", _frozen_samples(self.around))
+        around = {
+            role: Samples(
+                values=frozen(s.values), clock=None if s.clock is None else frozen(s.clock)
+            )
+            for role, s in self.around.items()
+        }
+        object.__setattr__(self, "around", FrozenMapping(around))
         check_lengths(name, self.channels())
         check_spans(name, self.time, self.segments, self.masked)
         check_time(name, self.time, self.spans, self.sample_period)
@@ -152,7 +159,7 @@ class Record(Presentable, Exact):
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
         """Made again from its parts, since arrays forget on the way that they are read-only."""
         parts = {each.name: getattr(self, each.name) for each in fields(self)}
-        return _made, (type(self), parts)
+        return partial(type(self), **parts), ()
 
     def __repr__(self) -> str:
         columns = ", ".join(role for role in self.channels() if role != "time")
@@ -182,11 +189,6 @@ class Record(Presentable, Exact):
     def period_uncertainty(self) -> float:
         """What jitter of the time column leaves open of its mean step, relative."""
         return open_end([self.time[a:b] for a, b in self.spans])
-
-    @property
-    def windows_told(self) -> str:
-        """The parts of the log that it is, in words; empty for the whole."""
-        return windows_text(self.windows)
 
     @property
     def spans(self) -> tuple[tuple[int, int], ...]:
@@ -301,11 +303,7 @@ class Record(Presentable, Exact):
                 code="write-axis",
             )
         content = log_content(self.channels(), declared, MARK, self._name(), path)
-        try:
-            replace_file(path, content)
-        except OSError as error:
-            raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
-        return path
+        return write_for_user(path, content)
 
     def _of(self, pieces: Sequence[Span], **changed: Any) -> "Record":
         """These samples of it, as segments."""
@@ -445,22 +443,6 @@ class Record(Presentable, Exact):
             if self.commanded is not None:
                 position[start:stop] += self.commanded[start]
         return position
-
-
-def _frozen_samples(columns: Mapping[str, Samples]) -> FrozenMapping[str, Samples]:
-    """Columns that nobody changes."""
-    return FrozenMapping(
-        {
-            role: Samples(
-                values=frozen(s.values), clock=None if s.clock is None else frozen(s.clock)
-            )
-            for role, s in columns.items()
-        }
-    )
-
-
-def _made(kind: type[Record], parts: dict[str, Any]) -> Record:
-    return kind(**parts)
 
 
 def check_record(record: object) -> None:

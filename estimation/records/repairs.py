@@ -7,7 +7,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from axisid.estimation.records.columns import expected_units, modulus_si
+from axisid.estimation.choices import check_among
+from axisid.estimation.records.columns import expected_units, to_si
 from axisid.estimation.tables import Repair
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis
@@ -70,13 +71,12 @@ class Repairs:
             isinstance(rate, (int, float)) and math.isfinite(rate) and rate > 0
         ):
             raise UsageError(f"the rate to resample at is {rate!r}; give hertz, or auto.")
-        for what, given, only in (
-            ("what to do at gaps", self.gaps, "split"),
-            ("what to mask", self.mask, "clipped"),
-            ("what to do with the end of the log", self.tail, "drop"),
-        ):
-            if given not in (only, None):
-                raise UsageError(f"{what} is {given!r}; give {only}.")
+        ways = (
+            ("repair of gaps", self.gaps, ("split",)),
+            ("mask", self.mask, ("clipped",)),
+            ("repair of the end of the log", self.tail, ("drop",)),
+        )
+        check_among(*(row for row in ways if row[1] is not None))
         if isinstance(self.wrap, Mapping):
             object.__setattr__(self, "wrap", FrozenMapping(self.wrap))
         object.__setattr__(self, "shift", FrozenMapping(checked_shifts(self.shift)))
@@ -106,10 +106,20 @@ def _modulus(role: str, text: str, axis: Axis | None) -> Modulus:
             "a time that begins again is cut (gaps).",
             code="wrapped-role",
         )
-    si = modulus_si(role, text, axis)
     number, _, unit = text.partition(":")
-    usual = " or ".join(expected_units(role, axis))
-    return Modulus(si=si, factor=si / float(number), unit=unit.strip() or usual)
+    try:
+        size = float(number)
+    except ValueError:
+        size = math.nan
+    if not (math.isfinite(size) and size > 0):
+        raise UsageError(
+            f"the modulus is {text!r}; give a positive number, with a unit where it is not SI, as "
+            "in 360:deg or 1:rev."
+        )
+    usual, si = " or ".join(expected_units(role, axis)), np.array([size])
+    if unit:
+        si, _ = to_si(role, si, unit, axis, requested=True, source="the modulus")
+    return Modulus(si=float(si[0]), factor=float(si[0]) / size, unit=unit.strip() or usual)
 
 
 def split_at_gaps(time: Array, cuts: Sequence[int]) -> tuple[Mask, tuple[Span, ...], Repair]:

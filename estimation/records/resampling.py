@@ -137,7 +137,8 @@ def resample(
             Remedy.of("Add ", Setting("gaps", "split"), "."),
             code="gaps",
         )
-    hows = {role: (between or {}).get(role, _way(role, splined, held)) for role in samples}
+    ways: dict[str, Between] = {**dict.fromkeys(held, "held"), **dict.fromkeys(splined, "spline")}
+    hows = {role: (between or {}).get(role, ways.get(role, "linear")) for role in samples}
     columns = {
         role: np.concatenate(
             [_onto(grid, piece, clocks[role], s, hows[role]) for piece, grid in kept]
@@ -239,11 +240,6 @@ def _onto(
     last = int(np.searchsorted(clock, piece[1], "left")) + 1
     time, values = clock[first:last], samples.values[first:last]
     return at_times(grid, time, values, how if len(time) >= _FEWEST else "linear")
-
-
-def _way(role: str, splined: Sequence[str], held: Sequence[str]) -> Between:
-    """How a column runs between its samples."""
-    return "spline" if role in splined else "held" if role in held else "linear"
 
 
 def _told(

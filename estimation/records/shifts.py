@@ -97,7 +97,8 @@ def _unmovable(role: object, columns: Iterable[str] = ()) -> UsageError:
 def _shift(role: str, amount: object) -> Shift:
     if isinstance(amount, Shift):
         return amount
-    number, unit = (amount, "") if is_real(amount) else _parts(amount)
+    match = _AMOUNT.fullmatch(amount) if isinstance(amount, str) else None
+    number, unit = (float(match[1]), match[2]) if match else (amount, "")
     found = label_unit(unit) if unit else None
     timed = found is not None and str(found[1]) == str(parse_unit("s"))
     if not is_real(number) or not math.isfinite(number) or (unit and not timed):
@@ -105,11 +106,6 @@ def _shift(role: str, amount: object) -> Shift:
             f"the {role} is to be shifted by {quoted(amount)}; {_GIVE}.", code="shift-amount"
         )
     return Shift(float(number) * (found[0] if found else 1.0), in_seconds=timed)
-
-
-def _parts(amount: object) -> tuple[float, str]:
-    match = _AMOUNT.fullmatch(amount) if isinstance(amount, str) else None
-    return (float(match[1]), match[2]) if match else (math.nan, "")
 
 
 def check_movable(source: str, columns: Collection[str], shifts: Iterable[str]) -> None:

@@ -100,11 +100,17 @@ def other_period(law: ControlLaw | None, period: float, own: LogClock) -> OtherP
     logged = own.step * period
     if law is None or law.continuous or is_same_period(logged, law.period, own.uncertainty):
         return None
-    found = f"the record is sampled every {logged:.6g} s, the control law runs every "
-    found += f"{law.period:.6g} s"
+    found = (
+        f"the record is sampled every {logged:.6g} s, the control law runs every {law.period:.6g} s"
+    )
     if law.reference_between or (own.stated and not own.counted):
         whose = "is declared" if law.reference_between else "the period that was given confirms"
         return OtherPeriod(confirmed=True, note=Note(f"{found}, as {whose}"))
+    advice = Remedy.of(
+        "check the time column and its unit, or declare the drive's period"
+        f"{_thinned(logged / law.period)}, confirm that by ",
+        Setting("sample-period", f"{logged:.6g}"),
+    )
     if own.counted:
         advice = Remedy.of(
             "check ",
@@ -113,7 +119,7 @@ def other_period(law: ControlLaw | None, period: float, own: LogClock) -> OtherP
             "of every period, give its time column, or declare how the reference runs between its "
             "samples (reference_between), which says that the law has a clock of its own",
         )
-        return OtherPeriod(confirmed=False, note=Note(f"{found}: ", advice))
+    return OtherPeriod(confirmed=False, note=Note(f"{found}: ", advice))
     advice = Remedy.of(
         "check the time column and its unit, or declare the drive's period"
         f"{_thinned(logged / law.period)}, confirm that by ",

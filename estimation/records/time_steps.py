@@ -64,14 +64,12 @@ def _advice_on_uneven(steps: Array, typical: float) -> Remedy:
     odd = steps[_odd_steps(steps, typical)]
     lost = bool(np.any(odd > MAX_UNEVEN_STEP.value * typical))
     if not _is_rare(len(odd), len(steps)):
-        said = "That is jitter, no gaps: resample the log evenly"
-        if lost:
-            return Remedy.of(said, ", cut where samples are missing (", _EVENLY, _SPLIT, ").")
-        return Remedy.of(said, " (", _EVENLY, ").")
-    cut = Remedy.of("Cut the log there (", _SPLIT, ")")
-    if lost or np.any(odd < typical):
-        return Remedy.of(cut, ".")
-    return Remedy.of(cut, " or resample it evenly (", _EVENLY, ").")
+        cut = ", cut where samples are missing" * lost
+        said = f"That is jitter, no gaps: resample the log evenly{cut} ("
+        return Remedy.of(said, _EVENLY, _SPLIT if lost else None, ").")
+    evenly = Remedy.of(" or resample it evenly (", _EVENLY, ")")
+    is_gap = lost or bool(np.any(odd < typical))
+    return Remedy.of("Cut the log there (", _SPLIT, ")", None if is_gap else evenly, ".")
 
 
 def _advice_on_backward(time: Array, *, split: bool) -> Remedy:
@@ -262,7 +260,7 @@ def check_stated(source: str, found: float, stated: float, uncertainty: float = 
 
 def check_sample_period(period: object) -> None:
     """Refuse what is no sampling period."""
-    if period is not None and not (is_real(period) and 0 < period < math.inf):
+    if not (is_real(period) and 0 < period < math.inf):
         raise UsageError(
             f"the sampling period is {quoted(period)}; give a positive number of seconds.",
             code="bad-sample-period",

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.signals import FilteredRecord, Signals
-from axisid.estimation.simulation import has_inertia
+from axisid.estimation.simulation import at_rest
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
@@ -122,7 +122,9 @@ class Form(ABC):
 
     def have_inertia(self, physical: Array) -> NDArray[np.bool_]:
         """Which sets of physical parameters, (B, p), have a positive and finite inertia."""
-        return has_inertia(self.axis, physical, np.zeros(len(physical)))
+        return at_rest(
+            self.axis, physical, np.zeros(len(physical)), np.ones(len(self.axis.axis.signals))
+        )[0]
 
     def of_record(self, record: int) -> "Form":  # noqa: ARG002
         """The form of one of several records, in that record's own parameters."""

@@ -12,10 +12,9 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record, clock_of, hold_delay, law_ratio
 from axisid.estimation.thresholds import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
 from axisid.support.arrays import Array, Exact, covered
-from axisid.support.errors import AxisidError, DataError, UsageError
+from axisid.support.errors import AxisidError, DataError
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.uncached import Uncached
-from axisid.support.user_values import quoted
 
 from .drive_response import DriveAlong, acting_control
 from .motion import resting
@@ -81,13 +80,8 @@ class FilteredRecord(Exact, Uncached):
             The prefilter cannot serve the record, see `check_filter`, or the axis needs a position
             that was not recorded.
         """
-        if not isinstance(prefilter, Prefilter):
-            raise UsageError(
-                f"the prefilter is {quoted(prefilter)}; give a Prefilter, or leave it out.",
-                code="prefilter-type",
-            )
         check_position(axis, record)
-        prefilter = prefilter.at_rate_of(record.period)
+        prefilter = Prefilter.given(prefilter).at_rate_of(record.period)
         hold = chosen_hold(prefilter, axis, measured=record.force is not None)
         settings = replace(prefilter, hold=hold, reversals="keep")
         kept = cls(axis=axis, record=record, prefilter=settings, fastest=fastest)

@@ -11,9 +11,11 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from axisid.estimation.choices import check_among
+from axisid.estimation.records import check_sample_period
 from axisid.support.errors import UsageError
 from axisid.support.real_numbers import is_real, is_whole
-from axisid.support.user_values import is_among, quoted
+from axisid.support.user_values import quoted
 
 # ratio of two cut-offs that are one, or of two periods for which counts of samples stay
 SAME_FILTER_FREQUENCY = 1.01
@@ -107,24 +109,34 @@ class Prefilter:
                 f"the decimation is {self.decimate!r}; give 1 (keep every row) or more.",
                 code="bad-decimation",
             )
-        if not is_among(self.decimation, ("matlab", "scipy")):
-            raise UsageError(
-                f"the row alignment is {quoted(self.decimation)}; give matlab or scipy.",
-                code="unknown-alignment",
-            )
-        if not (self.hold is None or is_among(self.hold, ("raw", "zoh"))):
-            raise UsageError(
-                f"the hold is {quoted(self.hold)}; give raw or zoh.", code="unknown-hold"
-            )
-        if not (self.reversals is None or is_among(self.reversals, ("keep", "leave-out"))):
-            raise UsageError(
-                f"the reversals are {quoted(self.reversals)}; give keep or leave-out.",
-                code="unknown-reversals",
-            )
+        choices = (
+            ("row alignment", self.decimation or "none", ("matlab", "scipy")),
+            ("hold", self.hold, ("raw", "zoh")),
+            ("way with reversals", self.reversals, ("keep", "leave-out")),
+        )
+        check_among(*(row for row in choices if row[1] is not None))
         if self.drop is not None and min(self.drop) < 0:
             raise UsageError(
                 f"the rows to drop are {self.drop!r}; give 0 or more at each end.", code="bad-drop"
             )
+
+    @classmethod
+    def given(cls, prefilter: object) -> "Prefilter":
+        """What was given as a prefilter; the settings by default where nothing was.
+
+        Raises
+        ------
+        UsageError
+            It is none.
+        """
+        if prefilter is None:
+            return cls()
+        if not isinstance(prefilter, Prefilter):
+            raise UsageError(
+                f"the prefilter is {quoted(prefilter)}; give a Prefilter, or leave it out.",
+                code="prefilter-type",
+            )
+        return prefilter
 
     @classmethod
     def suited(cls, period: float, **settings: Any) -> "Prefilter":
@@ -135,11 +147,7 @@ class Prefilter:
         UsageError
             The period is no positive number, or a setting makes no sense.
         """
-        if not (is_real(period) and 0 < period < math.inf):
-            raise UsageError(
-                f"the sampling period is {quoted(period)}; give a positive number of seconds.",
-                code="filter-period",
-            )
+        check_sample_period(period)
         return cls(**settings).at_rate_of(period)
 
     def at_rate_of(self, period: float) -> "Prefilter":

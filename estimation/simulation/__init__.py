@@ -25,8 +25,8 @@ from .simulated import (
 )
 from .steps import (
     StepBudget as StepBudget,
+    at_rest as at_rest,
     has_constant_substeps as has_constant_substeps,
-    has_inertia as has_inertia,
     most_substeps as most_substeps,
     no_control_law as no_control_law,
     substeps_at_start as substeps_at_start,

@@ -6,53 +6,45 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.codegen.lowering import BLOCK, SIGNALS, STATUSES, STEPS_IN_ALL, LoopSettings
-from axisid.codegen.runtime import VirtualLoop
+from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings
+from axisid.codegen.native import Native
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import EstimationError
+from axisid.support.errors import AxisidError
 from axisid.support.real_numbers import real_array
 
 from .between import at_log_samples
+from .closed_loop import SettledLoop, settled_loop
 from .inputs import LoopInputs
 from .lane_arguments import (
     aligned,
+    axes_by_gains,
     check_lanes,
     check_threads,
     check_wanted,
     gains_by_lane,
     in_order,
-    lane_injected,
-    lane_noise,
+    optional_array,
 )
 from .loop_start import checked_starts, lane_starts
 from .recorded import checked_signals, lines
 from .reducers import LaneBlock, Reducer, check_reducer, joined, reduced
-from .runaway import allowed_distance, widened_distance
+from .runaway import allowed_distance
 from .steps import (
     MOST_SUBSTEPS,
     at_rest,
-    bounds_refusal,
     check_loop,
-    failure,
-    further_substeps,
     has_constant_substeps,
-    has_states,
     most_substeps,
-    no_inertia,
-    place_at,
-    pushes,
     states_refusal,
     steps_by_rate,
     substeps_along,
     substeps_at_start,
-    too_stiff,
     visited_signals,
 )
 from .two_clocks import clocks_of
@@ -172,8 +164,8 @@ def simulate_batch(
         reference=ref,
         period=period,
         start=checked_starts(axis, begin, start_velocity, memory, lanes),
-        noise=lane_noise(position_noise, (samples, lanes)),
-        injected=lane_injected(injected, (samples, lanes)),
+        noise=optional_array(position_noise, "the noise", (samples, lanes)),
+        injected=optional_array(injected, "the injected signal", (samples,), (samples, lanes)),
         signals=checked_signals(axis, signals, samples, lanes),
         resolution=resolution,
     ).at_law(axis, clocks_of(axis.axis.control, samples, period))
@@ -277,18 +269,17 @@ def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
     int or None
         None where the loop cannot be simulated with them.
     """
-    first, theta = inputs.first_signals, parameters[None, :]
-    position = np.ravel(inputs.start.position)[:1]
-    (steps,) = substeps_at_start(axis, theta, position, inputs.period, first)
-    if not has_constant_substeps(axis):
-        alone = replace(inputs, clocks=None)
-        batch = simulate_lanes(axis, theta, alone, wanted=visited_signals(axis))
-        if batch.failures:
-            return None
-        visited = {name: values[:, 0] for name, values in batch.signals.items()}
-        along = substeps_along(axis, parameters, visited, inputs.period, inputs.signals)
-        steps = max(int(steps), along)
-    return min(int(steps), most_substeps(len(inputs.reference)))
+    own = inputs.lanes(0) if np.ndim(inputs.start.position) else inputs
+    most = most_substeps(len(own.reference))
+    if has_constant_substeps(axis):
+        position = np.array([own.start.position])
+        given = parameters[None, :], position, own.period, own.first_signals
+        return min(int(substeps_at_start(axis, *given)[0]), most)
+    try:
+        loop = settled_loop(axis, parameters, own, bounded=True)
+    except AxisidError:
+        return None
+    return None if loop.failure else min(loop.substeps, most)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -305,192 +296,126 @@ class _Batch:
     gains: Array | None
 
     def run(self, substeps: int | None) -> tuple[dict[str, Array], dict[int, str]]:
-        """Simulate every lane; its signals at the samples of the log, (N, B) each, and failures."""
-        axis, samples = self.axis, len(self.inputs.reference)
-        failures, steps = self._refused()
-        sound = np.array([lane not in failures for lane in range(len(self.parameters))])
-        counts = np.where(sound, steps, 1) if substeps is None else np.full(len(sound), substeps)
-        out: dict[str, Array] = {}
-        most = MOST_SUBSTEPS if substeps else most_substeps(samples)
+        """Simulate every lane; its signals at the samples of the log, (N, B) each, and failures.
+
+        What no lane beside others can be told of is done alone: a start that is refused, a range
+        that is too narrow, steps that are too many, and all of them where nothing is compiled.
+        """
+        axis, lanes = self.axis, range(len(self.parameters))
+        most = MOST_SUBSTEPS if substeps else most_substeps(len(self.inputs.reference))
         fixed = substeps is not None or has_constant_substeps(axis)
-        for lane in map(int, np.flatnonzero(sound & (counts > most)) if fixed else ()):
-            own, still = self.inputs.lanes(lane), (float(self.inputs.start.position[lane]), 0.0)
-            at = still, tuple(map(float, own.first_signals))
-            failures[lane] = too_stiff(axis, self.parameters[lane], at, own.period, samples)
-            sound[lane] = False
-        counts = np.minimum(counts, most)
-        pending = np.flatnonzero(sound)
+        well, counts = self._first_steps()
+        if substeps is not None:
+            counts = np.full(len(lanes), substeps)
+        well &= (counts <= most) | (not fixed)
+        counts, out = np.minimum(counts, most), dict[str, Array]()
+        pending = np.flatnonzero(well)
         while pending.size:
             # Lanes that ask for more steps in a sample run apart, and do not slow the others.
-            groups = [pending[counts[pending] == count] for count in np.unique(counts[pending])]
-            for group in groups:
-                self._run_into(out, group, int(counts[group[0]]), failures)
-            if fixed:
-                break
-            enough = [self._enough(out, int(lane), int(counts[lane]), failures) for lane in pending]
-            more = np.array(enough) > counts[pending]
-            counts[pending] = enough
-            pending = pending[more]
+            for count in np.unique(counts[pending]):
+                group = pending[counts[pending] == count]
+                well[group] = self._run_into(out, group, int(count))
+            pending = pending[well[pending] & (not fixed)]
+            needed = np.array([self._needed(out, int(lane)) for lane in pending], dtype=np.int64)
+            more = needed > counts[pending]
+            well[pending[more & (counts[pending] >= most)]] = False
+            counts[pending] = np.maximum(counts[pending], np.minimum(needed, most))
+            pending = pending[more & well[pending]]
         out = out or self._nothing()
+        failures: dict[int, str] = {}
+        for lane in map(int, np.flatnonzero(~well)):
+            loop = self._alone(lane, substeps)
+            counts[lane], failures[lane] = loop.substeps, loop.failure
+            for name, values in out.items():
+                values[:, lane] = loop.signals.get(name, np.nan)
         clocks = self.inputs.clocks
-        if clocks is None:
-            return out, failures
-        sampled = [
-            at_log_samples(
-                axis,
-                self.parameters[lane],
-                {name: np.ascontiguousarray(values[:, lane]) for name, values in out.items()},
-                clocks,
-                _lines_of(self.recorded, lane),
-                int(counts[lane]),
-            )
-            for lane in range(len(sound))
-        ]
-        return {name: np.column_stack([lane[name] for lane in sampled]) for name in out}, failures
+        if clocks is not None:
+            sampled = [
+                at_log_samples(
+                    axis,
+                    self.parameters[lane],
+                    {name: np.ascontiguousarray(values[:, lane]) for name, values in out.items()},
+                    clocks,
+                    _lines_of(self.recorded, lane),
+                    int(counts[lane]),
+                )
+                for lane in lanes
+            ]
+            out = {name: np.column_stack([lane[name] for lane in sampled]) for name in out}
+        return out, {lane: why for lane, why in failures.items() if why}
 
-    def _refused(self) -> tuple[dict[int, str], NDArray[np.int64]]:
-        """What to say of lanes that no simulation starts from, and the steps of each at first."""
-        axis, start, refused = self.axis, self.inputs.start.position, dict[int, str]()
-        first, period = self.inputs.first_signals, self.inputs.period
-        has_mass, held, rates = at_rest(axis, self.parameters, start, first)
+    def _first_steps(self) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+        """Which lanes can start beside others, and the steps of each at first."""
+        axis, start = self.axis, self.inputs.start.position
+        has_mass, held, rates = at_rest(axis, self.parameters, start, self.inputs.first_signals)
         low, high = np.array([(p.lower, p.upper) for p in axis.axis.parameters]).T
         inside = ((low <= self.parameters) & (self.parameters <= high)).all(axis=1)
-        remembers = has_states(axis, self.parameters)
-        for lane in map(int, np.flatnonzero(~(inside & has_mass & held & remembers))):
-            theta = self.parameters[lane]
-            if not remembers[lane]:
-                refused[lane] = states_refusal(axis, theta)
-            elif not has_mass[lane]:
-                own = [*map(float, self.inputs.lanes(lane).first_signals)]
-                refused[lane] = no_inertia(axis, theta, float(start[lane]), own)
-            else:
-                refused[lane] = bounds_refusal(axis, theta) or pushes(axis, theta)
-        return refused, steps_by_rate(axis, rates, period)
+        remembers = [not states_refusal(axis, own) for own in self.parameters]
+        well = inside & has_mass & held & remembers
+        return well, steps_by_rate(axis, np.where(well, rates, 0.0), self.inputs.period)
 
-    def _enough(
-        self, out: dict[str, Array], lane: int, count: int, failures: dict[int, str]
-    ) -> int:
-        """Steps that were enough, or that are, for wherever a lane went; as many if none are."""
-        own, position = self.inputs.lanes(lane), out["position"][:, lane]
-        ended = np.isnan(position)
-        until = int(ended.argmax()) if ended.any() else len(position)
-        names = visited_signals(self.axis)
-        visited = {name: np.ascontiguousarray(out[name][:until, lane]) for name in names}
-        theta, samples = self.parameters[lane], len(position)
-        had = count, visited, own.period, own.signals
+    def _needed(self, out: Mapping[str, Array], lane: int) -> int:
+        """Steps in a sample that a lane asks for, wherever it went."""
+        own, names = self.inputs.lanes(lane), visited_signals(self.axis)
+        visited = {name: np.ascontiguousarray(out[name][:, lane]) for name in names}
+        return substeps_along(self.axis, self.parameters[lane], visited, own.period, own.signals)
+
+    def _alone(self, lane: int, substeps: int | None) -> SettledLoop:
+        """A lane as it is simulated by itself; without signals where it is refused."""
+        own = None if self.gains is None else self.gains[lane : lane + 1]
+        (axis,) = axes_by_gains(self.axis, own, 1)
+        theta, inputs = self.parameters[lane], self.inputs.lanes(lane)
         try:
-            return further_substeps(self.axis, theta, *had, samples, STEPS_IN_ALL)
-        except EstimationError as error:
-            failures[lane] = str(error)
-            for values in out.values():
-                values[:, lane] = np.nan
-            return count
+            return settled_loop(axis, theta, inputs, substeps=substeps, bounded=True)
+        except AxisidError as error:
+            return SettledLoop(signals={}, substeps=1, failure=str(error))
 
     def _nothing(self) -> dict[str, Array]:
-        shape = (len(self.inputs.reference), len(self.parameters))
+        shape = len(self.inputs.reference), len(self.parameters)
         return {name: np.full(shape, np.nan) for name in self.wanted}
 
-    def _run_into(
-        self,
-        out: dict[str, Array],
-        group: NDArray[np.intp],
-        substeps: int,
-        failures: dict[int, str],
-    ) -> None:
-        """Simulate a group of lanes into the signals of all."""
-        for lane in group:
-            failures.pop(int(lane), None)
-        if not out and len(group) == len(self.parameters):
-            out.update(self._lanes(None, substeps, failures))
-            return
-        if not out:
-            out.update(self._nothing())
-        for name, values in self._lanes(group, substeps, failures).items():
-            out[name][:, group] = values
+    @property
+    def _native(self) -> Native:
+        """What the loop is compiled from."""
+        code = self.axis.loop if self.gains is not None and self.axis.loop else self.axis
+        return code.native
 
-    def _lanes(
-        self, group: NDArray[np.intp] | None, substeps: int, failures: dict[int, str]
-    ) -> dict[str, Array]:
-        """Simulate a group of lanes, or all; what fails is added to `failures`."""
-        chosen = np.arange(len(self.parameters)) if group is None else group
-        inputs = self.inputs if group is None else self.inputs.lanes(group)
+    def _run_into(
+        self, out: dict[str, Array], group: NDArray[np.intp], substeps: int
+    ) -> NDArray[np.bool_]:
+        """Simulate a group of lanes into the signals of all; which of them came to the end."""
+        library, every = self._native.library(), len(group) == len(self.parameters)
+        if library is None:
+            return np.zeros(len(group), dtype=bool)
+        inputs = self.inputs if every else self.inputs.lanes(group)
+        recorded = self.recorded if every else _lines_of(self.recorded, group)
         settings = LoopSettings(
             period=inputs.period,
             resolution=inputs.resolution,
-            allowed=np.ascontiguousarray(self.allowed[chosen]),
+            allowed=np.ascontiguousarray(self.allowed[group]),
             substeps=substeps,
         )
-        theta, start = self.parameters[chosen], inputs.start
-        theta = theta if self.gains is None else np.hstack([theta, self.gains[chosen]])
-        recorded = self.recorded if group is None else _lines_of(self.recorded, chosen)
-        code = self.axis.loop if self.gains is not None and self.axis.loop else self.axis
-        library = code.native.library()
-        if library is None:
-            code.native.warn_once()
-            run = code.functions, theta, settings, inputs, self.wanted, recorded
-            status, stopped, out = _virtual_batch(*run)
+        theta = self.parameters[group]
+        status, _, made = library.simulate_batch(
+            inputs.reference,
+            inputs.noise,
+            inputs.injected,
+            theta if self.gains is None else np.hstack([theta, self.gains[group]]),
+            inputs.start,
+            settings,
+            self.wanted,
+            self.threads,
+            recorded,
+        )
+        if every:
+            out.update(made)
         else:
-            status, stopped, out = library.simulate_batch(
-                *(inputs.reference, inputs.noise, inputs.injected, theta, start, settings),
-                *(self.wanted, self.threads, recorded),
-            )
-        again = self._widened(status, chosen)
-        for i in np.flatnonzero(status):
-            lane, sample = int(chosen[i]), int(stopped[i])
-            if not again[i]:
-                own, known = inputs.lanes(int(i)).signals, {"position", "velocity"} <= out.keys()
-                at = place_at({n: v[:, i] for n, v in out.items()}, sample, own) if known else None
-                why = (self.axis, self.parameters[lane], int(status[i]), sample, inputs.period, at)
-                failures[lane] = failure(*why)
-            for signal in out.values():
-                signal[sample:, i] = np.nan
-        if again.any():
-            for name, values in self._lanes(chosen[again], substeps, failures).items():
-                out[name][:, again] = values
-        return out
-
-    def _widened(self, status: NDArray[np.int32], chosen: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Which lanes left a range that was too narrow for their load; it is widened for them."""
-        again = np.asarray(status == STATUSES.index("out of range"))
-        if again.any():
-            lanes = chosen[again]
-            some = self.inputs.lanes(lanes)
-            wider = widened_distance(
-                self.axis,
-                self.parameters[lanes],
-                some.start.position,
-                some.noise,
-                some.injected,
-                some.resolution,
-                some.first_signals,
-            )
-            again[again] = wider > self.allowed[lanes]
-            self.allowed[lanes] = np.maximum(self.allowed[lanes], wider)
-        return again
+            out.update({} if out else self._nothing())
+            for name, values in made.items():
+                out[name][:, group] = values
+        return np.asarray(status == 0)
 
 
 def _lines_of(recorded: Array | None, lanes: NDArray[np.intp] | int) -> Array | None:
     """Recorded signals of some lanes, or of one; what all share as it is."""
     return recorded if recorded is None or recorded.ndim == 2 else recorded[:, :, lanes]
-
-
-def _virtual_batch(
-    functions: Mapping[str, Any],
-    parameters: Array,
-    settings: LoopSettings,
-    inputs: LoopInputs,
-    wanted: Sequence[str],
-    recorded: Array | None,
-) -> tuple[NDArray[np.int32], NDArray[np.int64], dict[str, Array]]:
-    """Lane by lane in the virtual machine."""
-    lanes = len(parameters)
-    out = {name: np.empty((len(inputs.reference), lanes)) for name in wanted}
-    status, stopped = np.zeros(lanes, dtype=np.int32), np.zeros(lanes, dtype=np.int64)
-    for lane in range(lanes):
-        own, allowed = inputs.lanes(lane), float(settings.allowed[lane])
-        loop = VirtualLoop(functions, parameters[lane], replace(settings, allowed=allowed))
-        given = (own.reference, own.noise, own.injected, own.start)
-        status[lane], stopped[lane], signals = loop.run(*given, _lines_of(recorded, lane))
-        for name in wanted:
-            out[name][:, lane] = signals[name]
-    return status, stopped, out

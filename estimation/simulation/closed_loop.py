@@ -10,7 +10,7 @@ a(-) for both friction directions, the axis sticks if and only if ``a(+) <= 0 <=
 from __future__ import annotations  # as they are written, in what help() prints
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -26,7 +26,7 @@ from axisid.support.real_numbers import real_array
 
 from .between import at_log_samples
 from .inputs import LoopInputs
-from .lane_arguments import in_order
+from .lane_arguments import in_order, optional_array
 from .loop_start import checked_start, loop_start
 from .recorded import checked_signals, lines
 from .runaway import allowed_distance, widened_distance
@@ -123,8 +123,8 @@ def simulate(
         reference=ref,
         period=period,
         start=checked_start(axis, ref[0] if start is None else start, start_velocity, memory),
-        noise=checked_signal(position_noise, ref, "the noise"),
-        injected=checked_signal(injected, ref, "the injected signal"),
+        noise=optional_array(position_noise, "the noise", ref.shape),
+        injected=optional_array(injected, "the injected signal", ref.shape),
         signals=checked_signals(axis, signals, len(ref)),
         resolution=resolution,
     )
@@ -162,14 +162,7 @@ def simulate_loop(
     UsageError, EstimationError
         As in `simulate`.
     """
-    theta, clocks = np.ascontiguousarray(parameters), inputs.clocks
-    first = tuple(map(float, inputs.first_signals))
-    start = loop_start(axis, theta, inputs)
-    held, rate = check_inertia(axis, theta, start.position, first)
-    if bounded and (refusal := bounds_refusal(axis, theta)):
-        raise UsageError(refusal)
-    if bounded and not held:
-        raise EstimationError(pushes(axis, theta))
+    clocks, logged = inputs.clocks, inputs.logged
     if clocks is not None and axis.axis.response is not None:
         raise UsageError(
             f"the period is {clocks.log_period:g} s, the control law of axis "
@@ -178,31 +171,13 @@ def simulate_loop(
             "law's samples such a loop is not known. Give the law's period.",
             code="clocks-and-response",
         )
-    reference, period = inputs.reference, inputs.period
-    budget, recorded = budget or StepBudget(), lines(axis, inputs.signals, period)
-    if fixed := substeps is not None:
-        steps = substeps
-    else:
-        still = (start.position, 0.0), first
-        steps = first_substeps(axis, theta, rate, still, period, len(reference), budget.left)
-    away = abs(start.position - reference[0])
-    settings = LoopSettings(
-        period=period,
-        resolution=inputs.resolution,
-        allowed=allowed_distance(reference.max() - reference.min(), away),
-        substeps=steps,
-    )
-    inputs = inputs if start is inputs.start else replace(inputs, start=start)
-    settings, status, stopped, out = _settled(
-        axis, theta, settings, inputs, recorded, budget, fixed=fixed
-    )
-    if status:
-        at = place_at(out, stopped, inputs.signals)
-        said = failure(axis, theta, status, stopped, period, at)
-        raise EstimationError(said, code="loop-diverges")
+    loop = settled_loop(axis, parameters, inputs, substeps=substeps, budget=budget, bounded=bounded)
+    if loop.failure:
+        raise EstimationError(loop.failure, code="loop-diverges")
+    out = loop.signals
     if clocks is not None:
-        out = at_log_samples(axis, theta, out, clocks, recorded, settings.substeps)
-    logged = inputs.logged
+        recorded = lines(axis, inputs.signals, inputs.period)
+        out = at_log_samples(axis, parameters, out, clocks, recorded, loop.substeps)
     return Simulation(
         time=logged.period * _counted(len(out["position"])),
         measured_position=measured_positions(out["position"], logged.noise, inputs.resolution),
@@ -211,44 +186,93 @@ def simulate_loop(
     )
 
 
-def _settled(
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SettledLoop:
+    """A loop at the evaluations of its law, its steps and range enough for wherever it went.
+
+    Attributes
+    ----------
+    signals : dict of str to (M,) array
+        By name; not a number from the evaluation on at which it ended early.
+    substeps : int
+    failure : str
+        Why and where it ended early; empty where it did not.
+    """
+
+    signals: dict[str, Array]
+    substeps: int
+    failure: str
+
+
+def settled_loop(
     axis: GeneratedAxis,
     parameters: Array,
-    settings: LoopSettings,
     inputs: LoopInputs,
-    recorded: Array | None,
-    budget: StepBudget,
     *,
-    fixed: bool,
-) -> tuple[LoopSettings, int, int, dict[str, Array]]:
-    """Run until steps, unless they are fixed, and range are enough for wherever it went."""
-    samples = len(inputs.reference)
+    substeps: int | None = None,
+    budget: StepBudget | None = None,
+    bounded: bool = False,
+) -> SettledLoop:
+    """The loop at the evaluations of its law; arguments as of `simulate_loop`.
+
+    Raises
+    ------
+    UsageError, EstimationError
+        It cannot start, or takes too many steps.
+    """
+    theta = np.ascontiguousarray(parameters)
+    first = tuple(map(float, inputs.first_signals))
+    start = loop_start(axis, theta, inputs)
+    held, rate = check_inertia(axis, theta, start.position, first)
+    if bounded:
+        _check_bounded(axis, theta, held=held)
+    reference, period, samples = inputs.reference, inputs.period, len(inputs.reference)
+    budget, recorded = budget or StepBudget(), lines(axis, inputs.signals, period)
+    if fixed := substeps is not None:
+        steps = substeps
+    else:
+        still = (start.position, 0.0), first
+        steps = first_substeps(axis, theta, rate, still, period, samples, budget.left)
+    away = abs(start.position - reference[0])
+    settings = LoopSettings(
+        period=period,
+        resolution=inputs.resolution,
+        allowed=allowed_distance(reference.max() - reference.min(), away),
+        substeps=steps,
+    )
+    inputs = inputs if start is inputs.start else replace(inputs, start=start)
     while True:
         left = budget.left
         budget.left -= samples * settings.substeps
-        status, stopped, out = _run(axis, parameters, settings, inputs, recorded)
+        status, stopped, out = _run(axis, theta, settings, inputs, recorded)
         if not fixed:
             visited = {name: values[:stopped] if status else values for name, values in out.items()}
-            had = settings.substeps, visited, settings.period, inputs.signals
-            enough = further_substeps(axis, parameters, *had, samples, left)
+            had = settings.substeps, visited, period, inputs.signals
+            enough = further_substeps(axis, theta, *had, samples, left)
             if enough != settings.substeps:
                 settings = replace(settings, substeps=enough)
                 continue
         if STATUSES[status] != "out of range":
             break
-        (wider,) = widened_distance(
-            axis,
-            parameters[None, :],
-            np.array([inputs.start.position]),
-            inputs.noise,
-            inputs.injected,
-            settings.resolution,
-            inputs.first_signals,
-        )
+        wider = widened_distance(axis, theta, inputs)
         if not wider > settings.allowed:
             break
-        settings = replace(settings, allowed=float(wider))
-    return settings, status, stopped, out
+        settings = replace(settings, allowed=wider)
+    failed = ""
+    if status:
+        at = place_at(out, stopped, inputs.signals)
+        failed = failure(axis, theta, status, stopped, period, at)
+        for values in out.values():
+            values[stopped:] = np.nan
+    return SettledLoop(signals=out, substeps=settings.substeps, failure=failed)
+
+
+def _check_bounded(axis: GeneratedAxis, parameters: Array, *, held: bool) -> None:
+    """Refuse parameters beyond their bounds, and friction that does not hold but drives."""
+    if refusal := bounds_refusal(axis, parameters):
+        raise UsageError(refusal)
+    if not held:
+        raise EstimationError(pushes(axis, parameters))
 
 
 def _run(
@@ -276,20 +300,6 @@ def _run(
 def _counted(samples: int) -> Array:
     """0, 1, 2 and so on; making them takes longer than what is made of them."""
     return np.arange(samples, dtype=np.float64)
-
-
-def checked_signal(values: ArrayLike | None, reference: Array, what: str) -> Array | None:
-    """A signal at the samples of a reference, if there is one."""
-    if values is None:
-        return None
-    signal = _vector(values, what)
-    if signal.shape != reference.shape or not np.all(np.isfinite(signal)):
-        raise UsageError(
-            f"{what} has {len(signal)} samples, the reference {len(reference)}; give as many, "
-            "finite.",
-            code="signal-length",
-        )
-    return signal
 
 
 def _vector(values: ArrayLike, what: str) -> Array:

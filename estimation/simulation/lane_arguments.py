@@ -37,30 +37,27 @@ def check_threads(threads: int | None) -> None:
         )
 
 
-def lane_noise(noise: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
-    """Noise of the positions, one column a lane, if there is any."""
-    if noise is None:
-        return None
-    lanes = aligned(noise, "the noise")
-    if lanes.shape != shape or not np.all(np.isfinite(lanes)):
+def checked_array(values: ArrayLike, what: str, shapes: Sequence[tuple[int, ...]]) -> Array:
+    """What is given for the samples or the lanes of loops: finite numbers of one of some shapes.
+
+    Raises
+    ------
+    UsageError
+        It has another shape, or a number is not finite.
+    """
+    array = aligned(values, what)
+    if array.shape not in shapes or not np.all(np.isfinite(array)):
         raise UsageError(
-            f"the noise has the shape {lanes.shape}; give {shape}, all finite.", code="batch-noise"
+            f"{what} has the shape {array.shape}; give {' or '.join(map(str, shapes))}, "
+            "all finite.",
+            code="loop-array",
         )
-    return lanes
+    return array
 
 
-def lane_injected(injected: ArrayLike | None, shape: tuple[int, int]) -> Array | None:
-    """What is added to the control, shared or one column a lane, if there is any."""
-    if injected is None:
-        return None
-    lanes = aligned(injected, "the injected signal")
-    if lanes.shape not in (shape[:1], shape) or not np.all(np.isfinite(lanes)):
-        raise UsageError(
-            f"the injected signal has the shape {lanes.shape}; give {shape[:1]} or {shape}, all "
-            "finite.",
-            code="batch-injected",
-        )
-    return lanes
+def optional_array(values: ArrayLike | None, what: str, *shapes: tuple[int, ...]) -> Array | None:
+    """The same of what may be left out."""
+    return None if values is None else checked_array(values, what, shapes)
 
 
 def check_wanted(signals: Sequence[str]) -> None:

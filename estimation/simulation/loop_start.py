@@ -13,11 +13,11 @@ from axisid.codegen.lowering import LoopStart
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
-from axisid.support.real_numbers import is_real, real_array
+from axisid.support.real_numbers import is_real
 from axisid.support.user_values import quoted
 
 from .inputs import LoopInputs
-from .lane_arguments import axes_by_gains
+from .lane_arguments import axes_by_gains, checked_array
 from .simulated import measured_positions
 
 _STEPS = 20  # of Newton's method; a law that is linear in its memory takes one
@@ -58,8 +58,8 @@ def checked_starts(
     """The same of the lanes of a batch: (B,), memory (B, m)."""
     moving = np.zeros(lanes) if velocity is None else velocity
     return LoopStart(
-        position=_by_lane(position, lanes, "start", "position"),
-        velocity=_by_lane(moving, lanes, "start velocity", "velocity"),
+        position=np.ascontiguousarray(checked_array(position, "the start", [(lanes,)])),
+        velocity=np.ascontiguousarray(checked_array(moving, "the start velocity", [(lanes,)])),
         memory=_remembered(axis, memory, lanes),
     )
 
@@ -106,16 +106,6 @@ def law_of(axis: GeneratedAxis) -> ControlLaw:
     return law
 
 
-def _by_lane(values: ArrayLike, lanes: int, what: str, kind: str) -> Array:
-    numbers = real_array(values, f"the {what}")
-    if numbers.shape != (lanes,) or not np.all(np.isfinite(numbers)):
-        raise UsageError(
-            f"the {what} has the shape {numbers.shape}; give one {kind} a lane, all finite.",
-            code="batch-start",
-        )
-    return np.ascontiguousarray(numbers)
-
-
 def _remembered(axis: GeneratedAxis, memory: ArrayLike | None, lanes: int | None) -> Array | None:
     """What is given of the memory, (m,) or (B, m)."""
     if memory is None:
@@ -125,14 +115,8 @@ def _remembered(axis: GeneratedAxis, memory: ArrayLike | None, lanes: int | None
     drive = () if response is None else response.remembered
     names = [*(each.name for each in law.memory), *law.delay_line, *drive]
     shape = (len(names),) if lanes is None else (lanes, len(names))
-    values = np.ascontiguousarray(real_array(memory, "the memory"))
-    if values.shape != shape or not np.all(np.isfinite(values)):
-        raise UsageError(
-            f"the memory has the shape {values.shape}; give {shape} finite numbers: "
-            f"{', '.join(names) or 'the law remembers nothing'}.",
-            code="loop-memory",
-        )
-    return values
+    what = f"the memory ({', '.join(names) or 'the law remembers nothing'})"
+    return np.ascontiguousarray(checked_array(memory, what, [shape]))
 
 
 def balanced_memory(

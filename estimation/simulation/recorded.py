@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
-from axisid.support.real_numbers import real_array
 from axisid.support.user_values import quoted
 
+from .lane_arguments import checked_array
 from .two_clocks import TwoClocks
 
 
@@ -45,25 +45,8 @@ def checked_signals(
             f"signals are {listed}.",
             code="recorded-unknown",
         )
-    return tuple(_checked(name, found[name], samples, lanes) for name in names)
-
-
-def _checked(name: str, values: ArrayLike, samples: int, lanes: int) -> Array:
-    column = real_array(values, f"the signal {name!r}")
-    shapes = [(samples,), (samples, lanes)] if lanes else [(samples,)]
-    if column.shape not in shapes:
-        raise UsageError(
-            f"the signal {name!r} has the shape {column.shape}; give "
-            f"{' or '.join(map(str, shapes))}, as the reference has samples.",
-            code="recorded-length",
-        )
-    if wrong := np.argwhere(~np.isfinite(column)).tolist():
-        raise UsageError(
-            f"the signal {name!r} is {column[tuple(wrong[0])]:g} at sample {wrong[0][0] + 1}; give "
-            "finite numbers.",
-            code="recorded-finite",
-        )
-    return column
+    shapes = [(samples,), *([(samples, lanes)] if lanes else [])]
+    return tuple(checked_array(found[name], f"the signal {name!r}", shapes) for name in names)
 
 
 def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array | None:
@@ -113,10 +96,3 @@ def before(axis: GeneratedAxis, signals: Sequence[Array]) -> tuple[Array, ...]:
         np.concatenate([values[:1], values[:-1]]) if declared.is_held else values
         for declared, values in zip(axis.axis.signals, signals, strict=True)
     )
-
-
-def standing_in(axis: GeneratedAxis, recorded: Sequence[Array] | Array | None) -> list[Array]:
-    """What is given of the signals, else 1 for each: where no record is at hand."""
-    if recorded is None:
-        return [np.ones(1) for _ in axis.axis.signals]
-    return [np.asarray(values) for values in recorded]

@@ -6,16 +6,15 @@ load at the start, to which the loop gives way until its control holds it.
 """
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.support.arrays import Array
 
-_RUNAWAY_RATIO = 100.0  # distance from the reference, by what a loop is asked to move
+from .inputs import LoopInputs
 
-Recorded = Sequence[Array] | Array
+_RUNAWAY_RATIO = 100.0  # distance from the reference, by what a loop is asked to move
 
 _OFF = 1e-6  # of the reference from the position, for the loop's stiffness
 
@@ -33,71 +32,45 @@ def allowed_distance(span: float, away: float) -> float:
     return _RUNAWAY_RATIO * max(float(span), float(away)) or math.inf
 
 
-def widened_distance(
-    axis: GeneratedAxis,
-    parameters: Array,
-    start: Array,
-    noise: Array | None,
-    injected: Array | None,
-    resolution: float,
-    recorded: Recorded = (),
-) -> Array:
-    """The same for what moves the axis but its reference, (B,): load, noise, counts, test signals.
+def widened_distance(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> float:
+    """The same for what moves one loop but its reference: load, noise, counts, test signals.
 
     Parameters
     ----------
     axis : GeneratedAxis
-    parameters : (B, p) array
-    start : (B,) array
-    noise : (N,) or (N, B) array, optional
-    injected : (N,) or (N, B) array, optional
-        Added to the control.
-    resolution : float
-    recorded : (s,) or (s, B) array
-        The first of the recorded signals.
+    parameters : (p,) array
+    inputs : LoopInputs
+        Of one loop.
     """
-    measured = resolution if noise is None else np.maximum(np.ptp(noise, axis=0), resolution)
-    drive, controls, pushed = axis.axis.drive, _by_lane(axis, start, recorded), np.zeros(1)
-    if injected is not None or drive.deadband or drive.quantisation:
-        # Up to so much of a command is lost.
-        lost = drive.deadband + drive.quantisation / 2
-        added = np.asarray(lost + (0.0 if injected is None else np.abs(injected).max(axis=0)))
-        with np.errstate(all="ignore"):
-            way = np.where(added == 0, 0.0, added * _OFF / np.abs(controls[1] - controls[0]))
-        pushed = np.where(np.isfinite(way), way, np.inf)
-    sag = _sag(axis, parameters, start, recorded, controls)
-    return np.asarray(_RUNAWAY_RATIO * np.maximum(sag + pushed, measured))
-
-
-def _by_lane(axis: GeneratedAxis, start: Array, recorded: Recorded) -> Array:
-    """Controls at rest on the reference and a little behind it, (2, B)."""
-    signals = [np.broadcast_to(values, len(start)) for values in recorded]
-    lanes = zip(start, *signals, strict=True)
-    return np.array([_controls(axis, *map(float, each)) for each in lanes]).T
-
-
-def _sag(
-    axis: GeneratedAxis, parameters: Array, start: Array, recorded: Recorded, controls: Array
-) -> Array:
-    """Way on which the loop, at rest on its reference, gives way to the load there, (B,).
-
-    Infinite where the control does not answer to the distance from the reference.
-    """
-    drive = axis.functions["drive_force"]
-    signals = [np.broadcast_to(values, len(start)) for values in recorded]
-    twice = [np.vstack([values, values]) for values in (start, *signals)]
-    forces = drive.call([controls, twice[0], 0.0, *twice[1:]])[0].full()
-    stiffness = np.abs(forces[1] - forces[0]) / _OFF
-    dynamics = axis.functions["direct_dynamics"]
+    place, signals = float(inputs.start.position), [*map(float, inputs.first_signals)]
+    noise = 0.0 if inputs.noise is None else float(np.ptp(inputs.noise))
+    drive, controls = axis.axis.drive, _controls(axis, place, *signals)
+    # Up to so much of a command is lost.
+    added = drive.deadband + drive.quantisation / 2
+    added += 0.0 if inputs.injected is None else float(np.abs(inputs.injected).max())
+    force, dynamics = axis.functions["drive_force"], axis.functions["direct_dynamics"]
+    still, behind = (float(force(control, place, 0.0, *signals)) for control in controls)
     loaded, free, pushed = (
-        dynamics.call(
-            [start[None, :], 0.0, tau, 0.0, *(values[None, :] for values in signals), parameters.T]
-        )[0].full()[0]
-        for tau in (forces[0][None, :], 0.0, 1.0)
+        float(dynamics(place, 0.0, tau, 0.0, *signals, parameters)) for tau in (still, 0.0, 1.0)
     )
-    with np.errstate(all="ignore"):
-        sag = np.abs(loaded / ((pushed - free) * stiffness))
-    return np.where(np.isfinite(sag), sag, np.where(loaded == 0, 0.0, np.inf))
+    # At rest on its reference the loop gives way to the load there.
+    sag = _way(abs(loaded), abs((pushed - free) * (behind - still)))
+    way = sag + _way(added, abs(controls[1] - controls[0]))
+    return _RUNAWAY_RATIO * max(way, noise, inputs.resolution)
+
+
+def _way(asked: float, answered: float) -> float:
+    """Distance at which a loop answers what is asked of it; infinite where it does not.
+
+    Parameters
+    ----------
+    asked, answered : float
+        What moves it, and what it answers to `_OFF` from its reference.
+    """
+    if asked == 0:
+        return 0.0
+    found = asked * _OFF / answered if answered else math.inf
+    return found if math.isfinite(found) else math.inf
 
 
 def _controls(axis: GeneratedAxis, position: float, *recorded: float) -> tuple[float, float]:

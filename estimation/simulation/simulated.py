@@ -49,10 +49,6 @@ class Simulation(Exact):
     held: Array | None = None
     recorded: tuple[Array, ...] = ()
 
-    def as_measured(self, zero: float) -> "Simulation":
-        """The same loop, whose positions are those that were measured, from another zero."""
-        return replace(self, position=self.measured_position + zero)
-
     @property
     def mode(self) -> Array:
         """+1 and -1 while sliding, 0 while stuck (at rest, and nothing to move it)."""

@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from axisid.codegen.lowering import (
     STEPS_OF_SEARCH,
     demanding_term,
 )
+from axisid.estimation.records import check_sample_period
 from axisid.estimation.thresholds import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
 from axisid.modeling.derivation import forces_at_rest, state_limits
 from axisid.support.arrays import Array
@@ -28,12 +28,9 @@ from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
-from .recorded import standing_in
-
 #: Position and velocity, and the recorded signals there.
 Place = tuple[tuple[float, float], tuple[float, ...]]
-Recorded = Sequence[Array] | Array | None
-_Rates = TypeVar("_Rates", float, Array)
+Recorded = Sequence[Array] | Array
 
 _SLACK = 1e-6
 _HALVED = 0.5 ** np.arange(1.0, 13.0)[:, None]  # parts of a velocity, down to rest
@@ -84,10 +81,7 @@ def check_loop(
         raise UsageError(
             "the reference is empty or not finite; give finite positions.", code="bad-reference"
         )
-    if not (is_real(period) and math.isfinite(period) and period > 0):
-        raise UsageError(
-            f"the period is {quoted(period)} s; give a positive number.", code="simulation-period"
-        )
+    check_sample_period(period)
     measurable = is_real(resolution) and 0 <= resolution < math.inf
     if not measurable or (resolution and law.continuous):
         raise UsageError(
@@ -123,15 +117,6 @@ def pushes(axis: GeneratedAxis, parameters: Array) -> str:
     )
 
 
-def has_states(axis: GeneratedAxis, parameters: Array) -> NDArray[np.bool_]:
-    """Which parameter sets (B, p) are such that friction can remember as it is declared, (B,)."""
-    found = np.ones(len(parameters), dtype=bool)
-    for part, value_of in state_limits(axis.axis):
-        values = np.array([value_of(each) for each in parameters.tolist()])
-        found &= (values > 0) | (values == 0) & part.allows(0.0)
-    return found
-
-
 def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
     """What to say of parameters (p,) with which friction cannot remember; empty if it can."""
     for part, value_of in state_limits(axis.axis):
@@ -146,25 +131,15 @@ def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
     return ""
 
 
-def has_inertia(
-    axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded = None
-) -> NDArray[np.bool_]:
-    """Which parameter sets, (B, p), have a positive and finite inertia at their positions, (B,).
-
-    Recorded signals are (s,) or (s, B).
-    """
-    return at_rest(axis, parameters, position, recorded)[0]
-
-
 def at_rest(
-    axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded = None
+    axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Array]:
     """What lanes with parameters (B, p) are at rest, (B,) each; recorded signals (s,) or (s, B).
 
     Returns
     -------
     array of bool
-        As `has_inertia`.
+        Which have a positive and finite inertia at their positions, (B,).
     array of bool
         Which have no friction that drives the axis from there.
     array
@@ -192,10 +167,8 @@ def _native_rest(
     library = axis.native.evaluator("from_rest")
     if library is None:
         return None
-    lanes = len(position)
-    signals = np.empty((lanes, len(axis.axis.signals)))
-    for i, values in enumerate(standing_in(axis, recorded) if axis.axis.signals else ()):
-        signals[:, i] = values
+    beside = [np.broadcast_to(values, len(position)) for values in recorded]
+    signals = np.array(beside, dtype=float).reshape(-1, len(position)).T
     contiguous = map(np.ascontiguousarray, (position, signals, parameters))
     return library.from_rest(*contiguous)
 
@@ -207,21 +180,13 @@ def _from_rest(
     recorded: Recorded,
 ) -> Array:
     """Accelerations at rest for each of the cases, (4, B)."""
-    signals = standing_in(axis, recorded)
-    lanes, repeated = len(position), len(_PUSHES)
-    forces, directions = _PUSHES, _DIRECTIONS
-    if lanes > 1:
-        forces, directions = np.repeat(forces, lanes), np.repeat(directions, lanes)
-    motion = (_often(position, repeated), np.zeros(len(forces)), forces, directions)
-    beside = (_often(np.broadcast_to(s, lanes), repeated) for s in signals)
-    sets = parameters[0] if lanes == 1 else _often(parameters, repeated)
+    cases, lanes = len(_PUSHES), len(position)
+    forces, directions = np.repeat(_PUSHES, lanes), np.repeat(_DIRECTIONS, lanes)
+    motion = np.tile(position, cases), np.zeros(len(forces)), forces, directions
+    beside = (np.tile(np.broadcast_to(s, lanes), cases) for s in recorded)
+    sets = np.tile(parameters, (cases, 1))
     accelerations = axis.evaluate("direct_dynamics", *motion, *beside, sets)[0]
-    return np.asarray(accelerations.reshape(repeated, lanes))
-
-
-def _often(values: Array, times: int) -> Array:
-    """One after the other, as by ``np.tile``, in a fraction of its time."""
-    return np.concatenate([values] * times)
+    return np.asarray(accelerations.reshape(cases, lanes))
 
 
 def no_inertia(
@@ -300,10 +265,10 @@ def _rates_at_start(
     if axis.states:
         still = dict.fromkeys(visited_signals(axis), np.zeros(lanes)) | {"position": start}
         return _rates_with_states(axis, parameters, still)[:, None]
-    q, s = _often(start, 2), np.repeat([-1.0, 1.0], lanes)
-    shared = parameters[0] if lanes == 1 else np.tile(parameters, (2, 1))
-    signals = [_often(np.broadcast_to(v, lanes), 2) for v in standing_in(axis, recorded)]
-    return _probed(axis, q, np.zeros(2 * lanes), s, shared, None, signals).reshape(2, lanes).T
+    q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
+    sets = np.tile(parameters, (2, 1))
+    signals = [np.tile(np.broadcast_to(v, lanes), 2) for v in recorded]
+    return _probed(axis, q, np.zeros(2 * lanes), s, sets, None, signals).reshape(2, lanes).T
 
 
 def substeps_along(
@@ -396,15 +361,15 @@ def _probed(
     way = np.full(len(q), PROBE) if waves is None else PROBE / (1 + PROBE / PROBED * waves)
     positions = np.concatenate([q, q, q + way])
     speeds = np.concatenate([dq, dq + PROBE, dq])
-    directions = _often(s, 3)
+    directions = np.tile(s, 3)
     sets = parameters if parameters.ndim == 1 else np.tile(parameters, (3, 1))
     with np.errstate(all="ignore"):
         if force is not None and not (_is_continuous(axis) or axis.axis.drives_by_motion):
-            beside = (_often(values, 3) for values in signals)
-            arguments = (positions, speeds, _often(force, 3), directions, *beside, sets)
+            beside = (np.tile(values, 3) for values in signals)
+            arguments = (positions, speeds, np.tile(force, 3), directions, *beside, sets)
             accelerations = axis.evaluate("direct_dynamics", *arguments)[0]
         else:
-            held = _often(_held(axis, q, signals), 3)  # it stays while positions are probed
+            held = np.tile(_held(axis, q, signals), (3, 1))  # it stays while positions are probed
             arguments = (positions, speeds, held, directions, sets)
             accelerations = axis.evaluate("held_acceleration", *arguments)[0]
         here, faster, further = accelerations.reshape(3, -1)
@@ -456,7 +421,7 @@ def _is_continuous(axis: GeneratedAxis) -> bool:
     return law is not None and law.continuous
 
 
-def _by_rate(axis: GeneratedAxis, rates: _Rates, period: float) -> _Rates:
+def _by_rate(axis: GeneratedAxis, rates: Array, period: float) -> Array:
     """Steps in a sample that rates ask for, as broken numbers."""
     return rates * period / (_UNIFORM * RESOLVED if axis.uniform else RESOLVED)
 
@@ -549,9 +514,8 @@ def first_substeps(
     EstimationError
         It would need more wherever it goes.
     """
-    steps, most = 1, most_substeps(samples, left)
-    if _by_rate(axis, rate, period) > 1:
-        steps = int(steps_by_rate(axis, np.array([rate]), period)[0])
+    most = most_substeps(samples, left)
+    steps = int(steps_by_rate(axis, np.array([rate]), period)[0])
     if steps > most and has_constant_substeps(axis):
         said = too_stiff(axis, parameters, still, period, samples, left)
         raise EstimationError(said, code="too-stiff")

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.codegen.lowering import LoopStart
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, check_sample_period
 from axisid.estimation.signals import about_samples
 from axisid.estimation.tables import Provenance
 from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
@@ -22,8 +22,9 @@ from axisid.support.errors import ModelError, UsageError
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
-from .closed_loop import checked_signal, simulate_loop
+from .closed_loop import simulate_loop
 from .inputs import LoopInputs
+from .lane_arguments import checked_array, optional_array
 from .recorded import checked_signals
 from .simulated import (
     Simulation,
@@ -50,8 +51,7 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
     (N,) array
         From 0, in the coordinate's unit.
     """
-    if not (is_real(period) and 0 < period < math.inf):
-        raise UsageError(f"the period is {quoted(period)} s; give a positive number.")
+    check_sample_period(period)
     pieces = [np.zeros(1)]
     begin, start, taken = 0.0, 0.0, 0  # time and position where the move begins, samples so far
     for move in moves:
@@ -122,14 +122,16 @@ def twin_record(
         raise UsageError(
             f"the seed is {quoted(chosen)}; give a whole number of 0 or more.", code="twin-seed"
         )
-    loop = plan.loop(_noise(np.random.default_rng(chosen), deviation))
+    generator = np.random.default_rng(chosen)
+    loop = plan.loop(lambda count: generator.normal(0.0, deviation, count))
     rng = np.random.default_rng([chosen, 1])  # the position's noise stays what it is without them
     noise = rng.normal(size=(2, len(loop.velocity)))
-    declared = plan.axis.axis
+    declared, counts = plan.axis.axis, experiment.resolution
+    counted = f", counts of {counts:g} {declared.coordinate.unit}" if counts else ""
     return plan.record(
         loop,
         f"twin of {declared.name}, seed {chosen}, position noise {deviation:g} "
-        f"{declared.coordinate.unit}{_counts(declared, experiment)}",
+        f"{declared.coordinate.unit}{counted}",
         None if velocity_noise is None else loop.velocity + velocity_noise * noise[0],
         None
         if acceleration_noise is None
@@ -165,7 +167,7 @@ def twin_plan(
         )
     clocks = clocks_of(law, len(reference), period)
     place = injected_at or declared.injected_at or None
-    added = None if injected is None else checked_signal(injected, reference, "the injected signal")
+    added = optional_array(injected, "the injected signal", reference.shape)
     of_time = generated.experiment_signals(period * np.arange(float(len(reference))))
     recorded = {**of_time, **(signals or {})}
     if untold := [s.name for s in declared.signals if s.name not in recorded]:
@@ -254,7 +256,7 @@ class TwinPlan:
             reference=commanded if added is None else commanded + added,
             period=period,
             start=LoopStart(position=float(commanded[0])),
-            noise=checked_signal(logged, commanded, "the noise"),
+            noise=checked_array(logged, "the noise", [commanded.shape]),
             injected=self.added.get("control"),
             signals=checked_signals(axis, self.signals, len(commanded)),
             resolution=resolution,
@@ -308,16 +310,6 @@ class TwinPlan:
             before = signals_about(self.axis, self.truth, loop)[1].acceleration
             return (loop.acceleration + before) / 2
         return about_samples(loop.acceleration, [0]) if axis.jumps else loop.acceleration
-
-
-def _counts(axis: Axis, experiment: Experiment) -> str:
-    """What is said of the twin's encoder, if it has one."""
-    counts = experiment.resolution
-    return f", counts of {counts:g} {axis.coordinate.unit}" if counts else ""
-
-
-def _noise(generator: np.random.Generator, deviation: float) -> Callable[[int], Array]:
-    return lambda count: generator.normal(0.0, deviation, count)
 
 
 def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, ControlLaw]:

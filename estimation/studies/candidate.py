@@ -143,7 +143,10 @@ def candidate(
         equation=equation,
         simulation=None if isinstance(simulation, Missing) else simulation,
         reason=reason,
-        checks=_Checks(problem, estimate, rows, blocks, equation).all(),
+        checks=tuple(
+            _checked(column, problem, estimate, rows, blocks, equation)
+            for column in range(len(rows.names))
+        ),
     )
 
 
@@ -168,66 +171,58 @@ def criteria(solution: Solution) -> Criteria:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Checks:
-    """Each parameter of an estimate against zero, and against the model without it."""
+def _checked(
+    column: int,
+    problem: Problem,
+    estimate: Estimate,
+    rows: Rows,
+    blocks: Sequence[HeldOutBlock],
+    equation: HeldOut,
+) -> ParameterCheck:
+    """A parameter of an estimate against zero, and against the model without it."""
+    name, why = rows.names[column], ""
+    if name in rows.nonlinear:
+        why = "it enters nonlinearly, so that a model without it is none with it at zero"
+    elif name == GAIN:
+        why = "it is the drive's, and no term of the model"
+    if why:
+        return ParameterCheck(name=name, not_tested=why)
+    poorer = _without(column, problem, estimate, rows)
+    without, excess, deviation = None, math.inf, 0.0
+    if poorer.names:
+        without, _ = held_out_equation(poorer, blocks, equation.signal)
+        excess, deviation = without.excess(equation)
+    # Where it is zero, these may be fitted to noise: the held-out error alone tells.
+    lost = " and ".join(each for each in rows.nonlinear if each not in poorer.names)
+    p_value = 0.0 if lost else _p_value(estimate, column)
+    return ParameterCheck(
+        name=name,
+        p_value=None if lost else p_value,
+        without_percent=None if without is None else without.error_percent,
+        informed=p_value < SIGNIFICANCE_LEVEL.value and excess > (deviation if lost else 0.0),
+        not_tested=f"at zero, {lost} would mean nothing" if lost else None,
+    )
 
-    problem: Problem
-    estimate: Estimate
-    rows: Rows
-    blocks: Sequence[HeldOutBlock]
-    equation: HeldOut
 
-    def all(self) -> tuple[ParameterCheck, ...]:
-        """In the order of the parameters."""
-        return tuple(self._one(column) for column in range(len(self.rows.names)))
+def _p_value(estimate: Estimate, column: int) -> float:
+    """That a parameter is zero."""
+    value = estimate.corrected[column]
+    deviation = float(np.sqrt(estimate.covariances["hac"][column, column]))
+    freedom = float(estimate.freedom["hac"][column])
+    return float(2 * stdtr(freedom, -abs(value) / deviation)) if deviation else 0.0
 
-    def _one(self, column: int) -> ParameterCheck:
-        name, why = self.rows.names[column], ""
-        if name in self.rows.nonlinear:
-            why = "it enters nonlinearly, so that a model without it is none with it at zero"
-        elif name == GAIN:
-            why = "it is the drive's, and no term of the model"
-        if why:
-            return ParameterCheck(name=name, not_tested=why)
-        poorer = self._without(column)
-        without, excess, deviation = self._held_out(poorer), math.inf, 0.0
-        if without is not None:
-            excess, deviation = without.excess(self.equation)
-        # Where it is zero, these may be fitted to noise: the held-out error alone tells.
-        lost = " and ".join(each for each in self.rows.nonlinear if each not in poorer.names)
-        p_value = 0.0 if lost else self._p_value(column)
-        return ParameterCheck(
-            name=name,
-            p_value=None if lost else p_value,
-            without_percent=None if without is None else without.error_percent,
-            informed=p_value < SIGNIFICANCE_LEVEL.value and excess > (deviation if lost else 0.0),
-            not_tested=f"at zero, {lost} would mean nothing" if lost else None,
-        )
 
-    def _p_value(self, column: int) -> float:
-        value = self.estimate.corrected[column]
-        deviation = float(np.sqrt(self.estimate.covariances["hac"][column, column]))
-        freedom = float(self.estimate.freedom["hac"][column])
-        return float(2 * stdtr(freedom, -abs(value) / deviation)) if deviation else 0.0
-
-    def _held_out(self, poorer: Rows) -> HeldOut | None:
-        """Error of a model; None if it has no parameters."""
-        if not poorer.names:
-            return None
-        return held_out_equation(poorer, self.blocks, self.equation.signal)[0]
-
-    def _without(self, column: int) -> Rows:
-        """The rows without a parameter, and without those that then move nothing."""
-        if not self.rows.nonlinear:
-            return self.rows.without(column)
-        physical = self.estimate.physical.copy()
-        physical[column] = 0.0
-        form = InverseForm(self.problem.axis, physical)
-        found = self.problem.reduced(form, [data.signals for data in self.problem.data])
-        moved = replace(self.rows, left=found.left - found.intercept, regressor=found.regressor)
-        own = found.regressor
-        unused = [i for i in range(len(physical)) if i == column or not own[:, i].any()]
-        for i in reversed(unused):
-            moved = moved.without(i)
-        return moved
+def _without(column: int, problem: Problem, estimate: Estimate, rows: Rows) -> Rows:
+    """The rows without a parameter, and without those that then move nothing."""
+    if not rows.nonlinear:
+        return rows.without(column)
+    physical = estimate.physical.copy()
+    physical[column] = 0.0
+    form = InverseForm(problem.axis, physical)
+    found = problem.reduced(form, [data.signals for data in problem.data])
+    moved = replace(rows, left=found.left - found.intercept, regressor=found.regressor)
+    own = found.regressor
+    unused = [i for i in range(len(physical)) if i == column or not own[:, i].any()]
+    for i in reversed(unused):
+        moved = moved.without(i)
+    return moved

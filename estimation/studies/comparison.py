@@ -12,11 +12,12 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
-from axisid.estimation.choices import STARTS, comparing, is_output_error
+from axisid.estimation.choices import STARTS, check_among, comparing, is_output_error
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import LawCheck, first_failing
 from axisid.estimation.identification import (
     Identification,
+    OfProblem,
     Shared,
     identify_problem,
     records_of,
@@ -25,7 +26,7 @@ from axisid.estimation.identification import (
 from axisid.estimation.parameters import Known, Told
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
-from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import NO_RELATION
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import written
@@ -48,7 +49,7 @@ _MAX_TIED_ERROR = 1.1  # of the least, where the excess is within its standard e
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Comparison(Checked, Presentable, Exact):
+class Comparison(OfProblem, Checked, Presentable, Exact):
     """Candidates on the same rows of one record or several, with a recommendation.
 
     Attributes
@@ -111,32 +112,9 @@ class Comparison(Checked, Presentable, Exact):
         """What is known of each record."""
         return () if self.problem.layout is None else self.problem.layout.known
 
-    @property
-    def data(self) -> FilteredRecord:
-        """The record under the filter; of several the first."""
-        return self.problem.data[0]
-
-    @property
-    def record(self) -> Record:
-        """What the candidates were fitted to; of several the first."""
-        return self.data.record
-
-    @property
-    def records(self) -> tuple[Record, ...]:
-        """All of them."""
-        return tuple(data.record for data in self.problem.data)
-
-    @property
-    def prefilter(self) -> Prefilter:
-        """The same for all."""
-        return self.data.prefilter
-
     def __getitem__(self, name: str) -> Candidate:
         found = {candidate.name: candidate for candidate in self.candidates}
-        if not is_among(name, found):
-            raise UsageError(
-                f"the comparison has no {quoted(name)}; choose from {', '.join(found)}."
-            )
+        check_among(("candidate", name, found))
         return found[name]
 
 
@@ -200,7 +178,7 @@ def compare(
     _check_comparable(named)
     # The same rows for all: those that suit the candidate with the most friction.
     first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
-    suited = (Prefilter() if prefilter is None else prefilter).at_rate_of(records[0].period)
+    suited = Prefilter.given(prefilter).at_rate_of(records[0].period)
     owner = _with_own(named, first, local)
     shared = shared_records(owner, records, suited, local, known, gain, skip_bad=skip_bad)
     problem = shared.problem(first, suited)
@@ -376,7 +354,14 @@ def _recommend(
     chosen = min(tied, key=lambda c: (c.size, c.equation.error_percent))
     names = tuple(c.name for c in tied)
     if not best.equation.error_percent < NO_RELATION.value:
-        return None, names, _useless(best)
+        error = f"{best.equation.error_percent:.4g} % of {best.name}"
+        return (
+            None,
+            names,
+            f"the smallest held-out error, {error}, is no smaller than the force itself: what one "
+            "part of the record tells does not hold in the others. Record several speeds in both "
+            "directions, more than once",
+        )
     if len(candidates) == 1:
         return chosen.name, names, "the only candidate that this record identifies"
     if len(tied) == 1:
@@ -394,14 +379,6 @@ def _is_as_good(candidate: Candidate, best: Candidate) -> bool:
         return True
     excess, deviation = candidate.equation.excess(best.equation)
     return excess <= deviation and error <= _MAX_TIED_ERROR * least
-
-
-def _useless(best: Candidate) -> str:
-    return (
-        f"the smallest held-out error, {best.equation.error_percent:.4g} % of {best.name}, is no "
-        "smaller than the force itself: what one part of the record tells does not hold in the "
-        "others. Record several speeds in both directions, more than once"
-    )
 
 
 def _tied(chosen: Candidate, tied: Sequence[Candidate], blocks: int) -> str:

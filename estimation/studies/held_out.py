@@ -11,7 +11,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import (
@@ -97,7 +96,7 @@ class Rows:
 
 def regression_rows(estimate: Estimate) -> Rows:
     """The rows that an inverse model's estimate was made from."""
-    explained = estimate.X @ estimate.theta
+    axis, explained = estimate.form.axis, estimate.X @ estimate.theta
     left, regressor, instruments = estimate.residuals + explained, estimate.X, estimate.Z
     if (weights := estimate.weights) is not None:
         left, regressor = weights * left, weights[:, None] * regressor
@@ -108,14 +107,11 @@ def regression_rows(estimate: Estimate) -> Rows:
         instruments=instruments,
         names=tuple(q.name for q in estimate.quantities),
         neighbours=estimate.neighbours,
-        nonlinear=nonlinear_names(estimate.form.axis),
-    )
-
-
-def nonlinear_names(axis: GeneratedAxis) -> tuple[str, ...]:
-    """Parameters of an axis that enter nonlinearly."""
-    return tuple(
-        name for name, is_nonlinear in zip(axis.names, axis.nonlinear, strict=True) if is_nonlinear
+        nonlinear=tuple(
+            name
+            for name, is_nonlinear in zip(axis.names, axis.nonlinear, strict=True)
+            if is_nonlinear
+        ),
     )
 
 

@@ -146,12 +146,7 @@ def sweep(
         No cut-off gave an estimate.
     """
     records = records_of(record)
-    base = Prefilter() if prefilter is None else prefilter
-    if not isinstance(base, Prefilter):
-        raise UsageError(
-            f"the prefilter is {quoted(base)}; give a Prefilter, or leave it out.",
-            code="sweep-prefilter",
-        )
+    base = Prefilter.given(prefilter)
     generated = as_generated(axis)
     period = records[0].period
     tried = default_cutoffs(1 / period) if cutoffs is None else _checked(cutoffs)

@@ -151,7 +151,9 @@ def validate(result: FrozenResult, record: Record, *, like: int | None = None) -
         record=record,
         unit=result.axis.axis.coordinate.unit,
         methods=methods,
-        known_share=_known_share(_own_records(whole), record),
+        known_share=_known_share(
+            [of_one.record for of_one in whole.of_records] or [whole.record], record
+        ),
         time_base=apart.note if apart is not None and not apart.confirmed else None,
         law=law,
         levels=levels,
@@ -186,11 +188,6 @@ def _own_parameters(result: FrozenResult) -> Note | None:
         "or known of each, and nothing says what holds of another record; ",
         Remedy.of("name the record that it is like: ", Setting("validate-like", "1"), "."),
     )
-
-
-def _own_records(result: FrozenResult) -> Sequence[RecordInfo]:
-    """The records that a result was made from."""
-    return [of_one.record for of_one in result.of_records] or [result.record]
 
 
 def _known_share(own: Sequence[RecordInfo], record: Record) -> float:

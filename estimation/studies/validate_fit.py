@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check
-from axisid.estimation.choices import OPEN_LOOP
+from axisid.estimation.choices import OPEN_LOOP, check_among
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import check_law
 from axisid.estimation.fitting import OutputFit
@@ -27,7 +27,7 @@ from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note
-from axisid.support.user_values import is_among, quoted
+from axisid.support.user_values import quoted
 
 from .validation import MAX_VALIDATION_ERROR, checked_law, is_as_small
 
@@ -227,9 +227,5 @@ def _output(result: OutputFit, asked: object) -> str:
     """Which output is held against the record."""
     if asked is None:
         return result.outputs[0]
-    if not is_among(asked, result.outputs):
-        raise UsageError(
-            f"the fit does not follow {quoted(asked)}; choose from {', '.join(result.outputs)}.",
-            code="validated-fit-output",
-        )
+    check_among(("output of the fit", asked, result.outputs))
     return str(asked)

@@ -4,16 +4,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
+from axisid.estimation.choices import check_among
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MIN_COMMON_SAMPLES
 from axisid.support.arrays import Exact
-from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note, Remedy, Setting
-from axisid.support.user_values import quoted
 
 from .reestimate import Reestimate
 
@@ -142,14 +141,10 @@ class Validation(Checked, Presentable, Exact):
         return iter(self.methods)
 
     def __getitem__(self, method: str) -> MethodValidation:
-        found = next((each for each in self.methods if each.method == str(method).lower()), None)
-        if found is None:
-            methods = ", ".join(each.method for each in self.methods)
-            raise UsageError(
-                f"the validation has no {quoted(method)}; choose from {methods}.",
-                code="not-validated",
-            )
-        return found
+        found = {each.method: each for each in self.methods}
+        name = str(method).lower()
+        check_among(("validation of", name, found))
+        return found[name]
 
     def __repr__(self) -> str:
         held = ", ".join(f"{v.method} {v.equation_error_percent:.4g} %" for v in self)

@@ -12,9 +12,11 @@ from .table import (
     TableBuilder as TableBuilder,
     library as library,
     loaded_column as loaded_column,
+    npz_bytes as npz_bytes,
     numbered as numbered,
     one_line as one_line,
     parquet_bytes as parquet_bytes,
+    refusing as refusing,
 )
 from .unit_labels import (
     COUNTS as COUNTS,

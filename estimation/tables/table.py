@@ -3,7 +3,8 @@
 import io
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import ModuleType
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError
+from axisid.support.errors import AxisidError, DataError
 from axisid.support.files.memory import Room
 
 from .provenance import Repair
@@ -210,6 +211,21 @@ def one_line(error: Exception) -> str:
     return said if len(said) <= _LONGEST else f"{said[:_LONGEST]} ..."
 
 
+@contextmanager
+def refusing(damaged: DataError) -> Iterator[None]:
+    """Refuse what a library cannot read, by its own words after those of an error.
+
+    Damaged files raise errors of all kinds: of zip, zlib, struct, memory, index and name.
+    """
+    try:
+        yield
+    except AxisidError:
+        raise
+    except Exception as error:
+        said = f"{damaged.problem}: {one_line(error)}."
+        raise DataError(said, damaged.remedy, code=damaged.code) from error
+
+
 @dataclass(slots=True)
 class TableBuilder:
     """The columns of a file while it is read, and what in it is none.
@@ -285,8 +301,23 @@ class TableBuilder:
         notes: tuple[str, ...] = (),
         missing: str = "",
         warnings: tuple[str, ...] = (),
+        *,
+        advice: str = "",
     ) -> Table:
-        """What was gathered."""
+        """What was gathered.
+
+        Raises
+        ------
+        DataError
+            That is no column, and there is advice on it.
+        """
+        if advice and not self.columns:
+            passed = [*self.passed_over.items()][:_PASSED_OVER]
+            listed = ", ".join(f"{name}: {what}" for name, what in passed)
+            raise DataError(
+                f"{source} holds no columns of numbers{f' ({listed})' * bool(listed)}; {advice}.",
+                code="no-columns-of-numbers",
+            )
         return Table(
             source=source,
             columns=self.columns,
@@ -296,13 +327,6 @@ class TableBuilder:
             texts=self.texts,
             warnings=warnings,
         )
-
-    def else_there(self) -> str:
-        """What there is that is no column, in parentheses."""
-        listed = ", ".join(
-            f"{name}: {what}" for name, what in [*self.passed_over.items()][:_PASSED_OVER]
-        )
-        return f" ({listed})" if listed else ""
 
     def note(self, name: str, text: str) -> None:
         """Say of a column, if it is one, what was assumed."""
@@ -322,6 +346,13 @@ def _content(array: np.ndarray[Any, Any]) -> str:
         return "text"
     first = next((type(value).__name__ for value in array.ravel() if value is not None), "")
     return {"": "nothing", "str": "text"}.get(first, f"objects ({first or array.dtype})")
+
+
+def npz_bytes(arrays: Mapping[str, Any]) -> bytes:
+    """The content of a NumPy archive."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    return buffer.getvalue()
 
 
 def parquet_bytes(

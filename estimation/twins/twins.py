@@ -202,9 +202,9 @@ def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> 
 
 def _as_logged(loop: Simulation, chain: Chain, noise: Array, away: float) -> Simulation:
     """A loop with the positions of the log."""
-    if chain.is_measured_by_law:
-        return loop.as_measured(-away)
-    measured = measured_positions(loop.position, noise, chain.position_step)
+    measured = loop.measured_position
+    if not chain.is_measured_by_law:
+        measured = measured_positions(loop.position, noise, chain.position_step)
     return replace(loop, position=measured - away)
 
 

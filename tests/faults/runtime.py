@@ -180,11 +180,15 @@ _WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
     ("no resolution", _one(resolution=None), "the resolution is None; give 0 or more"),
     ("no resolution of a batch", _many(resolution=None), "the resolution is None; give 0 or more"),
     ("an endless resolution", _one(resolution=np.inf), "the resolution is inf; give 0 or more"),
-    ("a period in words", _one(period="a"), "the period is 'a' s; give a positive number"),
-    ("a period of a batch in words", _many(period="a"), "the period is 'a' s; give a positive"),
+    ("a period in words", _one(period="a"), "the sampling period is 'a'; give a positive number"),
+    (
+        "a period of a batch in words",
+        _many(period="a"),
+        "the sampling period is 'a'; give a positive",
+    ),
     ("substeps as a truth value", _one(substeps=True), "the substeps are True; give 1 to 1024"),
     ("a start that is no number", _one(start=np.nan), "the start is nan; give a position"),
-    ("starts that are no numbers", _many(start=[np.nan]), "give one position a lane, all finite"),
+    ("starts that are no numbers", _many(start=[np.nan]), "the start has the shape .* all finite"),
     ("a masked reference", _one(reference=_MASKED), "the reference: 10 of the values are masked"),
     ("a masked reference of a batch", _many(reference=_MASKED), "10 of the values are masked"),
     ("masked noise", _one(position_noise=_MASKED), "noise: 10 of the values are masked"),
@@ -258,7 +262,7 @@ _WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
     (
         "a motion at no period",
         lambda: trajectory((), "a"),  # type: ignore[arg-type]
-        "the period is 'a' s; give a positive number",
+        "the sampling period is 'a'; give a positive number",
     ),
 )
 

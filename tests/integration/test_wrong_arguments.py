@@ -70,7 +70,7 @@ CASES: dict[str, tuple[Callable[[Context], object], str]] = {
     ),
     "a period beyond floating point": (
         lambda g: axisid.simulate(g.axis, g.axis.nominal, g.record.reference, _HUGE),
-        "the period is a whole number of 400 digits s; give a positive",
+        "the sampling period is a whole number of 400 digits; give a positive",
     ),
     "a start beyond floating point": (
         lambda g: axisid.simulate(

@@ -55,7 +55,7 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
         It is no text, or no table.
     """
     text, encoding = _decoded(source, content)
-    lines = _numbered(text)
+    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
     notes = (f"encoding {encoding}",) if encoding != "utf-8-sig" else ()
     if is_twincat(lines):
         table = read_twincat(source, lines)
@@ -78,11 +78,6 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
         repairs=(left_out(tail),) if drop_tail or tail else (),
         incomplete=whole - complete,
     )
-
-
-def _numbered(text: str) -> list[Line]:
-    """The filled lines of a text with their numbers."""
-    return [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
 
 
 def _decoded(source: str, content: bytes) -> tuple[str, str]:
@@ -157,23 +152,16 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
     numbers = [number for number, _ in lines]
     columns = {k: loaded_column(v) for k, v in zip(numeric, values.T, strict=True)}
     for k in set(range(len(dialect.names))) - set(numeric):
-        cells = [_plain(line, dialect)[k] for _, line in lines]
+        cells = [line.split(dialect.separator)[k].strip() for _, line in lines]
         columns[k] = _of_text(source, dialect, k, numbers, cells)
     return _named(dialect, columns)
 
 
 def _numeric(dialect: Dialect, line: str) -> list[int]:
     """Columns that hold numbers in a row, if the others hold text."""
-    try:
-        cells = dialect.cells(line)
-    except csv.Error:
-        return []
+    cells = _cells_of(line, dialect)
     text = {k for k, c in enumerate(cells) if c and not is_number(c, comma=dialect.comma)}
-    return [k for k in range(len(dialect.names)) if k not in text]
-
-
-def _plain(line: str, dialect: Dialect) -> list[str]:
-    return [cell.strip() for cell in line.split(dialect.separator)]
+    return [k for k in range(len(dialect.names)) if cells and k not in text]
 
 
 def _named(dialect: Dialect, columns: dict[int, Column]) -> dict[str, Column]:

@@ -162,15 +162,14 @@ def _values(
     """The columns, nan where a cell is empty; times since 1601 are counted from the first."""
     table = [_cells(source, line, separator, width, comma=comma) for line in lines]
     try:
-        origin = float(table[0][0])
-        if origin < _FILETIME:
-            return list(np.array(table, dtype=float).T)
-        # 64 bits of a double are too few for such a time, not for a difference of two.
-        start = int(table[0][0])
-        columns = [[row[k] for row in table] for k in range(width)]
-        for k in times:
-            columns[k] = [_since(start, cell) for cell in columns[k]]
-        return [np.array(column, dtype=float) for column in columns]
+        if float(table[0][0]) >= _FILETIME:
+            # 64 bits of a double are too few for such a time, not for a difference of two.
+            start = int(table[0][0])
+            for row in table:
+                for k in times:
+                    ticks = row[k] if row[k] == "nan" else int(row[k]) - start
+                    row[k] = repr(float(ticks) * _TICK / _MILLISECOND)
+        return list(np.array(table, dtype=float).T)
     except ValueError as error:
         raise _malformed(source, lines, table) from error
 
@@ -187,11 +186,6 @@ def _cells(source: str, of: Line, separator: str, width: int, *, comma: bool) ->
         )
     cells = cells[:width] + [""] * (width - len(cells))
     return [cell if cell.strip() else "nan" for cell in cells]
-
-
-def _since(start: int, cell: str) -> str:
-    """Milliseconds since a start in units of 100 ns."""
-    return cell if cell == "nan" else repr((int(cell) - start) * _TICK / _MILLISECOND)
 
 
 def _malformed(source: str, lines: Sequence[Line], table: list[list[str]]) -> DataError:

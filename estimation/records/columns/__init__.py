@@ -5,5 +5,5 @@ Knows nothing of clocks and of what may be wrong with values.
 """
 
 from .roles import RoleColumns as RoleColumns, motion_role as motion_role
-from .units import expected_units as expected_units, modulus_si as modulus_si
+from .units import expected_units as expected_units, to_si as to_si
 from .written import log_content as log_content

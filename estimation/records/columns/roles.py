@@ -193,21 +193,17 @@ def _choose(
             Remedy.of("give one of real numbers, or of time stamps, with ", _to_name(unfit), "."),
             code="no-numbers",
         )
-    unasked = _unasked(chosen, asked)
+    # What only bears the name of a measured derivative is none.
+    unasked = [
+        f"the column {chosen.pop(role)[0]!r} is left out, as nobody named it as the measured {role}"
+        for role in _ON_REQUEST
+        if role in chosen and role not in asked
+    ]
     without = _without(table, missing, chosen, has_period=has_period)
     if any(role in requested or role not in without for role in missing):
         raise _lacking(table, chosen, missing, declared=bool(declared))
     _check_apart(table, chosen)
     return chosen, (*without.values(), *unasked)
-
-
-def _unasked(chosen: dict[str, tuple[str, str, bool]], asked: Container[str]) -> list[str]:
-    """Leave out what only bears the name of a measured derivative; what is said of it."""
-    left = [role for role in _ON_REQUEST if role in chosen and role not in asked]
-    return [
-        f"the column {chosen.pop(role)[0]!r} is left out, as nobody named it as the measured {role}"
-        for role in left
-    ]
 
 
 def _check_requested(requested: Mapping[str, object], roles: Sequence[str]) -> None:
@@ -241,25 +237,23 @@ def _without(
 
     A name that several columns have is not missing, but to be told apart by the user.
     """
-    spared = {}
-    if has_period:
-        spared["time"] = "counted by the sampling period"
-    if "time" in missing and _has_clocks(
+    timed = "time" in missing and _has_clocks(
         table.columns[name].read() for name, *_ in chosen.values()
-    ):
-        spared["time"] = _CLOCKS
-    if "force" in chosen:
-        spared["control"] = "so the control law is not compared with the record"
-    if "velocity" in chosen:
-        spared["position"] = "so it is the velocity's integral"
-    spared["velocity"] = "so it is the position's derivative"
-    spared["acceleration"] = "so it is the velocity's derivative"
-    spared["reference"] = "so least squares only, no instruments"
-    spared["injected"] = "so no test signal is reckoned with"
+    )
+    spared = (
+        ("time", has_period, "counted by the sampling period"),
+        ("time", timed, _CLOCKS),
+        ("control", "force" in chosen, "so the control law is not compared with the record"),
+        ("position", "velocity" in chosen, "so it is the velocity's integral"),
+        ("velocity", True, "so it is the position's derivative"),
+        ("acceleration", True, "so it is the velocity's derivative"),
+        ("reference", True, "so least squares only, no instruments"),
+        ("injected", True, "so no test signal is reckoned with"),
+    )
     return {
         role: f"no column {missing[role]!r} for the {role}, {what}"
-        for role, what in spared.items()
-        if role in missing and not table.alike(missing[role])
+        for role, is_spared, what in spared
+        if is_spared and role in missing and not table.alike(missing[role])
     }
 
 

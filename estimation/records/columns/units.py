@@ -1,6 +1,5 @@
 """Units of the roles and signals: what each may be in, and its values in SI."""
 
-import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -231,10 +230,8 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
     DataError
         They are.
     """
-    if role not in ("position", "reference"):
-        return
     finite = values[np.isfinite(values)]
-    if not finite.size or np.any(finite != np.round(finite)):
+    if role not in ("position", "reference") or np.any(finite != np.round(finite)):
         return
     if len(np.unique(finite)) < _MIN_COUNTS:
         return
@@ -272,27 +269,3 @@ def assumed_units_text(
         unknown = passed and not passed.isdecimal()
         named.append(f"{role} {unit}" + (f" ({passed!r} is no unit known)" if unknown else ""))
     return f"no unit given, so SI: {', '.join(named)}"
-
-
-def modulus_si(role: str, text: str, axis: Axis | None) -> float:
-    """A modulus of a column, such as ``6.2832``, ``360:deg`` or ``1:rev``, in SI.
-
-    Raises
-    ------
-    UsageError
-        It is no positive number, or its unit is not the column's.
-    """
-    number, _, unit = text.partition(":")
-    try:
-        value = float(number)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value > 0):
-        raise UsageError(
-            f"the modulus is {text!r}; give a positive number, with a unit where it is not SI, as "
-            "in 360:deg or 1:rev."
-        )
-    if not unit:
-        return value
-    array, _ = to_si(role, np.array([value]), unit, axis, requested=True, source="the modulus")
-    return float(array[0])

@@ -1,15 +1,20 @@
 """Columns by role as a log has them: under the axis's heads, in its units, whole as a file."""
 
-import io
 import json
 from collections.abc import Callable, Container, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from axisid.estimation.logs.text import is_number
-from axisid.estimation.tables import UNITS_ENTRY, TableBuilder, is_unit, parquet_bytes, split_labels
+from axisid.estimation.tables import (
+    UNITS_ENTRY,
+    TableBuilder,
+    is_unit,
+    npz_bytes,
+    parquet_bytes,
+    split_labels,
+)
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError
@@ -145,12 +150,8 @@ def _parquet(columns: Mapping[str, Array], units: Units, about: str, file: Path)
 
 def _npz(columns: Mapping[str, Array], units: Units, about: str, _: Path) -> bytes:
     named = zip(units, columns.values(), strict=True)
-    arrays: dict[str, Any] = {name: values for (name, _), values in named}
-    arrays[UNITS_ENTRY] = np.array(json.dumps(dict(units)))
-    arrays["axisid"] = np.array(about)
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)
-    return buffer.getvalue()
+    arrays = {name: values for (name, _), values in named}
+    return npz_bytes({**arrays, UNITS_ENTRY: json.dumps(dict(units)), "axisid": about})
 
 
 #: How a log is written, by the ending of its name.

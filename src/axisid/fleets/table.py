@@ -1,16 +1,14 @@
 """The table of a fleet: a row for each log, as Parquet, CSV or NumPy's arrays."""
 
-import io
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from axisid.codegen.artefacts import replace_file
-from axisid.estimation.tables import UNITS_ENTRY, parquet_bytes, split_labels
+from axisid.codegen.artefacts import write_for_user
+from axisid.estimation.tables import UNITS_ENTRY, npz_bytes, parquet_bytes, split_labels
 from axisid.presentation.schema import schema_of
 from axisid.support.errors import UsageError
 from axisid.support.files.csv_text import csv_text
@@ -39,11 +37,7 @@ def write_table(
         )
     columns, units = columns_of(rows, outliers), units_of(rows)
     written = _WRITERS[file.suffix](columns, units, file)
-    try:
-        replace_file(file, written)
-    except OSError as error:
-        raise UsageError(f"{file} cannot be written: {error.strerror}.") from error
-    return file
+    return write_for_user(file, written)
 
 
 def columns_of(rows: Sequence[FleetRow], outliers: Sequence[Outlier]) -> Columns:
@@ -132,16 +126,13 @@ def _parquet(columns: Columns, units: Units, file: Path) -> bytes:
 
 
 def _npz(columns: Columns, units: Units, _: Path) -> bytes:
-    buffer = io.BytesIO()
-    arrays: dict[str, Any] = {
+    arrays = {
         name: np.array(["" if cell is None else cell for cell in cells])
         if any(isinstance(cell, str) for cell in cells)
         else np.array(cells, dtype=np.float64)
         for name, cells in columns.items()
     }
-    arrays[UNITS_ENTRY] = np.array(json.dumps(units))
-    np.savez_compressed(buffer, **arrays)
-    return buffer.getvalue()
+    return npz_bytes({**arrays, UNITS_ENTRY: json.dumps(units)})
 
 
 _WRITERS: Mapping[str, Callable[[Columns, Units, Path], str | bytes]] = {

@@ -7,7 +7,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from axisid.codegen.artefacts import replace_file
+from axisid.codegen.artefacts import write_for_user
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit
@@ -190,11 +190,7 @@ def saved_as(result: Presentable, file: object, **how: Any) -> Path:
             f"the result is not saved by {quoted(foreign[0])}; beside the file it takes {takes}.",
             code="save-option",
         )
-    try:
-        replace_file(path, json_text(result.to_dict(**how)))
-    except OSError as error:
-        raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
-    return path
+    return write_for_user(path, json_text(result.to_dict(**how)))
 
 
 def figure_of(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from axisid.codegen.artefacts import replace_file
+from axisid.codegen.artefacts import write_for_user
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Checked
 from axisid.presentation.blocks import Document, plain_text
@@ -103,11 +103,7 @@ class Trend(Checked):
                 f"{', '.join(writers)}.",
                 code="trend-file",
             )
-        try:
-            replace_file(path, writers[path.suffix]())
-        except OSError as error:
-            raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
-        return path
+        return write_for_user(path, writers[path.suffix]())
 
 
 def trend(

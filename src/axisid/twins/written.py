@@ -6,7 +6,7 @@ import os
 import tempfile
 from pathlib import Path
 
-from axisid.codegen.artefacts import replace_file
+from axisid.codegen.artefacts import replace_file, write_for_user
 from axisid.support.errors import UsageError
 from axisid.support.files.new_folder import kept_if_filled
 from axisid.support.progress import Progress, with_progress
@@ -38,11 +38,7 @@ def write_twin(machines: TwinMachines, file: str | Path) -> Path:
     path = Path(file)
     _check_ending(path.suffix, str(path))
     content = twin_content(machines.record(0, 0), machines.axis.declared, path)
-    try:
-        replace_file(path, content)
-    except OSError as error:
-        raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
-    return path
+    return write_for_user(path, content)
 
 
 def write_twins(

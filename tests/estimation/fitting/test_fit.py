@@ -919,7 +919,7 @@ def test_a_saved_fit_of_a_position_has_no_twins_and_tells_the_same(
         ("fit-choice", {"output": "speed"}),
         ("fit-choice", {"loss": "cubes"}),
         ("free-times", {"free": ("lag", "delay")}),
-        ("bad-gain-choice", {"gain": "free"}),
+        ("unknown-choice", {"gain": "free"}),
         ("local-of-one", {"local": "Fc"}),
         ("fit-count", {"starts": 0}),
         ("fit-progress", {"progress": 3}),

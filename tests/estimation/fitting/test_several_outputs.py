@@ -101,7 +101,7 @@ def test_a_record_is_held_against_one_of_the_outputs(emps2015: GeneratedAxis, tw
     for output, left in zip(BOTH, both.of_records, strict=True):
         assert validate_fit(both, twin, output=output).error == pytest.approx(left.error, rel=1e-6)
     assert validate_fit(both, twin).output == "control"
-    with refuses("validated-fit-output"):
+    with refuses("unknown-choice"):
         validate_fit(both, twin, output="force")
 
 

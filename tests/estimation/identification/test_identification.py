@@ -339,5 +339,5 @@ def test_methods_and_parameters_are_found_as_they_are_printed(
         result["idm-ls"].parameters["mass"]
     held = validate(result, twin)
     assert held["IDM-LS"] is held.methods[0]
-    with refuses("not-validated", says="'idm-iv'; choose from idm-ls"):
+    with refuses("unknown-choice", says="'idm-iv'; choose from idm-ls"):
         held["idm-iv"]

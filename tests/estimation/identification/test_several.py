@@ -171,7 +171,7 @@ def test_the_declared_gain_can_be_believed_in_its_place() -> None:
     mass = believed["idm-iv"].parameters["M"]
     assert mass.value == pytest.approx(TRUTH["M"], abs=4 * mass.deviation)
     assert mass.deviation < 0.001 * mass.value
-    with pytest.raises(UsageError, match="identified or declared"):
+    with pytest.raises(UsageError, match="choose from identified, declared"):
         identify(generated(), records, gain="mine")
 
 

@@ -170,7 +170,7 @@ def test_timeseries_of_version_7_is_explained_with_the_command(tmp_path: Path) -
     file = tmp_path / "log.mat"
     file.write_bytes(opaque("pos"))
     with refuses(
-        "matlab-without-numbers", says=r"variables are pos\. pos is an object.*t = pos\.Time"
+        "no-columns-of-numbers", says=r"variables are pos\. pos is an object.*t = pos\.Time"
     ):
         read_record(file)
 

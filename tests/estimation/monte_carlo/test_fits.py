@@ -79,9 +79,9 @@ def test_what_a_fit_refuses_is_a_failure_of_its_own(monkeypatch: pytest.MonkeyPa
 
 
 def test_fits_of_no_such_output_are_refused() -> None:
-    with pytest.raises(UsageError, match="the fits are fit:control, fit:position"):
+    with pytest.raises(UsageError, match="choose from fit:control, fit:position"):
         study(1, "fit:speed")
-    with pytest.raises(UsageError, match="there is no method 'fit:force'"):
+    with pytest.raises(UsageError, match="there is no fit 'fit:force'"):
         study(1, "fit:force")  # twins log none
 
 

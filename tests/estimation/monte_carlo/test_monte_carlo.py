@@ -285,7 +285,7 @@ def test_other_true_values_are_simulated() -> None:
         ({"moves": 3}, "monte-carlo-moves"),
         ({"moves": "far"}, "monte-carlo-moves"),
         ({"runs": 10**9}, "monte-carlo-runs"),
-        ({"prefilter": 60.0}, "monte-carlo-prefilter"),
+        ({"prefilter": 60.0}, "prefilter-type"),
         ({"covariance": "ols"}, "unknown-choice"),
         ({"start": "far"}, "unknown-choice"),
         ({"loss": "l1"}, "unknown-choice"),

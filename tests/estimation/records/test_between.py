@@ -74,7 +74,7 @@ def test_empty_cells_are_refused_with_what_to_do() -> None:
 def test_what_makes_no_sense_is_refused() -> None:
     with refuses("between-role"):
         Repairs(between={"control": "linear"})
-    with refuses("between-how"):
+    with refuses("unknown-choice"):
         Repairs(between={"velocity": "cubic"})  # type: ignore[dict-item]
     with refuses("nothing-between"):
         read_record(

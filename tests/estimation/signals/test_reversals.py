@@ -148,5 +148,5 @@ def test_candidates_of_a_comparison_share_their_rows(twin: Record) -> None:
 
 
 def test_what_is_neither_kept_nor_left_out_is_refused() -> None:
-    with refuses("unknown-reversals"):
+    with refuses("unknown-choice"):
         replace(Prefilter(), reversals="some")  # type: ignore[arg-type]

@@ -278,9 +278,9 @@ def test_a_toml_file_declares_a_memory_in_balance(tmp_path: Path) -> None:
         ({"start_velocity": np.nan}, "the start velocity is nan; give a velocity"),
         (
             {"memory": [1.0]},
-            r"the memory has the shape \(1,\); give \(2,\) finite numbers: last, to",
+            r"the memory \(last, total\) has the shape \(1,\); give \(2,\)",
         ),
-        ({"memory": [0.0, np.inf]}, "finite numbers"),
+        ({"memory": [0.0, np.inf]}, "all finite"),
     ],
 )
 def test_a_start_that_is_none_is_refused(options: dict[str, object], said: str) -> None:

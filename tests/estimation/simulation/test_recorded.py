@@ -308,9 +308,9 @@ def test_signals_that_do_not_fit_the_axis_are_refused() -> None:
         simulate(
             axis, theta, reference, T, signals={"pressure": reference, "temperature": reference}
         )
-    with refuses("recorded-length", "(49,)"):
+    with refuses("loop-array", "(49,)"):
         simulate(axis, theta, reference, T, signals={"pressure": reference[1:]})
-    with refuses("recorded-finite", "nan at sample 50"):
+    with refuses("loop-array", "all finite"):
         simulate(axis, theta, reference, T, signals={"pressure": np.r_[reference[1:], np.nan]})
     with refuses("recorded-type", "wanted"):
         simulate_batch(axis, [theta], reference, T, signals=["position"])  # type: ignore[arg-type]

@@ -9,9 +9,11 @@ import pytest
 
 from axisid import build, simulate
 from axisid.codegen import GeneratedAxis
+from axisid.codegen.lowering import LoopStart
 from axisid.control import MEASURED_VELOCITY, ControlLaw, cascade_pd
 from axisid.elements import Drive, gravity, viscous
 from axisid.estimation import simulate_batch
+from axisid.estimation.simulation.inputs import LoopInputs
 from axisid.estimation.simulation.runaway import allowed_distance, widened_distance
 from tests.axes.bodies import M, b, body, k, q
 from tests.refusals import refuses
@@ -74,25 +76,40 @@ def test_distances_are_of_the_reference_and_of_the_way_to_it() -> None:
     assert allowed_distance(0.0, 0.0) == math.inf
 
 
+def widened(
+    axis: GeneratedAxis,
+    theta: np.ndarray = THETA,
+    start: float = 0.0,
+    noise: np.ndarray | None = None,
+    resolution: float = 0.0,
+) -> float:
+    inputs = LoopInputs(
+        reference=SMALL,
+        period=PERIOD,
+        start=LoopStart(position=start),
+        noise=noise,
+        resolution=resolution,
+    )
+    return widened_distance(axis, theta, inputs)
+
+
 @pytest.mark.parametrize("kind", ["cascade", "late"])
 def test_widened_distance_is_a_hundred_times_the_sag(kind: str) -> None:
-    given = (np.array([THETA, 2 * THETA]), np.array([0.0, 0.3]))
-    wide = widened_distance(vertical(kind=kind), *given, None, None, 0.0)
-    assert wide == pytest.approx([100 * SAG, 200 * SAG], rel=1e-6)
+    axis = vertical(kind=kind)
+    assert widened(axis) == pytest.approx(100 * SAG, rel=1e-6)
+    assert widened(axis, 2 * THETA, 0.3) == pytest.approx(200 * SAG, rel=1e-6)
 
 
 def test_widened_distance_is_that_of_noise_and_counts_where_they_are_larger() -> None:
-    given = (vertical(), THETA[None, :], np.zeros(1))
     noise = np.array([-0.01, 0.02, 0.0])
-    assert widened_distance(*given, noise, None, 0.0) == pytest.approx([3.0])
-    assert widened_distance(*given, noise, None, 0.05) == pytest.approx([5.0])
-    assert widened_distance(*given, None, None, 0.05) == pytest.approx([5.0])
+    assert widened(vertical(), noise=noise) == pytest.approx(3.0)
+    assert widened(vertical(), noise=noise, resolution=0.05) == pytest.approx(5.0)
+    assert widened(vertical(), resolution=0.05) == pytest.approx(5.0)
 
 
 @pytest.mark.slow
 def test_a_law_that_brakes_alone_has_no_distance_of_its_own() -> None:
-    wide = widened_distance(vertical(kind="brake"), THETA[None, :], np.zeros(1), None, None, 0.0)
-    assert wide == math.inf
+    assert widened(vertical(kind="brake")) == math.inf
     loop = simulate(vertical(kind="brake"), THETA, SMALL, PERIOD)
     assert loop.position[-1] < -100 * np.ptp(SMALL), "it sinks, as slowly as it is braked"
 
@@ -100,5 +117,4 @@ def test_a_law_that_brakes_alone_has_no_distance_of_its_own() -> None:
 def test_a_force_without_a_load_gives_no_way() -> None:
     cascade = cascade_pd(kp=KP, kv=KV, period=PERIOD)
     axis = body(k * q.symbol, parameters=(k,), name="level", control=cascade)
-    given = (np.array([[MASS, 1.0]]), np.zeros(1))
-    assert widened_distance(build(axis), *given, None, None, 0.0) == 0
+    assert widened(build(axis), np.array([MASS, 1.0])) == 0

@@ -9,7 +9,7 @@ import numpy as np
 from axisid.estimation.choices import same_estimates
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, windows_text
 from axisid.estimation.regression import loop_reference, simulated_loops, simulated_position
 from axisid.estimation.studies import Sweep
 from axisid.support.arrays import Array
@@ -179,7 +179,9 @@ def _record_caption(result: Identification) -> str:
         else ""
     )
     if record.windows:
-        dropped += f" The rest of the log is shaded too; only {record.windows_told} is taken."
+        dropped += (
+            f" The rest of the log is shaded too; only {windows_text(record.windows)} is taken."
+        )
     times = "the drive's gain times" if drive.is_gain else "what the drive makes of"
     source = "as recorded" if record.force is not None else f"{times} the control"
     return (

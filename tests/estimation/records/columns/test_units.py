@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from axisid import UsageError, load_axis, read_record
-from axisid.estimation.records.columns.units import modulus_si
+from axisid.estimation import Repairs
 from axisid.modeling.declaration.axis import Axis
 from axisid.modeling.declaration.drive import Drive
 from tests.axes.bodies import rotor
@@ -120,9 +120,13 @@ def test_unit_of_another_kind_in_the_file_is_a_data_error() -> None:
         read_record(log, load_axis("emps"))
 
 
+def modulus(text: str, axis: Axis | None) -> float:
+    return Repairs(wrap=text).moduli(axis)["position"].si
+
+
 def test_modulus_has_a_unit_too(rotary: Axis) -> None:
-    assert modulus_si("position", "360:deg", rotary) == pytest.approx(2 * math.pi)
-    assert modulus_si("position", "6.5", None) == 6.5
+    assert modulus("360:deg", rotary) == pytest.approx(2 * math.pi)
+    assert modulus("6.5", None) == 6.5
     for text in ("0", "-1", "x", "inf", "1:mm"):
         with pytest.raises(UsageError):
-            modulus_si("position", text, rotary)
+            modulus(text, rotary)
