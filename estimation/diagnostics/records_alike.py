@@ -26,6 +26,7 @@ from axisid.estimation.regression import (
     factor,
     instrumental_variables,
     joint_p,
+    wald,
 )
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
@@ -172,9 +173,7 @@ class Difference:
     @property
     def square(self) -> float:
         """``d' V^-1 d``."""
-        scale = np.maximum(_deviations(self.covariances[0]), np.finfo(float).tiny)
-        alike = self.covariances[0] / np.outer(scale, scale)
-        return float(self.difference / scale @ np.linalg.lstsq(alike, self.difference / scale)[0])
+        return wald(self.difference, self.covariances[0])[0]
 
     @property
     def apart(self) -> Apart:

@@ -41,15 +41,11 @@ def sensor_steps(axis: GeneratedAxis, record: Record) -> SensorSteps:
         return SensorSteps()
     known, fewest = _KNOWN.of(record), int(MIN_STEP_DIFFERENCES.value)
     if fewest not in known:
-        known[fewest] = _steps_of(record, fewest)
+        known[fewest] = SensorSteps(
+            position=0.0 if record.integrated else quantum_of(record.position, fewest),
+            velocity=0.0 if record.velocity is None else _undithered_step(record.velocity, fewest),
+        )
     return known[fewest]
-
-
-def _steps_of(record: Record, fewest: int) -> SensorSteps:
-    return SensorSteps(
-        position=0.0 if record.integrated else quantum_of(record.position, fewest),
-        velocity=0.0 if record.velocity is None else _undithered_step(record.velocity, fewest),
-    )
 
 
 def _undithered_step(values: Array, fewest: int) -> float:

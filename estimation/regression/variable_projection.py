@@ -46,12 +46,12 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
 
     search = _Projection(form, rows)
     starts = sorted(search.starts(), key=search.error)
-    if not np.isfinite(search.error(starts[0])):
+    if isinstance(why := search.tried(starts[0]), Note):
         said = Note.of(
             f"no start of {', '.join(search.names)} gives an estimate; give them nominal values "
             "and bounds of the right size, where the equation of motion has a value. At the "
             "first, ",
-            search.reason(starts[0]),
+            why,
         )
         raise EstimationError(said.text, said.remedy, code="failed-starts")
     found = [
@@ -183,26 +183,22 @@ class _Projection:
             raise EstimationError(f"the model has no finite value with {values}.")
         return physical, solution.residuals
 
-    def residuals(self, nonlinear: Array) -> Array:
-        """Of the best linear parameters; large where there are none."""
+    def tried(self, nonlinear: Array) -> Array | Note:
+        """The residuals of the best linear parameters, (n,), or why there is no estimate."""
         try:
             return self.solved(nonlinear)[1]
-        except EstimationError:
-            left = self._rows(self._form).left
-            return np.full_like(left, 1e3 * float(np.abs(left).max()))
+        except EstimationError as error:
+            return error.note
+
+    def residuals(self, nonlinear: Array) -> Array:
+        """The same; large where there is no estimate."""
+        found = self.tried(nonlinear)
+        if not isinstance(found, Note):
+            return found
+        left = self._rows(self._form).left
+        return np.full_like(left, 1e3 * float(np.abs(left).max()))
 
     def error(self, nonlinear: Array) -> float:
         """Sum of squares; infinite where there is no estimate."""
-        try:
-            residuals = self.solved(nonlinear)[1]
-        except EstimationError:
-            return np.inf
-        return float(residuals @ residuals)
-
-    def reason(self, nonlinear: Array) -> Note:
-        """Why there is no estimate."""
-        try:
-            self.solved(nonlinear)
-        except EstimationError as error:
-            return error.note
-        return Note("the residuals are not finite.")
+        found = self.tried(nonlinear)
+        return np.inf if isinstance(found, Note) else float(found @ found)

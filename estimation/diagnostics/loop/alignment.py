@@ -7,7 +7,6 @@ further. Half a sample moves viscous friction by several of its deviations.
 
 import math
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -102,7 +101,7 @@ def alignment_of(scores: RecordScores | Missing) -> Alignment | Missing:
     deviation = np.inf
     for _ in range(_STEPS):
         moved = _delayed(scores, delay - start)
-        tested = moved.test(moved.block(column[:, None]))
+        tested = moved.test(column[:, None])
         step = float(tested.values[0, 0])
         if step == 0 or not math.isfinite(step):
             return Missing("the parameters of the model explain a delay of the force as well")
@@ -133,18 +132,16 @@ def _held(scores: RecordScores) -> float:
 
 def _delayed(scores: RecordScores, samples: float) -> RecordScores:
     """With the record's force delayed by so many samples."""
-    more = scores.along.by_stretch(partial(_change, samples), scores.data.signals.force)
+    from scipy.ndimage import shift
+
+    def change(force: Array) -> Array:
+        return np.asarray(shift(force, samples, order=3, mode="nearest") - force)
+
+    more = scores.along.by_stretch(change, scores.data.signals.force)
     column = scores.along.reduce(more)[:, None]
     residuals = scores.residuals.copy()
     residuals[:, 0] += column[:, 0] + scores.columns @ scores.moved_by(column, np.ones(1))
     return replace(scores, residuals=residuals)
-
-
-def _change(samples: float, force: Array) -> Array:
-    """What a force that acts so many samples later has more at each sample, (N,)."""
-    from scipy.ndimage import shift
-
-    return np.asarray(shift(force, samples, order=3, mode="nearest") - force)
 
 
 def alignment_check(
@@ -189,6 +186,8 @@ def alignment_check(
     advice = Remedy.of("Try ", other) if other is not None else remedy
     if not by_log and other is None:
         advice = _of_drive(delay, data, remedy)
+    column = "control" if data.record.force is None else "force"
+    off = f"the {column} is {abs(apart):.2g} samples {'early' if apart > 0 else 'late'}"
     aligned = not (delay.at_the_end if isinstance(late, Missing) else late)
     return Check(
         name="alignment",
@@ -200,7 +199,7 @@ def alignment_check(
         "leaves its range; a drive that holds its force is half a sample late",
         meaning=fits
         if aligned
-        else f"{fits}{_early(data, apart)}. {moves if advice is None else ''}",
+        else f"{fits}, so that {off} beside the position. {moves if advice is None else ''}",
         remedy=None if aligned or advice is None else Remedy.of(advice, f". {moves}"),
     )
 
@@ -263,12 +262,3 @@ def _delay(delay: Alignment) -> str:
 
 def _side(delay: float) -> str:
     return "before" if delay < 0 else "after"
-
-
-def _early(data: FilteredRecord, apart: float) -> str:
-    """Which column is early or late beside the other."""
-    column, way = (
-        "control" if data.record.force is None else "force",
-        "early" if apart > 0 else "late",
-    )
-    return f", so that the {column} is {abs(apart):.2g} samples {way} beside the position"

@@ -23,6 +23,7 @@ from axisid.estimation.thresholds import (
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy, Setting
 
 # Hz, up to which columns are compared: far below any current loop's bandwidth
 _MAX_CUTOFF = 30.0
@@ -78,7 +79,9 @@ class LowPassed:
         smooth = SampledFilter(Prefilter(cutoff=cutoff), period)
         computed, measured = smooth.low_passed(computed), smooth.low_passed(measured)
         for _ in range(times):
-            computed, measured = np.gradient(computed, period), _averaged(measured)
+            computed = np.gradient(computed, period)
+            # Means over the two samples that a central difference spans, by Simpson's rule.
+            measured[1:-1] = (measured[:-2] + 4 * measured[1:-1] + measured[2:]) / 6
         step = max(settle // _OFTEN, 1)
         rows = np.flatnonzero(used).astype(np.int64)[::step]
         return cls(computed=computed, measured=measured, rows=rows, step=step)
@@ -113,12 +116,6 @@ class LowPassed:
 def unmasked(record: Record) -> NDArray[np.bool_]:
     """Which samples are not masked, (N,)."""
     return ~covered(record.masked, len(record))
-
-
-def _averaged(values: Array) -> Array:
-    """Means over the two samples that a central difference spans, by Simpson's rule."""
-    inner = (values[:-2] + 4 * values[1:-1] + values[2:]) / 6
-    return np.concatenate([values[:1], inner, values[-1:]])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -201,11 +198,14 @@ def _allowed(most: float, deviation: float) -> float:
     return max(most, MIN_DISTANCE_FROM_NOISE.value * deviation)
 
 
-def likely_unit(declared: str, times: float, vague: float) -> str:
-    """The unit of a column whose numbers are so many times those in the declared one.
+def scale_remedy(
+    role: str, column: str, declared: str, times: float, vague: float
+) -> Remedy | None:
+    """The usual unit of a column whose numbers are so many times those in the declared one.
 
     Parameters
     ----------
+    role, column : str
     declared : str
     times : float
     vague : float
@@ -213,8 +213,8 @@ def likely_unit(declared: str, times: float, vague: float) -> str:
 
     Returns
     -------
-    str
-        Empty for no usual one.
+    Remedy or None
+        None for no usual unit.
     """
     own = label_unit(declared)
     for name in _UNITS:
@@ -222,5 +222,5 @@ def likely_unit(declared: str, times: float, vague: float) -> str:
         if own is None or known is None or known[1] != own[1]:
             continue
         if abs(times * known[0] / own[0] - 1) <= vague < np.inf:
-            return name
-    return ""
+            return Remedy.of("it is in ", Setting("columns", f"{role}={column}:{name}"))
+    return None
