@@ -24,7 +24,7 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
 from axisid.support.user_values import is_among, quoted
 
-from .base_distance import BaseMap, Distance
+from .base_distance import Distance
 from .value import Distribution, NamedValues
 
 # deviations^2 from the estimate, up to which physical parameters reproduce it
@@ -125,7 +125,7 @@ def physical_parameters(method: str, form: Form, of_base: Distribution) -> Physi
     expected, by_gain = of_base.covariances[of_base.chosen], of_base.by_gain
     if by_gain is not None:
         expected = expected + np.outer(by_gain, by_gain)
-    distance = Distance(BaseMap(base), of_base.corrected, expected)
+    distance = Distance(base, of_base.corrected, expected)
     found = distance.minimum()
     lost = undetermined_names(base)
     rank = len(distance.free) - len(base.undetermined)
@@ -196,7 +196,7 @@ def _no_solution(cost: float, dof: int, distance: Distance, theta: Array, rank: 
 
 def _others(distance: Distance, theta: Array, kept: list[int]) -> list[str]:
     """Other physical parameters within their bounds that fit as well."""
-    names = [p.name for p in distance.map.base.declared.parameters]
+    names = [p.name for p in distance.base.declared.parameters]
     remarks = []
     for other in distance.others(theta):
         alike = distance.alike(theta, other)

@@ -156,19 +156,13 @@ class RecordScores:
         What is measured stands in the columns, noise and all; the instruments, of the same shape,
         are of the loop.
         """
-        n, m, g = columns.shape
-        span = instruments.reshape(n, -1)
-        span = span - self.basis @ (self.basis.T @ span)
-        u, cut, _ = np.linalg.svd(span, full_matrices=False)
+        span = instruments.reshape(len(instruments), -1)
+        u, cut, _ = np.linalg.svd(span - self.basis @ (self.basis.T @ span), full_matrices=False)
         u = u[:, cut > _SPAN * cut[0]]
-        flat = columns.reshape(n, -1)
-        seen = np.moveaxis(
-            (u.T @ (flat - self.basis @ (self.basis.T @ flat))).reshape(-1, m, g), 1, 0
-        )
-        left = u.T @ self.net
-        products = seen.transpose(0, 2, 1) @ seen + np.finfo(float).tiny * np.eye(g)
-        told = seen.transpose(0, 2, 1) @ left
-        taken = np.einsum("mg,mg->m", told, np.linalg.solve(products, told[:, :, None])[:, :, 0])
+        left, taken = u.T @ self.net, list[float]()
+        for own in np.moveaxis(columns, 1, 0):
+            seen = u.T @ (own - self.basis @ (self.basis.T @ own))
+            taken.append(float(left @ seen @ np.linalg.lstsq(seen, left)[0]))
         return int(np.argmax(taken))
 
     def moved_by(self, columns: Array, values: Array) -> Array:
@@ -286,7 +280,10 @@ def scores_of(
     if chain is not None or by_loop:
         loops = recorded_loops(data, physical)
         quiet = noise_free_record(data, loops)
-        data = _where_both_move(data, quiet)
+        # Without rows near rests and reversals of the loop, if rows are left then.
+        moving = data.also_turning_as(quiet.record.position)
+        enough = len(moving.row_numbers) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1)
+        data = moving if enough else data
         twins += [] if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)
         if 2 * len(twins) < DEFAULT_COUNT:
             twins = []
@@ -329,13 +326,6 @@ def scores_of(
         quiet=quiet,
         neighbours=data.neighbours,
     )
-
-
-def _where_both_move(data: FilteredRecord, quiet: FilteredRecord) -> FilteredRecord:
-    """Without rows near rests and reversals of the loop, if rows are left then."""
-    moving = data.also_turning_as(quiet.record.position)
-    enough = _FEWEST_ROWS * (len(data.axis.parameters) + 1)
-    return moving if len(moving.row_numbers) >= enough else data
 
 
 def _residuals(rows: Equations, physical: Array, free: Sequence[int], basis: Array) -> Array:

@@ -153,12 +153,12 @@ def found_beside(
     levels : Levels
     """
     own = replace(levels, level=levels.level / records)
-    lasting = _prepared(hypotheses_of(scores))
+    lasting = [(each, each.columns(each.places)) for each in hypotheses_of(scores)]
     half = half_widths[scores.free]
     named, beside = list[Lack](), scores
     while len(named) < _MOST:
-        hypotheses = [*lasting, *_prepared(outliers_of(beside))]
-        failing = findings(beside, hypotheses, half, own)
+        single = [(each, each.columns(each.places)) for each in outliers_of(beside)]
+        failing = findings(beside, [*lasting, *single], half, own)
         if not failing:
             break
         name = _located(beside, failing[0])
@@ -167,10 +167,6 @@ def found_beside(
         named.append(_told(beside, name))
         beside = beside.beside(name.columns)
     return tuple(named)
-
-
-def _prepared(hypotheses: Sequence[Hypothesis]) -> list[Prepared]:
-    return [(each, each.columns(each.places)) for each in hypotheses]
 
 
 def findings(

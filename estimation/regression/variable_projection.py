@@ -107,19 +107,14 @@ def damped_step(
         there = start + (goal - start) / 2**halving
         if np.all((there >= low) & (there <= high)) and projected(there) < before:
             return np.asarray(there, dtype=float)
-    if np.any((goal < low) | (goal > high)):
-        raise _led_out(form.axis, goal)
-    return goal
-
-
-def _led_out(axis: GeneratedAxis, goal: Array) -> EstimationError:
-    low, high = search_bounds(axis)
     beyond = [
         f"{p.name} = {value:.4g} {p.unit}, beyond its bound {min(max(value, least), most):g}"
-        for p, value, least, most in zip(axis.axis.parameters, goal, low, high, strict=True)
+        for p, value, least, most in zip(form.axis.axis.parameters, goal, low, high, strict=True)
         if not least <= value <= most
     ]
-    return EstimationError(
+    if not beyond:
+        return goal
+    raise EstimationError(
         f"the instruments lead to {' and '.join(beyond)}, and no step within the bounds brings "
         "their equations nearer to zero. Widen the bounds if such a value is possible; otherwise "
         "believe idm-ls, whose search ends within them, and check the model of the friction.",

@@ -187,8 +187,7 @@ class GainsBeside:
         told, fit = self._asked(point, [*self.along.law.gains])
         if fit is None:
             return {}
-        deviations = np.sqrt(np.diag(self._scatter(fit, point)))
-        found = zip(fit.theta, deviations, strict=True)
+        found = zip(fit.theta, np.sqrt(np.diag(self._scatter(fit, point))), strict=True)
         return {name: (float(s), float(d)) for name, (s, d) in zip(told, found, strict=True)}
 
     def covariance(self, names: Sequence[str]) -> Array:
@@ -235,23 +234,16 @@ class GainsBeside:
 
         Several where other single gains explain the control as well.
         """
-        names = [*self.along.law.gains]
-        single = sorted(
-            (self._changed((i,)) for i in range(len(names))), key=lambda change: change.percent
-        )
-        if single and not self.off(single[0].point):
-            most = _MAX_SAME_RESIDUAL * single[0].percent
-            alike = [c for c in single if c.percent <= most and not self.off(c.point)]
-            return tuple(alike)
-        free: tuple[int, ...] = single[0].free if single else ()
-        best = single[0] if single else self._changed(())
-        while len(free) < len(names):
-            further = [i for i in range(len(names)) if i not in free]
-            found = [self._changed((*free, i)) for i in further]
-            best = min(found, key=lambda change: change.percent)
-            free = best.free
+        free, best = tuple[int, ...](), self._changed(())
+        while len(free) < len(self.along.law.gains):
+            further = [i for i in range(len(self.along.law.gains)) if i not in free]
+            tried = [self._changed((*free, i)) for i in further]
+            best = min(tried, key=lambda change: change.percent)
             if not self.off(best.point):
-                break
+                most = _MAX_SAME_RESIDUAL * best.percent
+                alike = [c for c in tried if c.percent <= most and not self.off(c.point)]
+                return (best,) if free else tuple(sorted(alike, key=lambda c: c.percent))
+            free = best.free
         return (best,)
 
     def _changed(self, free: tuple[int, ...]) -> "GainChange":

@@ -9,7 +9,6 @@ that velocity is not recorded; the identification's own filter plays no part.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,18 +37,16 @@ from .factors import (
     leaning,
     scaled_factors,
 )
-from .position_zero import told_zero
 from .sentences import (
     CONSTANT,
     INJECTED,
     MAX_FACTOR_ERROR,
     are_alike,
     large_fault,
-    late_fault,
+    late_note,
     off_text,
     one_gain,
     remedy_by_test_signal,
-    remedy_by_time,
     repair_of,
     small_fault,
 )
@@ -65,6 +62,9 @@ from .unevenly import LawReading, is_uneven, open_for_jitter, other_readings
 # least deviation of a factor of a law that reads an ideal velocity, which is in no log: measured,
 # up to 2.4e-4 off on twins without noise, 1e-5 to 1e-4 on whole ones
 _FACTOR_BLUR = 1e-4
+# what a law leaves of the control by what the log leaves open, up to which it may be right: of
+# right laws behind logs that round to 1 to 20 um it is 0.6 to 1.1 times that
+_MOST_OPEN = MIN_DISTANCE_FROM_NOISE.value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,6 +112,12 @@ class LawCheck:
         return Note(self.meaning, self.remedy)
 
     @property
+    def unexplained(self) -> float:
+        """What no factors of the law's terms explain, percent."""
+        left = self.fitted_residual_percent
+        return float((self.residual_percent if left is None else left) or 0.0)
+
+    @property
     def is_told_by_factors(self) -> bool:
         """Whether the control is the law's but for its factors, which are all there is to mend."""
         left = self.fitted_residual_percent
@@ -157,17 +163,16 @@ def _read_otherwise(
     """The check by what else the law may have read where times are uneven; None for nothing."""
     if not is_uneven(record):
         return None
-    best, nearest = found, None
-    for reading in other_readings(record):
-        other = _compared(axis, law, reading.record, advises=False)
-        if isinstance(other, Missing):
-            continue
-        if other.passed:
-            return _with_reading(other, found, reading)
-        if _unexplained(other) < _unexplained(best):
-            best, nearest = other, reading
+    every = [
+        (_compared(axis, law, each.record, advises=False), each) for each in other_readings(record)
+    ]
+    told = [(check, reading) for check, reading in every if isinstance(check, LawCheck)]
+    for check, reading in told:
+        if check.passed:
+            return _with_reading(check, found, reading)
+    best, nearest = min([(found, None), *told], key=lambda each: each[0].unexplained)
     left = open_for_jitter(axis, record, float(best.residual_percent or 0.0))
-    if left is None or _unexplained(best) < MAX_LAW_RESIDUAL.value:
+    if left is None or best.unexplained < MAX_LAW_RESIDUAL.value:
         if nearest is None:
             return None
         said = _compared(axis, law, nearest.record)
@@ -176,12 +181,6 @@ def _read_otherwise(
         "the record's samples are off even times, and what the law read between them, noise above "
         f"all, leaves {left:.2g} % of its control open ({best.residual_percent:.2g} % off)"
     )
-
-
-def _unexplained(found: LawCheck) -> float:
-    """What no factors of the law's terms explain, percent."""
-    fitted = found.fitted_residual_percent
-    return float(found.residual_percent or 0.0) if fitted is None else fitted
 
 
 def _with_reading(law: LawCheck, found: LawCheck, reading: LawReading) -> LawCheck:
@@ -209,9 +208,8 @@ def _compared(
     if used.sum() < MIN_SAMPLES_PER_FACTOR.value * terms.shape[1]:
         return Missing("the control is at the drive's limit, or masked, nearly all the time")
     left_open = left_open_percent(axis, record, used)
-    if left_open > MAX_LAW_RESIDUAL.value and not _is_beyond(
-        residual_percent(control, terms, used), left_open
-    ):
+    declared = residual_percent(control, terms, used)
+    if left_open > MAX_LAW_RESIDUAL.value and declared < _MOST_OPEN * left_open:
         return Missing(
             f"the record is sampled every {record.period:.6g} s, the control law runs every "
             f"{law.period:.6g} s, and what it reads between the samples, noise above all, leaves "
@@ -227,23 +225,24 @@ def _compared(
     )
     if isinstance(told, Missing):
         return told
+    (check, faulty), declared = told, float(told[0].residual_percent or 0.0)
     between = f"; what it reads between the samples leaves {left_open:.2g} % open"
     check = replace(
-        told.check,
+        check,
         delay=shift,
-        passed=told.check.passed and not shift,
-        meaning=f"the declared law reproduces the recorded control to {told.declared:.2g} % of "
+        passed=check.passed and declared < MAX_LAW_RESIDUAL.value and not shift,
+        meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of "
         f"its norm{between * (left_open > 0)}",
     )
     if check.passed or not advises:
         return check
-    explained, fault = told.fault(check)
+    explained, fault = faulty(check)
     if repair := repair_of(axis, law, record, explained, shift):
-        said = f"the recorded control is not the declared law's ({off_text(told.declared)}), but "
+        said = f"the recorded control is not the declared law's ({off_text(declared)}), but "
         return replace(check, meaning=said + repair.text, remedy=repair.remedy)
     if shift:
-        delay = None if law.continuous else law.delay
-        return replace(check, meaning=late_fault(shift, delay), remedy=remedy_by_time(shift, delay))
+        late = late_note(shift, None if law.continuous else law.delay)
+        return replace(check, meaning=late.text, remedy=late.remedy)
     return fault
 
 
@@ -254,26 +253,8 @@ def law_beside(axis: GeneratedAxis, law: ControlLaw, record: Record) -> GainsBes
     return GainsBeside.of(axis, law, record, used, compared_as(law, record))
 
 
-class _Told(NamedTuple):
-    """What a comparison tells: the check, and what is at fault, which is asked where it fails."""
-
-    declared: float
-    check: LawCheck
-    fault: Callable[[LawCheck], tuple[float, LawCheck]]
-
-
-def _told_of(
-    factors: dict[str, float], declared: float, fitted: float | None, *, right: bool
-) -> LawCheck:
-    """A check that is not worded yet."""
-    return LawCheck(
-        factors=factors,
-        residual_percent=declared,
-        fitted_residual_percent=fitted,
-        delay=0,
-        passed=right and declared < MAX_LAW_RESIDUAL.value,
-        meaning="",
-    )
+#: A check that is not worded yet, and what words it where it fails, with what explains the control.
+_Told = tuple[LawCheck, Callable[[LawCheck], tuple[float, LawCheck]]]
 
 
 def _by_products(
@@ -302,8 +283,7 @@ def _by_products(
         simple = bool(one_gain(law, factors)) or are_alike(factors)
         explained = fitted if fitted is not None and simple else declared
         if declared < MAX_LAW_RESIDUAL.value:
-            zero = told_zero(axis, law, record) if CONSTANT in lean else ""
-            said = small_fault(law, scaled, lean, factors, axis.axis.drive.unit, zero)
+            said = small_fault(axis, record, scaled, lean, factors)
             return explained, replace(check, meaning=said)
         level = relative_error_percent(left - left.mean(), control[used]) < MAX_LAW_RESIDUAL.value
         constant = lean.get(CONSTANT) if level else None
@@ -311,8 +291,16 @@ def _by_products(
         remedy = remedy_by_test_signal(record, fitted, constant)
         return explained, replace(check, meaning=said, remedy=remedy)
 
-    check = _told_of(factors, declared, fitted, right=not (scaled or lean))
-    return _Told(declared, replace(check, deviations=deviations), fault)
+    check = LawCheck(
+        factors=factors,
+        deviations=deviations,
+        residual_percent=declared,
+        fitted_residual_percent=fitted,
+        delay=0,
+        passed=not (scaled or lean),
+        meaning="",
+    )
+    return check, fault
 
 
 def _by_gains(
@@ -350,9 +338,7 @@ def _by_gains(
         said, change = said_of_gains(beside, start)
         explained = declared if change is None or len(change.times) > 1 else change.percent
         if not (off or large):
-            zero = told_zero(axis, law, record) if CONSTANT in lean else ""
-            said = small_fault(law, {}, lean, {}, axis.axis.drive.unit, zero)
-            return explained, replace(check, meaning=said)
+            return explained, replace(check, meaning=small_fault(axis, record, {}, lean, {}))
         if change is None:
             remedy = remedy_by_test_signal(record, None) if large else None
             return explained, replace(check, factors={}, meaning=said, remedy=remedy)
@@ -361,23 +347,22 @@ def _by_gains(
             check, factors=factors, fitted_residual_percent=change.percent, meaning=said
         )
 
-    factors = {name: value for name, (value, _) in times.items()}
-    return _Told(declared, _told_of(factors, declared, declared, right=not (off or lean)), fault)
+    check = LawCheck(
+        factors={name: value for name, (value, _) in times.items()},
+        residual_percent=declared,
+        fitted_residual_percent=declared,
+        delay=0,
+        passed=not (off or lean),
+        meaning="",
+    )
+    return check, fault
 
 
 def _is_hidden(declared: float, beside: GainsBeside) -> bool:
     """Whether what the log rounds hides whether the law is right."""
     rounded = beside.open_percent
     is_much = max(declared, rounded) >= MAX_LAW_RESIDUAL.value
-    return is_much and not _is_beyond(declared, rounded)
-
-
-def _is_beyond(declared: float, left_open: float) -> bool:
-    """Whether a law leaves more of the control than what the log leaves open may be, percent.
-
-    Of right laws behind logs that round to 1 to 20 um it is 0.6 to 1.1 times that.
-    """
-    return declared >= MIN_DISTANCE_FROM_NOISE.value * left_open
+    return is_much and declared < _MOST_OPEN * rounded
 
 
 def law_check(law: LawCheck | Missing) -> Check | Missing:

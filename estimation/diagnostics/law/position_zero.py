@@ -62,14 +62,6 @@ def position_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Posit
     return PositionZero(away=away, control=-mean * away if is_constant else None)
 
 
-def told_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> str:
-    """How far the position would be away, in words; empty where that makes no constant."""
-    found = position_zero(axis, law, record)
-    if found is None or found.control is None:
-        return ""
-    return f"{found.away:+.3g} {axis.axis.coordinate.unit}"
-
-
 def zero_note(axis: GeneratedAxis, record: Record, found: PositionZero) -> Note:
     """What such a record is, and what puts it right; it goes on after what the law leaves."""
     unit, drive = axis.axis.coordinate.unit, axis.axis.drive

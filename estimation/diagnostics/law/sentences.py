@@ -71,25 +71,32 @@ def remedy_by_test_signal(
 
 
 def small_fault(
-    law: ControlLaw,
+    axis: GeneratedAxis,
+    record: Record,
     scaled: dict[str, float],
     lean: dict[str, float],
     factors: dict[str, float],
-    unit: str,
-    zero: str,
 ) -> str:
     """What factors near 1, or a control that leans, look like.
 
-    `zero` is the position's from another one that makes as much of a constant, if it is known.
+    A position from another zero makes as much of a constant, where the law does not integrate.
     """
+    law, unit = axis.axis.control, axis.axis.drive.unit
+    assert law is not None  # noqa: S101  # there is none to check without it
     if not scaled:
         said = " and ".join(f"a {name} of {value:.3g} {unit}" for name, value in lean.items())
+        zero = position_zero(axis, law, record) if CONSTANT in lean else None
+        also = ""
+        if zero is not None and zero.control is not None:
+            also = (
+                f". Or the position is {zero.away:+.3g} {axis.axis.coordinate.unit} from its zero "
+                "beside the reference, a constant tracking error, of which the law makes as much"
+            )
         return (
             f"the recorded control is the declared law's but for {said}"
-            f"{' over the record' * (DRIFT in lean)}: check the offset of the control, or "
-            "an integral of the drive that the law does not declare; it moves friction and offsets"
-            + f". Or the position is {zero} from its zero beside the reference, a constant "
-            "tracking error, of which the law makes as much" * bool(zero and CONSTANT in lean)
+            f"{' over the record' * (DRIFT in lean)}: check the offset of the control, or an "
+            "integral of the drive that the law does not declare; it moves friction and offsets"
+            f"{also}"
         )
     listed = ", ".join(f"{name} x {value:.4g}" for name, value in scaled.items())
     if one := one_gain(law, factors):
@@ -106,7 +113,7 @@ def small_fault(
     every = "" if set(scaled) == {INJECTED} else "; what scales the control scales every estimate"
     return (
         f"the recorded control is the declared law's but for its factors ({listed}): "
-        f"{_common(law, float(np.median(values))) if alike else ''}check {what}{every}"
+        f"{_common(law, factors) if alike else ''}check {what}{every}"
     )
 
 
@@ -121,42 +128,40 @@ def _of_test_signal(factor: float) -> str:
     )
 
 
+def _explaining(law: ControlLaw, factors: dict[str, float]) -> Iterator[tuple[str, bool]]:
+    """Gains each of which alone explains the factors of the products, in words; if in all alike."""
+    products = {str(product): product.as_powers_dict() for product, _ in law.terms}
+    values = np.array(list(factors.values()))
+    if not factors.keys() <= products.keys() or not len(values) or np.any(values <= 0):
+        return  # a test signal has a factor too, which no gain explains
+    for name, value in law.gains.items():
+        powers = np.array([float(products[each].get(gain(name), 0)) for each in factors])
+        if not powers.any():
+            continue
+        times = float(np.exp(powers @ np.log(values) / (powers @ powers)))
+        left = float(np.abs(values / times**powers - 1).max())
+        if left < min(MAX_FACTOR_ERROR, _MAX_ONE_GAIN_ERROR * abs(times - 1)):
+            said = f"{name} is {times:.4g} times the declared one, {times * value:.5g} for "
+            yield f"{said}{value:.5g}", bool(np.ptp(powers) == 0)
+
+
 def one_gain(law: ControlLaw, factors: dict[str, float]) -> str:
     """The one gain that is off, if one explains the factors of the products; or empty.
 
     A gain that all products have alike is no such one: nothing tells it from the control's scale.
     """
-    products = {str(product): product.as_powers_dict() for product, _ in law.terms}
-    values = np.array(list(factors.values()))
-    if not factors.keys() <= products.keys() or not len(values) or np.any(values <= 0):
-        return ""  # a test signal has a factor too, which no gain explains
-    found = []
-    for name, value in law.gains.items():
-        powers = np.array([float(products[each].get(gain(name), 0)) for each in factors])
-        if np.ptp(powers) == 0:
-            continue
-        times = float(np.exp(powers @ np.log(values) / (powers @ powers)))
-        left = float(np.abs(values / times**powers - 1).max())
-        if left < min(MAX_FACTOR_ERROR, _MAX_ONE_GAIN_ERROR * abs(times - 1)):
-            found.append(f"{name} is {times:.4g} times the declared one, {times * value:.5g} for ")
-            found[-1] += f"{value:.5g}, and every other gain is right; declare that"
-    return found[0] if len(found) == 1 else ""
+    found = [said for said, in_all in _explaining(law, factors) if not in_all]
+    return f"{found[0]}, and every other gain is right; declare that" if len(found) == 1 else ""
 
 
-def _common(law: ControlLaw, factor: float) -> str:
-    """The gains that alone would be off by a factor (positive) of every product; or empty."""
-    powers = [product.as_powers_dict() for product, _ in law.terms]
-    alike = {name: {float(each.get(gain(name), 0)) for each in powers} for name in law.gains}
-    found = [
-        f"{name} is {factor ** (1 / power):.4g} times the declared one, "
-        f"{factor ** (1 / power) * law.gains[name]:.5g} for {law.gains[name]:.5g}"
-        for name, (power, *others) in alike.items()
-        if power and not others
-    ]
-    if not found or factor <= 0:
+def _common(law: ControlLaw, factors: dict[str, float]) -> str:
+    """The gains that alone would be off by a factor of every product; or empty."""
+    found = [said for said, in_all in _explaining(law, factors) if in_all]
+    if not found:
         return ""
+    times = float(np.median([*factors.values()]))
     return (
-        f"either {' or '.join(found)}, or the control is recorded {factor:.4g} times as large as "
+        f"either {' or '.join(found)}, or the control is recorded {times:.4g} times as large as "
         "it is, which scales every estimate: the law alone does not tell which; "
     )
 
@@ -213,33 +218,31 @@ def large_fault(
         if abs(common / scale - 1) < MAX_FACTOR_ERROR:
             return f"{start}one unit stands for another, such as {what}"
     return (
-        f"{start}every gain is off by one factor; {_common(law, common)}check the control's unit "
+        f"{start}every gain is off by one factor; {_common(law, factors)}check the control's unit "
         "and scaling, and the velocity filter"
     )
 
 
-def remedy_by_time(shift: int, delay: int | None) -> Remedy | None:
-    """What puts a control in time with the law; which of them, the law alone does not tell."""
-    if not shift or abs(shift) == MOST_SHIFT:
-        return None
-    wrong = "before the drive applies it" if shift < 0 else "after the drive applied it"
-    possible = delay is not None and delay + shift >= 0
-    return Remedy.of(
-        f"declare delay={(delay or 0) + shift}, or, " if possible else "",
-        f"where the log writes the control {wrong}, move it with ",
-        Setting("shift", f"control={-shift}"),
-    )
+def late_note(shift: int, delay: int | None) -> Note:
+    """By how much a control is not in time, and what puts it there.
 
-
-def late_fault(shift: int, delay: int | None) -> str:
-    """By how much a control is not in time, up to what to do."""
+    Which of law and log is to blame, the law alone does not tell.
+    """
     start = "the recorded control is not in time with the declared law: it"
     samples = f"{abs(shift)} sample{'s' * (abs(shift) > 1)}"
     if abs(shift) == MOST_SHIFT:
-        return f"{start} is shifted by {samples} or more; check the clocks and the columns"
+        return Note(f"{start} is shifted by {samples} or more; check the clocks and the columns")
+    way = "later" if shift > 0 else "earlier"
     if delay is not None and delay + shift < 0:
-        return f"{start} comes {samples} before the law could give it; "
-    return f"{start} comes {samples} {'later' if shift > 0 else 'earlier'}; "
+        way = "before the law could give it"
+    possible = delay is not None and delay + shift >= 0
+    remedy = Remedy.of(
+        f"declare delay={(delay or 0) + shift}, or, " if possible else "",
+        f"where the log writes the control {'before' if shift < 0 else 'after'} the drive "
+        f"{'applies' if shift < 0 else 'applied'} it, move it with ",
+        Setting("shift", f"control={-shift}"),
+    )
+    return Note(f"{start} comes {samples} {way}; ", remedy)
 
 
 #: What may mend a law: what is then said, and axis, law and record of it.

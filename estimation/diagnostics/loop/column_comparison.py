@@ -146,29 +146,22 @@ class ColumnComparison:
     left_percent: float
 
     @property
-    def scaled(self) -> float:
-        """Distance of the factor from 1 by what it may be; so are the others."""
-        return abs(self.factor - 1) / _allowed(MAX_SCALE_ERROR.value, self.factor_deviation)
-
-    @property
-    def late(self) -> float:
-        """The delay."""
-        return abs(self.delay) / _allowed(MAX_COLUMN_DELAY, self.delay_deviation)
-
-    @property
-    def moved(self) -> float:
-        """The constant."""
-        return abs(self.offset) / _allowed(MAX_COLUMN_OFFSET * self.size, self.offset_deviation)
-
-    @property
-    def other(self) -> float:
-        """What is left."""
-        return self.left_percent / _MAX_DIFFERENCE
+    def distances(self) -> dict[str, float]:
+        """Of the factor from 1, of delay, constant and what is left, by what each may be."""
+        far = MIN_DISTANCE_FROM_NOISE.value
+        return {
+            "factor": abs(self.factor - 1)
+            / max(MAX_SCALE_ERROR.value, far * self.factor_deviation),
+            "delay": abs(self.delay) / max(MAX_COLUMN_DELAY, far * self.delay_deviation),
+            "offset": abs(self.offset)
+            / max(MAX_COLUMN_OFFSET * self.size, far * self.offset_deviation),
+            "left": self.left_percent / _MAX_DIFFERENCE,
+        }
 
     @property
     def worst(self) -> float:
         """The largest of them; beyond 1 something is wrong."""
-        return max(self.scaled, self.late, self.moved, self.other)
+        return max(self.distances.values())
 
     @classmethod
     def of(cls, columns: LowPassed) -> "ColumnComparison | Missing":
@@ -192,10 +185,6 @@ class ColumnComparison:
             size=float(np.sqrt(np.mean(columns.computed[columns.rows] ** 2))),
             left_percent=100 * float(np.sqrt(max(1 - alike, 0.0))),
         )
-
-
-def _allowed(most: float, deviation: float) -> float:
-    return max(most, MIN_DISTANCE_FROM_NOISE.value * deviation)
 
 
 def scale_remedy(

@@ -40,7 +40,8 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | None:
     commanded, by_gain = _commanded(axis, longest)
     apart, found = _compared(longest, commanded)
     vague = float(np.hypot(found.factor_deviation, drive.relative_sd * by_gain))
-    scaled, shifted = replace(found, factor_deviation=vague).scaled > 1, found.moved > 1
+    far = replace(found, factor_deviation=vague).distances
+    scaled, shifted = far["factor"] > 1, far["offset"] > 1
     lag, near = found.delay * record.period, apart <= _MAX_FORCE_DIFFERENCE
     late, q = abs(lag) > _MAX_FORCE_LAG, axis.axis.coordinate
     good = near and not (scaled or late or shifted)

@@ -76,9 +76,14 @@ def motion_check(
     """What was found of a measured velocity or acceleration; nothing without the column."""
     if found is None or isinstance(found, Missing):
         return found
-    against, told = _derivative(record, role), _told(axis, found, role)
+    against, way = _derivative(record, role), "late" if found.delay >= 0 else "early"
+    told = (
+        f"{found.factor:.4g} +- {max(found.factor_deviation, 1e-4):.1g} times, "
+        f"{abs(found.delay):.2f} +- {max(found.delay_deviation, 1e-2):.1g} samples {way} and "
+        f"{found.offset:+.3g} +- {found.offset_deviation:.1g} {_unit(axis, role)}"
+    )
     meaning, remedy = f"the measured {role} is {against} ({told})", None
-    if found.other > 1:
+    if found.distances["left"] > 1:
         meaning = (
             f"the measured {role} is not {against}: {found.left_percent:.3g} % are left whatever "
             f"factor, delay and constant ({told}): "
@@ -113,16 +118,6 @@ def _derivative(record: Record, role: str) -> str:
     )
 
 
-def _told(axis: GeneratedAxis, found: ColumnComparison, role: str) -> str:
-    """Factor, delay and constant with their deviations."""
-    way = "late" if found.delay >= 0 else "early"
-    return (
-        f"{found.factor:.4g} +- {max(found.factor_deviation, 1e-4):.1g} times, "
-        f"{abs(found.delay):.2f} +- {max(found.delay_deviation, 1e-2):.1g} samples {way} and "
-        f"{found.offset:+.3g} +- {found.offset_deviation:.1g} {_unit(axis, role)}"
-    )
-
-
 def _unit(axis: GeneratedAxis, role: str) -> str:
     q = axis.axis.coordinate
     return str(q.velocity_unit if role == "velocity" else q.acceleration_unit)
@@ -130,15 +125,15 @@ def _unit(axis: GeneratedAxis, role: str) -> str:
 
 def _remedy(axis: GeneratedAxis, record: Record, found: ColumnComparison, role: str) -> Remedy:
     """What sets right what is wrong."""
-    parts: list[Remedy | str] = []
+    parts, far = list[Remedy | str](), found.distances
     name = record.provenance.columns.get(role, "NAME")
-    if found.late > 1:
+    if far["delay"] > 1:
         parts.append(
             Remedy.of("draw it between its values (", advised_between(role), ")")
             if samples_apart(getattr(record, role)) > 1
             else advised_shift(role, found.delay, MAX_COLUMN_DELAY)
         )
-    if found.scaled > 1:
+    if far["factor"] > 1:
         beside = "reference" if role == "velocity" and record.integrated else "position"
         vague = MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation / abs(found.factor)
         vague += MAX_SCALE_ERROR.value
@@ -149,7 +144,7 @@ def _remedy(axis: GeneratedAxis, record: Record, found: ColumnComparison, role: 
         column = Setting("columns", f"{role}={name}:UNIT")
         said = f"check its unit and scale, and those of the {beside} ("
         parts.append(known or Remedy.of(said, column, ")"))
-    if found.moved > 1:
+    if far["offset"] > 1:
         zero = Setting("columns", f"{role}={name}:UNIT{-found.offset:+.3g}{_unit(axis, role)}")
         parts.append(Remedy.of("take off its zero (", zero, ")"))
     between = [each for part in parts for each in (", and ", part)]
