@@ -19,7 +19,6 @@ from .diagnose import (
 )
 from .diagnosis import (
     Case as Case,
-    Choice as Choice,
     Diagnosis as Diagnosis,
     RecordDiagnosis as RecordDiagnosis,
 )

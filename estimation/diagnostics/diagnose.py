@@ -34,7 +34,7 @@ from axisid.estimation.lacking import Lack
 from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
 
-from .diagnosis import Case, Choice, Diagnosis, RecordDiagnosis
+from .diagnosis import Case, Diagnosis, RecordDiagnosis
 from .records_alike import alike_check
 from .remainder import lack_of_fit_check, outliers_check, signals_check, terms_check
 from .repeated_samples import repeated_check
@@ -72,11 +72,6 @@ class Diagnostic:
         return made(self.name, partial(self.check, case))
 
 
-def _strength(case: Case) -> Check | Missing | None:
-    has_instruments = any(each.Z is not None for each in case.estimates.values())
-    return case.strength if has_instruments else None
-
-
 def _method(case: Case) -> Check | Missing | None:
     if len(case.estimates) == 1 and case.preferred.loop_rows is not None:
         return None  # nothing is beside it
@@ -88,7 +83,7 @@ def _method(case: Case) -> Check | Missing | None:
         case.estimates,
         case.compared,
         case.steps,
-        case.choice.levels,
+        case.levels,
         law_passed=law_passed,
     )
 
@@ -107,9 +102,7 @@ def _outliers(case: Case) -> Check | Missing:
         return Missing(
             "single samples are held against twins of the record, of which there are none"
         )
-    return outliers_check(
-        found, case.data.axis, case.data.record, case.choice.levels, bounded=bounded
-    )
+    return outliers_check(found, case.data.axis, case.data.record, case.levels, bounded=bounded)
 
 
 def _alignment(case: Case) -> Check | Missing:
@@ -148,39 +141,23 @@ def _missing_terms(case: Case) -> Check | Missing:
     lacking = case.lacking
     if isinstance(lacking, Missing):
         return lacking
-    if _fails(_alignment(case)):  # which says how late
+    aligned = _alignment(case)
+    if _fails(aligned):  # which says how late
         lacking = tuple(lack for lack in lacking if lack.kind != "delay")
-    found = terms_check(lacking, case.data.axis, case.data.record, case.choice.levels)
+    found = terms_check(lacking, case.data.axis, case.data.record, case.levels)
     if found.status != "fail":
         return found
-    if _fails(
-        method_check(case.preferred, {}, {}, case.steps, case.choice.levels, law_passed=None)
-    ):
+    if _fails(method_check(case.preferred, {}, {}, case.steps, case.levels, law_passed=None)):
         return replace(found, status="note")  # what the steps move is left, and counts once
-    if _is_declared_late(case):
+    early = isinstance(aligned, Check) and _fails(aligned) and (aligned.figure or 0.0) < 0
+    if early and declared_lateness(case.data) > 0:  # friction is wrong at low speed then
         said = "the delay or lag that is declared too long, see alignment, may make it"
         return replace(found, status="note", meaning=f"{found.meaning}; {said}: mend that first")
     return found
 
 
-def _is_declared_late(case: Case) -> bool:
-    """Whether a drive declares more delay than there is: friction is wrong at low speed then."""
-    check = _alignment(case)
-    early = isinstance(check, Check) and check.status == "fail" and (check.figure or 0.0) < 0
-    return early and declared_lateness(case.data) > 0
-
-
 def _fails(found: Check | Missing | None) -> bool:
     return isinstance(found, Check) and found.status == "fail"
-
-
-def _records_alike(case: Case) -> Check | Missing:
-    return alike_check(case.alike, case.names, case.choice.levels)
-
-
-def _lack_of_fit(case: Case) -> Check | None:
-    found = case.lack_of_fit
-    return None if found is None else lack_of_fit_check(found, case.preferred)
 
 
 #: By name, in the order of the verdict.
@@ -188,11 +165,14 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row
     for row in (
         Diagnostic(name="control law", check=lambda case: law_check(case.law), by_record=True),
-        Diagnostic(name="instrument strength", check=_strength),
+        Diagnostic(
+            name="instrument strength",
+            check=lambda case: case.strength if case.has_instruments else None,
+        ),
         Diagnostic(name="method", check=_method),
         Diagnostic(
             name="inverse against direct",
-            check=lambda case: forms_check(case.compared, case.estimates, case.choice.levels),
+            check=lambda case: forms_check(case.compared, case.estimates, case.levels),
         ),
         Diagnostic(name="precision", check=lambda case: precision(case.preferred, case.excitation)),
         Diagnostic(
@@ -229,7 +209,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(
             name="recorded signals",
             check=lambda case: signals_check(
-                case.lacking, case.data.axis, case.data.record, case.choice.levels
+                case.lacking, case.data.axis, case.data.record, case.levels
             ),
             by_record=True,
         ),
@@ -239,13 +219,21 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
             by_record=True,
         ),
         Diagnostic(name="missing terms", check=_missing_terms, by_record=True),
-        Diagnostic(name="lack of fit", check=_lack_of_fit, by_record=True),
+        Diagnostic(
+            name="lack of fit",
+            check=lambda case: lack_of_fit_check(case.lack_of_fit, case.preferred),
+            by_record=True,
+        ),
         Diagnostic(
             name="drive gain",
             check=lambda case: gain_check(case.preferred, case.problem.axis.axis.drive),
             several=True,
         ),
-        Diagnostic(name="records alike", check=_records_alike, several=True),
+        Diagnostic(
+            name="records alike",
+            check=lambda case: alike_check(case.alike, case.names, case.levels),
+            several=True,
+        ),
         Diagnostic(
             name="repeated records",
             check=lambda case: repeated_check([data.record for data in case.problem.data]),
@@ -255,9 +243,8 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
 }
 
 
-def diagnose(choice: Choice) -> Diagnosis:
-    """What every diagnostic finds in a result of which an estimate was chosen."""
-    case = Case.of(choice)
+def diagnose(case: Case) -> Diagnosis:
+    """What every diagnostic finds in a result."""
     by_record = {
         d.name: [d.made(part) for part in case.parts] for d in DIAGNOSTICS.values() if d.by_record
     }
@@ -282,9 +269,9 @@ def diagnose(choice: Choice) -> Diagnosis:
     )
 
 
-def alignment_in(choice: Choice) -> Alignment | Missing:
+def alignment_in(case: Case) -> Alignment | Missing:
     """The delay of the force in the first record, as `diagnose` finds it with all else."""
-    return unless_faulty(lambda: Case.of(choice).parts[0].alignment)
+    return unless_faulty(lambda: case.parts[0].alignment)
 
 
 def _first_failing(found: Sequence[Check | None]) -> int:
@@ -300,8 +287,7 @@ def _of_record(
     case: Case, number: int, made: Mapping[str, Sequence[Check | None]]
 ) -> RecordDiagnosis:
     """What there is to say of a record by itself."""
-    part = case.parts[number]
-    alike = unless_faulty(lambda: case.alike)
+    part, alike = case.parts[number], unless_faulty(lambda: case.alike)
     return RecordDiagnosis(
         law=unless_faulty(lambda: part.law),
         alignment=unless_faulty(lambda: part.alignment),

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, unless_faulty
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     FORMS,
     LESS,
@@ -37,7 +37,6 @@ from axisid.estimation.records import record_labels
 from axisid.estimation.regression import DirectForm, recorded_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import AxisidError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
@@ -103,8 +102,8 @@ class Diagnosis(RecordDiagnosis, Presentable):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Choice:
-    """Which estimate of a result is judged, and what was measured to tell, each thing once.
+class Case:
+    """A result to be judged, and what several diagnostics measure of it, each thing once.
 
     Attributes
     ----------
@@ -114,11 +113,22 @@ class Choice:
         By method.
     levels : Levels
         From when on a check tells something.
+    whole : Case or None
+        The case of all records, where this one is of one of several.
+    number : int
+        The record among these.
     """
 
     problem: Problem
     estimates: Mapping[str, Estimate]
     levels: Levels = DEFAULT_LEVELS
+    whole: "Case | None" = None
+    number: int = 0
+
+    @property
+    def judged(self) -> str:
+        """The method of the estimate that checks of one estimate are of."""
+        return (self.whole or self).method
 
     @cached_property
     def method(self) -> str:
@@ -131,7 +141,7 @@ class Choice:
         first, by_law = self._best(by_law=False), self._best(by_law=True)
         if by_law == first or not self.laws_hold:
             return first
-        apart = self.less("idm-iv", "didim")
+        apart = self._less("idm-iv", "didim")
         if isinstance(apart, Missing):
             return by_law
         iv, didim = self.estimates[first], self.estimates[by_law]
@@ -149,7 +159,7 @@ class Choice:
         """Whether every record's control is the declared law's."""
         return all(isinstance(law, LawCheck) and law.passed for law in self.laws)
 
-    def less(self, one: str, other: str) -> Mapping[str, HausmanTest] | Missing:
+    def _less(self, one: str, other: str) -> Mapping[str, HausmanTest] | Missing:
         """Estimate by one method less that by another, by parameter, or why that is not known."""
         if not {one, other} <= {*self.estimates}:
             return Missing(f"{one} and {other} did not both give an estimate")
@@ -163,32 +173,10 @@ class Choice:
 
         return min(self.estimates, key=preference)
 
-
-@dataclass(frozen=True, kw_only=True)
-class Case:
-    """A result to be judged, and what several diagnostics measure of it.
-
-    Attributes
-    ----------
-    problem : Problem
-        What the estimates were made from.
-    estimates : mapping of str to Estimate
-        By method.
-    choice : Choice
-        Of what is judged: of all records where the case is of one of several.
-    number : int
-        The record among these.
-    """
-
-    problem: Problem
-    estimates: Mapping[str, Estimate]
-    choice: Choice
-    number: int = 0
-
-    @classmethod
-    def of(cls, choice: Choice) -> "Case":
-        """The case of all records."""
-        return cls(problem=choice.problem, estimates=choice.estimates, choice=choice)
+    @property
+    def has_instruments(self) -> bool:
+        """Whether any estimate is by instruments."""
+        return any(each.Z is not None for each in self.estimates.values())
 
     @property
     def data(self) -> FilteredRecord:
@@ -209,7 +197,8 @@ class Case:
             Case(
                 problem=Problem(axis=data.axis, data=(data,)),
                 estimates={n: part_of(e, self.problem, i) for n, e in self.estimates.items()},
-                choice=self.choice,
+                levels=self.levels,
+                whole=self,
                 number=i,
             )
             for i, data in enumerate(self.problem.data)
@@ -225,22 +214,17 @@ class Case:
         """Each of several records against the others."""
         if len(self.problem.data) == 1:
             return _ALONE
-        return rows_alike(self.problem, self.preferred, self.choice.levels)
+        return rows_alike(self.problem, self.preferred, self.levels)
 
     @property
     def preferred(self) -> Estimate:
         """The estimate that checks of one estimate are of."""
         return self.estimates[self.judged]
 
-    @property
-    def judged(self) -> str:
-        """The method of that estimate."""
-        return self.choice.method
-
     @cached_property
     def law(self) -> LawCheck | Missing:
         """The control law against the record, or why it cannot be checked."""
-        found = self.choice.laws[self.number]
+        found = (self.whole or self).laws[self.number]
         if isinstance(found, Missing) or not found.delay:
             return found
         return law_in_time(found, self.data.axis.axis.control, self.timing)
@@ -271,17 +255,12 @@ class Case:
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
         """By physical parameter, of the motion that the regressor is made of."""
-        return excitation(self.regressed, self.preferred.physical)
-
-    @cached_property
-    def regressed(self) -> Problem:
-        """The problem with the motion of the judged regressor, measured or the loops'."""
         problem, estimate = self.problem, self.preferred
-        if not estimate.by_output_error:
-            return problem
-        loops = problem.by_record(problem.loops(estimate.form, estimate.physical))
-        data = (noise_free_record(d, own) for d, own in zip(problem.data, loops, strict=True))
-        return replace(problem, data=tuple(data))
+        if estimate.by_output_error:  # the loops' motion
+            loops = problem.by_record(problem.loops(estimate.form, estimate.physical))
+            data = (noise_free_record(d, own) for d, own in zip(problem.data, loops, strict=True))
+            problem = replace(problem, data=tuple(data))
+        return excitation(problem, estimate.physical)
 
     @cached_property
     def alignment(self) -> Alignment | Missing:
@@ -295,19 +274,11 @@ class Case:
     @cached_property
     def motions(self) -> Mapping[str, ColumnComparison | Missing]:
         """A measured velocity and acceleration beside what is differentiated, by role."""
-        return compared_motions(self.data.record, self._velocities)
-
-    @property
-    def _velocities(self) -> tuple[Array, ...]:
-        """Of the simulated loop that follows the reference of a velocity alone, by segment."""
-        record = self.data.record
-        if not record.integrated or record.reference is None:
-            return ()
-        try:
-            loops = recorded_loops(self.data, self.preferred.physical)
-        except AxisidError:
-            return ()
-        return tuple(loop.velocity for loop in loops)
+        record, velocities = self.data.record, tuple[Array, ...]()
+        if record.integrated and record.reference is not None:
+            loops = partial(recorded_loops, self.data, self.preferred.physical)
+            velocities = tuple(loop.velocity for loop in told_or((), loops))
+        return compared_motions(record, velocities)
 
     @cached_property
     def scores(self) -> RecordScores | Missing:
@@ -317,14 +288,14 @@ class Case:
     @cached_property
     def lacking(self) -> tuple[Lack, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
-        choice = self.choice
-        return lacking(self.scores, self.preferred, len(choice.problem.data), choice.levels)
+        records = len((self.whole or self).problem.data)
+        return lacking(self.scores, self.preferred, records, self.levels)
 
     @cached_property
     def steps(self) -> Mapping[str, float] | Missing:
         """What the steps of a logged position move a judged least squares without twins by."""
         ls = self.preferred
-        if len(self.choice.problem.data) > 1 or self.has_parts:
+        if self.whole is not None or self.has_parts:
             return Missing("it is told of one record by itself")
         if ls.loop_rows is not None or ls.filter_bias is not None:
             return Missing("loops tell it")
@@ -349,7 +320,7 @@ class Case:
         is_weak = isinstance(self.strength, Check) and self.strength.status != "pass"
         weak = Missing("the instruments are too weak to tell")
         return {
-            pair: weak if instruments and is_weak else self.choice.less(*pair.split(LESS))
+            pair: weak if instruments and is_weak else (self.whole or self)._less(*pair.split(LESS))
             for pair in ([SECOND_OPINION, *LS_LESS_IV] if instruments else [FORMS])
             if {*pair.split(LESS)} <= {*self.estimates}
         }
@@ -363,4 +334,4 @@ class Case:
     @cached_property
     def fixed(self) -> Check | Missing | None:
         """What was fixed against the record; None where nothing can be asked."""
-        return fixed_check(self.preferred, self.choice.levels.level)
+        return fixed_check(self.preferred, self.levels.level)

@@ -26,6 +26,7 @@ from axisid.estimation.regression import (
     factor,
     instrumental_variables,
     joint_p,
+    wald,
 )
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
@@ -172,9 +173,7 @@ class Difference:
     @property
     def square(self) -> float:
         """``d' V^-1 d``."""
-        scale = np.maximum(_deviations(self.covariances[0]), np.finfo(float).tiny)
-        alike = self.covariances[0] / np.outer(scale, scale)
-        return float(self.difference / scale @ np.linalg.lstsq(alike, self.difference / scale)[0])
+        return wald(self.difference, self.covariances[0])[0]
 
     @property
     def apart(self) -> Apart:
@@ -205,17 +204,6 @@ class Difference:
         first = [f"{each[0]} in {rest}", *each[1:]]
         load = any(unit in _LOAD_UNITS for unit in self.of.units)
         return ", ".join(first) + ", as under another load" * load
-
-    @property
-    def remedy(self) -> Remedy:
-        """What declares it."""
-        return Remedy.of(
-            "; say what is known to differ, as a payload that the axis declares (",
-            Setting("known", "NAME=V1,V2"),
-            "), or let each record have its own (",
-            Setting("local", ",".join(self.of.names)),
-            ")",
-        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -341,6 +329,18 @@ def alike_check(
     if isinstance(found, Missing):
         return found
     shares = [each.share_percent for each in found.records if isinstance(each, Apart)]
+    remedy = Remedy.of(
+        "; say what is known to differ, as a payload that the axis declares (",
+        Setting("known", "NAME=V1,V2"),
+        "), or let each record have its own (",
+        Setting("local", ",".join(found.differing.of.names if found.differing else ())),
+        ")",
+    )
+    untold = "; ".join(
+        f"{name} alone would not tell {'them' if isinstance(e, Missing) else ', '.join(e.untold)}"
+        for name, e in zip(names, found.records, strict=True)
+        if isinstance(e, Missing) or e.untold
+    )
     return Check(
         name="records alike",
         status="fail" if found.against else "note" if found.rejected else "pass",
@@ -350,19 +350,9 @@ def alike_check(
         source=f"percent of a record's {output} that the parameters it has alone make otherwise "
         "than those of the others; fails where that is more, and chance would make as much in less "
         f"than {100 * levels.level:g} % (Hotelling's test, allowed for the number of records)",
-        meaning=_meaning(found, names, levels, output) + _untold(found, names),
-        remedy=found.differing.remedy if found.against and found.differing else None,
+        meaning=_meaning(found, names, levels, output) + f" ({untold})" * bool(untold),
+        remedy=remedy if found.against and found.differing else None,
     )
-
-
-def _untold(found: Alike, names: Sequence[str]) -> str:
-    """Which records alone would not tell what."""
-    told = [
-        f"{name} alone would not tell {'them' if isinstance(e, Missing) else ', '.join(e.untold)}"
-        for name, e in zip(names, found.records, strict=True)
-        if isinstance(e, Missing) or e.untold
-    ]
-    return f" ({'; '.join(told)})" if told else ""
 
 
 def _meaning(found: Alike, names: Sequence[str], levels: Levels, output: str) -> str:

@@ -1,13 +1,12 @@
 """What residuals are made of, as checks: what the model lacks, and how much of them repeats."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, passed
-from axisid.estimation.diagnostics.loop import likely_unit
+from axisid.estimation.diagnostics.loop import scale_remedy
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.lacking import Lack, sentence
 from axisid.estimation.moves import LackOfFit
@@ -32,8 +31,7 @@ def terms_check(
 ) -> Check:
     """Whether the residuals hold a term that the model lacks, or a parameter that changes."""
     own = [lack for lack in found if not (lack.is_of_signal or lack.is_outlier)]
-    said = "; ".join(sentence(lack, axis, record) for lack in own)
-    said = said or "nothing that was looked for is in the residuals"
+    said = _said(own, axis, record) or "nothing that was looked for is in the residuals"
     return _check("missing terms", own, levels, said)
 
 
@@ -44,14 +42,16 @@ def signals_check(
     levels: Levels,
 ) -> Check | Missing | None:
     """Whether recorded signals are in time and of their size; nothing for an axis without any."""
-    if not axis.axis.signals or isinstance(found, Missing):
-        return found if axis.axis.signals and isinstance(found, Missing) else None
+    if not axis.axis.signals:
+        return None
+    if isinstance(found, Missing):
+        return found
     own = [lack for lack in found if lack.is_of_signal]
-    if not own:
-        said = "the recorded signals are in time with the forces that they make, and of their size"
-        return _check("recorded signals", own, levels, said)
-    said = "; ".join(sentence(lack, axis, record) for lack in own)
-    return _check("recorded signals", own, levels, f"{said}: ", _remedy(axis, record, own[0]))
+    said = _said(own, axis, record) or (
+        "the recorded signals are in time with the forces that they make, and of their size"
+    )
+    remedy = Remedy.of(": ", _remedy(axis, record, own[0])) if own else None
+    return _check("recorded signals", own, levels, said, remedy)
 
 
 def outliers_check(
@@ -67,19 +67,27 @@ def outliers_check(
     They are no more than a note where the loss has bounded what they do.
     """
     own = [lack for lack in found if lack.is_outlier]
-    said = "; ".join(sentence(lack, axis, record) for lack in own)
-    check = _check("outliers", own, levels, said or "no single sample leaves its course", _LESS)
-    if not own:
-        return replace(check, remedy=None)
-    return replace(check, status="note", remedy=None) if bounded else check
+    said = _said(own, axis, record) or "no single sample leaves its course"
+    remedy = _LESS if own and not bounded else None
+    return _check("outliers", own, levels, said, remedy, matters=not bounded)
+
+
+def _said(own: Sequence[Lack], axis: GeneratedAxis, record: Record) -> str:
+    return "; ".join(sentence(lack, axis, record) for lack in own)
 
 
 def _check(
-    name: str, own: Sequence[Lack], levels: Levels, meaning: str, remedy: Remedy | None = None
+    name: str,
+    own: Sequence[Lack],
+    levels: Levels,
+    meaning: str,
+    remedy: Remedy | None = None,
+    *,
+    matters: bool = True,
 ) -> Check:
     return Check(
         name=name,
-        status=passed(not own),
+        status=passed(not own, matters=matters),
         figure=100 * max((lack.own_share for lack in own), default=0.0),
         threshold=100 * levels.least_share,
         p_value=min((lack.p_value for lack in own), default=None),
@@ -99,9 +107,8 @@ def _remedy(axis: GeneratedAxis, record: Record, found: Lack) -> Remedy:
     column = record.provenance.columns.get(name, "NAME")
     (declared,) = (s for s in axis.axis.signals if s.name == name)
     vague = _SAME_UNIT + MIN_DISTANCE_FROM_NOISE.value * deviation / abs(value)
-    unit = likely_unit(str(declared.unit), 1 / value, vague)
-    if unit:
-        return Remedy.of("it is in ", Setting("columns", f"{name}={column}:{unit}"))
+    if known := scale_remedy(name, column, str(declared.unit), 1 / value, vague):
+        return known
     scaled = Setting("columns", f"{name}={column}:UNIT*{value:.4g}")
     return Remedy.of(
         "check its unit and its scale (",
@@ -110,8 +117,10 @@ def _remedy(axis: GeneratedAxis, record: Record, found: Lack) -> Remedy:
     )
 
 
-def lack_of_fit_check(found: LackOfFit, preferred: Estimate) -> Check:
+def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | None:
     """How much of what is left is the model's, by what is left again where the motion repeats."""
+    if found is None:
+        return None
     unit = left_unit(preferred)
     noise = f"{found.noise:.2g} {unit} is noise"
     return Check(

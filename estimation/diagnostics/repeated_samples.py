@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from axisid.estimation.checks import Check
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
-from axisid.support.arrays import Array
 
 # rows, each once in either record and equally far apart
 _MIN_COMMON_ROWS = 25
@@ -28,7 +27,6 @@ _MAX_WRITTEN_APART = 1e-6
 
 NAME = "repeated records"
 
-_Places = NDArray[np.intp]
 _Chosen = NDArray[np.bool_]
 
 
@@ -55,6 +53,17 @@ class Overlap:
         """Whether both records are these samples."""
         return all(bool(chosen.all()) for chosen in self.samples)
 
+    def told(self, names: Sequence[str]) -> str:
+        """Which samples these are, in words."""
+        (i, j), (first, second) = self.records, self.times
+        if self.is_whole:
+            return f"{names[i]} and {names[j]} have the same samples"
+        return (
+            f"{names[i]} and {names[j]} have {int(self.samples[0].sum())} samples in common, from "
+            f"{first[0]:.6g} to {first[1]:.6g} s of the first and from {second[0]:.6g} to "
+            f"{second[1]:.6g} s of the second"
+        )
+
 
 def overlaps(records: Sequence[Record]) -> tuple[Overlap, ...]:
     """What every two of the records have in common, in their order."""
@@ -68,7 +77,7 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
     found = overlaps(records)
     if not found:
         return None
-    times = mean_times(records, found)
+    times, names = mean_times(records, found), record_labels(records)
     return Check(
         name=NAME,
         status="fail" if times > MAX_REPEATED_SAMPLES.value else "note",
@@ -76,8 +85,8 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
         threshold=MAX_REPEATED_SAMPLES.value,
         source="how often a sample is among the records, on average: variances are too small by as "
         "much",
-        meaning=f"{_told(found, record_labels(records))}; deviations are up to {times**0.5:.3g} "
-        "times too small: give each sample once",
+        meaning=f"{'; '.join(each.told(names) for each in found)}; deviations are up to "
+        f"{times**0.5:.3g} times too small: give each sample once",
     )
 
 
@@ -91,89 +100,53 @@ def mean_times(records: Sequence[Record], found: Sequence[Overlap]) -> float:
 
 
 def _overlap(pair: tuple[int, int], one: Record, other: Record) -> Overlap | None:
-    records = one, other
-    written = one.sampled or one, other.sampled or other
-    columns = _measured(*written)
-    if not columns:
+    records, written = (one, other), [each.sampled or each for each in (one, other)]
+    rows = _measured(*written)
+    if rows is None:
         return None
-    found = np.zeros(len(written[0]), dtype=bool), np.zeros(len(written[1]), dtype=bool)
-    places, others = _equal_rows(columns)
-    distances, counts = np.unique(others - places, return_counts=True)
+    (values, places), (others, there) = map(_once, rows)
+    _, i, j = np.intersect1d(values, others, assume_unique=True, return_indices=True)
+    apart = there[j] - places[i]
+    found = [np.zeros(len(each), dtype=bool) for each in rows]
+    distances, counts = np.unique(apart, return_counts=True)
     for distance in distances[counts >= _MIN_COMMON_ROWS]:
-        start, stop = _stretch(columns, places[others - places == distance], int(distance))
-        found[0][start:stop] = True
-        found[1][start + distance : stop + distance] = True
-    first_chosen, second_chosen = (
+        a, b = max(0, -distance), max(0, distance)
+        n = min(len(rows[0]) - a, len(rows[1]) - b)
+        off = np.abs(rows[0][a : a + n] - rows[1][b : b + n])
+        same = np.all(off <= _MAX_WRITTEN_APART * np.abs(rows[0]).max(axis=0), axis=1)
+        matched = places[i][apart == distance] - a
+        # Rows that two runs of one motion have alike by chance have others between.
+        if np.mean(same[matched.min() : matched.max() + 1]) >= MIN_COMMON_SAMPLES.value:
+            found[0][a : a + n] |= same
+            found[1][b : b + n] |= same
+    first, second = (
         each if rows is record else np.interp(record.time, rows.time, each) == 1
         for record, rows, each in zip(records, written, found, strict=True)
     )
-    if not (first_chosen.any() and second_chosen.any()):
+    if not (first.any() and second.any()):
         return None
-    chosen = first_chosen, second_chosen
-    ends = [np.flatnonzero(each)[[0, -1]] for each in chosen]
-    (a, b), (c, d) = (r.time[end] for r, end in zip(records, ends, strict=True))
-    return Overlap(records=pair, samples=chosen, times=((float(a), float(b)), (float(c), float(d))))
+    (a, b), (c, d) = one.time[first][[0, -1]], other.time[second][[0, -1]]
+    times = (float(a), float(b)), (float(c), float(d))
+    return Overlap(records=pair, samples=(first, second), times=times)
 
 
-def _measured(one: Record, other: Record) -> list[tuple[Array, Array]]:
-    """What both records measured of the motion and of the drive; empty without either.
+def _measured(*records: Record) -> list[NDArray[np.float32]] | None:
+    """What both records measured of the motion and of the drive, by row; None without either.
 
     A reference is the same whenever it is run, and a position in few steps may be.
     """
-    roles = [*one.motion, "control", "force"]
-    both = [role for role in roles if role in one.channels() and role in other.channels()]
+    columns = [record.channels() for record in records]
+    roles = [*records[0].motion, "control", "force"]
+    both = [role for role in roles if all(role in each for each in columns)]
     if not {"control", "force"} & {*both} or len(both) < 2:
-        return []
-    return [(one.channels()[role], other.channels()[role]) for role in both]
-
-
-def _equal_rows(columns: Sequence[tuple[Array, Array]]) -> tuple[_Places, _Places]:
-    """Where rows are that occur once in either record, in the one and in the other."""
+        return None
     with np.errstate(all="ignore"):
-        sides = (np.column_stack(side).astype(np.float32) for side in zip(*columns, strict=True))
-        (one, places), (other, others) = (_once(rows + np.float32(0)) for rows in sides)  # -0 is 0
-    _, i, j = np.intersect1d(one, other, assume_unique=True, return_indices=True)
-    return places[i], others[j]
+        rows = [np.column_stack([each[role] for role in both]) for each in columns]
+        return [each.astype(np.float32) + np.float32(0) for each in rows]  # -0 is 0
 
 
-def _once(rows: NDArray[np.float32]) -> tuple[NDArray[np.void], _Places]:
+def _once(rows: NDArray[np.float32]) -> tuple[NDArray[np.void], NDArray[np.intp]]:
     """Rows that occur once, as their bytes, and where."""
     values = np.ascontiguousarray(rows).view(f"V{rows[0].nbytes}")[:, 0]
     found, places, counts = np.unique(values, return_index=True, return_counts=True)
     return found[counts == 1], places[counts == 1]
-
-
-def _stretch(
-    columns: Sequence[tuple[Array, Array]], places: _Places, distance: int
-) -> tuple[int, int]:
-    """First sample of the one record that both have, and the one after the last; (0, 0) if none.
-
-    Rows that two runs of one motion have alike by chance have others between.
-    """
-    a, b = max(0, -distance), max(0, distance)
-    n = min(len(columns[0][0]) - a, len(columns[0][1]) - b)
-    same = np.ones(n, dtype=bool)
-    for x, y in columns:
-        size = float(np.max(np.abs(x)))
-        same &= np.abs(x[a : a + n] - y[b : b + n]) <= _MAX_WRITTEN_APART * size
-    first, last = int(places.min()) - a, int(places.max()) - a + 1
-    if np.mean(same[first:last]) < MIN_COMMON_SAMPLES.value:
-        return 0, 0
-    before, after = np.flatnonzero(~same[:first]), np.flatnonzero(~same[last:])
-    start = int(before[-1]) + 1 if before.size else 0
-    return a + start, a + last + int(after[0]) if after.size else a + n
-
-
-def _told(found: Sequence[Overlap], names: Sequence[str]) -> str:
-    said = []
-    for each in found:
-        (i, j), (of_one, of_other) = each.records, each.times
-        if each.is_whole:
-            said.append(f"{names[i]} and {names[j]} have the same samples")
-            continue
-        said.append(
-            f"{names[i]} and {names[j]} have {int(each.samples[0].sum())} samples in common, from "
-            f"{of_one[0]:.6g} to {of_one[1]:.6g} s of the first and from {of_other[0]:.6g} to "
-            f"{of_other[1]:.6g} s of the second"
-        )
-    return "; ".join(said)

@@ -1,7 +1,7 @@
 """The map from declared to base parameters in numbers, and the point of least distance to it."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -23,27 +23,18 @@ _SHARPEST = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 _MOST_SIGNS = 8  # parameters whose signs are tried in all ways
 
 
-@dataclass(frozen=True, slots=True)
-class BaseMap:
-    """``beta = weights . monomials(theta)``; dimensions as in `BaseModel`."""
+def mapped(base: BaseModel, theta: Array) -> tuple[Array, Array]:
+    """Base parameters (b,) of declared ones (p,), and the Jacobian (b, p).
 
-    base: BaseModel
-    exponents: Array = field(init=False)
-    weights: Array = field(init=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "exponents", np.array(self.base.exponents, dtype=float))
-        object.__setattr__(self, "weights", np.array(self.base.weights, dtype=float))
-
-    def at(self, theta: Array) -> tuple[Array, Array]:
-        """Base parameters (b,) of declared ones (p,), and the Jacobian (b, p)."""
-        powers = self.exponents
-        slopes = np.empty_like(powers)
-        for j in range(len(theta)):
-            lower = powers.copy()
-            lower[:, j] = np.maximum(lower[:, j] - 1, 0)
-            slopes[:, j] = powers[:, j] * np.prod(theta**lower, axis=1)
-        return self.weights @ np.prod(theta**powers, axis=1), self.weights @ slopes
+    ``beta = weights . monomials(theta)``; dimensions as in `BaseModel`.
+    """
+    powers, weights = (np.array(each, dtype=float) for each in (base.exponents, base.weights))
+    slopes = np.empty_like(powers)
+    for j in range(len(theta)):
+        lower = powers.copy()
+        lower[:, j] = np.maximum(lower[:, j] - 1, 0)
+        slopes[:, j] = powers[:, j] * np.prod(theta**lower, axis=1)
+    return weights @ np.prod(theta**powers, axis=1), weights @ slopes
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +56,9 @@ class Distance:
         Base parameters, then the values fixed with a deviation.
     """
 
-    def __init__(self, base_map: BaseMap, beta: Array, covariance: Array) -> None:
-        self.map = base_map
-        declared = base_map.base.declared.parameters
+    def __init__(self, base: BaseModel, beta: Array, covariance: Array) -> None:
+        self.base, declared = base, base.declared.parameters
+        self._exponents = np.array(base.exponents, dtype=float)
         self._known = [j for j, p in enumerate(declared) if p.known is not None]
         self._uncertain = [j for j in self._known if declared[j].known_sd > 0]
         exact = set(self._known) - set(self._uncertain)
@@ -106,7 +97,7 @@ class Distance:
         cost = self._residuals(theta)[0]
         least = float(cost @ cost)
         candidates = [*self._mirrored(theta)]
-        if not self.map.base.undetermined:
+        if not self.base.undetermined:
             ends = [self._descend(start) for start in self._starts()]
             candidates += [each.theta for each in ends if _is_as_near(each, least)]
         apart: list[Array] = []
@@ -144,10 +135,10 @@ class Distance:
     def _residuals(self, theta: Array, whiten: Array | None = None) -> tuple[Array, Array]:
         """Of the target less the map, in deviations, and the map's slopes by the unknowns."""
         whiten = self._whiten if whiten is None else whiten
-        beta, jacobian = self.map.at(theta)
-        mapped = np.concatenate([beta, theta[self._uncertain]])
+        beta, jacobian = mapped(self.base, theta)
+        expected = np.concatenate([beta, theta[self._uncertain]])
         slopes = np.vstack([jacobian, np.eye(len(theta))[self._uncertain]])[:, self.free]
-        return whiten @ (self.target - mapped), whiten @ slopes
+        return whiten @ (self.target - expected), whiten @ slopes
 
     def _descend(self, start: Array) -> Minimum:
         """The nearest parameters from a start, whatever is known sharply being so step by step."""
@@ -187,7 +178,7 @@ class Distance:
     def _starts(self) -> Iterator[Array]:
         """The nominal values first; where one is 0, other sizes; then neighbours."""
         known = np.isin(np.arange(len(self._start)), self._known)
-        nonlinear = np.any(self.map.exponents[self.map.exponents.sum(axis=1) > 1] > 0, axis=0)
+        nonlinear = np.any(self._exponents[self._exponents.sum(axis=1) > 1] > 0, axis=0)
         at_zero = (self._start == 0) & ~known & nonlinear
         sizes = _SIZES if np.any(at_zero) else (1.0,)
         stretches = _STRETCHES if np.any(nonlinear) else (1.0,)
@@ -197,7 +188,7 @@ class Distance:
 
     def _mirrored(self, theta: Array) -> Iterator[Array]:
         """The same base parameters from other signs: flips that leave every monomial's sign."""
-        odd = np.mod(self.map.exponents[np.any(self.map.weights != 0, axis=0)], 2)
+        odd = np.mod(self._exponents[np.any(np.array(self.base.weights) != 0, axis=0)], 2)
         free = [j for j in range(len(theta)) if j not in self._known and theta[j] != 0]
         # Only parameters that enter some monomial evenly or beside others can flip.
         able = [j for j in free if not np.any((odd[:, j] == 1) & (odd.sum(axis=1) == 1))]

@@ -13,8 +13,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import stdtr
 
-from axisid.estimation.problems import Solver
-from axisid.estimation.regression import Equations, Hac, Solution, factor, joint_p
+from axisid.estimation.regression import (
+    Hac,
+    Solution,
+    as_counted,
+    checked_columns,
+    factor,
+    instrumental_variables,
+    joint_p,
+    wald,
+)
 from axisid.estimation.thresholds import LEVEL
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
@@ -23,7 +31,6 @@ from axisid.support.missing import Missing
 from .estimate import Estimate, alike_corrected
 
 NOTICEABLE = 0.5  # deviations: up to there a 95 % interval holds the truth in 92 % of cases
-_SAME = 1e-9  # of the eigenvalues of a correlation matrix
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,7 +94,8 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
     if not (np.isfinite(covariance).all() and np.isfinite(apart).all()):
         return Missing("the difference of the two is not finite")
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    together = _joint_p(apart, covariance, float(freedom.min()))
+    square, directions = wald(apart, covariance)
+    together = joint_p(square, directions, float(freedom.min())) if directions else 1.0
     found = {}
     for j, (name, value) in enumerate(other.parameters.items()):
         distance = abs(apart[j]) / deviations[j] if deviations[j] > 0 else 0.0
@@ -136,47 +144,21 @@ def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:
 
 
 def _influence(estimate: Estimate) -> Array:
-    """Of each row's residual on the physical parameters, (n, p)."""
-    weights = estimate.row_weights
-    rows = Equations(
-        left=weights * estimate.y,
-        intercept=np.zeros(len(estimate.y)),
-        regressor=weights[:, None] * estimate.X,
-    )
-    solved = _solver_of(estimate)(estimate.form, rows)
-    influence = solved.influence_as_counted @ estimate.jacobian.T
-    return np.asarray(weights[:, None] * influence, dtype=float)
-
-
-def _joint_p(apart: Array, covariance: Array, freedom: float) -> float:
-    """Wald's test of all differences; directions in which rounding alone differs are left out."""
-    deviations = np.sqrt(np.diag(covariance))
-    there = deviations > 0
-    if not there.any():
-        return 1.0
-    scaled = covariance[np.ix_(there, there)] / np.outer(deviations[there], deviations[there])
-    sizes, directions = np.linalg.eigh(scaled)
-    kept = sizes > _SAME * sizes[-1]
-    along = directions[:, kept].T @ (apart[there] / deviations[there])
-    return joint_p(float(np.sum(along**2 / sizes[kept])), int(kept.sum()), freedom)
-
-
-def _solver_of(estimate: Estimate) -> Solver:
-    """What solves rows of the estimate's own records as the estimate's were, weighted like them.
+    """Of each row's residual on the physical parameters, (n, p).
 
     Raises
     ------
     EstimationError
         The simulated loop's columns cannot be told apart.
     """
-    loop, intercept, weights = None, None, estimate.row_weights
-    if estimate.loop_rows is not None:
-        loop = factor(
-            weights[:, None] * estimate.loop_rows,
-            [q.label for q in estimate.form.quantities],
-            "the simulated loop",
-            estimate.neighbours,
-        )
-    if estimate.by_output_error:
-        intercept = weights * (estimate.y - estimate.residuals - estimate.X @ estimate.theta)
-    return Solver(loop=loop, intercept=intercept, counts=estimate.counts)
+    weights, names = estimate.row_weights, [q.label for q in estimate.form.quantities]
+    regressor, instruments = (
+        weights[:, None] * each
+        for each in (estimate.X, estimate.X if estimate.Z is None else estimate.Z)
+    )
+    y, X = weights * estimate.y, checked_columns(regressor, names)
+    Z = factor(instruments, names, "the simulated loop")
+    counts = estimate.counts
+    solved = instrumental_variables(y, X, Z) if counts is None else as_counted(y, X, Z, counts)
+    influence = solved.influence_as_counted @ estimate.jacobian.T
+    return np.asarray(weights[:, None] * influence, dtype=float)

@@ -12,7 +12,7 @@ from axisid.estimation.regression import (
     simulated_loops,
     simulated_right,
 )
-from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.arrays import relative_error_percent
 
 from .estimate import Estimate, NotSimulated
 
@@ -31,7 +31,9 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
     record : int
     """
     data, span = problem.data[record], problem.spans[record]
-    left, residuals = estimate.y[span], estimate.residuals[span]
+    left, residuals, counts = estimate.y[span], estimate.residuals[span], estimate.counts
+    simulated = estimate.simulated
+    simulated = simulated if isinstance(simulated, NotSimulated) else simulated[span]
     plain = replace(
         estimate,
         y=left,
@@ -40,11 +42,13 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
         times=data.row_times,
         period=data.period,
         residuals=residuals,
-        simulated=_span(estimate.simulated, span),
+        simulated=simulated,
         equation_error_percent=relative_error_percent(residuals, left) if len(left) else 0.0,
-        simulation_error_percent=_simulation_error(estimate, span),
+        simulation_error_percent=None
+        if isinstance(simulated, NotSimulated) or not len(left)
+        else relative_error_percent(left - simulated, left),
         weights=None,
-        counts=None if estimate.counts is None else _counts(estimate.counts, span),
+        counts=counts and RowCounts(weights=counts.weights[span], slopes=counts.slopes[span]),
     ).with_inference(
         noise_free=None if estimate.noise_free is None else estimate.noise_free[span],
         chains=estimate.inference.chains[record : record + 1],
@@ -55,21 +59,6 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
             plain, X=X, Z=None if Z is None else Z[span], condition_number=condition_number(X)
         )
     return _in_own_parameters(plain, estimate.form, problem, record)
-
-
-def _counts(counts: RowCounts, span: slice) -> RowCounts:
-    return RowCounts(weights=counts.weights[span], slopes=counts.slopes[span])
-
-
-def _span(values: Array | NotSimulated, span: slice) -> Array | NotSimulated:
-    return values if isinstance(values, NotSimulated) else values[span]
-
-
-def _simulation_error(estimate: Estimate, span: slice) -> float | None:
-    if isinstance(estimate.simulated, NotSimulated):
-        return None
-    left = estimate.y[span]
-    return relative_error_percent(left - estimate.simulated[span], left) if len(left) else None
 
 
 def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record: int) -> Estimate:

@@ -18,13 +18,12 @@ from axisid.codegen.artefacts import Quantity
 from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import Form, delta_method, joint_p
 from axisid.modeling.derivation import BaseModel
-from axisid.modeling.quantities import Parameter
 from axisid.modeling.wording import describe_undetermined, undetermined_names
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
 from axisid.support.user_values import is_among, quoted
 
-from .base_distance import BaseMap, Distance
+from .base_distance import Distance
 from .value import Distribution, NamedValues
 
 # deviations^2 from the estimate, up to which physical parameters reproduce it
@@ -121,7 +120,11 @@ def physical_parameters(method: str, form: Form, of_base: Distribution) -> Physi
     base = form.axis.base
     if isinstance(form, JointForm) or not (base.changed or base.known):
         return None
-    distance = Distance(BaseMap(base), of_base.corrected, _expected(of_base))
+    # About the truth, base parameters scatter by noise and by the drive gain.
+    expected, by_gain = of_base.covariances[of_base.chosen], of_base.by_gain
+    if by_gain is not None:
+        expected = expected + np.outer(by_gain, by_gain)
+    distance = Distance(base, of_base.corrected, expected)
     found = distance.minimum()
     lost = undetermined_names(base)
     rank = len(distance.free) - len(base.undetermined)
@@ -139,7 +142,7 @@ def physical_parameters(method: str, form: Form, of_base: Distribution) -> Physi
             p_value=None,
             remarks=(),
         )
-    declared, by_gain = base.declared.parameters, of_base.by_gain
+    declared = base.declared.parameters
     freedom = float(np.min(of_base.freedom[of_base.chosen]))
     kept = [j for j, p in enumerate(declared) if p.name not in lost]
     influence = distance.influence(found.theta, rank)[kept]
@@ -163,14 +166,15 @@ def physical_parameters(method: str, form: Form, of_base: Distribution) -> Physi
         statistic=found.cost if dof else 0.0,
         dof=dof,
         p_value=joint_p(found.cost, dof, freedom) if dof else None,
-        remarks=(*_others(distance, found.theta, kept), *_outside(base, found.theta, kept)),
+        remarks=(
+            *_others(distance, found.theta, kept),
+            *(
+                declared[j].out_of_bounds(found.theta[j])
+                for j in kept
+                if not declared[j].allows(found.theta[j]) and declared[j].known is None
+            ),
+        ),
     )
-
-
-def _expected(of_base: Distribution) -> Array:
-    """Covariance of the base parameters about the truth: noise, and the drive gain."""
-    noise, by_gain = of_base.covariances[of_base.chosen], of_base.by_gain
-    return noise if by_gain is None else noise + np.outer(by_gain, by_gain)
 
 
 def _no_solution(cost: float, dof: int, distance: Distance, theta: Array, rank: int) -> str:
@@ -190,7 +194,7 @@ def _no_solution(cost: float, dof: int, distance: Distance, theta: Array, rank: 
 
 def _others(distance: Distance, theta: Array, kept: list[int]) -> list[str]:
     """Other physical parameters within their bounds that fit as well."""
-    names = [p.name for p in distance.map.base.declared.parameters]
+    names = [p.name for p in distance.base.declared.parameters]
     remarks = []
     for other in distance.others(theta):
         alike = distance.alike(theta, other)
@@ -202,12 +206,3 @@ def _others(distance: Distance, theta: Array, kept: list[int]) -> list[str]:
                 "tell the two apart"
             )
     return remarks
-
-
-def _outside(base: BaseModel, theta: Array, kept: list[int]) -> list[str]:
-    declared: list[Parameter] = [base.declared.parameters[j] for j in kept]
-    return [
-        p.out_of_bounds(theta[j])
-        for j, p in zip(kept, declared, strict=True)
-        if not p.allows(theta[j]) and p.known is None
-    ]

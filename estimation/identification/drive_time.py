@@ -223,7 +223,7 @@ def check_time(declared: Axis, record: Record, name: str, *, by_law: bool = True
 
 def _alignment(declared: Axis, result: Identification, name: str) -> Alignment:
     """The alignment of an identification, where it tells the time."""
-    found = alignment_in(result.choice)
+    found = alignment_in(result.case)
     if isinstance(found, Missing) or found.at_the_end:
         why = "the record tells no delay between force and motion"
         raise EstimationError(

@@ -8,7 +8,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import ROW_LOSSES, STARTS, check_among, is_output_error
-from axisid.estimation.diagnostics import Choice
+from axisid.estimation.diagnostics import Case
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
 from axisid.estimation.parameters import Told
@@ -193,7 +193,7 @@ def identify_problem(
             problem=problem,
             count=bootstrap,
             methods=chosen,
-            has_laws=lambda: Choice(problem=problem, estimates={}).laws_hold,
+            has_laws=lambda: Case(problem=problem, estimates={}).laws_hold,
             loss=loss,
         )
     for method in dict.fromkeys(chosen):

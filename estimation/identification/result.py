@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.choices import STARTS
-from axisid.estimation.diagnostics import Choice, Diagnosed, Diagnosis, diagnose
+from axisid.estimation.diagnostics import Case, Diagnosed, Diagnosis, diagnose
 from axisid.estimation.estimates import (
     Estimate,
     Physical,
@@ -273,17 +273,17 @@ class Identification(OfProblem, ByMethod, Uncached, Presentable, Exact):
         differ from it and are the more precise; else by instruments where there are, inverse model
         first.
         """
-        return self.estimates[self.choice.method]
+        return self.estimates[self.case.method]
 
     @cached_property
-    def choice(self) -> Choice:
-        """Which estimate is judged, and what was measured to tell."""
-        return Choice(problem=self.problem, estimates=self.estimates, levels=self.levels)
+    def case(self) -> Case:
+        """What is judged of it, and what was measured to tell."""
+        return Case(problem=self.problem, estimates=self.estimates, levels=self.levels)
 
     @cached_property
     def diagnosis(self) -> Diagnosis:
         """What the tests of the result measured, computed once."""
-        found = diagnose(self.choice)
+        found = diagnose(self.case)
         return replace(found, verdict=(*found.verdict, *self.further))
 
     def summary(self, draws: int = 0, *, every: bool = False, full: bool = False) -> str:

@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from scipy.special import stdtr
 
-from axisid.estimation.signals import about_samples
+from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.user_values import quoted
@@ -91,8 +91,7 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
     found = [_of_term(scores, t) for t in terms if scores.twins or not t.is_of_force]
     if held := _held(scores):  # of what is declared the parameter is told, not the term
         declared = scores.beside(np.hstack([each.columns(each.places)[:, 0] for each in held]))
-        blocks = [declared.block(each.columns(each.places)) for each in found]
-        own = [declared.test(block).values.any() for block in blocks]
+        own = [declared.test(each.columns(each.places)).values.any() for each in found]
         found = [each for each, is_own in zip(found, own, strict=True) if is_own]
     found += held
     found += _changing(scores, commanded=commanded and bool(scores.twins))
@@ -202,76 +201,63 @@ def _between(grid: Array, at: float) -> Array:
 
 def _of_signals(scores: RecordScores) -> list[Hypothesis]:
     """Each recorded signal that makes a force, late or early, and of another size."""
-    rows = _SignalRows(scores)
+    rows = _ChangedRows(scores, scores.quiet)
     longest = min(_LONGEST / scores.data.period, 0.1 * len(scores.data))
     late = np.unique(np.round(np.geomspace(1.0, max(longest, 2.0), _DELAYS)))
     delays = np.concatenate([-late[::-1], late])
     found = []
-    for j, signal in enumerate(scores.data.axis.axis.signals):
-        late_by, scaled = partial(rows.late, j), partial(_once, rows.scaled(j)[:, None])
+    for signal in scores.data.axis.axis.signals:
+        larger = (1 + _STEP) * rows.columns[signal.name]
+        scaled = -rows.by(signal.name, larger)[:, None] / _STEP
         found += [
             Hypothesis(
                 kind="late signal",
                 parameter=signal.name,
-                columns=late_by,
+                columns=partial(_of_late, rows, signal.name),
                 places=delays,
                 between=_between,
                 is_whole=True,
             ),
-            Hypothesis(kind="scaled signal", parameter=signal.name, columns=scaled),
+            Hypothesis(kind="scaled signal", parameter=signal.name, columns=partial(_once, scaled)),
         ]
     return found
 
 
-def _moved(late: float, values: Array, at: Array) -> Array:
-    return np.interp(at + late, at, values)
+def _of_late(rows: "_ChangedRows", name: str, delays: Array) -> Array:
+    """Rows, (n, m, 1), of what is lacking where a signal was logged so many samples late."""
+    moved = np.repeat(rows.columns[name][None], len(delays), axis=0)
+    for first, last in rows.data.record.spans:
+        at = np.arange(first, last, dtype=float)
+        for own, late in zip(moved, delays, strict=True):  # it belongs earlier
+            own[first:last] = np.interp(at + late, at, own[first:last])
+    return -np.stack([rows.by(name, own) for own in moved], axis=1)[:, :, None]
 
 
-class _SignalRows:
-    """What a model makes of recorded signals that are moved or scaled, less of them as they are."""
+class _ChangedRows:
+    """What is left of rows more where a column of a record is another.
 
-    def __init__(self, scores: RecordScores) -> None:
-        self._scores = scores
-        self._made = self._of(scores.signals.recorded)
+    Attributes
+    ----------
+    data : FilteredRecord
+    columns : dict of str to (N,) array
+        Of its record, by role, and recorded signals by name.
+    """
 
-    def late(self, index: int, samples: Array) -> Array:
-        """Rows, (n, m, 1), of what is lacking where a signal was logged so late."""
-        moved = (
-            self._changed(index, partial(_moved, late))  # it belongs earlier
-            for late in samples
-        )
-        return np.stack([*moved], axis=1)[:, :, None]
+    def __init__(self, scores: RecordScores, data: FilteredRecord) -> None:
+        self._scores, self.data = scores, data
+        self.columns = data.record.channels()
+        self._left = self._of({})
 
-    def scaled(self, index: int) -> Array:
-        """Rows, (n,), by a factor of a signal."""
-        return self._changed(index, lambda values, _: (1 + _STEP) * values) / _STEP
+    def by(self, role: str, values: Array) -> Array:
+        """Of each row, (n,)."""
+        return np.asarray(self._of({role: values}) - self._left)
 
-    def _changed(self, index: int, change: Callable[[Array, Array], Array]) -> Array:
-        recorded = list(self._scores.signals.recorded)
-        values = recorded[index].copy()
-        for first, last in self._scores.data.record.spans:
-            at = np.arange(first, last, dtype=float)
-            values[first:last] = change(values[first:last], at)
-        recorded[index] = values
-        return self._scores.data.reduce(self._of(tuple(recorded)) - self._made)
-
-    def _of(self, recorded: tuple[Array, ...]) -> Array:
-        """What the model leaves to the force, less the drive's own, at each sample, (N,)."""
-        scores = self._scores
-        made = scores.form.equations(replace(scores.signals, recorded=recorded))
-        needed = made.intercept + made.regressor @ scores.physical
-        return np.asarray(needed - self._driven(recorded), dtype=float)
-
-    def _driven(self, recorded: tuple[Array, ...]) -> Array:
-        """The force of the recorded control, (N,), where that is what was recorded."""
-        data, s = self._scores.data, self._scores.signals
-        if data.record.force is not None or data.acting_control is None:
-            return np.zeros(len(s.position))
-        motion = s.position, s.velocity, s.acceleration
-        force = data.drive.force(data.acting_control, motion, recorded)
-        if data.prefilter.hold != "zoh":
-            return force
-        return about_samples(force, [first for first, _ in data.record.spans])
+    def _of(self, changed: dict[str, Array]) -> Array:
+        scores, record = self._scores, self.data.record
+        other = replace(self.data, record=record.with_channels({**self.columns, **changed}))
+        rows = scores.form.equations(other.signals).reduced(scores.data)
+        left = rows.left - rows.intercept - rows.regressor @ scores.physical
+        return np.asarray(left, dtype=float)
 
 
 def outliers_of(scores: RecordScores) -> list[Hypothesis]:
@@ -288,18 +274,19 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
     width = data.prefilter.decimate
     near = np.round(np.linspace(-width, width, _PLACES if width > 1 else 3))
     places = np.clip(rows[worst] + near, 0, len(data.record) - 1)
-    pulses = _Pulses(scores)
+    changed = _ChangedRows(scores, data)
+    hidden = {"control"} if data.record.force is not None else set()
     return [
         Hypothesis(
             kind="outlier",
             parameter=role,
-            columns=partial(pulses.columns, role),
+            columns=partial(_pulses, changed, role),
             places=np.unique(places),
             least=chance,
             between=_every_sample,
         )
         for role in ("position", "velocity", "acceleration", "force", "control")
-        if role in pulses.signals
+        if role in changed.columns.keys() - hidden
     ]
 
 
@@ -317,31 +304,9 @@ def _every_sample(grid: Array, at: float) -> Array:
     return np.asarray(np.clip(np.arange(at - step, at + step + 1), grid[0], grid[-1]))
 
 
-class _Pulses:
-    """What is left of rows by a pulse of one in one sample of a signal."""
-
-    def __init__(self, scores: RecordScores) -> None:
-        self._scores = scores
-        record = scores.data.record
-        every = record.channels()
-        hidden = {"control"} if record.force is not None else set()
-        self.signals = {role: v for role, v in every.items() if role not in hidden}
-        self._left = self._of({})
-
-    def columns(self, role: str, samples: Array) -> Array:
-        """Of each sample, (n, m, 1)."""
-        return np.stack([self._by(role, int(sample)) for sample in samples], axis=1)[:, :, None]
-
-    def _by(self, role: str, sample: int) -> Array:
-        values = self.signals[role].copy()
-        pulse = _PULSE * (float(np.std(values)) or 1.0)
-        values[sample] += pulse
-        return np.asarray((self._of({role: values}) - self._left) / pulse)
-
-    def _of(self, changed: dict[str, Array]) -> Array:
-        """Residuals, (n,), of a record with other values."""
-        scores = self._scores
-        data = replace(scores.data, record=scores.data.record.with_motion(changed))
-        rows = scores.form.equations(data.signals).reduced(data)
-        left = rows.left - rows.intercept - rows.regressor @ scores.physical
-        return np.asarray(left, dtype=float)
+def _pulses(rows: _ChangedRows, role: str, samples: Array) -> Array:
+    """By a pulse of one in each sample of a column, (n, m, 1)."""
+    values = rows.columns[role]
+    pulse = _PULSE * (float(np.std(values)) or 1.0)
+    alone = (pulse * (np.arange(len(values)) == sample) for sample in samples)
+    return np.stack([rows.by(role, values + each) / pulse for each in alone], axis=1)[:, :, None]

@@ -39,29 +39,6 @@ _RANK = 1e-9
 _SPAN = 1e-3  # of the largest: directions in which instruments of near places differ
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class AddedColumns:
-    """Columns beside a model at m places, g at each, and their products, which are taken once.
-
-    Attributes
-    ----------
-    columns : (n, m, g) array
-    whole : (m, g, g) array
-        Products of the columns of each place.
-    cross : (m g, 1 + R) array
-        Products with the residuals of a record and its twins.
-    """
-
-    columns: Array
-    whole: Array
-    cross: Array
-
-    @property
-    def flat(self) -> Array:
-        """All columns, (n, m g)."""
-        return self.columns.reshape(len(self.columns), -1)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnTests:
     """Tests of blocks of g columns beside the model, one for each of m places.
@@ -109,7 +86,8 @@ class RecordScores:
         The motion of which columns are made, of the loop where there is one.
     along, measured : Along
         The same with what rows make of it, and the motion as it was measured.
-    data : FilteredRecord
+    data, quiet : FilteredRecord
+        The record, and the same as its loop has it, where there is one.
     neighbours : Neighbours
         Of the rows.
     """
@@ -126,6 +104,7 @@ class RecordScores:
     along: Along
     measured: Along
     data: FilteredRecord
+    quiet: FilteredRecord
     neighbours: Neighbours
 
     @property
@@ -177,19 +156,13 @@ class RecordScores:
         What is measured stands in the columns, noise and all; the instruments, of the same shape,
         are of the loop.
         """
-        n, m, g = columns.shape
-        span = instruments.reshape(n, -1)
-        span = span - self.basis @ (self.basis.T @ span)
-        u, cut, _ = np.linalg.svd(span, full_matrices=False)
+        span = instruments.reshape(len(instruments), -1)
+        u, cut, _ = np.linalg.svd(span - self.basis @ (self.basis.T @ span), full_matrices=False)
         u = u[:, cut > _SPAN * cut[0]]
-        flat = columns.reshape(n, -1)
-        seen = np.moveaxis(
-            (u.T @ (flat - self.basis @ (self.basis.T @ flat))).reshape(-1, m, g), 1, 0
-        )
-        left = u.T @ self.net
-        products = seen.transpose(0, 2, 1) @ seen + np.finfo(float).tiny * np.eye(g)
-        told = seen.transpose(0, 2, 1) @ left
-        taken = np.einsum("mg,mg->m", told, np.linalg.solve(products, told[:, :, None])[:, :, 0])
+        left, taken = u.T @ self.net, list[float]()
+        for own in np.moveaxis(columns, 1, 0):
+            seen = u.T @ (own - self.basis @ (self.basis.T @ own))
+            taken.append(float(left @ seen @ np.linalg.lstsq(seen, left)[0]))
         return int(np.argmax(taken))
 
     def moved_by(self, columns: Array, values: Array) -> Array:
@@ -198,19 +171,13 @@ class RecordScores:
         moved = np.linalg.lstsq(self.basis.T @ self.columns, by, rcond=_RANK)[0]
         return -np.asarray(moved[: len(self.free)])
 
-    def block(self, columns: Array) -> AddedColumns:
-        """Columns, (n, m, g), to be tested."""
-        by_place = np.ascontiguousarray(np.moveaxis(columns, 0, 1))
-        whole = by_place.transpose(0, 2, 1) @ by_place
-        cross = columns.reshape(len(columns), -1).T @ self.residuals
-        return AddedColumns(columns=columns, whole=whole, cross=cross)
-
-    def test(self, block: AddedColumns) -> ColumnTests:
-        """Test the columns of each place beside the model."""
-        (n, m, g), whole = block.columns.shape, block.whole
-        within = block.flat.T @ self.basis
+    def test(self, columns: Array) -> ColumnTests:
+        """Test columns, (n, m, g), those of each place beside the model."""
+        (n, m, g), flat = columns.shape, columns.reshape(len(columns), -1)
+        of_place = np.ascontiguousarray(np.moveaxis(columns, 0, 1))
+        whole, within = of_place.transpose(0, 2, 1) @ of_place, flat.T @ self.basis
         own = whole - (by_place := within.reshape(m, g, -1)) @ by_place.transpose(0, 2, 1)
-        scores = (block.cross - within @ self._in_basis).reshape(m, g, -1)
+        scores = (flat.T @ self.residuals - within @ self._in_basis).reshape(m, g, -1)
         is_own = _is_own(own, whole)
         own = np.where(is_own[:, None, None], own, np.eye(g))
         away = scores[:, :, 0]
@@ -221,7 +188,7 @@ class RecordScores:
         if self.twins:
             p_values, spread = self._by_twins(away, scores[:, :, 1:], is_own)
         else:
-            p_values, spread = self._by_hac(block.columns, values, own, powers)
+            p_values, spread = self._by_hac(columns, values, own, powers)
         inverse = np.linalg.inv(own)
         return ColumnTests(
             p_values=np.where(is_own, p_values, 1.0),
@@ -308,45 +275,27 @@ def scores_of(
             "the control law reads a velocity that is in no record, without which noise of the "
             "position is in the loop that follows it: record the reference"
         )
-    form = InverseForm(data.axis).at(physical)
-    if chain is None and not by_loop:
-        return _scores(data, data, form, physical, free, [])
-    loops = recorded_loops(data, physical)
-    quiet = noise_free_record(data, loops)
-    data = _where_both_move(data, quiet)
-    twins = [] if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)
-    if 2 * len(twins) < DEFAULT_COUNT:
-        twins = []
-    velocity = np.concatenate([loop.velocity for loop in loops])
-    direction = np.concatenate([loop.direction for loop in loops])
-    moved = Signals(
-        position=quiet.record.position,
-        velocity=velocity,
-        acceleration=np.concatenate([loop.acceleration for loop in loops]),
-        force=np.concatenate([loop.force for loop in loops]),
-        direction=direction,
-        recorded=data.recorded,
-    )
-    quiet = replace(quiet, prefilter=data.prefilter, excluded=data.excluded)
-    return _scores(data, quiet, form, physical, free, twins, moved)
-
-
-def _where_both_move(data: FilteredRecord, quiet: FilteredRecord) -> FilteredRecord:
-    """Without rows near rests and reversals of the loop, if rows are left then."""
-    moving = data.also_turning_as(quiet.record.position)
-    enough = _FEWEST_ROWS * (len(data.axis.parameters) + 1)
-    return moving if len(moving.row_numbers) >= enough else data
-
-
-def _scores(
-    data: FilteredRecord,
-    quiet: FilteredRecord,
-    form: InverseForm,
-    physical: Array,
-    free: Sequence[int],
-    twins: Sequence[FilteredRecord],
-    moved: Signals | None = None,
-) -> RecordScores | Missing:
+    form, quiet, moved = InverseForm(data.axis).at(physical), data, None
+    twins = list[FilteredRecord]()
+    if chain is not None or by_loop:
+        loops = recorded_loops(data, physical)
+        quiet = noise_free_record(data, loops)
+        # Without rows near rests and reversals of the loop, if rows are left then.
+        moving = data.also_turning_as(quiet.record.position)
+        enough = len(moving.row_numbers) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1)
+        data = moving if enough else data
+        twins += [] if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)
+        if 2 * len(twins) < DEFAULT_COUNT:
+            twins = []
+        moved = Signals(
+            position=quiet.record.position,
+            velocity=np.concatenate([loop.velocity for loop in loops]),
+            acceleration=np.concatenate([loop.acceleration for loop in loops]),
+            force=np.concatenate([loop.force for loop in loops]),
+            direction=np.concatenate([loop.direction for loop in loops]),
+            recorded=data.recorded,
+        )
+        quiet = replace(quiet, prefilter=data.prefilter, excluded=data.excluded)
     k, n = len(free), len(data.row_numbers)
     if n < _FEWEST_ROWS * (k + 1):
         return Missing(f"{n} rows in motion are too few to tell what is missing")
@@ -374,6 +323,7 @@ def _scores(
         measured=_along(data.signals, data),
         along=_along(moved or data.signals, data),
         data=data,
+        quiet=quiet,
         neighbours=data.neighbours,
     )
 

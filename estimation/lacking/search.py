@@ -20,7 +20,7 @@ from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
 from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of, outliers_of
-from .scores import AddedColumns, ColumnTests, RecordScores, scores_of
+from .scores import ColumnTests, RecordScores, scores_of
 
 # residuals less the filter's own, by the left side, up to which their look is a note: measured,
 # at most 4e-7 without noise, 5e-3 and more on wrong models that residuals tell
@@ -77,7 +77,7 @@ class Lack:
 
 
 #: A hypothesis and its columns.
-Prepared: TypeAlias = tuple[Hypothesis, AddedColumns]
+Prepared: TypeAlias = tuple[Hypothesis, Array]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -153,12 +153,12 @@ def found_beside(
     levels : Levels
     """
     own = replace(levels, level=levels.level / records)
-    lasting = _prepared(scores, hypotheses_of(scores))
+    lasting = [(each, each.columns(each.places)) for each in hypotheses_of(scores)]
     half = half_widths[scores.free]
     named, beside = list[Lack](), scores
     while len(named) < _MOST:
-        hypotheses = [*lasting, *_prepared(beside, outliers_of(beside))]
-        failing = findings(beside, hypotheses, half, own)
+        single = [(each, each.columns(each.places)) for each in outliers_of(beside)]
+        failing = findings(beside, [*lasting, *single], half, own)
         if not failing:
             break
         name = _located(beside, failing[0])
@@ -167,10 +167,6 @@ def found_beside(
         named.append(_told(beside, name))
         beside = beside.beside(name.columns)
     return tuple(named)
-
-
-def _prepared(scores: RecordScores, hypotheses: Sequence[Hypothesis]) -> list[Prepared]:
-    return [(each, scores.block(each.columns(each.places))) for each in hypotheses]
 
 
 def findings(
@@ -189,10 +185,10 @@ def findings(
 
 
 def _finding(
-    scores: RecordScores, hypothesis: Hypothesis, block: AddedColumns, half: Array, sure: float
+    scores: RecordScores, hypothesis: Hypothesis, columns: Array, half: Array, sure: float
 ) -> TestedHypothesis:
     """It at the place that takes most of those that are sure, else at the surest."""
-    tested, columns = scores.test(block), block.columns
+    tested = scores.test(columns)
     p_values = hypothesis.chances(tested)
     told = p_values <= sure
     taken = np.where(told, hypothesis.taken(tested), -np.inf)
@@ -219,10 +215,10 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
     near = hypothesis.between(hypothesis.places, found.at)
     made = hypothesis.columns(near)
     if hypothesis.measured is None:
-        best = int(np.argmax(scores.test(scores.block(made)).powers))
+        best = int(np.argmax(scores.test(made).powers))
     else:
         best = scores.nearest(made, hypothesis.measured(near))
-    values = scores.test(scores.block(made[:, [best]])).values[0]
+    values = scores.test(made[:, [best]]).values[0]
     if hypothesis.is_positive and values[0] <= 0:
         return found
     return replace(found, at=float(near[best]), columns=made[:, best])
@@ -231,7 +227,7 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
 def _told(scores: RecordScores, name: TestedHypothesis) -> Lack:
     """What is found, as it is told."""
     hypothesis, at, columns = name.hypothesis, name.at, name.columns
-    tested = scores.test(scores.block(columns[:, None]))
+    tested = scores.test(columns[:, None])
     values, covariance = _amounts(scores, hypothesis, at, tested)
     size = float(np.linalg.norm(values))
     made_by = columns @ tested.values[0]
@@ -255,7 +251,7 @@ def _amounts(
     values, covariance = tested.values[0], tested.covariances[0]
     if hypothesis.kind == "late signal":
         step = hypothesis.columns(np.array([at - 0.5, at + 0.5])) @ values
-        slope = scores.test(scores.block((step[:, 1:] - step[:, :1])[:, :, None]))
+        slope = scores.test((step[:, 1:] - step[:, :1])[:, :, None])
         return np.array([at]), slope.covariances[0]
     if hypothesis.kind == "drift":
         first, last = _extremes(scores, values)

@@ -5,7 +5,6 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.records.columns import expected_units
-from axisid.support.arrays import Array
 
 from .hypotheses import GAIN
 from .search import Lack
@@ -14,13 +13,20 @@ from .terms import TERMS, said_of
 
 def sentence(lack: Lack, axis: GeneratedAxis, record: Record) -> str:
     """What is missing, changes or is logged wrongly, how much of it, and what to do about it."""
-    if lack.is_outlier:
-        return _outlier(lack, axis, record.time)
     if lack.is_of_signal:
         return _signal(lack, record.period)
-    if not lack.parameter:
-        return _term(lack, axis)
     size, deviation, unit = amount(lack, axis)
+    if lack.is_outlier:
+        sample, part = int(lack.at), of_force(lack.share)
+        return (
+            f"the {lack.parameter} leaves its course by {size:+.3g} +- {deviation:.1g} {unit} at "
+            f"sample {sample + 1}, {record.time[sample] - record.time[0]:.6g} s after the first "
+            f"({part})"
+        )
+    if not lack.parameter:
+        what, advice = said_of(TERMS[lack.kind], lack.at, axis.axis, size)
+        told = f", {size:+.3g} +- {deviation:.1g} {unit}" if unit else ""
+        return f"{what}{told}: {advice} ({of_force(lack.share)})"
     if lack.kind == "held":
         by = f"{abs(size):.3g} +- {deviation:.1g} {unit}".rstrip()
         return f"another {lack.parameter} than was given, {by} {'more' if size > 0 else 'less'}"
@@ -48,23 +54,6 @@ def amount(lack: Lack, axis: GeneratedAxis) -> tuple[float, float, str]:
         return size, deviation, units.get(lack.parameter, "")
     q, unit = axis.axis.coordinate, TERMS[lack.kind].unit
     return size, deviation, unit.format(force=q.force_unit, unit=q.unit)
-
-
-def _outlier(lack: Lack, axis: GeneratedAxis, time: Array) -> str:
-    """Which sample of a signal leaves its course, and by how much."""
-    size, deviation, unit = amount(lack, axis)
-    sample, part = int(lack.at), of_force(lack.share)
-    return (
-        f"the {lack.parameter} leaves its course by {size:+.3g} +- {deviation:.1g} {unit} at "
-        f"sample {sample + 1}, {time[sample] - time[0]:.6g} s after the first ({part})"
-    )
-
-
-def _term(lack: Lack, axis: GeneratedAxis) -> str:
-    size, deviation, unit = amount(lack, axis)
-    what, advice = said_of(TERMS[lack.kind], lack.at, axis.axis, size)
-    told = f", {size:+.3g} +- {deviation:.1g} {unit}" if unit else ""
-    return f"{what}{told}: {advice} ({of_force(lack.share)})"
 
 
 def of_force(share: float) -> str:

@@ -34,10 +34,6 @@ _NUMBERS = ("at", "rigid", "band")  # that texts of a term may have
 _RIGID_PART = 3.0  # of the frequency of an antiresonance
 
 
-def _as_they_are(values: Array) -> Array:
-    return values
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Along:
     """A motion along which forces act, at each of N samples, and what rows make of them.
@@ -67,7 +63,7 @@ class Along:
     spans: Sequence[Span]
     row_period: float
     rows: NDArray[np.int64] | None = None
-    reduce: Callable[[Array], Array] = _as_they_are
+    reduce: Callable[[Array], Array] = np.asarray
     middle: float = 0.0
 
     @property

@@ -11,6 +11,7 @@ import numpy as np
 
 from axisid.estimation.identification import identify
 from axisid.estimation.records import Record
+from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
 from .plan import MonteCarloPlan

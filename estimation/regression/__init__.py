@@ -15,6 +15,7 @@ from .covariance import (
     joint_p as joint_p,
     most_lags as most_lags,
     score_products as score_products,
+    wald as wald,
     widened as widened,
 )
 from .following_loops import (

@@ -13,7 +13,6 @@ from typing import Self
 
 import numpy as np
 
-from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_FREEDOM
 from axisid.support.arrays import Array
 
@@ -43,12 +42,14 @@ def autoregressive_covariance(solution: Solution) -> Applied:
     if not e @ e > 0:
         return nothing
     fitted = _Fitted.of(solution)
-    shown = _autocorrelation(e, solution.neighbours)
+    late, early = solution.neighbours.pairs(1)
+    power = float(e @ e / len(e))
+    shown = float(e[late] @ e[early] / max(len(e[late]), 1)) / power
     if shown < fitted.left(0.0) - MAX_CHANCE_DEVIATION.value / np.sqrt(len(e)):
         return nothing
     rho = _matched(fitted, shown)
-    taken = fitted.taken(fitted.coloured(rho))
-    variance = float(e @ e) / (len(e) - float(np.trace(taken)))
+    taken = fitted.basis.T @ fitted.coloured(rho)
+    variance = len(e) * power / (len(e) - float(np.trace(taken)))
     relative = (2 + fitted.slopes(rho) ** 2 * (1 - rho**2)) / n
     return Applied(
         matrix=np.asarray(variance * fitted.of_parameters(taken), dtype=float),
@@ -96,10 +97,6 @@ class _Fitted:
         after = lfilter([1.0], [1.0, -rho], self.basis[::-1], axis=0)[::-1]
         return np.asarray((before + after - self.basis) * self.there[:, None], dtype=float)
 
-    def taken(self, coloured: Array) -> Array:
-        """Correlations of what the fit takes, (k, k)."""
-        return np.asarray(self.basis.T @ coloured, dtype=float)
-
     def of_parameters(self, taken: Array) -> Array:
         """Correlations of what the fit takes, as those of its parameters, (k, k)."""
         return np.asarray(self.mixing.T @ taken @ self.mixing, dtype=float)
@@ -111,7 +108,7 @@ class _Fitted:
         """
         at = (max(rho - _RESOLVED, 0.0), min(rho + _RESOLVED, _MAX_RESIDUAL_AUTOREGRESSION))
         early, late = (
-            np.log(np.diag(self.of_parameters(self.taken(self.coloured(r)))) / (1 - r**2))
+            np.log(np.diag(self.of_parameters(self.basis.T @ self.coloured(r))) / (1 - r**2))
             for r in at
         )
         return np.asarray((late - early) / (at[1] - at[0]), dtype=float)
@@ -119,20 +116,13 @@ class _Fitted:
     def left(self, rho: float) -> float:
         """Autocorrelation at a row's distance that residuals are expected to show."""
         coloured = self.coloured(rho)
-        taken = self.taken(coloured)
+        taken = self.basis.T @ coloured
         power = float(self.there.sum() - np.trace(taken))
         early, late = self.basis[:-1], self.basis[1:]
         pairs = float(self.there[1:] @ self.there[:-1])
         crossed = np.sum(late * coloured[:-1]) + np.sum(coloured[1:] * early)
         products = rho * pairs - float(crossed) + float(np.sum((late @ taken) * early))
         return (products / max(pairs, 1.0)) / (power / float(self.there.sum()))
-
-
-def _autocorrelation(e: Array, order: Neighbours) -> float:
-    """Of residuals at a row's distance."""
-    late, early = order.pairs(1)
-    later, earlier = e[late], e[early]
-    return float(later @ earlier / max(len(later), 1)) / float(e @ e / len(e))
 
 
 def _matched(fitted: _Fitted, shown: float) -> float:

@@ -24,7 +24,7 @@ from .linear import Applied, Solution
 
 #: From so many lags, and lags times rows, on products are found by Fourier transforms.
 _MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
-_PIECE, _PIECE_PER_LAG = 2048, 16  # rows of a transform: the former, or so many for each lag
+_SAME = 1e-9  # of the eigenvalues of a correlation matrix
 
 
 class Covariance(ABC):
@@ -44,10 +44,6 @@ class Covariance(ABC):
     def freedom(self, solution: Solution) -> Array:
         """Degrees of freedom of each variance, for Student's distribution, (k,)."""
         return self.applied(solution).freedom
-
-    def describe(self, solution: Solution) -> str:
-        """Name with lags and small-sample correction, for notes."""
-        return self.applied(solution).description
 
 
 def applied_covariance(
@@ -261,35 +257,24 @@ def score_products(scores: Array, neighbours: Neighbours, lags: int) -> Array:
     placed = neighbours.on_grid(scores, lags + 1)
     if lags >= _MANY_LAGS and lags * len(placed) >= _MANY_PRODUCTS:
         return _products_by_transform(placed, lags)
-    return np.array([_product(placed, lag) for lag in range(lags + 1)])
-
-
-def _product(placed: Array, lag: int) -> Array:
-    return np.asarray(placed[lag:].T @ placed[: max(len(placed) - lag, 0)])
+    early = (placed[: max(len(placed) - lag, 0)] for lag in range(lags + 1))
+    return np.array([placed[lag:].T @ each for lag, each in enumerate(early)])
 
 
 def _products_by_transform(scores: Array, lags: int) -> Array:
-    """`score_products` of rows without gaps, by Fourier transforms of pieces of them.
+    """`score_products` of rows without gaps, by Fourier transforms.
 
     Their cost does not grow with the lags, which grow with the rows.
     """
     from scipy.fft import irfft, next_fast_len, rfft
 
     rows, k = scores.shape
-    piece_rows = min(max(_PIECE_PER_LAG * lags, _PIECE), max(rows, 1) + lags)
-    length = next_fast_len(piece_rows, real=True)
-    step = length - lags  # rows of a piece, each beside those up to so many lags before it
-    pieces = -(-rows // step)
-    padded = np.zeros((lags + pieces * step, k))
-    padded[lags : lags + rows] = scores
-    total = np.zeros((length // 2 + 1, k, k), dtype=np.complex128)
-    for piece in range(pieces):
-        early = padded[piece * step : piece * step + length]
-        late = np.ascontiguousarray(early[lags:])
-        spectra = [rfft(values, length, axis=0) for values in (late, early)]
-        total += spectra[0].conj()[:, :, None] * spectra[1][:, None, :]
-    found = irfft(total, length, axis=0)
-    return np.asarray(found[lags::-1], dtype=float)
+    length = next_fast_len(rows + lags, real=True)
+    spectra, found = rfft(scores, length, axis=0), np.empty((lags + 1, k, k))
+    for i, j in np.ndindex(k, k):
+        crossed = irfft(spectra[:, i] * spectra[:, j].conj(), length)
+        found[:, i, j] = crossed[: lags + 1]
+    return found
 
 
 def _autoregression(products: Array) -> Array:
@@ -351,6 +336,22 @@ def correlation(covariance: Array) -> Array:
     """Correlation matrix of a covariance, (k, k)."""
     deviations = np.sqrt(np.diag(covariance))
     return np.asarray(covariance / np.outer(deviations, deviations), dtype=float)
+
+
+def wald(difference: Array, covariance: Array) -> tuple[float, int]:
+    """``d' V^-1 d`` of a difference (k,), and in how many directions it is told.
+
+    What has no deviation, or an infinite one, is left out, and so are directions in which rounding
+    alone differs.
+    """
+    variances = np.diag(covariance)
+    there = (variances > 0) & np.isfinite(variances)
+    if not there.any():
+        return 0.0, 0
+    sizes, directions = np.linalg.eigh(correlation(covariance[np.ix_(there, there)]))
+    kept = sizes > _SAME * sizes[-1]
+    along = directions[:, kept].T @ (difference[there] / np.sqrt(variances[there]))
+    return float(np.sum(along**2 / sizes[kept])), int(kept.sum())
 
 
 def joint_p(

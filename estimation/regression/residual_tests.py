@@ -98,7 +98,10 @@ def residual_tests(
     skewness = float(np.mean(standardised**3))
     kurtosis = excess_kurtosis(residuals)
     bera = n / 6 * (skewness**2 + kurtosis**2 / 4)
-    crossed = _cross_correlation(products[:, 2:, 2:])
+    sizes = np.sqrt(np.diagonal(products[0]))[2:]
+    # From the residuals before the columns to those after them.
+    both = np.concatenate([products[::-1, 3:, 2], products[1:, 2, 3:]])
+    crossed = both / (sizes[1:] * sizes[0])
     own = np.diagonal(products[:, 3:, 3:], axis1=1, axis2=2)
     deviations = _unrelated_deviations(sums, own, counts, n)
     largest = float(np.max(np.abs(crossed) / deviations))
@@ -168,16 +171,6 @@ def _durbin_watson(residuals: Array, order: Neighbours) -> float:
     if not len(changes):
         return np.nan
     return float(np.sum(changes**2)) * ((len(order) - 1) / len(changes))
-
-
-def _cross_correlation(products: Array) -> Array:
-    """Of the residuals with each column, (2 lags + 1, k), from the residuals before the columns.
-
-    Products over the lags are those of the residuals and the columns, (lags + 1, 1 + k, 1 + k).
-    """
-    sizes = np.sqrt(np.diagonal(products[0]))
-    before, after = products[:, 1:, 0], products[:, 0, 1:]
-    return np.asarray(np.concatenate([before[::-1], after[1:]]) / (sizes[1:] * sizes[0]))
 
 
 def _unrelated_deviations(sums: Array, own: Array, counts: NDArray[np.int64], rows: int) -> Array:

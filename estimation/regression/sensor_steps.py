@@ -8,7 +8,6 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.loops import KeptByRecord
 from axisid.estimation.records import Record, quantum_of
 from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
-from axisid.support.arrays import Array
 
 # of the samples change a rounded velocity; at a constant speed noise of half a step changes as
 # many, and averages the steps
@@ -41,19 +40,13 @@ def sensor_steps(axis: GeneratedAxis, record: Record) -> SensorSteps:
         return SensorSteps()
     known, fewest = _KNOWN.of(record), int(MIN_STEP_DIFFERENCES.value)
     if fewest not in known:
-        known[fewest] = _steps_of(record, fewest)
+        velocity = 0.0 if record.velocity is None else quantum_of(record.velocity, fewest)
+        if record.velocity is not None:
+            # A noise of that size averages the steps out.
+            changing = np.abs(np.diff(record.velocity)) > velocity / 2
+            velocity *= bool(np.mean(changing) <= _MAX_DITHERED_SHARE)
+        known[fewest] = SensorSteps(
+            position=0.0 if record.integrated else quantum_of(record.position, fewest),
+            velocity=velocity,
+        )
     return known[fewest]
-
-
-def _steps_of(record: Record, fewest: int) -> SensorSteps:
-    return SensorSteps(
-        position=0.0 if record.integrated else quantum_of(record.position, fewest),
-        velocity=0.0 if record.velocity is None else _undithered_step(record.velocity, fewest),
-    )
-
-
-def _undithered_step(values: Array, fewest: int) -> float:
-    """What values are rounded to, unless their noise is of that size: then that averages out."""
-    step = quantum_of(values, fewest)
-    changing = np.abs(np.diff(values)) > step / 2
-    return 0.0 if np.mean(changing) > _MAX_DITHERED_SHARE else step

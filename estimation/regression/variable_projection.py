@@ -46,12 +46,12 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
 
     search = _Projection(form, rows)
     starts = sorted(search.starts(), key=search.error)
-    if not np.isfinite(search.error(starts[0])):
+    if isinstance(why := search.tried(starts[0]), Note):
         said = Note.of(
             f"no start of {', '.join(search.names)} gives an estimate; give them nominal values "
             "and bounds of the right size, where the equation of motion has a value. At the "
             "first, ",
-            search.reason(starts[0]),
+            why,
         )
         raise EstimationError(said.text, said.remedy, code="failed-starts")
     found = [
@@ -107,19 +107,14 @@ def damped_step(
         there = start + (goal - start) / 2**halving
         if np.all((there >= low) & (there <= high)) and projected(there) < before:
             return np.asarray(there, dtype=float)
-    if np.any((goal < low) | (goal > high)):
-        raise _led_out(form.axis, goal)
-    return goal
-
-
-def _led_out(axis: GeneratedAxis, goal: Array) -> EstimationError:
-    low, high = search_bounds(axis)
     beyond = [
         f"{p.name} = {value:.4g} {p.unit}, beyond its bound {min(max(value, least), most):g}"
-        for p, value, least, most in zip(axis.axis.parameters, goal, low, high, strict=True)
+        for p, value, least, most in zip(form.axis.axis.parameters, goal, low, high, strict=True)
         if not least <= value <= most
     ]
-    return EstimationError(
+    if not beyond:
+        return goal
+    raise EstimationError(
         f"the instruments lead to {' and '.join(beyond)}, and no step within the bounds brings "
         "their equations nearer to zero. Widen the bounds if such a value is possible; otherwise "
         "believe idm-ls, whose search ends within them, and check the model of the friction.",
@@ -183,26 +178,22 @@ class _Projection:
             raise EstimationError(f"the model has no finite value with {values}.")
         return physical, solution.residuals
 
-    def residuals(self, nonlinear: Array) -> Array:
-        """Of the best linear parameters; large where there are none."""
+    def tried(self, nonlinear: Array) -> Array | Note:
+        """The residuals of the best linear parameters, (n,), or why there is no estimate."""
         try:
             return self.solved(nonlinear)[1]
-        except EstimationError:
-            left = self._rows(self._form).left
-            return np.full_like(left, 1e3 * float(np.abs(left).max()))
+        except EstimationError as error:
+            return error.note
+
+    def residuals(self, nonlinear: Array) -> Array:
+        """The same; large where there is no estimate."""
+        found = self.tried(nonlinear)
+        if not isinstance(found, Note):
+            return found
+        left = self._rows(self._form).left
+        return np.full_like(left, 1e3 * float(np.abs(left).max()))
 
     def error(self, nonlinear: Array) -> float:
         """Sum of squares; infinite where there is no estimate."""
-        try:
-            residuals = self.solved(nonlinear)[1]
-        except EstimationError:
-            return np.inf
-        return float(residuals @ residuals)
-
-    def reason(self, nonlinear: Array) -> Note:
-        """Why there is no estimate."""
-        try:
-            self.solved(nonlinear)
-        except EstimationError as error:
-            return error.note
-        return Note("the residuals are not finite.")
+        found = self.tried(nonlinear)
+        return np.inf if isinstance(found, Note) else float(found @ found)

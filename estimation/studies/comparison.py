@@ -207,7 +207,7 @@ def compare(
         recommended=recommended,
         tied=tied,
         reason=reason,
-        law=first_failing(next(iter(fits.values())).choice.laws),
+        law=first_failing(next(iter(fits.values())).case.laws),
         set_aside=shared.set_aside,
         result=result,
     )

@@ -181,7 +181,7 @@ def sweep(
         failures=failures,
         recommended=recommended,
         reason=reason,
-        law=first_failing(results[0].choice.laws),
+        law=first_failing(results[0].case.laws),
     )
 
 

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.regression import score_products
+from axisid.estimation.signals import Neighbours
 from axisid.support.arrays import Array
 
 # of the errors, in pairs so far apart between masks: measured with half of the samples masked, at
@@ -26,26 +28,12 @@ _FORGOTTEN, _ASKED = 1e-12, 256
 _PATIENCE = 250  # orders beyond twice the best one, after which none longer is tried
 
 
-@dataclass(frozen=True, slots=True)
-class _LagCovariances:
-    """Covariances of errors of one output or several.
-
-    Attributes
-    ----------
-    values : (p + 1, m, m) array
-        Of ``e_t`` with ``e_(t - k)``, for k = 0, ..., p.
-    samples : int
-        Measured ones, from which they are found.
-    """
-
-    values: Array
-    samples: int
-
-
 def _lag_covariances(
     pieces: Sequence[Array], period: float, counted: Sequence[NDArray[np.bool_]] | None
-) -> _LagCovariances:
-    """Covariances up to the longest lag of an autoregression.
+) -> tuple[Array, int]:
+    """Covariances ``e_t e_(t - k)'`` up to the longest lag of an autoregression, (p + 1, m, m).
+
+    And of how many measured samples they are.
 
     Parameters
     ----------
@@ -60,32 +48,20 @@ def _lag_covariances(
     used = rows if counted is None else int(sum(map(np.sum, counted)))
     outputs = pieces[0].shape[1]
     if not used:
-        return _LagCovariances(np.zeros((1, outputs, outputs)), 0)
+        return np.zeros((1, outputs, outputs)), 0
     most = min(max(round(_LONGEST / period), _FEWEST), used // (_ROWS_PER_ORDER * outputs))
-    products = _products(pieces, most)
+    order = Neighbours.joined([Neighbours.consecutive(len(each)) for each in pieces])
+    products = score_products(np.concatenate(pieces), order, most)
     if used < rows and counted is not None:
-        whole = _products([np.ones((len(e), 1)) for e in pieces], most)
-        pairs = np.rint(_products([each[:, None].astype(float) for each in counted], most))
+        there = np.concatenate(counted)[:, None].astype(float)
+        whole, pairs = (
+            np.rint(score_products(each, order, most)) for each in (np.ones_like(there), there)
+        )
         few = np.flatnonzero(pairs < _MIN_PAIRS * used)
         told = slice(0, int(few[0]) if len(few) else None)
-        products = products[told] * np.rint(whole[told]) / pairs[told]
+        products = products[told] * whole[told] / pairs[told]
         used = int(pairs[told].min())  # a criterion that reckons with all takes what chance made
-    return _LagCovariances(products / rows, used)
-
-
-def _products(pieces: Sequence[Array], most: int) -> Array:
-    """Sums of the products of values so many lags apart, (most + 1, m, m)."""
-    from scipy.signal import correlate
-
-    outputs = range(pieces[0].shape[1])
-    products = np.zeros((most + 1, len(outputs), len(outputs)))
-    for e in pieces:
-        lags = min(most, len(e) - 1)
-        for i in outputs:
-            for j in outputs:
-                found = correlate(e[:, i], e[:, j], method="fft")[len(e) - 1 : len(e) + lags]
-                products[: lags + 1, i, j] += found
-    return products
+    return products / rows, used
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -240,8 +216,8 @@ def autoregression_of(
         Whose rows of a sample are neighbours.
     """
     there = None if counted is None else [each[::outputs] for each in counted]
-    found = _lag_covariances([each.reshape(-1, outputs) for each in pieces], period, there)
-    return by_whittle(found.values, found.samples)
+    by_sample = [each.reshape(-1, outputs) for each in pieces]
+    return by_whittle(*_lag_covariances(by_sample, period, there))
 
 
 def by_whittle(covariances: Array, samples: int) -> Autoregression:

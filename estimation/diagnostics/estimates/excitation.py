@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from axisid.estimation.checks import Check, passed
 from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.problems import Problem, Reach, natural_sizes
-from axisid.estimation.regression import Equations, InverseForm
+from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Signals, dependence, one_direction, one_speed
 from axisid.estimation.thresholds import (
     MAX_RELATIVE_DEVIATION,
@@ -120,44 +120,24 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     if reach is not None:
         anywhere = np.abs(theta) * reach.columns / reach.force
         natural = natural_sizes(problem.axis, reach, form.declared)
-    needs = [dependence(data.axis) for data in problem.data]
-    return _judged(
-        names,
-        [data.signals for data in problem.data],
-        equations,
-        problem.stacked(lambda data: data.weights),
-        theta,
-        {
-            signal: np.any(
-                [own[signal] @ (m > 0) for own, m in zip(needs, mixed, strict=True)], axis=0
-            )
-            for signal in needs[0]
-        },
-        anywhere,
-        natural,
-    )
-
-
-def _judged(
-    names: Sequence[str],
-    motions: Sequence[Signals],
-    equations: Equations,
-    weights: Array,
-    theta: Array,
-    needs: dict[str, NDArray[np.bool_]],
-    anywhere: Array,
-    natural: Array,
-) -> tuple[Excitation, ...]:
-    """Of each column: its part of the force, on the whole and anywhere, and what it is like."""
-    X = equations.regressor
+    of_records = [dependence(data.axis) for data in problem.data]
+    needs = {
+        signal: np.any(
+            [own[signal] @ (m > 0) for own, m in zip(of_records, mixed, strict=True)], axis=0
+        )
+        for signal in of_records[0]
+    }
+    X, weights = equations.regressor, problem.stacked(lambda data: data.weights)
     size = np.linalg.norm(X, axis=0)
     unit = X / np.where(size > 0, size, 1.0)
     shares = np.abs(theta) * size / np.linalg.norm(equations.left)
     found = []
     for j, name in enumerate(names):
         inflation, partners, rows = _repetition(unit, j)
-        together = [j, *partners]
-        lacking = [_lacking(s, X / weights[:, None], shares, needs, together) for s in motions]
+        lacking = [
+            _lacking(data.signals, X / weights[:, None], shares, needs, [j, *partners])
+            for data in problem.data
+        ]
         found.append(
             Excitation(
                 name=name,
@@ -179,25 +159,15 @@ def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
     The rows are those of the part that is its own: the inverse of the sum of their squared weights.
     """
     others = [i for i in range(unit.shape[1]) if i != j]
-    if not others:
-        return 1.0, [], _rows_of(unit[:, j])
     weights = np.linalg.lstsq(unit[:, others], unit[:, j], rcond=None)[0]
     left = unit[:, j] - unit[:, others] @ weights
     unexplained = float(left @ left)
     inflation = 1 / unexplained if unexplained > 0 else np.inf
+    rows = unexplained**2 / float(np.sum(left**4)) if unexplained > 0 else 0.0
     if inflation < MAX_VARIANCE_INFLATION.value:
-        return inflation, [], _rows_of(left)
-    most = np.abs(weights).max()
-    alike = [
-        i for i, w in zip(others, weights, strict=True) if abs(w) > _MIN_REPETITION_WEIGHT * most
-    ]
-    return inflation, alike, _rows_of(left)
-
-
-def _rows_of(column: Array) -> float:
-    """How many rows of equal size a column is as good as."""
-    size = float(np.linalg.norm(column))
-    return 1.0 / float(np.sum((column / size) ** 4)) if size > 0 else 0.0
+        return inflation, [], rows
+    most = _MIN_REPETITION_WEIGHT * np.abs(weights).max(initial=0.0)
+    return inflation, [i for i, w in zip(others, weights, strict=True) if abs(w) > most], rows
 
 
 def _lacking(
@@ -225,8 +195,13 @@ def _lacking(
 
 def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
     """Every parameter against its own deviation; a vague one with the reason."""
-    values = estimate.parameters
-    relative = {s.name: _relative_percent(s, values[s.name]) for s in excitation}
+    values, relative = estimate.parameters, dict[str, float]()
+    for s in excitation:
+        value = values[s.name]
+        # In few rows residuals are small since the estimate follows them.
+        few = s.rows < MIN_ROWS_PER_PARAMETER.value
+        deviation = max(value.deviation, value.sd) if few else value.deviation
+        relative[s.name] = 100 * deviation / abs(value.corrected) if value.corrected else np.inf
     vague = [s for s in excitation if relative[s.name] > MAX_RELATIVE_DEVIATION.value]
     small = [s for s in vague if _is_nothing(s, values[s.name])]
     unclear = [s for s in vague if s not in small]
@@ -273,13 +248,6 @@ def precision_check(
         source=source,
         meaning="; ".join(unclear) or clear,
     )
-
-
-def _relative_percent(excitation: Excitation, value: Value) -> float:
-    """Relative deviation; in few rows residuals are small since the estimate follows them."""
-    few = excitation.rows < MIN_ROWS_PER_PARAMETER.value
-    deviation = max(value.deviation, value.sd) if few else value.deviation
-    return 100.0 * deviation / abs(value.corrected) if value.corrected else float("inf")
 
 
 def _is_nothing(excitation: Excitation, value: Value) -> bool:

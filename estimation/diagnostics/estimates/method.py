@@ -189,31 +189,29 @@ def _least_squares_judged(
     """What noise and steps move a judged least squares by: by its twins, or by the steps alone."""
     if judged.loop_rows is not None:
         return None
-    values = judged.parameters
+    values, twins = judged.parameters, judged.filter_bias is not None
+    moved: Mapping[str, float] | Missing = steps
+    what, whose = "the steps of the logged position move", ""
+    told = (
+        "its intervals miss for it: log the position as finely as the drive measures it, record "
+        "the reference, from which instruments are made, or lower the cut-off"
+    )
     if judged.filter_bias is not None:
         moved = {n: float(by) for n, by in zip(values, judged.filter_bias, strict=True)}
-        far, worst = _beyond_noise(moved, values)
-        said = "noise moves least squares by less than half a deviation, as its twins tell"
-        if far:
-            said = (
-                f"noise moves least squares, {_moved_by(far, values)}, as its twins tell, and its "
-                "intervals are less that: identify by instruments "
-                f"({instruments_of(judged.method)})"
-            )
-        return _method("note" if far else "pass", said, worst, _TWINS)
-    if isinstance(steps, Missing) or not steps:
+        what, whose = "noise moves", ", as its twins tell"
+        other = instruments_of(judged.method)
+        told = f"its intervals are less that: identify by instruments ({other})"
+    if isinstance(moved, Missing) or not moved:
         return None
-    far, worst = _beyond_noise(steps, values)
-    said = "the steps of the logged position move least squares by less than half a deviation"
+    far, worst = _beyond_noise(moved, values)
+    said = f"{what} least squares by less than half a deviation{whose}"
     if far:
-        said = (
-            f"the steps of the logged position move least squares, {_moved_by(far, values)}, and "
-            "its intervals miss for it: log the position as finely as the drive measures it, "
-            "record the reference, from which instruments are made, or lower the cut-off"
-        )
-    large = any(abs(by) > levels.least_share * abs(values[n].value) for n, by in far.items())
+        said = f"{what} least squares, {_moved_by(far, values)}{whose}, and {told}"
+    large = not twins and any(
+        abs(by) > levels.least_share * abs(values[n].value) for n, by in far.items()
+    )
     status: Status = "fail" if large else "note" if far else "pass"
-    return _method(status, said, worst, _source(_STEPS, levels))
+    return _method(status, said, worst, _TWINS if twins else _source(_STEPS, levels))
 
 
 def moved_by_steps(data: FilteredRecord, ls: Estimate) -> Mapping[str, float] | Missing:

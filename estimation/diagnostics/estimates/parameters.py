@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.estimates import Estimate, Physical, Value, physical_parameters
+from axisid.estimation.estimates import Estimate, Physical, physical_parameters
 from axisid.estimation.parameters import GAIN
 from axisid.estimation.problems import Held
 from axisid.estimation.thresholds import LEVEL, MIN_DISTANCE_FROM_NOISE
@@ -45,7 +45,10 @@ def within_bounds(
         return _held_check(held, cause)
     if not declared:
         return Missing("no parameter is declared with bounds")
-    if outside and all(_may_be_inside(p, values[p.name]) for p in outside):
+    reaching = [values[p.name].interval for p in outside]
+    if outside and all(
+        low < p.upper and high > p.lower for p, (low, high) in zip(outside, reaching, strict=True)
+    ):
         cause = Note(
             f"the 95 % interval of {'each' if len(outside) > 1 else 'it'} reaches within; ",
             Remedy.of("to hold it at the bound, ", Setting("bounded")),
@@ -67,11 +70,6 @@ def bounds_note(values: Mapping[Parameter, float], cause: Note | None) -> Note:
     """What to say of values that are not inside the bounds of their parameters."""
     said = "; ".join(p.out_of_bounds(value) for p, value in values.items())
     return Note.of(f"{said}: ", cause or "check the signs and units of the record")
-
-
-def _may_be_inside(parameter: Parameter, value: Value) -> bool:
-    low, high = value.interval
-    return low < parameter.upper and high > parameter.lower
 
 
 def _held_check(held: Sequence[Held], cause: Note | None) -> Check:
@@ -117,32 +115,21 @@ def fixed_check(estimate: Estimate, level: float = LEVEL.value) -> Check | Missi
 
 def _contradiction(physical: Physical, estimate: Estimate) -> str:
     """What was fixed beside what the record alone says of it, where it says anything."""
-    alone = estimate.parameters
-    sides = [
-        f"{p.name} is fixed at {known_text(p)} {p.unit}"
-        + (
-            f", the record alone gives {alone[p.name].corrected:.4g} +- {_deviation(alone[p.name])}"
-            if p.name in alone
-            else ""
-        )
-        for p in physical.base.known
-    ]
+    sides = []
+    for p in physical.base.known:
+        said = f"{p.name} is fixed at {known_text(p)} {p.unit}"
+        if alone := estimate.parameters.get(p.name):
+            deviation = np.hypot(alone.deviation, alone.sd_gain)
+            said += f", the record alone gives {alone.corrected:.4g} +- {deviation:.2g}"
+        sides.append(said)
     what = f": {'; '.join(sides)}" if sides else ""
+    unknown = "; its bias, which could do it too, is not known without a control law"
     return (
         f"no values of the parameters agree with the record{' and what was fixed' * bool(sides)} "
         f"(squared distance {physical.statistic:.3g}, restrictions {physical.dof}){what}. "
-        f"Check what was fixed, the drive gain and the terms of the model{_unknown_bias(estimate)}"
+        "Check what was fixed, the drive gain and the terms of the model"
+        f"{unknown * (estimate.filter_bias is None)}"
     )
-
-
-def _deviation(value: Value) -> str:
-    return f"{np.hypot(value.deviation, value.sd_gain):.2g}"
-
-
-def _unknown_bias(estimate: Estimate) -> str:
-    if estimate.filter_bias is not None:
-        return ""
-    return "; its bias, which could do it too, is not known without a control law"
 
 
 def nominal_check(

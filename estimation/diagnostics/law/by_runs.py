@@ -38,7 +38,6 @@ _MAX_SAME_RESIDUAL = 1.1
 
 _DRAWS = 3  # of what the log's last digit leaves open
 _LARGEST = 5.0  # logarithm of a change that is told to first order
-_MOST_TRIED = 3  # single gains that are tried by runs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,15 +131,12 @@ class GainsBeside:
         the law reads the steps of an encoder as they are. Such steps would leave of the control, by
         any gains, what they do, which jumps from sample to sample as no other fault does.
         """
-        best = self._changed(tuple(range(len(self.along.law.gains)))).point
-        refuted = any(self._refutes_rounding(point) for point in (self.point, best))
-        return replace(self, rounded=()) if refuted else self
-
-    def _refutes_rounding(self, point: LawPoint) -> bool:
-        """Whether less jumps from sample to sample than such steps would make."""
-        sizes = [np.linalg.norm(np.diff(each)) for each in self.left_open(point)]
-        jumps = np.linalg.norm(np.diff(self.left(point)))
-        return bool(jumps < max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value)
+        for point in (self.point, self._changed(tuple(range(len(self.along.law.gains)))).point):
+            sizes = [np.linalg.norm(np.diff(each)) for each in self.left_open(point)]
+            jumps = np.linalg.norm(np.diff(self.left(point)))
+            if jumps < max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value:
+                return replace(self, rounded=())
+        return self
 
     def left_open(self, point: LawPoint) -> list[Array]:
         """By how much the output may differ for that, drawn at random, (n,) each."""
@@ -155,14 +151,18 @@ class GainsBeside:
         """The same in percent of the control."""
         return relative_error_percent(self.left(point), self.compared(self.along.control))
 
+    @property
+    def flipped(self) -> "GainsBeside":
+        """The same beside the control of the other sign."""
+        along = replace(self.along, control=-self.along.control)
+        return replace(self, along=along, point=along.fitted(along.declared, self.compared, ()))
+
     def flipped_percent(self, most: float) -> float | None:
         """What the law leaves of the control of the other sign, percent; None for more than most.
 
         What the log rounds is open besides.
         """
-        along = replace(self.along, control=-self.along.control)
-        other = replace(self, along=along, point=along.fitted(along.declared, self.compared, ()))
-        left = other.percent(other.point)
+        left = self.flipped.percent(self.flipped.point)
         return left if left < max(most, MIN_DISTANCE_FROM_NOISE.value * self.open_percent) else None
 
     def off(self, point: LawPoint) -> dict[str, float]:
@@ -184,38 +184,42 @@ class GainsBeside:
 
     def steps(self, point: LawPoint) -> dict[str, tuple[float, float]]:
         """Change of the logarithm of each such gain that least squares asks for; its deviation."""
-        names = [*self.along.law.gains]
-        both = np.column_stack([self._by_gain(point), self._off(point)])
-        both = self._besides_start(point, both)
-        columns, left = both[:, :-1], both[:, -1]
-        size = float(np.linalg.norm(self.compared(self.along.control)))
-        told = _told_apart(np.where(self._vague(point, columns), 0.0, columns), size)
-        if not told:
+        told, fit = self._asked(point, [*self.along.law.gains])
+        if fit is None:
             return {}
-        regressor = factor(columns[:, told], [names[i] for i in told], neighbours=self.neighbours)
-        fit = least_squares(left, regressor)
-        variances = np.diag(self._scatter(fit, point))
-        found = zip(fit.theta, np.sqrt(variances), strict=True)
-        return {names[i]: (float(s), float(d)) for i, (s, d) in zip(told, found, strict=True)}
+        found = zip(fit.theta, np.sqrt(np.diag(self._scatter(fit, point))), strict=True)
+        return {name: (float(s), float(d)) for name, (s, d) in zip(told, found, strict=True)}
 
     def covariance(self, names: Sequence[str]) -> Array:
         """Of the logarithms of gains that the control asks for, others being right, (k, k).
 
         Infinite variances of those that do not show in it apart from the others.
         """
-        every = [*self.along.law.gains]
-        free = [every.index(name) for name in names]
-        both = np.column_stack([self._by_gain(self.point)[:, free], self._off(self.point)])
-        both = self._besides_start(self.point, both)
-        columns, left = both[:, :-1], both[:, -1]
-        size = float(np.linalg.norm(self.compared(self.along.control)))
-        told = _told_apart(columns, size)
-        found = np.diag(np.full(len(free), np.inf))
-        if told:
-            named = [names[i] for i in told]
-            fit = least_squares(left, factor(columns[:, told], named, neighbours=self.neighbours))
-            found[np.ix_(told, told)] = self._scatter(fit, self.point)
+        told, fit = self._asked(self.point, names, vague=True)
+        found = np.diag(np.full(len(names), np.inf))
+        if fit is not None:
+            places = [names.index(name) for name in told]
+            found[np.ix_(places, places)] = self._scatter(fit, self.point)
         return found
+
+    def _asked(
+        self, point: LawPoint, names: Sequence[str], *, vague: bool = False
+    ) -> tuple[list[str], Solution | None]:
+        """Gains among some that the control tells, vague ones too if asked, and their fit."""
+        free = [[*self.along.law.gains].index(name) for name in names]
+        both = np.column_stack([self._by_gain(point), self._off(point)])
+        both = self._besides_start(point, both)
+        columns, left = both[:, :-1], both[:, -1]
+        shown = columns if vague else np.where(self._vague(point, columns), 0.0, columns)
+        size = float(np.linalg.norm(self.compared(self.along.control)))
+        told = [free[j] for j in _told_apart(shown[:, free], size)]
+        every = [*self.along.law.gains]
+        named = [every[i] for i in told]
+        if not told:
+            return named, None
+        return named, least_squares(
+            left, factor(columns[:, told], named, neighbours=self.neighbours)
+        )
 
     def _scatter(self, fit: Solution, point: LawPoint) -> Array:
         """Covariance of a fit to what the law leaves, with what the log rounds."""
@@ -230,31 +234,17 @@ class GainsBeside:
 
         Several where other single gains explain the control as well.
         """
-        names = [*self.along.law.gains]
-        single = sorted(
-            (self._changed((i,)) for i in self._promising()), key=lambda change: change.percent
-        )
-        if single and not self.off(single[0].point):
-            most = _MAX_SAME_RESIDUAL * single[0].percent
-            alike = [c for c in single if c.percent <= most and not self.off(c.point)]
-            return tuple(alike)
-        free: tuple[int, ...] = single[0].free if single else ()
-        best = single[0] if single else self._changed(())
-        while len(free) < len(names):
-            further = [i for i in range(len(names)) if i not in free]
-            found = [self._changed((*free, i)) for i in further]
-            best = min(found, key=lambda change: change.percent)
-            free = best.free
+        free, best = tuple[int, ...](), self._changed(())
+        while len(free) < len(self.along.law.gains):
+            further = [i for i in range(len(self.along.law.gains)) if i not in free]
+            tried = [self._changed((*free, i)) for i in further]
+            best = min(tried, key=lambda change: change.percent)
             if not self.off(best.point):
-                break
+                most = _MAX_SAME_RESIDUAL * best.percent
+                alike = [c for c in tried if c.percent <= most and not self.off(c.point)]
+                return (best,) if free else tuple(sorted(alike, key=lambda c: c.percent))
+            free = best.free
         return (best,)
-
-    def _promising(self) -> list[int]:
-        """The gains that explain most of what the law leaves, each by itself and to first order."""
-        columns = self._besides_start(self.point, self._by_gain(self.point))
-        sizes = np.linalg.norm(columns, axis=0)
-        explained = np.abs(columns.T @ self.left(self.point)) / np.where(sizes > 0, sizes, np.inf)
-        return [int(i) for i in np.argsort(-explained)[:_MOST_TRIED] if explained[i] > 0]
 
     def _changed(self, free: tuple[int, ...]) -> "GainChange":
         point = self.along.fitted(self.point, self.compared, free)

@@ -7,7 +7,7 @@ that takes an ideal sensor's velocity is compared after a zero-phase low-pass of
 that velocity is not recorded; the identification's own filter plays no part.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -20,51 +20,51 @@ from axisid.estimation.records import Record, clock_of, law_ratio, other_period
 from axisid.estimation.regression import lacking_law, lacking_loop
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds import (
-    COMPARISON_CUTOFF,
     MAX_LAW_RESIDUAL,
     MIN_DISTANCE_FROM_NOISE,
     MIN_SAMPLES_PER_FACTOR,
 )
 from axisid.modeling.declaration import ControlLaw
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy
 
 from .by_runs import GainsBeside, said_of_gains
 from .factors import (
-    FittedLaw,
     best_shift,
-    constant_beside,
+    fitted_factors,
     lean_of,
     leaning,
     scaled_factors,
 )
-from .position_zero import told_zero
 from .sentences import (
     CONSTANT,
     INJECTED,
     MAX_FACTOR_ERROR,
     are_alike,
     large_fault,
+    late_note,
     off_text,
     one_gain,
     remedy_by_test_signal,
-    remedy_by_time,
     repair_of,
     small_fault,
 )
 from .terms import (
-    LAW_SETTLING,
     compared_as,
     compared_with_law,
     left_open_percent,
     residual_percent,
+    settling,
 )
 from .unevenly import LawReading, is_uneven, open_for_jitter, other_readings
 
 # least deviation of a factor of a law that reads an ideal velocity, which is in no log: measured,
 # up to 2.4e-4 off on twins without noise, 1e-5 to 1e-4 on whole ones
 _FACTOR_BLUR = 1e-4
+# what a law leaves of the control by what the log leaves open, up to which it may be right: of
+# right laws behind logs that round to 1 to 20 um it is 0.6 to 1.1 times that
+_MOST_OPEN = MIN_DISTANCE_FROM_NOISE.value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,6 +112,12 @@ class LawCheck:
         return Note(self.meaning, self.remedy)
 
     @property
+    def unexplained(self) -> float:
+        """What no factors of the law's terms explain, percent."""
+        left = self.fitted_residual_percent
+        return float((self.residual_percent if left is None else left) or 0.0)
+
+    @property
     def is_told_by_factors(self) -> bool:
         """Whether the control is the law's but for its factors, which are all there is to mend."""
         left = self.fitted_residual_percent
@@ -157,17 +163,16 @@ def _read_otherwise(
     """The check by what else the law may have read where times are uneven; None for nothing."""
     if not is_uneven(record):
         return None
-    best, nearest = found, None
-    for reading in other_readings(record):
-        other = _compared(axis, law, reading.record, advises=False)
-        if isinstance(other, Missing):
-            continue
-        if other.passed:
-            return _with_reading(other, found, reading)
-        if _unexplained(other) < _unexplained(best):
-            best, nearest = other, reading
+    every = [
+        (_compared(axis, law, each.record, advises=False), each) for each in other_readings(record)
+    ]
+    told = [(check, reading) for check, reading in every if isinstance(check, LawCheck)]
+    for check, reading in told:
+        if check.passed:
+            return _with_reading(check, found, reading)
+    best, nearest = min([(found, None), *told], key=lambda each: each[0].unexplained)
     left = open_for_jitter(axis, record, float(best.residual_percent or 0.0))
-    if left is None or _unexplained(best) < MAX_LAW_RESIDUAL.value:
+    if left is None or best.unexplained < MAX_LAW_RESIDUAL.value:
         if nearest is None:
             return None
         said = _compared(axis, law, nearest.record)
@@ -176,12 +181,6 @@ def _read_otherwise(
         "the record's samples are off even times, and what the law read between them, noise above "
         f"all, leaves {left:.2g} % of its control open ({best.residual_percent:.2g} % off)"
     )
-
-
-def _unexplained(found: LawCheck) -> float:
-    """What no factors of the law's terms explain, percent."""
-    fitted = found.fitted_residual_percent
-    return float(found.residual_percent or 0.0) if fitted is None else fitted
 
 
 def _with_reading(law: LawCheck, found: LawCheck, reading: LawReading) -> LawCheck:
@@ -201,108 +200,114 @@ def _compared(
 ) -> LawCheck | Missing:
     """A law against the samples of a record, with what would mend it where that is asked for."""
     record = record.longest()  # a law's memory does not outlast a gap
-    settle = _settling(law)
-    if len(record.position) < 2 * settle + MIN_SAMPLES_PER_FACTOR.value * len(law.terms):
+    if len(record.position) < 2 * settling(law) + MIN_SAMPLES_PER_FACTOR.value * len(law.terms):
         return Missing(f"the record is too short for it, {len(record.position)} samples")
-    control, terms, used = compared_with_law(axis, law, record, settle)
+    control, terms, used = compared_with_law(axis, law, record)
     if not np.all(np.isfinite(terms)):
         return Missing("the declared law is not finite on this record")
     if used.sum() < MIN_SAMPLES_PER_FACTOR.value * terms.shape[1]:
         return Missing("the control is at the drive's limit, or masked, nearly all the time")
     left_open = left_open_percent(axis, record, used)
     declared = residual_percent(control, terms, used)
-    if left_open > MAX_LAW_RESIDUAL.value and not _is_beyond(declared, left_open):
-        return _too_open(law, record, left_open)
+    if left_open > MAX_LAW_RESIDUAL.value and declared < _MOST_OPEN * left_open:
+        return Missing(
+            f"the record is sampled every {record.period:.6g} s, the control law runs every "
+            f"{law.period:.6g} s, and what it reads between the samples, noise above all, leaves "
+            f"{left_open:.2g} % of its control open"
+        )
     shift = best_shift(terms.sum(axis=1), control, used)
-    both = _Both(axis, law, record, settle, control, terms, used, advises)
     # An integral shows its start along the whole record, and wrong gains move what starts it.
     by_terms = law.is_polynomial and not law.balanced and not hides_command(axis)
-    if not law.gains or by_terms:
-        return _by_products(both, declared, shift, left_open)
-    return _by_gains(both, shift, left_open)
+    told = (
+        _by_products(axis, law, record, control, terms, used)
+        if not law.gains or by_terms
+        else _by_gains(axis, law, record, used, shift)
+    )
+    if isinstance(told, Missing):
+        return told
+    (check, faulty), declared = told, float(told[0].residual_percent or 0.0)
+    between = f"; what it reads between the samples leaves {left_open:.2g} % open"
+    check = replace(
+        check,
+        delay=shift,
+        passed=check.passed and declared < MAX_LAW_RESIDUAL.value and not shift,
+        meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of "
+        f"its norm{between * (left_open > 0)}",
+    )
+    if check.passed or not advises:
+        return check
+    explained, fault = faulty(check)
+    if repair := repair_of(axis, law, record, explained, shift):
+        said = f"the recorded control is not the declared law's ({off_text(declared)}), but "
+        return replace(check, meaning=said + repair.text, remedy=repair.remedy)
+    if shift:
+        late = late_note(shift, None if law.continuous else law.delay)
+        return replace(check, meaning=late.text, remedy=late.remedy)
+    return fault
 
 
 def law_beside(axis: GeneratedAxis, law: ControlLaw, record: Record) -> GainsBeside:
     """A law beside a record with which it can be compared, by its gains."""
     record = record.longest()
-    _, _, used = compared_with_law(axis, law, record, _settling(law))
+    _, _, used = compared_with_law(axis, law, record)
     return GainsBeside.of(axis, law, record, used, compared_as(law, record))
 
 
-def _settling(law: ControlLaw) -> int:
-    """Samples at the start that are not compared."""
-    return round(1 / COMPARISON_CUTOFF.value) if law.takes_velocity else LAW_SETTLING
+#: A check that is not worded yet, and what words it where it fails, with what explains the control.
+_Told = tuple[LawCheck, Callable[[LawCheck], tuple[float, LawCheck]]]
 
 
-@dataclass(frozen=True, slots=True)
-class _Both:
-    """Control and law, as `compared_with_law` gives them, and whether to say what would mend it."""
-
-    axis: GeneratedAxis
-    law: ControlLaw
-    record: Record
-    settle: int
-    control: Array
-    terms: Array
-    used: NDArray[np.bool_]
-    advises: bool
-
-    @property
-    def unit(self) -> str:
-        return self.axis.axis.drive.unit
-
-
-def _by_products(of: _Both, declared: float, shift: int, left_open: float) -> LawCheck:
+def _by_products(
+    axis: GeneratedAxis,
+    law: ControlLaw,
+    record: Record,
+    control: Array,
+    terms: Array,
+    used: NDArray[np.bool_],
+) -> _Told:
     """Of a law that is a sum of products of gains with signals that have none."""
-    axis, law, record, settle = of.axis, of.law, of.record, of.settle
-    control, terms, used = of.control, of.terms, of.used
     names = [str(product) for product, _ in law.terms]
     names += [] if record.added_control is None else [INJECTED]
     following = Neighbours.of(np.flatnonzero(used), 1)
-    by_terms = FittedLaw.of(control[used], terms[used], names, following)
-    factors, fitted, deviations = by_terms.factors, by_terms.percent, by_terms.deviations
+    factors, deviations, fitted = fitted_factors(control[used], terms[used], names, following)
     if law.takes_velocity:  # which is in no log
         blur = _FACTOR_BLUR
         deviations = {name: float(np.hypot(own, blur)) for name, own in deviations.items()}
     scaled = scaled_factors(factors, deviations)
     if law.takes_velocity and abs(scaled.get(INJECTED, np.inf) - 1) < MAX_FACTOR_ERROR:
         del scaled[INJECTED]  # the velocity that is compared is not the sensor's to a hundredth
-    left = (control - terms.sum(axis=1))[used]
+    left, declared = (control - terms.sum(axis=1))[used], residual_percent(control, terms, used)
     lean = lean_of(left, control[used], following)
-    passed = declared < MAX_LAW_RESIDUAL.value and shift == 0 and not scaled and not lean
-    constant = None if passed else constant_beside(control[used], terms[used], names, fitted)
-    sought = not passed and of.advises
-    simple = bool(one_gain(law, factors)) or are_alike(factors)
-    explained = fitted if fitted is not None and simple else declared
-    repair = repair_of(axis, law, record, settle, explained, shift) if sought else None
-    zero = told_zero(axis, law, record, settle) if CONSTANT in lean else ""
-    fault = small_fault(law, scaled, lean, factors, of.unit, zero)
-    remedy = None
-    if declared >= MAX_LAW_RESIDUAL.value or shift:
-        delay = None if law.continuous else law.delay
-        fault = large_fault(law, factors, deviations, declared, fitted, shift, delay, constant)
-        remedy = remedy_by_test_signal(record, fitted, shift, constant)
-        remedy = remedy or remedy_by_time(shift, delay)
-    return LawCheck(
+
+    def fault(check: LawCheck) -> tuple[float, LawCheck]:
+        simple = bool(one_gain(law, factors)) or are_alike(factors)
+        explained = fitted if fitted is not None and simple else declared
+        if declared < MAX_LAW_RESIDUAL.value:
+            said = small_fault(axis, record, scaled, lean, factors)
+            return explained, replace(check, meaning=said)
+        level = relative_error_percent(left - left.mean(), control[used]) < MAX_LAW_RESIDUAL.value
+        constant = lean.get(CONSTANT) if level else None
+        said = large_fault(law, factors, deviations, declared, fitted, constant)
+        remedy = remedy_by_test_signal(record, fitted, constant)
+        return explained, replace(check, meaning=said, remedy=remedy)
+
+    check = LawCheck(
         factors=factors,
         deviations=deviations,
         residual_percent=declared,
         fitted_residual_percent=fitted,
-        delay=shift,
-        passed=passed,
-        meaning=_reproduced(declared, left_open)
-        if passed
-        else _but(declared, repair)
-        if repair
-        else fault,
-        remedy=None if passed else repair.remedy if repair else remedy,
+        delay=0,
+        passed=not (scaled or lean),
+        meaning="",
     )
+    return check, fault
 
 
-def _by_gains(of: _Both, shift: int, left_open: float) -> LawCheck | Missing:
+def _by_gains(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, used: NDArray[np.bool_], shift: int
+) -> _Told | Missing:
     """Of a law that is limited, filtered or has an integral, by runs of it."""
-    axis, law, record = of.axis, of.law, of.record
-    beside = GainsBeside.of(axis, law, record, of.used, compared_as(law, record))
+    beside = GainsBeside.of(axis, law, record, used, compared_as(law, record))
     declared, left = beside.percent(beside.point), beside.left(beside.point)
     # A shift that explains the control shows through whatever the log rounds.
     if not shift and _is_hidden(declared, beside):
@@ -313,85 +318,51 @@ def _by_gains(of: _Both, shift: int, left_open: float) -> LawCheck | Missing:
             f"{beside.open_percent:.2g} % of the declared law's control open"
         )
     times = beside.times(beside.point)
-    off = {name: value for name, (value, clear) in times.items() if clear}
+    off = [name for name, (_, clear) in times.items() if clear]
     leans = [leaning(each, beside.neighbours)[0] for each in beside.left_open(beside.point)]
     open_ = MIN_DISTANCE_FROM_NOISE.value * np.abs([np.zeros(2), *leans]).max(axis=0)
     lean = lean_of(left, beside.compared(beside.along.control), beside.neighbours, open_)
+    large = declared >= MAX_LAW_RESIDUAL.value
+
+    def fault(check: LawCheck) -> tuple[float, LawCheck]:
+        start = f"the recorded control is not the declared law's ({off_text(declared)}): "
+        flipped = beside.flipped_percent(MAX_LAW_RESIDUAL.value) if large and not shift else None
+        if flipped is not None:
+            said = (
+                f"{start}its sign is opposite to the law's, with which it would be "
+                f"{off_text(flipped)}; check the sign of the control or of the positions"
+            )
+            return 0.0, replace(check, factors={}, meaning=said)
+        if not large:
+            start = "the recorded control is the declared law's but for its gains: "
+        said, change = said_of_gains(beside, start)
+        explained = declared if change is None or len(change.times) > 1 else change.percent
+        if not (off or large):
+            return explained, replace(check, meaning=small_fault(axis, record, {}, lean, {}))
+        if change is None:
+            remedy = remedy_by_test_signal(record, None) if large else None
+            return explained, replace(check, factors={}, meaning=said, remedy=remedy)
+        factors = {**dict.fromkeys(times, 1.0), **change.times}
+        return explained, replace(
+            check, factors=factors, fitted_residual_percent=change.percent, meaning=said
+        )
+
     check = LawCheck(
         factors={name: value for name, (value, _) in times.items()},
         residual_percent=declared,
         fitted_residual_percent=declared,
-        delay=shift,
-        passed=declared < MAX_LAW_RESIDUAL.value and shift == 0 and not off and not lean,
-        meaning=_reproduced(declared, left_open),
+        delay=0,
+        passed=not (off or lean),
+        meaning="",
     )
-    if check.passed or not of.advises:
-        return check
-    large = declared >= MAX_LAW_RESIDUAL.value
-    flipped = beside.flipped_percent(MAX_LAW_RESIDUAL.value) if large and not shift else None
-    if flipped is not None:
-        said = (
-            f"the recorded control is not the declared law's ({off_text(declared)}): its sign is "
-            f"opposite to the law's, with which it would be {off_text(flipped)}; check the sign of "
-            "the control or of the positions"
-        )
-        return replace(check, factors={}, meaning=said)
-    fault, change = said_of_gains(
-        beside,
-        f"the recorded control is not the declared law's ({off_text(declared)}): "
-        if large
-        else "the recorded control is the declared law's but for its gains: ",
-    )
-    explained = declared if change is None or len(change.times) > 1 else change.percent
-    if repair := repair_of(axis, law, record, of.settle, explained, shift):
-        return replace(check, meaning=_but(declared, repair), remedy=repair.remedy)
-    if shift:
-        delay = None if law.continuous else law.delay
-        late = large_fault(law, {}, {}, declared, None, shift, delay, None)
-        return replace(check, meaning=late, remedy=remedy_by_time(shift, delay))
-    if not off and declared < MAX_LAW_RESIDUAL.value:
-        zero = told_zero(axis, law, record, of.settle) if CONSTANT in lean else ""
-        return replace(check, meaning=small_fault(law, {}, lean, {}, of.unit, zero))
-    if change is None:
-        remedy = remedy_by_test_signal(record, None, shift, None)
-        return replace(check, factors={}, meaning=fault, remedy=remedy if large else None)
-    return replace(
-        check,
-        factors={**dict.fromkeys(times, 1.0), **change.times},
-        fitted_residual_percent=change.percent,
-        meaning=fault,
-    )
+    return check, fault
 
 
 def _is_hidden(declared: float, beside: GainsBeside) -> bool:
     """Whether what the log rounds hides whether the law is right."""
     rounded = beside.open_percent
     is_much = max(declared, rounded) >= MAX_LAW_RESIDUAL.value
-    return is_much and not _is_beyond(declared, rounded)
-
-
-def _is_beyond(declared: float, left_open: float) -> bool:
-    """Whether a law leaves more of the control than what the log leaves open may be, percent.
-
-    Of right laws behind logs that round to 1 to 20 um it is 0.6 to 1.1 times that.
-    """
-    return declared >= MIN_DISTANCE_FROM_NOISE.value * left_open
-
-
-def _reproduced(declared: float, left_open: float) -> str:
-    """What is said of a law that passes."""
-    between = f"; what it reads between the samples leaves {left_open:.2g} % open"
-    return (
-        f"the declared law reproduces the recorded control to {declared:.2g} % of its norm"
-        f"{between * (left_open > 0)}"
-    )
-
-
-def _but(declared: float, repair: Note) -> str:
-    """What is said where something mends it."""
-    return (
-        f"the recorded control is not the declared law's ({off_text(declared)}), but {repair.text}"
-    )
+    return is_much and declared < _MOST_OPEN * rounded
 
 
 def law_check(law: LawCheck | Missing) -> Check | Missing:
@@ -421,7 +392,16 @@ def _incomparable(
     # The period is the only thing of a law that can be checked without a reference.
     apart = other_period(law, record.period, clock)
     if apart is not None and not apart.confirmed:
-        return _other_clock(apart.note)
+        # A law of differences has other gains at another period, and its record another time.
+        return LawCheck(
+            factors={},
+            residual_percent=None,
+            fitted_residual_percent=None,
+            delay=0,
+            passed=False,
+            meaning=apart.note.text,
+            remedy=apart.note.remedy,
+        )
     lacking = lacking_loop(axis, record)
     if lacking is not None or record.control is None:
         clocks = f"{apart.note.text}; " if apart is not None else ""
@@ -440,24 +420,3 @@ def _incomparable(
             f"{1 / law.period:.6g} Hz"
         )
     return None
-
-
-def _too_open(law: ControlLaw, record: Record, percent: float) -> Missing:
-    return Missing(
-        f"the record is sampled every {record.period:.6g} s, the control law runs every "
-        f"{law.period:.6g} s, and what it reads between the samples, noise above all, leaves "
-        f"{percent:.2g} % of its control open"
-    )
-
-
-def _other_clock(note: Note) -> LawCheck:
-    """A law of differences has other gains at another period, and its record another time."""
-    return LawCheck(
-        factors={},
-        residual_percent=None,
-        fitted_residual_percent=None,
-        delay=0,
-        passed=False,
-        meaning=note.text,
-        remedy=note.remedy,
-    )

@@ -1,64 +1,47 @@
 """What stands between a recorded control and the terms of its law: factors, a constant, a shift."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.regression import Hac, factor, least_squares
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds import MAX_LAW_RESIDUAL, MAX_SCALE_ERROR, MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.thresholds import MAX_SCALE_ERROR, MIN_DISTANCE_FROM_NOISE
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 
-from .sentences import CONSTANT, DRIFT, MAX_FACTOR_ERROR, MOST_SHIFT
+from .sentences import CONSTANT, DRIFT, MOST_SHIFT
 
 # constant, or half of a drift, beside the law, by the control's root mean square
 _MAX_CONTROL_LEAN = 0.01
-# residual with a shift or a constant, by that without, up to which it is told
+# residual with a shift, by that without, up to which it is told
 _MAX_EXPLAINED_RESIDUAL = 0.7
 
 LAGS = 50  # samples over which what the law leaves may be alike
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FittedLaw:
+def fitted_factors(
+    control: Array, terms: Array, names: list[str], neighbours: Neighbours
+) -> tuple[dict[str, float], dict[str, float], float | None]:
     """A control fitted by the terms of its law, each with a factor.
 
-    Attributes
-    ----------
-    factors, deviations : dict of str to float
-        By name, the deviations HAC; none where the terms cannot be told apart.
-    percent : float or None
-        What the factors leave of the control.
+    Factors and their HAC deviations by name, none where the terms cannot be told apart, and what
+    the factors leave of the control, percent. A term that is always zero has no factor.
     """
-
-    factors: dict[str, float] = field(default_factory=dict)
-    deviations: dict[str, float] = field(default_factory=dict)
-    percent: float | None = None
-
-    @classmethod
-    def of(
-        cls, control: Array, terms: Array, names: list[str], neighbours: Neighbours
-    ) -> "FittedLaw":
-        """Fit them; a term that is always zero has no factor."""
-        moving = np.any(terms != 0, axis=0)
-        kept = [name for name, moves in zip(names, moving, strict=True) if moves]
-        if not kept:
-            return cls()
-        try:
-            columns = factor(terms[:, moving], kept, neighbours=neighbours)
-        except EstimationError:
-            return cls()
-        fit = least_squares(control, columns)
-        lags = min(LAGS, len(control) // 4)
-        deviations = np.sqrt(np.diag(Hac(lags).matrix(fit)))
-        return cls(
-            factors=dict(zip(kept, map(float, fit.theta), strict=True)),
-            deviations=dict(zip(kept, map(float, deviations), strict=True)),
-            percent=relative_error_percent(fit.residuals, control),
-        )
+    moving = np.any(terms != 0, axis=0)
+    kept = [name for name, moves in zip(names, moving, strict=True) if moves]
+    try:
+        columns = factor(terms[:, moving], kept, neighbours=neighbours) if kept else None
+    except EstimationError:
+        columns = None
+    if columns is None:
+        return {}, {}, None
+    fit = least_squares(control, columns)
+    deviations = np.sqrt(np.diag(Hac(min(LAGS, len(control) // 4)).matrix(fit)))
+    factors = dict(zip(kept, map(float, fit.theta), strict=True))
+    unsure = dict(zip(kept, map(float, deviations), strict=True))
+    return factors, unsure, relative_error_percent(fit.residuals, control)
 
 
 def scaled_factors(
@@ -107,30 +90,6 @@ def leaning(left: Array, neighbours: Neighbours) -> tuple[Array, Array]:
     fit = least_squares(left, factor(terms, (CONSTANT, DRIFT), neighbours=neighbours))
     lags = min(LAGS, len(left) // 4)
     return fit.theta, np.sqrt(np.diag(Hac(lags).matrix(fit)))
-
-
-def constant_beside(
-    control: Array, terms: Array, names: list[str], without: float | None
-) -> float | None:
-    """A constant that explains what the law's terms with factors of their own do not, or None.
-
-    Parameters
-    ----------
-    without : float or None
-        What factors alone leave, percent.
-    """
-    beside = np.column_stack([terms, np.ones(len(terms))])
-    neighbours = Neighbours.consecutive(len(control))
-    found = FittedLaw.of(control, beside, [*names, CONSTANT], neighbours)
-    fitted = found.percent
-    if fitted is None or fitted > MAX_LAW_RESIDUAL.value:
-        return None
-    if without is not None and fitted > _MAX_EXPLAINED_RESIDUAL * without:
-        return None
-    own = {name: value for name, value in found.factors.items() if name != CONSTANT}
-    constant = found.factors[CONSTANT]
-    near = all(abs(value - 1) < MAX_FACTOR_ERROR for value in own.values())
-    return constant if near else None
 
 
 def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int:

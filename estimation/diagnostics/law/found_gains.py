@@ -14,7 +14,8 @@ from scipy.special import chdtrc, gammaln, ndtri_exp
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
-from axisid.estimation.thresholds import MAX_SCALE_ERROR, MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.regression import wald
+from axisid.estimation.thresholds import MAX_LAW_RESIDUAL, MAX_SCALE_ERROR, MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
@@ -69,27 +70,16 @@ def check_found_law(axis: GeneratedAxis, record: Record, found: FoundGains) -> L
         return _beside_found(there, best, law, found)
     if first.passed:
         return first
-    if flipped := _of_other_sign(axis, law, record, found.names):
-        return replace(there, factors={}, meaning=flipped, remedy=None)
+    flipped = beside.flipped.best(found.names)
+    if flipped.percent(flipped.point) < MAX_LAW_RESIDUAL.value:
+        listed = " and ".join(f"{name} {flipped.gains[name]:.5g}" for name in found.names)
+        said = (
+            "the recorded control is not the law's by any gains: its sign is opposite to the "
+            f"law's, with which it would be by {listed}; check the sign of the control or of the "
+            "positions"
+        )
+        return replace(there, factors={}, meaning=said, remedy=None)
     return _not_even(there, axis, beside, record, found.names)
-
-
-def _of_other_sign(
-    axis: GeneratedAxis, law: ControlLaw, record: Record, names: tuple[str, ...]
-) -> str:
-    """What is said where the law gives the control of the other sign; nothing where it does not."""
-    if record.control is None:
-        return ""
-    other = replace(record, control=-record.control)
-    asked = law_beside(axis, law, other).best(names).gains
-    found = check_law(axis.with_gains(asked), other)
-    if isinstance(found, Missing) or not found.passed:
-        return ""
-    listed = " and ".join(f"{name} {asked[name]:.5g}" for name in names)
-    return (
-        "the recorded control is not the law's by any gains: its sign is opposite to the law's, "
-        f"with which it would be by {listed}; check the sign of the control or of the positions"
-    )
 
 
 def _beside_found(
@@ -122,13 +112,10 @@ def _beside_found(
 
 def apart_in_deviations(off: Array, covariance: Array) -> float:
     """How far (k,) differences are from 0, as deviations of one of them that is as unlikely."""
-    known = np.isfinite(np.diag(covariance)) & (np.diag(covariance) > 0)
-    if not known.any():
+    square, directions = wald(off, covariance)
+    if not directions:
         return 0.0
-    sizes = np.sqrt(np.diag(covariance)[known])
-    scaled, among = off[known] / sizes, covariance[np.ix_(known, known)] / np.outer(sizes, sizes)
-    square = float(scaled @ np.linalg.pinv(among, hermitian=True) @ scaled)
-    return float(-ndtri_exp(_log_chance(square, int(known.sum())) - np.log(2)))
+    return float(-ndtri_exp(_log_chance(square, directions) - np.log(2)))
 
 
 def _log_chance(square: float, number: int) -> float:

@@ -13,10 +13,9 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MAX_SCALE_ERROR
 from axisid.modeling.declaration import ControlLaw
-from axisid.support.arrays import Array
 from axisid.support.remedy import Note, Remedy, Setting
 
-from .terms import compared_with_law, law_error_percent
+from .terms import compared_with_law
 
 _STEP = 1e-3  # of the reference's range
 
@@ -29,20 +28,15 @@ class PositionZero:
     ----------
     away : float
         By how much the recorded position is more than the one beside the reference, SI.
-    error_percent : float
-        What the law leaves of the recorded control with the position moved back.
     control : float or None
         The constant control that does the same; None for a law that integrates.
     """
 
     away: float
-    error_percent: float
     control: float | None
 
 
-def position_zero(
-    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int
-) -> PositionZero | None:
+def position_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> PositionZero | None:
     """The zero of the position that explains most of what a law leaves; None where it does nothing.
 
     Parameters
@@ -52,44 +46,20 @@ def position_zero(
         Of the axis.
     record : Record
         Of one piece, with a reference and a control.
-    settle : int
-        Samples at the start that are not compared.
     """
     reference = np.asarray(record.reference)
     step = _STEP * float(np.ptp(reference)) or _STEP
-    control, terms, used = compared_with_law(axis, law, record, settle)
-    _, moved, _ = compared_with_law(axis, law, _moved(record, step), settle)
-    answer = ((moved.sum(axis=1) - terms.sum(axis=1)) / step)[used]
+    control, terms, used = compared_with_law(axis, law, record)
+    moved = replace(record, position=record.position + step)
+    _, otherwise, _ = compared_with_law(axis, law, moved)
+    answer = ((otherwise - terms).sum(axis=1) / step)[used]
     left = (control - terms.sum(axis=1))[used]
-    power = float(answer @ answer)
+    power, mean = float(answer @ answer), float(np.mean(answer))
     if not (np.isfinite(power) and power > 0):
         return None
     away = -float(answer @ left) / power
-    return PositionZero(
-        away=away,
-        error_percent=law_error_percent(axis, law, _moved(record, -away), settle),
-        control=_constant(answer, away),
-    )
-
-
-def told_zero(axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int) -> str:
-    """How far the position would be away, in words; empty where that makes no constant."""
-    found = position_zero(axis, law, record, settle)
-    if found is None or found.control is None:
-        return ""
-    return f"{found.away:+.3g} {axis.axis.coordinate.unit}"
-
-
-def _moved(record: Record, by: float) -> Record:
-    return replace(record, position=record.position + by)
-
-
-def _constant(answer: Array, away: float) -> float | None:
-    """The control that such a zero is, where it is as much all the time."""
-    mean = float(np.mean(answer))
-    if float(np.ptp(answer)) > MAX_SCALE_ERROR.value * abs(mean):
-        return None
-    return -mean * away
+    is_constant = float(np.ptp(answer)) <= MAX_SCALE_ERROR.value * abs(mean)
+    return PositionZero(away=away, control=-mean * away if is_constant else None)
 
 
 def zero_note(axis: GeneratedAxis, record: Record, found: PositionZero) -> Note:

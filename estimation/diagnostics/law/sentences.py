@@ -20,7 +20,7 @@ from axisid.support.errors import ModelError
 from axisid.support.remedy import Note, Remedy, Setting
 
 from .position_zero import position_zero, zero_note
-from .terms import at_limit, compared_with_law, law_error_percent, residual_percent
+from .terms import at_limit, compared_with_law, law_error_percent
 
 # of a factor of a law that does not fit from a round one; beyond, it is off
 MAX_FACTOR_ERROR = 0.05
@@ -56,11 +56,11 @@ def off_text(percent: float) -> str:
 
 
 def remedy_by_test_signal(
-    record: Record, fitted: float | None, shift: int, constant: float | None
+    record: Record, fitted: float | None, constant: float | None = None
 ) -> Remedy | None:
     """How to name a test signal, where nothing else explains what the law leaves."""
     explained = fitted is not None and fitted <= MAX_LAW_RESIDUAL.value
-    if record.injected is not None or shift or constant is not None or explained:
+    if record.injected is not None or constant is not None or explained:
         return None
     return Remedy.of(
         "; or name a test signal that was added to the control or to the reference, with ",
@@ -71,25 +71,32 @@ def remedy_by_test_signal(
 
 
 def small_fault(
-    law: ControlLaw,
+    axis: GeneratedAxis,
+    record: Record,
     scaled: dict[str, float],
     lean: dict[str, float],
     factors: dict[str, float],
-    unit: str,
-    zero: str,
 ) -> str:
     """What factors near 1, or a control that leans, look like.
 
-    `zero` is the position's from another one that makes as much of a constant, if it is known.
+    A position from another zero makes as much of a constant, where the law does not integrate.
     """
+    law, unit = axis.axis.control, axis.axis.drive.unit
+    assert law is not None  # noqa: S101  # there is none to check without it
     if not scaled:
         said = " and ".join(f"a {name} of {value:.3g} {unit}" for name, value in lean.items())
+        zero = position_zero(axis, law, record) if CONSTANT in lean else None
+        also = ""
+        if zero is not None and zero.control is not None:
+            also = (
+                f". Or the position is {zero.away:+.3g} {axis.axis.coordinate.unit} from its zero "
+                "beside the reference, a constant tracking error, of which the law makes as much"
+            )
         return (
             f"the recorded control is the declared law's but for {said}"
-            f"{' over the record' * (DRIFT in lean)}: check the offset of the control, or "
-            "an integral of the drive that the law does not declare; it moves friction and offsets"
-            + f". Or the position is {zero} from its zero beside the reference, a constant "
-            "tracking error, of which the law makes as much" * bool(zero and CONSTANT in lean)
+            f"{' over the record' * (DRIFT in lean)}: check the offset of the control, or an "
+            "integral of the drive that the law does not declare; it moves friction and offsets"
+            f"{also}"
         )
     listed = ", ".join(f"{name} x {value:.4g}" for name, value in scaled.items())
     if one := one_gain(law, factors):
@@ -106,7 +113,7 @@ def small_fault(
     every = "" if set(scaled) == {INJECTED} else "; what scales the control scales every estimate"
     return (
         f"the recorded control is the declared law's but for its factors ({listed}): "
-        f"{_common(law, float(np.median(values))) if alike else ''}check {what}{every}"
+        f"{_common(law, factors) if alike else ''}check {what}{every}"
     )
 
 
@@ -121,42 +128,40 @@ def _of_test_signal(factor: float) -> str:
     )
 
 
+def _explaining(law: ControlLaw, factors: dict[str, float]) -> Iterator[tuple[str, bool]]:
+    """Gains each of which alone explains the factors of the products, in words; if in all alike."""
+    products = {str(product): product.as_powers_dict() for product, _ in law.terms}
+    values = np.array(list(factors.values()))
+    if not factors.keys() <= products.keys() or not len(values) or np.any(values <= 0):
+        return  # a test signal has a factor too, which no gain explains
+    for name, value in law.gains.items():
+        powers = np.array([float(products[each].get(gain(name), 0)) for each in factors])
+        if not powers.any():
+            continue
+        times = float(np.exp(powers @ np.log(values) / (powers @ powers)))
+        left = float(np.abs(values / times**powers - 1).max())
+        if left < min(MAX_FACTOR_ERROR, _MAX_ONE_GAIN_ERROR * abs(times - 1)):
+            said = f"{name} is {times:.4g} times the declared one, {times * value:.5g} for "
+            yield f"{said}{value:.5g}", bool(np.ptp(powers) == 0)
+
+
 def one_gain(law: ControlLaw, factors: dict[str, float]) -> str:
     """The one gain that is off, if one explains the factors of the products; or empty.
 
     A gain that all products have alike is no such one: nothing tells it from the control's scale.
     """
-    products = {str(product): product.as_powers_dict() for product, _ in law.terms}
-    values = np.array(list(factors.values()))
-    if not factors.keys() <= products.keys() or not len(values) or np.any(values <= 0):
-        return ""  # a test signal has a factor too, which no gain explains
-    found = []
-    for name, value in law.gains.items():
-        powers = np.array([float(products[each].get(gain(name), 0)) for each in factors])
-        if np.ptp(powers) == 0:
-            continue
-        times = float(np.exp(powers @ np.log(values) / (powers @ powers)))
-        left = float(np.abs(values / times**powers - 1).max())
-        if left < min(MAX_FACTOR_ERROR, _MAX_ONE_GAIN_ERROR * abs(times - 1)):
-            found.append(f"{name} is {times:.4g} times the declared one, {times * value:.5g} for ")
-            found[-1] += f"{value:.5g}, and every other gain is right; declare that"
-    return found[0] if len(found) == 1 else ""
+    found = [said for said, in_all in _explaining(law, factors) if not in_all]
+    return f"{found[0]}, and every other gain is right; declare that" if len(found) == 1 else ""
 
 
-def _common(law: ControlLaw, factor: float) -> str:
-    """The gains that alone would be off by a factor (positive) of every product; or empty."""
-    powers = [product.as_powers_dict() for product, _ in law.terms]
-    alike = {name: {float(each.get(gain(name), 0)) for each in powers} for name in law.gains}
-    found = [
-        f"{name} is {factor ** (1 / power):.4g} times the declared one, "
-        f"{factor ** (1 / power) * law.gains[name]:.5g} for {law.gains[name]:.5g}"
-        for name, (power, *others) in alike.items()
-        if power and not others
-    ]
-    if not found or factor <= 0:
+def _common(law: ControlLaw, factors: dict[str, float]) -> str:
+    """The gains that alone would be off by a factor of every product; or empty."""
+    found = [said for said, in_all in _explaining(law, factors) if in_all]
+    if not found:
         return ""
+    times = float(np.median([*factors.values()]))
     return (
-        f"either {' or '.join(found)}, or the control is recorded {factor:.4g} times as large as "
+        f"either {' or '.join(found)}, or the control is recorded {times:.4g} times as large as "
         "it is, which scales every estimate: the law alone does not tell which; "
     )
 
@@ -182,15 +187,11 @@ def large_fault(
     deviations: dict[str, float],
     residual: float,
     fitted: float | None,
-    shift: int,
-    delay: int | None,
     constant: float | None,
 ) -> str:
     """Which fault the figures look like, and what to do."""
     listed = "".join(f", {name} x {value:.4g}" for name, value in factors.items())
     start = f"the recorded control is not the declared law's ({off_text(residual)}{listed}): "
-    if shift:
-        return f"the recorded control is not in time with the declared law: {_clock(shift, delay)}"
     if constant is not None:
         return (
             f"{start}a constant of {constant:.3g} explains it; check the control's offset, or an "
@@ -217,165 +218,154 @@ def large_fault(
         if abs(common / scale - 1) < MAX_FACTOR_ERROR:
             return f"{start}one unit stands for another, such as {what}"
     return (
-        f"{start}every gain is off by one factor; {_common(law, common)}check the control's unit "
+        f"{start}every gain is off by one factor; {_common(law, factors)}check the control's unit "
         "and scaling, and the velocity filter"
     )
 
 
-def remedy_by_time(shift: int, delay: int | None) -> Remedy | None:
-    """What puts a control in time with the law; which of them, the law alone does not tell."""
-    if not shift or abs(shift) == MOST_SHIFT:
-        return None
-    wrong = "before the drive applies it" if shift < 0 else "after the drive applied it"
-    possible = delay is not None and delay + shift >= 0
-    return Remedy.of(
-        f"declare delay={(delay or 0) + shift}, or, " if possible else "",
-        f"where the log writes the control {wrong}, move it with ",
-        Setting("shift", f"control={-shift}"),
-    )
+def late_note(shift: int, delay: int | None) -> Note:
+    """By how much a control is not in time, and what puts it there.
 
-
-def _clock(shift: int, delay: int | None) -> str:
-    """By how much a control is not in time, up to what to do."""
+    Which of law and log is to blame, the law alone does not tell.
+    """
+    start = "the recorded control is not in time with the declared law: it"
     samples = f"{abs(shift)} sample{'s' * (abs(shift) > 1)}"
     if abs(shift) == MOST_SHIFT:
-        return f"it is shifted by {samples} or more; check the clocks and the columns"
+        return Note(f"{start} is shifted by {samples} or more; check the clocks and the columns")
+    way = "later" if shift > 0 else "earlier"
     if delay is not None and delay + shift < 0:
-        return f"it comes {samples} before the law could give it; "
-    return f"it comes {samples} {'later' if shift > 0 else 'earlier'}; "
+        way = "before the law could give it"
+    possible = delay is not None and delay + shift >= 0
+    remedy = Remedy.of(
+        f"declare delay={(delay or 0) + shift}, or, " if possible else "",
+        f"where the log writes the control {'before' if shift < 0 else 'after'} the drive "
+        f"{'applies' if shift < 0 else 'applied'} it, move it with ",
+        Setting("shift", f"control={-shift}"),
+    )
+    return Note(f"{start} comes {samples} {way}; ", remedy)
+
+
+#: What may mend a law: what is then said, and axis, law and record of it.
+_Repair = tuple[Note, GeneratedAxis, ControlLaw, Record]
 
 
 def repair_of(
-    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, declared: float, shift: int
+    axis: GeneratedAxis, law: ControlLaw, record: Record, declared: float, shift: int
 ) -> Note | None:
     """What would make the law fit: columns changed, or its velocity formed otherwise; or None.
 
     It leaves half of what is `declared` at the most: of what the declared law leaves, or gains
     that explain the control. Where that is only some samples early or late, there is nothing else
-    to mend.
+    to mend. What has numbers of its own explains what a moved column does, nearly, and comes last.
     """
     good = min(MAX_LAW_RESIDUAL.value, _MAX_REPAIRED_RESIDUAL * declared)
+    kinds = [_changed_columns, _moved_columns, _moved_zero, _other_laws, _limited, _fed_forward]
     if shift:
-        if law_error_percent(axis, law, record.shifted(control=-shift), settle) < good:
+        if law_error_percent(axis, law, record.shifted(control=-shift)) < good:
             return None
-        return _moved_column(axis, law, record, settle, good)
-    for said, changed in _changed_columns(record, law):
-        if law_error_percent(axis, law, changed, settle) < good:
-            return Note(f"it is with {said}")
-    if moved := _moved_column(axis, law, record, settle, good):
-        return moved
-    zero = position_zero(axis, law, record, settle)
-    if zero is not None and zero.error_percent < good:
-        return zero_note(axis, record, zero)
-    offs = {
-        name: law_error_percent(
-            build(replace(axis.axis, control=variant), native=False), variant, record, settle
-        )
-        for name, variant in velocity_variants(law).items()
-    }
-    best = min(offs, key=lambda name: offs[name], default="")
-    if best and offs[best] < good:
-        return Note(
-            f"it is that of the law {best} with the same gains ({off_text(offs[best])}), which "
-            "forms the velocity in another way: declare that"
-        )
-    # What has numbers of its own explains what a moved column does, nearly.
-    return _limited(axis, law, record, settle, good) or _fed_forward(
-        axis, law, record, settle, good
-    )
+        kinds = [_moved_columns]
+    for kind in kinds:
+        tried = [
+            (law_error_percent(of, by, other), said)
+            for said, of, by, other in kind(axis, law, record)
+        ]
+        least, note = min(tried, key=lambda each: each[0], default=(np.inf, None))
+        if least < good:
+            return note
+    return None
 
 
-def _limited(
-    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, good: float
-) -> Note | None:
-    """The drive at a limit that it does not declare, the largest control, where the law fits so."""
+def _other_laws(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+    """The law with its velocity formed in other ways."""
+    for name, variant in velocity_variants(law).items():
+        note = Note(
+            f"it is that of the law {name} with the same gains, which forms the velocity in "
+            "another way: declare that"
+        )
+        yield note, build(replace(axis.axis, control=variant), native=False), variant, record
+
+
+def _moved_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+    """The position from another zero."""
+    if (zero := position_zero(axis, law, record)) is not None:
+        moved = replace(record, position=record.position - zero.away)
+        yield zero_note(axis, record, zero), axis, law, moved
+
+
+def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+    """The drive at a limit that it does not declare, the largest control."""
     drive, size = axis.axis.drive, np.abs(np.asarray(record.control))
     limit = float(size.max())
     if drive.logs_what_acts or limit >= drive.limit:
-        return None
+        return
     try:
         declared = replace(axis.axis, drive=replace(drive, limit=limit))
     except ModelError:  # no dead band and no step is as large as the limit
-        return None
+        return
     limited = build(declared, native=False)
-    control, terms, used = compared_with_law(limited, law, record, settle)
+    control, terms, _ = compared_with_law(limited, law, record)
     cut = int(at_limit(control, terms, limit).sum())
-    if cut < MIN_SAMPLES_PER_FACTOR.value or residual_percent(control, terms, used) >= good:
-        return None
-    return Note(
-        f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in {cut} samples: "
-        "declare that limit"
-    )
+    if cut >= MIN_SAMPLES_PER_FACTOR.value:
+        note = Note(
+            f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in {cut} "
+            "samples: declare that limit"
+        )
+        yield note, limited, law, record
 
 
-def _fed_forward(
-    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, good: float
-) -> Note | None:
-    """A part of the reference's speed and acceleration in the control, where the law fits so."""
+def _fed_forward(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+    """A part of the reference's speed and acceleration in the control."""
     if record.injected is not None:
-        return None
+        return
     speed = np.gradient(np.asarray(record.reference), record.period)
     columns = np.column_stack([speed, np.gradient(speed, record.period)])
-    control, terms, used = compared_with_law(axis, law, record, settle)
+    control, terms, used = compared_with_law(axis, law, record)
     added = (replace(record, injected=each, injected_at="control") for each in columns.T)
-    seen = [compared_with_law(axis, law, each, settle)[1][:, -1] for each in added]
+    seen = [compared_with_law(axis, law, each)[1][:, -1] for each in added]
     left = control - terms.sum(axis=1)
     by = np.linalg.lstsq(np.column_stack(seen)[used], left[used], rcond=None)[0]
-    fed = replace(record, injected=columns @ by, injected_at="control")
-    if law_error_percent(axis, law, fed, settle) >= good:
-        return None
     q, sizes = axis.axis.coordinate, np.abs(by) * np.linalg.norm(columns, axis=0)
     parts = [
         f"{value:.3g} {axis.axis.drive.unit}/({unit})"
         for value, unit, size in zip(by, (q.velocity_unit, q.acceleration_unit), sizes, strict=True)
         if size > MAX_FACTOR_ERROR * sizes.max()
     ]
-    return Note(
+    note = Note(
         f"it is with a feed-forward of the reference's motion, {' and '.join(parts)}: declare that"
     )
+    yield note, axis, law, replace(record, injected=columns @ by, injected_at="control")
 
 
-def _moved_column(
-    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int, good: float
-) -> Note | None:
-    """The reference or the position some samples earlier or later, where the law fits them so."""
-    offs = {
-        (role, samples): law_error_percent(axis, law, record.shifted(**{role: samples}), settle)
-        for samples in (1, -1, 2, -2)
-        for role in ("reference", "position", *_signals_of(law))
-    }
-    role, samples = min(offs, key=lambda moved: offs[moved])
-    if offs[role, samples] >= good:
-        return None
-    way = "later" if samples > 0 else "earlier"
-    return Note(
-        f"it is with the {role} {abs(samples)} sample{'s' * (abs(samples) > 1)} {way}: where the "
-        "log wrote it at another time, move it with ",
-        Remedy.of(Setting("shift", f"{role}={samples}")),
-    )
+def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+    """A column that the law reads some samples earlier or later."""
+    for samples in (1, -1, 2, -2):
+        for role in ("reference", "position", *_signals_of(law)):
+            way = "later" if samples > 0 else "earlier"
+            note = Note(
+                f"it is with the {role} {abs(samples)} sample{'s' * (abs(samples) > 1)} {way}: "
+                "where the log wrote it at another time, move it with ",
+                Remedy.of(Setting("shift", f"{role}={samples}")),
+            )
+            yield note, axis, law, record.shifted(**{role: samples})
 
 
-def _changed_columns(record: Record, law: ControlLaw) -> Iterator[tuple[str, Record]]:
-    """The record as it would be without a common mistake in its columns, and which."""
-    reference, position = record.reference, record.position
-    assert reference is not None  # noqa: S101  # there is none to check without it
+def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+    """The record as it would be without a common mistake in its columns."""
+    reference, position, columns = record.reference, record.position, record.channels()
+    changed: dict[str, Record] = {}
+    for role in ("position", "reference", *_signals_of(law), "injected"):
+        named = "test signal" if role == "injected" else role
+        for scale, what in _COLUMN_FAULTS.items() if role in columns else ():
+            scaled = {**columns, role: scale * columns[role]}
+            changed[f"the {named} times {scale:g}: check {what}"] = record.with_channels(scaled)
+    swapped = replace(record, position=reference, reference=position)  # type: ignore[arg-type]
+    changed["position and reference exchanged: check which column is which"] = swapped
     if record.injected is not None:
         there = "reference" if record.injected_at == "control" else "control"
-        yield f"the test signal added to the {there}", replace(record, injected_at=there)
-        for scale, what in _COLUMN_FAULTS.items():
-            scaled = replace(record, injected=scale * record.injected)
-            yield f"the test signal times {scale:g}: check {what}", scaled
-        yield "no test signal: check which column it is", replace(record, injected=None)
-    for role, values in (("position", position), ("reference", reference)):
-        for scale, what in _COLUMN_FAULTS.items():
-            changed = replace(record, **{role: scale * values})  # type: ignore[arg-type]
-            yield f"the {role} times {scale:g}: check {what}", changed
-    for name in _signals_of(law):
-        for scale, what in _COLUMN_FAULTS.items():
-            signals = {**record.signals, name: scale * record.signals[name]}
-            yield f"the {name} times {scale:g}: check {what}", replace(record, signals=signals)
-    swapped = replace(record, position=reference, reference=position)
-    yield "position and reference exchanged: check which column is which", swapped
+        changed[f"the test signal added to the {there}"] = replace(record, injected_at=there)
+        changed["no test signal: check which column it is"] = replace(record, injected=None)
+    for said, other in changed.items():
+        yield Note(f"it is with {said}"), axis, law, other
 
 
 def _signals_of(law: ControlLaw) -> tuple[str, ...]:

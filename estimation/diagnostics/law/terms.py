@@ -30,10 +30,10 @@ LAW_SETTLING = 10  # samples in which the law's memory fills
 
 
 def compared_with_law(
-    axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int
+    axis: GeneratedAxis, law: ControlLaw, record: Record
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """The control, (N,), the law's terms, (N, terms), and which samples to compare, (N,)."""
-    control = np.asarray(record.control)
+    control, settle = np.asarray(record.control), settling(law)
     # A control beyond the limit by more is in a wrong unit, not one of a saturated drive.
     limited = np.isclose(np.abs(control), limit_in_log(axis), rtol=LIMIT_TOLERANCE.value, atol=0.0)
     for start, stop in record.masked:
@@ -75,9 +75,14 @@ def compared_as(law: ControlLaw, record: Record) -> Callable[[Array], Array]:
     return lambda signal: smooth.motion(signal)[0]
 
 
-def law_error_percent(axis: GeneratedAxis, law: ControlLaw, record: Record, settle: int) -> float:
+def settling(law: ControlLaw) -> int:
+    """Samples at the start that are not compared."""
+    return round(1 / COMPARISON_CUTOFF.value) if law.takes_velocity else LAW_SETTLING
+
+
+def law_error_percent(axis: GeneratedAxis, law: ControlLaw, record: Record) -> float:
     """What a law leaves of the recorded control, percent."""
-    return residual_percent(*compared_with_law(axis, law, record, settle))
+    return residual_percent(*compared_with_law(axis, law, record))
 
 
 def residual_percent(control: Array, terms: Array, used: NDArray[np.bool_]) -> float:

@@ -11,7 +11,7 @@ from .alignment import (
     declared_lateness as declared_lateness,
     estimate_delay as estimate_delay,
 )
-from .column_comparison import ColumnComparison as ColumnComparison, likely_unit as likely_unit
+from .column_comparison import ColumnComparison as ColumnComparison, scale_remedy as scale_remedy
 from .force import force_check as force_check, limit_check as limit_check
 from .in_time import (
     ForceTiming as ForceTiming,

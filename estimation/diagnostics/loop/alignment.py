@@ -7,7 +7,6 @@ further. Half a sample moves viscous friction by several of its deviations.
 
 import math
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -102,7 +101,7 @@ def alignment_of(scores: RecordScores | Missing) -> Alignment | Missing:
     deviation = np.inf
     for _ in range(_STEPS):
         moved = _delayed(scores, delay - start)
-        tested = moved.test(moved.block(column[:, None]))
+        tested = moved.test(column[:, None])
         step = float(tested.values[0, 0])
         if step == 0 or not math.isfinite(step):
             return Missing("the parameters of the model explain a delay of the force as well")
@@ -133,18 +132,16 @@ def _held(scores: RecordScores) -> float:
 
 def _delayed(scores: RecordScores, samples: float) -> RecordScores:
     """With the record's force delayed by so many samples."""
-    more = scores.along.by_stretch(partial(_change, samples), scores.data.signals.force)
+    from scipy.ndimage import shift
+
+    def change(force: Array) -> Array:
+        return np.asarray(shift(force, samples, order=3, mode="nearest") - force)
+
+    more = scores.along.by_stretch(change, scores.data.signals.force)
     column = scores.along.reduce(more)[:, None]
     residuals = scores.residuals.copy()
     residuals[:, 0] += column[:, 0] + scores.columns @ scores.moved_by(column, np.ones(1))
     return replace(scores, residuals=residuals)
-
-
-def _change(samples: float, force: Array) -> Array:
-    """What a force that acts so many samples later has more at each sample, (N,)."""
-    from scipy.ndimage import shift
-
-    return np.asarray(shift(force, samples, order=3, mode="nearest") - force)
 
 
 def alignment_check(
@@ -185,10 +182,9 @@ def alignment_check(
         f"the force fits the motion best {_delay(delay)} {_side(delay.best)} it is recorded; "
         f"hold {hold} supposes {abs(used):g} samples {_side(used)}{by_ls}"
     )
-    other, moves = _other_hold(delay, data), f"A sample of delay moves {moved}"
-    advice = Remedy.of("Try ", other) if other is not None else remedy
-    if not by_log and other is None:
-        advice = _of_drive(delay, data, remedy)
+    moves, advice = f"A sample of delay moves {moved}", _advice(delay, data, remedy, by_log=by_log)
+    column = "control" if data.record.force is None else "force"
+    off = f"the {column} is {abs(apart):.2g} samples {'early' if apart > 0 else 'late'}"
     aligned = not (delay.at_the_end if isinstance(late, Missing) else late)
     return Check(
         name="alignment",
@@ -200,27 +196,41 @@ def alignment_check(
         "leaves its range; a drive that holds its force is half a sample late",
         meaning=fits
         if aligned
-        else f"{fits}{_early(data, apart)}. {moves if advice is None else ''}",
+        else f"{fits}, so that {off} beside the position. {moves if advice is None else ''}",
         remedy=None if aligned or advice is None else Remedy.of(advice, f". {moves}"),
     )
 
 
-def _of_drive(delay: Alignment, data: FilteredRecord, remedy: Remedy | None) -> Remedy | None:
-    """To declare what is between a command and its force, before what else there is to do."""
-    axis, record, apart = data.axis.axis, data.record, delay.best - data.hold_delay
-    sampled = axis.control is None or not axis.control.continuous
-    if record.force is not None or not sampled:
+def _advice(
+    delay: Alignment, data: FilteredRecord, remedy: Remedy | None, *, by_log: bool
+) -> Remedy | None:
+    """The other hold, where the delay is its own; what a drive declares, before what else."""
+    axis, period, declared = data.axis.axis, data.record.period, declared_lateness(data)
+    late, rest = delay.best - data.hold_delay, ". " if remedy else ""
+    zoh = hold_delay(axis.control, data.period, clock_of(data.record))
+    other, own = ("zoh", zoh) if data.prefilter.hold == "raw" else ("raw", 0.0)
+    is_declared = 0 < -late * period * (1 - NO_DELAY.value) < declared  # one that is not there
+    if abs(delay.best - own) <= MAX_MISALIGNMENT.value and not is_declared:
+        return Remedy.of("Try ", Setting("hold", other))
+    is_sampled = axis.control is None or not axis.control.continuous
+    if by_log or data.record.force is not None or not is_sampled:
         return remedy
-    if apart < 0 and declared_lateness(data):
-        return Remedy.of(_too_long(delay, data), ". " if remedy else "", remedy)
-    if apart <= 0 or delay.at_the_end:
+    if late < 0 and declared:
+        left = declared + late * period
+        instead = "none" if left < NO_DELAY.value * declared else f"{left:.3g} s"
+        said = (
+            f"The drive's delay or lag, declared as {declared:.3g} s in all, is "
+            f"{'at least ' * delay.at_the_end}{-late * period:.3g} s too long: declare {instead}"
+            f"{' or less' * (delay.at_the_end and left > 0)}"
+        )
+        return Remedy.of(said, rest, remedy)
+    if late <= 0 or delay.at_the_end:
         return remedy
-    more = "more " if declared_lateness(data) else ""
     said = (
         f"Declare what lies between command and force, the drive's delay or its lag, "
-        f"{apart * record.period:.3g} s {more}in all"
+        f"{late * period:.3g} s {'more ' * bool(declared)}in all"
     )
-    return Remedy.of(said) if remedy is None else Remedy.of(said, ". ", remedy)
+    return Remedy.of(said, rest, remedy)
 
 
 def declared_lateness(data: FilteredRecord) -> float:
@@ -228,30 +238,6 @@ def declared_lateness(data: FilteredRecord) -> float:
     drive = data.axis.axis.drive
     behind = {"command": drive.delay + drive.lag, "applied": drive.lag}
     return float(behind.get(drive.logged, 0.0))
-
-
-def _too_long(delay: Alignment, data: FilteredRecord) -> str:
-    """By how much a declared delay or lag is too long, and what to declare."""
-    declared = declared_lateness(data)
-    off = (data.hold_delay - delay.best) * data.record.period
-    least = "at least " if delay.at_the_end else ""
-    rest = declared - off
-    instead = "none" if rest < NO_DELAY.value * declared else f"{rest:.3g} s"
-    return (
-        f"The drive's delay or lag, declared as {declared:.3g} s in all, is {least}{off:.3g} s too "
-        f"long: declare {instead}{' or less' if delay.at_the_end and rest > 0 else ''}"
-    )
-
-
-def _other_hold(delay: Alignment, data: FilteredRecord) -> Setting | None:
-    """The other hold, where the delay is its own."""
-    zoh = hold_delay(data.axis.axis.control, data.period, clock_of(data.record))
-    other, own = ("zoh", zoh) if data.prefilter.hold == "raw" else ("raw", 0.0)
-    near = abs(delay.best - own) <= MAX_MISALIGNMENT.value
-    early = (data.hold_delay - delay.best) * data.record.period
-    if 0 < early * (1 - NO_DELAY.value) < declared_lateness(data):
-        return None  # a delay that is not there is declared
-    return Setting("hold", other) if near else None
 
 
 def _delay(delay: Alignment) -> str:
@@ -263,12 +249,3 @@ def _delay(delay: Alignment) -> str:
 
 def _side(delay: float) -> str:
     return "before" if delay < 0 else "after"
-
-
-def _early(data: FilteredRecord, apart: float) -> str:
-    """Which column is early or late beside the other."""
-    column, way = (
-        "control" if data.record.force is None else "force",
-        "early" if apart > 0 else "late",
-    )
-    return f", so that the {column} is {abs(apart):.2g} samples {way} beside the position"

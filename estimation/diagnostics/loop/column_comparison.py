@@ -23,6 +23,7 @@ from axisid.estimation.thresholds import (
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
+from axisid.support.remedy import Remedy, Setting
 
 # Hz, up to which columns are compared: far below any current loop's bandwidth
 _MAX_CUTOFF = 30.0
@@ -78,7 +79,9 @@ class LowPassed:
         smooth = SampledFilter(Prefilter(cutoff=cutoff), period)
         computed, measured = smooth.low_passed(computed), smooth.low_passed(measured)
         for _ in range(times):
-            computed, measured = np.gradient(computed, period), _averaged(measured)
+            computed = np.gradient(computed, period)
+            # Means over the two samples that a central difference spans, by Simpson's rule.
+            measured[1:-1] = (measured[:-2] + 4 * measured[1:-1] + measured[2:]) / 6
         step = max(settle // _OFTEN, 1)
         rows = np.flatnonzero(used).astype(np.int64)[::step]
         return cls(computed=computed, measured=measured, rows=rows, step=step)
@@ -115,12 +118,6 @@ def unmasked(record: Record) -> NDArray[np.bool_]:
     return ~covered(record.masked, len(record))
 
 
-def _averaged(values: Array) -> Array:
-    """Means over the two samples that a central difference spans, by Simpson's rule."""
-    inner = (values[:-2] + 4 * values[1:-1] + values[2:]) / 6
-    return np.concatenate([values[:1], inner, values[-1:]])
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnComparison:
     """A measured column against a computed one.
@@ -149,29 +146,22 @@ class ColumnComparison:
     left_percent: float
 
     @property
-    def scaled(self) -> float:
-        """Distance of the factor from 1 by what it may be; so are the others."""
-        return abs(self.factor - 1) / _allowed(MAX_SCALE_ERROR.value, self.factor_deviation)
-
-    @property
-    def late(self) -> float:
-        """The delay."""
-        return abs(self.delay) / _allowed(MAX_COLUMN_DELAY, self.delay_deviation)
-
-    @property
-    def moved(self) -> float:
-        """The constant."""
-        return abs(self.offset) / _allowed(MAX_COLUMN_OFFSET * self.size, self.offset_deviation)
-
-    @property
-    def other(self) -> float:
-        """What is left."""
-        return self.left_percent / _MAX_DIFFERENCE
+    def distances(self) -> dict[str, float]:
+        """Of the factor from 1, of delay, constant and what is left, by what each may be."""
+        far = MIN_DISTANCE_FROM_NOISE.value
+        return {
+            "factor": abs(self.factor - 1)
+            / max(MAX_SCALE_ERROR.value, far * self.factor_deviation),
+            "delay": abs(self.delay) / max(MAX_COLUMN_DELAY, far * self.delay_deviation),
+            "offset": abs(self.offset)
+            / max(MAX_COLUMN_OFFSET * self.size, far * self.offset_deviation),
+            "left": self.left_percent / _MAX_DIFFERENCE,
+        }
 
     @property
     def worst(self) -> float:
         """The largest of them; beyond 1 something is wrong."""
-        return max(self.scaled, self.late, self.moved, self.other)
+        return max(self.distances.values())
 
     @classmethod
     def of(cls, columns: LowPassed) -> "ColumnComparison | Missing":
@@ -197,15 +187,14 @@ class ColumnComparison:
         )
 
 
-def _allowed(most: float, deviation: float) -> float:
-    return max(most, MIN_DISTANCE_FROM_NOISE.value * deviation)
-
-
-def likely_unit(declared: str, times: float, vague: float) -> str:
-    """The unit of a column whose numbers are so many times those in the declared one.
+def scale_remedy(
+    role: str, column: str, declared: str, times: float, vague: float
+) -> Remedy | None:
+    """The usual unit of a column whose numbers are so many times those in the declared one.
 
     Parameters
     ----------
+    role, column : str
     declared : str
     times : float
     vague : float
@@ -213,8 +202,8 @@ def likely_unit(declared: str, times: float, vague: float) -> str:
 
     Returns
     -------
-    str
-        Empty for no usual one.
+    Remedy or None
+        None for no usual unit.
     """
     own = label_unit(declared)
     for name in _UNITS:
@@ -222,5 +211,5 @@ def likely_unit(declared: str, times: float, vague: float) -> str:
         if own is None or known is None or known[1] != own[1]:
             continue
         if abs(times * known[0] / own[0] - 1) <= vague < np.inf:
-            return name
-    return ""
+            return Remedy.of("it is in ", Setting("columns", f"{role}={column}:{name}"))
+    return None

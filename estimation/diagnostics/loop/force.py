@@ -10,7 +10,6 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import (
     DriveAlong,
     acting_control,
-    drive_force,
     recorded_signals,
 )
 from axisid.estimation.thresholds import MAX_LIMIT_EXCESS, MIN_DISTANCE_FROM_NOISE
@@ -38,19 +37,36 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | None:
         if drive.is_gain
         else ("the drive", "what the drive makes of the control")
     )
-    apart, found = _compared(axis, longest)
-    by_gain = drive.relative_sd * _factor_by_gain(axis, longest)
-    vague = float(np.hypot(found.factor_deviation, by_gain))
-    scaled, shifted = replace(found, factor_deviation=vague).scaled > 1, found.moved > 1
+    commanded, by_gain = _commanded(axis, longest)
+    apart, found = _compared(longest, commanded)
+    vague = float(np.hypot(found.factor_deviation, drive.relative_sd * by_gain))
+    far = replace(found, factor_deviation=vague).distances
+    scaled, shifted = far["factor"] > 1, far["offset"] > 1
     lag, near = found.delay * record.period, apart <= _MAX_FORCE_DIFFERENCE
-    late = abs(lag) > _MAX_FORCE_LAG
+    late, q = abs(lag) > _MAX_FORCE_LAG, axis.axis.coordinate
     good = near and not (scaled or late or shifted)
+    suspect = f"the drive ({drive.force_text(q)})"
+    if drive.is_gain:
+        suspect = (
+            f"the gain, which would be {found.factor * drive.gain:.4g} {q.force_unit}/{drive.unit} "
+            f"for {drive.gain:g}"
+        )
     if good:
         meaning = f"the force column is what {maker} makes of the control"
     elif near and scaled:
-        meaning = _scaled(axis, found, maker)
+        meaning = (
+            f"the force column is {found.factor:.4g} +- {max(found.factor_deviation, 1e-4):.1g} "
+            f"times what {maker} makes of the control, and otherwise the same: every parameter is "
+            f"scaled by it. Check the force column's scale and {suspect}, or declare how well the "
+            "gain is known (relative_sd)"
+        )
     elif near and not late:
-        meaning = _shifted(axis, found, maker)
+        meaning = (
+            f"the force column is {found.offset:+.4g} +- {found.offset_deviation:.1g} "
+            f"{q.force_unit} beside what {maker} makes of the control, and otherwise the same: a "
+            "constant force, and friction that differs with the direction, take it up. Check the "
+            "zero of the force's sensor, or of the control's converter"
+        )
     else:
         meaning = (
             f"the force column is {found.factor:.3g} times what {maker} makes of the control, "
@@ -103,66 +119,47 @@ def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
     )
 
 
-def _scaled(axis: GeneratedAxis, found: ColumnComparison, maker: str) -> str:
-    drive, q = axis.axis.drive, axis.axis.coordinate
-    suspect = (
-        f"the gain, which would be {found.factor * drive.gain:.4g} {q.force_unit}/{drive.unit} for "
-        f"{drive.gain:g}"
-        if drive.is_gain
-        else f"the drive ({drive.force_text(q)})"
-    )
-    return (
-        f"the force column is {found.factor:.4g} +- {max(found.factor_deviation, 1e-4):.1g} times "
-        f"what {maker} makes of the control, and otherwise the same: every parameter is scaled by "
-        f"it. Check the force column's scale and {suspect}, or declare how well the gain is known "
-        "(relative_sd)"
-    )
+def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
+    """What the drive makes of the control of a record of one piece, (N,), and how far by its gain.
 
-
-def _shifted(axis: GeneratedAxis, found: ColumnComparison, maker: str) -> str:
-    unit = axis.axis.coordinate.force_unit
-    return (
-        f"the force column is {found.offset:+.4g} +- {found.offset_deviation:.1g} {unit} beside "
-        f"what {maker} makes of the control, and otherwise the same: a constant force, and "
-        "friction that differs with the direction, take it up. Check the zero of the force's "
-        "sensor, or of the control's converter"
-    )
-
-
-def _factor_by_gain(axis: GeneratedAxis, record: Record) -> float:
-    """Slope of the factor by the logarithm of the gain: 1 for a force that is all the gain's."""
-    if axis.axis.drive.is_gain:
-        return 1.0
-    control, velocity = _acting(axis, record), np.gradient(record.position, record.period)
+    The latter is the slope of the logarithms: 1 for a force that is all the gain's.
+    """
+    velocity = np.gradient(record.position, record.period)  # its noise is filtered with the force
+    motion = record.position, velocity, np.gradient(velocity, record.period)
     recorded = recorded_signals(axis, record.provenance.source, record.signals)
-    motion = record.position, velocity, recorded
+    control = acting_control(axis, np.asarray(record.control), [0], record.period)
+    drive = DriveAlong(
+        axis=axis, starts=[0], period=record.period, held=True, delay=0.0, mean=False
+    )
+    commanded, slope = (each(control, motion, recorded) for each in (drive.force, drive.slope))
     used = unmasked(record)
-    commanded = drive_force(axis, control, *motion)[used]
-    slope = axis.force_by_gain(control, *motion)[used]
-    return float(slope @ commanded / (commanded @ commanded))
+    power = float(commanded[used] @ commanded[used])
+    return commanded, float(slope[used] @ commanded[used]) / power if power else 1.0
 
 
-def _compared(axis: GeneratedAxis, record: Record) -> tuple[float, ColumnComparison]:
+def _compared(record: Record, commanded: Array) -> tuple[float, ColumnComparison]:
     """How far the two are apart in what is slow, percent, and what is between them.
 
     Both are low-passed, so that what a current loop and its sensor do is no factor; a few samples,
     of which no factor can be told, are compared as they are.
     """
-    force, control = np.asarray(record.force), _acting(axis, record)
-    velocity = np.gradient(record.position, record.period)  # its noise is filtered with the force
-    recorded = recorded_signals(axis, record.provenance.source, record.signals)
-    drive = DriveAlong(
-        axis=axis, starts=[0], period=record.period, held=True, delay=0.0, mean=False
-    )
-    motion = record.position, velocity, np.gradient(velocity, record.period)
-    commanded = drive.force(control, motion, recorded)
-    columns = LowPassed.of(record, commanded, force)
-    if isinstance(columns, Missing):
-        return relative_error_percent(force - commanded, commanded), _untold(commanded, force)
-    slow, target = columns.computed[columns.rows], columns.measured[columns.rows]
-    found = ColumnComparison.of(columns)
-    if isinstance(found, Missing):
-        found = _untold(slow, target)
+    slow, target = commanded, np.asarray(record.force)
+    columns = LowPassed.of(record, commanded, target)
+    found: ColumnComparison | Missing = Missing("too few samples")
+    if not isinstance(columns, Missing):
+        slow, target = columns.computed[columns.rows], columns.measured[columns.rows]
+        found = ColumnComparison.of(columns)
+    if isinstance(found, Missing):  # nothing tells how well the factor is known
+        found = ColumnComparison(
+            factor=float(slow @ target / (slow @ slow)),
+            factor_deviation=np.inf,
+            delay=0.0,
+            delay_deviation=np.inf,
+            offset=0.0,
+            offset_deviation=np.inf,
+            size=0.0,
+            left_percent=0.0,
+        )
     # What is left is no noise where the force is measured behind a gear: a factor that explains
     # no more than that is none.
     unexplained = found.left_percent / 100 / MIN_DISTANCE_FROM_NOISE.value
@@ -171,22 +168,3 @@ def _compared(axis: GeneratedAxis, record: Record) -> tuple[float, ColumnCompari
         factor_deviation=max(found.factor_deviation, unexplained),
         offset_deviation=max(found.offset_deviation, unexplained * found.size),
     )
-
-
-def _untold(commanded: Array, force: Array) -> ColumnComparison:
-    """A factor that nothing tells how well it is known, and neither a delay nor a constant."""
-    return ColumnComparison(
-        factor=float(commanded @ force / (commanded @ commanded)),
-        factor_deviation=np.inf,
-        delay=0.0,
-        delay_deviation=np.inf,
-        offset=0.0,
-        offset_deviation=np.inf,
-        size=0.0,
-        left_percent=0.0,
-    )
-
-
-def _acting(axis: GeneratedAxis, record: Record) -> Array:
-    """The control of which the drive makes its force, of a record of one piece, (N,)."""
-    return acting_control(axis, np.asarray(record.control), [0], record.period)

@@ -84,7 +84,17 @@ def law_in_time(
     if timing.role != "control":
         return law
     if not timing.samples:
-        return replace(law, remedy=_of_the_law(law.delay, declared.delay, timing))
+        late = declared.delay + law.delay
+        if late < 0 and not declared.delay:
+            said = Remedy.of(
+                f"and the control {timing.text}: see whether position or reference is written "
+                "late, and move it with ",
+                Setting("shift", f"reference={law.delay}"),
+                " or the like",
+            )
+            return replace(law, remedy=said)
+        motion = f"The motion supports that: the control {timing.text}"
+        return replace(law, remedy=Remedy.of(f"declare delay={max(late, 0)}. {motion}"))
     return replace(
         law,
         remedy=Remedy.of(
@@ -92,21 +102,6 @@ def law_in_time(
             timing.shift,
             _and_delay(declared, law, timing.samples),
         ),
-    )
-
-
-def _of_the_law(shift: int, delay: int, timing: ForceTiming) -> Remedy:
-    """What to do about a law that is not in time with a control that acts when it is recorded."""
-    if delay + shift < 0 and not delay:
-        return Remedy.of(
-            f"and the control {timing.text}: see whether position or reference is written late, "
-            "and move it with ",
-            Setting("shift", f"reference={shift}"),
-            " or the like",
-        )
-    return Remedy.of(
-        f"declare delay={max(delay + shift, 0)}. The motion supports that: the control "
-        f"{timing.text}"
     )
 
 

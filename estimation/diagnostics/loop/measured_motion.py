@@ -21,7 +21,7 @@ from .column_comparison import (
     MAX_COLUMN_OFFSET,
     ColumnComparison,
     LowPassed,
-    likely_unit,
+    scale_remedy,
 )
 
 
@@ -76,9 +76,14 @@ def motion_check(
     """What was found of a measured velocity or acceleration; nothing without the column."""
     if found is None or isinstance(found, Missing):
         return found
-    against, told = _derivative(record, role), _told(axis, found, role)
+    against, way = _derivative(record, role), "late" if found.delay >= 0 else "early"
+    told = (
+        f"{found.factor:.4g} +- {max(found.factor_deviation, 1e-4):.1g} times, "
+        f"{abs(found.delay):.2f} +- {max(found.delay_deviation, 1e-2):.1g} samples {way} and "
+        f"{found.offset:+.3g} +- {found.offset_deviation:.1g} {_unit(axis, role)}"
+    )
     meaning, remedy = f"the measured {role} is {against} ({told})", None
-    if found.other > 1:
+    if found.distances["left"] > 1:
         meaning = (
             f"the measured {role} is not {against}: {found.left_percent:.3g} % are left whatever "
             f"factor, delay and constant ({told}): "
@@ -113,16 +118,6 @@ def _derivative(record: Record, role: str) -> str:
     )
 
 
-def _told(axis: GeneratedAxis, found: ColumnComparison, role: str) -> str:
-    """Factor, delay and constant with their deviations."""
-    way = "late" if found.delay >= 0 else "early"
-    return (
-        f"{found.factor:.4g} +- {max(found.factor_deviation, 1e-4):.1g} times, "
-        f"{abs(found.delay):.2f} +- {max(found.delay_deviation, 1e-2):.1g} samples {way} and "
-        f"{found.offset:+.3g} +- {found.offset_deviation:.1g} {_unit(axis, role)}"
-    )
-
-
 def _unit(axis: GeneratedAxis, role: str) -> str:
     q = axis.axis.coordinate
     return str(q.velocity_unit if role == "velocity" else q.acceleration_unit)
@@ -130,41 +125,27 @@ def _unit(axis: GeneratedAxis, role: str) -> str:
 
 def _remedy(axis: GeneratedAxis, record: Record, found: ColumnComparison, role: str) -> Remedy:
     """What sets right what is wrong."""
-    parts: list[Remedy] = []
+    parts, far = list[Remedy | str](), found.distances
     name = record.provenance.columns.get(role, "NAME")
-    if found.late > 1:
-        parts.append(_in_time(record, found, role))
-    if found.scaled > 1:
+    if far["delay"] > 1:
+        parts.append(
+            Remedy.of("draw it between its values (", advised_between(role), ")")
+            if samples_apart(getattr(record, role)) > 1
+            else advised_shift(role, found.delay, MAX_COLUMN_DELAY)
+        )
+    if far["factor"] > 1:
         beside = "reference" if role == "velocity" and record.integrated else "position"
-        parts.append(_in_scale(axis, found, role, name, beside))
-    if found.moved > 1:
+        vague = MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation / abs(found.factor)
+        vague += MAX_SCALE_ERROR.value
+        known = scale_remedy(role, name, _unit(axis, role), found.factor, vague)
+        of_sign = Setting("columns", f"{role}={name}:UNIT*-1")
+        if known is None and abs(found.factor + 1) <= vague:
+            known = Remedy.of("turn its sign (", of_sign, ")")
+        column = Setting("columns", f"{role}={name}:UNIT")
+        said = f"check its unit and scale, and those of the {beside} ("
+        parts.append(known or Remedy.of(said, column, ")"))
+    if far["offset"] > 1:
         zero = Setting("columns", f"{role}={name}:UNIT{-found.offset:+.3g}{_unit(axis, role)}")
         parts.append(Remedy.of("take off its zero (", zero, ")"))
-    joined: list[Remedy | str] = []
-    for part in parts:
-        joined += [", and ", part] if joined else [part]
-    return Remedy.of(*joined)
-
-
-def _in_time(record: Record, found: ColumnComparison, role: str) -> Remedy:
-    apart = samples_apart(getattr(record, role))
-    if apart > 1:
-        return Remedy.of("draw it between its values (", advised_between(role), ")")
-    return advised_shift(role, found.delay, MAX_COLUMN_DELAY)
-
-
-def _in_scale(
-    axis: GeneratedAxis, found: ColumnComparison, role: str, name: str, beside: str
-) -> Remedy:
-    vague = MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation / abs(found.factor)
-    vague += MAX_SCALE_ERROR.value
-    unit = likely_unit(_unit(axis, role), found.factor, vague)
-    if unit:
-        return Remedy.of("it is in ", Setting("columns", f"{role}={name}:{unit}"))
-    if abs(found.factor + 1) <= vague:
-        return Remedy.of("turn its sign (", Setting("columns", f"{role}={name}:UNIT*-1"), ")")
-    return Remedy.of(
-        f"check its unit and scale, and those of the {beside} (",
-        Setting("columns", f"{role}={name}:UNIT"),
-        ")",
-    )
+    between = [each for part in parts for each in (", and ", part)]
+    return Remedy.of(*between[1:])

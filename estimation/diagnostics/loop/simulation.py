@@ -28,7 +28,18 @@ def following(preferred: Estimate, rest: float) -> Check | Missing:
     if error is None:
         return Missing("the closed loop could not be simulated")
     good = error < MAX_SIMULATION_ERROR.value
-    said = Note(_followed(error)) if good else _lost(preferred, error, rest)
+    close = error < _MAX_CLOSE_SIMULATION_ERROR
+    said = Note("the simulated loop follows the record" + f" but for {error:.2g} %" * (not close))
+    if not good:
+        form, chains = preferred.form, preferred.inference.chains  # of one record
+        units = form.axis.axis.coordinate.unit, form.axis.axis.drive.unit
+        noise = "".join(f" ({chain.told(*units)})" for chain in chains[:1])
+        said = Note.of(
+            f"the simulated loop leaves {error:.3g} % of the {form.left} unexplained; ",
+            rests_first(rest)
+            or f"check the law, signs and units, or see whether the record is noise{noise}, or a "
+            "motion that the model does not have",
+        )
     return Check(
         name=NAME,
         status=passed(good),
@@ -38,22 +49,4 @@ def following(preferred: Estimate, rest: float) -> Check | Missing:
         "quarters of its power, at 100 nothing",
         meaning=said.text,
         remedy=said.remedy,
-    )
-
-
-def _followed(error: float) -> str:
-    if error < _MAX_CLOSE_SIMULATION_ERROR:
-        return "the simulated loop follows the record"
-    return f"the simulated loop follows the record but for {error:.2g} %"
-
-
-def _lost(preferred: Estimate, error: float, rest: float) -> Note:
-    form, chains = preferred.form, preferred.inference.chains  # of one record
-    units = form.axis.axis.coordinate.unit, form.axis.axis.drive.unit
-    noise = "".join(f" ({chain.told(*units)})" for chain in chains[:1])
-    return Note.of(
-        f"the simulated loop leaves {error:.3g} % of the {form.left} unexplained; ",
-        rests_first(rest)
-        or f"check the law, signs and units, or see whether the record is noise{noise}, or a "
-        "motion that the model does not have",
     )

@@ -25,7 +25,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import MEASURED_POSITION, PERIOD, REFERENCE, ControlLaw, Memory, gain
 from axisid.elements import Drive
 from axisid.estimation.diagnostics.estimates import fixed_check
-from axisid.estimation.estimates.base_distance import BaseMap, Distance
+from axisid.estimation.estimates.base_distance import Distance, mapped
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.estimates.physical import Physical, physical_parameters
 from axisid.estimation.methods import METHODS
@@ -93,7 +93,7 @@ def test_map_and_jacobian_are_those_of_sympy(theta: list[float]) -> None:
     base = base_model(PENDULUM)
     symbols = [p.symbol for p in PENDULUM.parameters]
     point = dict(zip(symbols, theta, strict=True))
-    beta, jacobian = BaseMap(base).at(np.array(theta))
+    beta, jacobian = mapped(base, np.array(theta))
     expected = sympy.Matrix(base.expressions)
     assert beta == pytest.approx([float(v.subs(point)) for v in expected])
     assert beta == pytest.approx(base.at(theta))
@@ -207,7 +207,7 @@ def test_minimum_is_that_of_scipy(rng: np.random.Generator) -> None:
     spread = rng.normal(size=(3, 3)) * np.array([[0.02], [0.01], [0.05]])
     covariance = spread @ spread.T
     beta = np.array([0.54, 0.273, 0.4])
-    distance = Distance(BaseMap(base), beta, covariance)
+    distance = Distance(base, beta, covariance)
     whole = np.zeros((5, 5))
     whole[:3, :3], whole[3, 3], whole[4, 4] = covariance, 0.05**2, 0.02**2
     lower = np.linalg.cholesky(whole)
@@ -232,7 +232,7 @@ def test_a_product_that_is_known_sharply_leaves_its_factor_where_it_is_known(sha
     base = base_model(fix(PENDULUM, m=(1.2, 0.05)))
     beta = np.array(base.at(np.array([1.2, 0.45, 0.03, 0.4])))
     covariance = np.diag((sharp * beta) ** 2)
-    found = Distance(BaseMap(base), beta, covariance).minimum()
+    found = Distance(base, beta, covariance).minimum()
     assert found.theta == pytest.approx([1.2, 0.45, 0.03, 0.4], rel=1e-5)
     assert found.cost < 1e-6
 
@@ -242,7 +242,7 @@ def test_linear_axis_with_an_exactly_known_parameter_is_restricted_least_squares
 ) -> None:
     known = replace(emps2015, base=base_model(fix(emps2015.axis, M=100.0)))
     estimate = identify(known, twin, methods="idm-ls")["idm-ls"]
-    distance = Distance(BaseMap(known.base), estimate.physical, estimate.covariances["iid"])
+    distance = Distance(known.base, estimate.physical, estimate.covariances["iid"])
     y, regressor = estimate.y - 100.0 * estimate.X[:, 0], estimate.X[:, 1:]
     expected = np.linalg.lstsq(regressor, y, rcond=None)[0]
     found = distance.minimum()

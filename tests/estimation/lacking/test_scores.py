@@ -37,6 +37,7 @@ def scores_of(errors: Array, X: Array) -> RecordScores:
         along=None,  # type: ignore[arg-type]
         measured=None,  # type: ignore[arg-type]
         data=nothing,
+        quiet=nothing,
         neighbours=Neighbours.consecutive(len(X)),
     )
 
@@ -52,7 +53,7 @@ def test_values_are_those_of_least_squares_with_the_columns_in_the_model(
 ) -> None:
     columns, y = rng.standard_normal((ROWS, 4, width)), rng.standard_normal(ROWS)
     scores = scores_of(y[:, None], X)
-    tested = scores.test(scores.block(columns))
+    tested = scores.test(columns)
     for place in range(4):
         both = sm.OLS(y, np.hstack([X, columns[:, place]])).fit()
         alone = sm.OLS(y, X).fit()
@@ -63,7 +64,7 @@ def test_values_are_those_of_least_squares_with_the_columns_in_the_model(
         assert scores.beside(columns[:, place]).net == pytest.approx(both.resid)
         then, more = scores.beside(columns[:, place]), columns[:, (place + 1) % 4]
         three = sm.OLS(y, np.hstack([X, columns[:, place], more])).fit()
-        moved = then.moved_by(more, then.test(then.block(more[:, None])).values[0])
+        moved = then.moved_by(more, then.test(more[:, None]).values[0])
         assert moved == pytest.approx(three.params[:PARAMETERS] - both.params[:PARAMETERS])
 
 
@@ -75,7 +76,7 @@ def test_by_twins_right_records_have_p_values_that_are_uniform(
     columns, found = rng.standard_normal((ROWS, 1, width)), []
     for _ in range(300):
         scores = scores_of(coloured(rng, 25), X)
-        found.append(float(scores.test(scores.block(columns)).p_values[0]))
+        found.append(float(scores.test(columns).p_values[0]))
     assert kstest(found, "uniform").pvalue > 1e-3
 
 
@@ -84,8 +85,8 @@ def test_what_every_twin_has_too_is_no_lack(rng: np.random.Generator, X: Array) 
     errors = coloured(rng, 33)
     alike = scores_of(errors + 5 * column[:, None], X)
     own = scores_of(errors + 5 * np.outer(column, np.arange(33) == 0), X)
-    assert alike.test(alike.block(column[:, None, None])).p_values[0] > 1e-3
-    assert own.test(own.block(column[:, None, None])).p_values[0] < 1e-9
+    assert alike.test(column[:, None, None]).p_values[0] > 1e-3
+    assert own.test(column[:, None, None]).p_values[0] < 1e-9
 
 
 def test_without_twins_a_column_is_told_from_coloured_noise(
@@ -94,10 +95,10 @@ def test_without_twins_a_column_is_told_from_coloured_noise(
     column, alarms = np.repeat(rng.standard_normal(ROWS // 10), 10)[:, None, None], 0
     for _ in range(100):
         scores = scores_of(coloured(rng, 1), X)
-        alarms += scores.test(scores.block(column)).p_values[0] < 0.05
+        alarms += scores.test(column).p_values[0] < 0.05
     assert alarms <= 15
     there = scores_of(coloured(rng, 1) + 4 * column[:, 0], X)
-    tested = there.test(there.block(column))
+    tested = there.test(column)
     assert tested.p_values[0] < 1e-4
     assert abs(tested.values[0, 0] - 4) < 4 * np.sqrt(tested.covariances[0, 0, 0])
 
@@ -107,7 +108,7 @@ def test_what_the_model_spans_is_not_tested(rng: np.random.Generator, X: Array) 
     other = rng.standard_normal((ROWS, 1, 1))
     scores = scores_of(coloured(rng, 17), X)
     for columns in (own, np.zeros((ROWS, 1, 1)), np.concatenate([other, other], axis=2)):
-        tested = scores.test(scores.block(columns))
+        tested = scores.test(columns)
         assert tested.p_values[0] == 1
         assert not tested.values.any()
 

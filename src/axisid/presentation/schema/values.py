@@ -105,9 +105,7 @@ class WrittenPhysical(JsonObject, frozen=True, kw_only=True):
     ]
     statistic: Annotated[
         float,
-        about(
-            "Squared distance of what was fixed from the record in deviations, Hotelling's."
-        ),
+        about("Squared distance of what was fixed from the record in deviations, Hotelling's."),
     ]
     dof: Annotated[int, about("Its degrees of freedom; 0 where nothing can contradict.")]
     p_value: float | None

@@ -34,14 +34,14 @@ def test_a_zero_apart_is_told_with_its_size_and_taken_off(name: str) -> None:
     law = axis.axis.control
     assert law is not None
     # As much as makes a third of the control.
-    unit = position_zero(axis, law, replace(record, control=control + 1.0), 10)
+    unit = position_zero(axis, law, replace(record, control=control + 1.0))
     away = unit.away / 3 * float(np.std(control))
     off = replace(record, position=record.position + away)
     found = _checked(axis, off)
     assert not found.passed
     assert f"{away:+.3g} {axis.axis.coordinate.unit} away from its zero" in found.meaning
     assert "tracking error" in found.meaning
-    told = position_zero(axis, law, off, 10)
+    told = position_zero(axis, law, off)
     assert told.away == pytest.approx(away, rel=2e-2)
     mended = replace(off, position=off.position - told.away)
     assert _checked(axis, mended).passed

@@ -54,7 +54,8 @@ def test_factor_delay_and_offset_are_measured(right: Record) -> None:
     assert found.factor == pytest.approx(1.05, abs=3 * found.factor_deviation + 5e-4)
     assert found.delay == pytest.approx(2, abs=3 * found.delay_deviation)
     assert found.offset == pytest.approx(0.004, abs=3 * found.offset_deviation)
-    assert min(found.scaled, found.late, found.moved) > 1 > found.other
+    *wrong, left = found.distances.values()
+    assert min(wrong) > 1 > left
 
 
 def test_part_of_a_sample_is_measured(emps: GeneratedAxis) -> None:
