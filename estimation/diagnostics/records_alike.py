@@ -2,7 +2,8 @@
 
 A record gets parameters of its own beside those of all: its columns of them, zero in every other
 record, are added to the estimate, which is solved once more. What is found of them is the record's
-difference from the others; its covariance is HAC for rows, and for a fit that of its errors, and
+difference from the others; its covariance is that of twins, or HAC, for rows, and for a fit that of
+its errors, and
 ``d' V^-1 d`` is held against Hotelling's distribution with the degrees of freedom of that. A
 record that differs most keeps parameters of its own while those that are left are tested again:
 what one record does to the estimate of all would else speak against the others.
@@ -236,12 +237,15 @@ class Alike:
 def rows_alike(
     problem: Problem, estimate: Estimate, levels: Levels = DEFAULT_LEVELS
 ) -> Alike | Missing:
-    """Hold each record against the others, by the rows of an estimate of all; HAC."""
+    """Hold each record against the others, by the rows of an estimate of all.
+
+    Chance is what twins of the records make of them, or HAC without any.
+    """
     if estimate.is_direct:
         return Missing("the rows of a direct model are accelerations")
     if estimate.counts is not None:
         return Missing("rows count by residuals, in a record alone by others than in all of them")
-    weights = estimate.row_weights
+    weights, left = estimate.row_weights, estimate.inference.twins_residuals
     X, Z = (weights[:, None] * each for each in (estimate.X, estimate.score_columns))
     names = [q.label for q in estimate.form.quantities]
 
@@ -250,6 +254,9 @@ def rows_alike(
         regressor = checked_columns(np.hstack([X, columns]), every, neighbours=estimate.neighbours)
         Z_of_all = factor(np.hstack([Z, instruments]), every)
         found = instrumental_variables(weights * estimate.net_residuals, regressor, Z_of_all)
+        if left is not None:
+            moved = found.influence.T @ (weights[:, None] * left)
+            return found.theta, np.atleast_2d(np.cov(moved)), np.full(len(moved), left.shape[1] / 2)
         applied = Hac().applied(found)
         return found.theta, applied.matrix, applied.freedom
 

@@ -98,6 +98,10 @@ class Inference(Exact):
         What filter and noise move the physical parameters by, as twins tell; None without twins.
     chains : tuple of Chain
         The noise of each record, as its twins have it; none without twins.
+    twins_off : (R, p) array or None
+        What the physical parameters of each twin are off by; None without twins that scatter.
+    twins_residuals : (n, R) array or None
+        What the estimator leaves of each.
     """
 
     covariances: Mapping[str, Array]
@@ -110,6 +114,8 @@ class Inference(Exact):
     noise_free: Array | None = None
     bias: Array | None = None
     chains: tuple[Chain, ...] = ()
+    twins_off: Array | None = None
+    twins_residuals: Array | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)

@@ -1,10 +1,11 @@
 """Two estimates of the same records, held against each other and against chance.
 
-Either is linear in the residuals of its rows, so that their difference has the scores
-``A_1 e_1 - A_2 e_2``, row by row; its covariance is theirs, consistent with autocorrelation. Unlike
-Hausman's own, which subtracts two covariances, it is never negative and supposes neither estimator
-to be efficient. Two estimates of one equation have one error, which is taken from the regression
-with the columns of both, as in Durbin, Wu and Hausman's: else what parts the two would hide itself.
+What chance makes of their difference, both make of the same twins. Without twins, either is linear
+in the residuals of its rows, so that their difference has the scores ``A_1 e_1 - A_2 e_2``, row by
+row; its covariance is theirs, consistent with autocorrelation. Unlike Hausman's own, which
+subtracts two covariances, it is never negative and supposes neither estimator to be efficient. Two
+estimates of one equation have one error, which is taken from the regression with the columns of
+both, as in Durbin, Wu and Hausman's: else what parts the two would hide itself.
 """
 
 from collections.abc import Mapping
@@ -42,7 +43,7 @@ class HausmanTest:
     difference : float
         In the parameter's unit; without the bias of filter and noise where both know theirs.
     deviation : float
-        Of the difference, HAC.
+        Of the difference, as twins scatter, or HAC.
     p_value : float
         Of a difference of none, Student's distribution.
     joint_p_value : float
@@ -75,22 +76,10 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
     if one.X.shape != other.X.shape:
         return Missing("the two are not of the same rows")
     try:
-        scores = np.subtract(*_scores(one, other))
+        covariance, freedom = _scatter(one, other)
     except EstimationError as error:
         return Missing.of(error.note)
     apart = np.subtract(*alike_corrected(one, other))
-    model = other.covariance_model if isinstance(other.covariance_model, Hac) else Hac()
-    # What parts two fits of the same rows is a direction that neither took: the kernel alone.
-    applied = replace(model, widened=False).applied(
-        Solution(
-            theta=apart,
-            residuals=np.ones(len(scores)),
-            inverse_factor=np.eye(len(apart)),  # of no covariance that is asked for here
-            influence=scores,
-            neighbours=other.neighbours,
-        )
-    )
-    covariance, freedom = applied.matrix, applied.freedom
     if not (np.isfinite(covariance).all() and np.isfinite(apart).all()):
         return Missing("the difference of the two is not finite")
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -129,6 +118,28 @@ def parted(
         if each.joint_p_value < level and each.shift > NOTICEABLE
     }
     return {name: each for name, each in far.items() if each.p_value < level} or far
+
+
+def _scatter(one: Estimate, other: Estimate) -> tuple[Array, Array]:
+    """Covariance of the difference by chance, (p, p), and its degrees of freedom, (p,)."""
+    off, others = one.inference.twins_off, other.inference.twins_off
+    if off is not None and others is not None and off.shape == others.shape:
+        return np.cov((off - others).T).reshape(off.shape[1], -1), np.full(
+            off.shape[1], len(off) / 2
+        )
+    scores = np.subtract(*_scores(one, other))
+    model = other.covariance_model if isinstance(other.covariance_model, Hac) else Hac()
+    # What parts two fits of the same rows is a direction that neither took: the kernel alone.
+    applied = replace(model, widened=False).applied(
+        Solution(
+            theta=other.physical,
+            residuals=np.ones(len(scores)),
+            inverse_factor=np.eye(scores.shape[1]),  # of no covariance that is asked for here
+            influence=scores,
+            neighbours=other.neighbours,
+        )
+    )
+    return applied.matrix, applied.freedom
 
 
 def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:

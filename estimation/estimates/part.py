@@ -32,7 +32,7 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
     """
     data, span = problem.data[record], problem.spans[record]
     left, residuals, counts = estimate.y[span], estimate.residuals[span], estimate.counts
-    simulated = estimate.simulated
+    simulated, left_of_twins = estimate.simulated, estimate.inference.twins_residuals
     simulated = simulated if isinstance(simulated, NotSimulated) else simulated[span]
     plain = replace(
         estimate,
@@ -52,6 +52,7 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
     ).with_inference(
         noise_free=None if estimate.noise_free is None else estimate.noise_free[span],
         chains=estimate.inference.chains[record : record + 1],
+        twins_residuals=None if left_of_twins is None else left_of_twins[span],
     )
     if not isinstance(estimate.form, JointForm):
         X, Z = estimate.X[span], estimate.Z
@@ -75,6 +76,7 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
     if part.by_output_error and Z is not None:
         X, Z = Z, None
     by_gain = None if part.gain_slopes is None else slopes @ part.gain_slopes
+    off = part.inference.twins_off
     made = part.distribution.through(axis.parameters, physical, slopes)
     return replace(
         part,
@@ -93,4 +95,5 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
         gain_slopes=by_gain,
         theta_gain_slopes=by_gain,
         bias=made.bias,
+        twins_off=None if off is None else off @ slopes.T,
     )

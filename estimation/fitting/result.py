@@ -339,7 +339,8 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
         law = self.axis.axis.control
         names = () if law is None else tuple(name for name in law.gains if name in self.searched)
         places = [self.names.index(name) for name in names]
-        return FoundGains(names, self.covariance[np.ix_(places, places)])
+        freedom = min((freedom_of(self.values[name]) for name in names), default=math.inf)
+        return FoundGains(names, self.covariance[np.ix_(places, places)], freedom)
 
     @property
     def searched(self) -> tuple[str, ...]:

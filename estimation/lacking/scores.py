@@ -126,7 +126,11 @@ class RecordScores:
     def nets(self) -> Array:
         """The same of the record and of its twins, (n, 1 + R)."""
         nets = self.residuals - self.basis @ self._in_basis
-        return nets - nets[:, 1:].mean(axis=1, keepdims=True) if self.twins else nets
+        if self.twins:
+            nets -= nets[:, 1:].mean(axis=1, keepdims=True)
+            # The mean holds a twin itself, and the record not: beside the mean of the others.
+            nets[:, 1:] *= self.twins / max(self.twins - 1, 1)
+        return nets
 
     @cached_property
     def _in_basis(self) -> Array:

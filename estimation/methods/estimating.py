@@ -249,7 +249,7 @@ class _FittedPoint:
             if isinstance(found, str):
                 names[_PIVOT] += found
                 chains: tuple[Chain, ...] = ()
-                bias = None
+                bias = off = left = None
             else:
                 twins, told = found
                 known = np.zeros_like(own[_PIVOT]) if self.known is None else self.known
@@ -257,11 +257,13 @@ class _FittedPoint:
                 own[_PIVOT] = _scaled(own[_PIVOT], known, told.own_scale)
                 mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, told.scale)
                 names[_PIVOT] += self._noise(twins, told.count)
+                left = _own_rows(told.residuals, self.problem.row_weights)
                 if told.count > 1:
                     freedom[_PIVOT] = np.full(len(told.own_scale), float(told.freedom))
+                    off = told.off
                 chains, bias = twins.chains, told.bias
                 if quiet is not None:
-                    quiet = _own_rows(told.residuals, self.problem.row_weights)
+                    quiet = left.mean(axis=1)
             direct = isinstance(self.form, DirectForm)
             by_gain, theta_by_gain = self._slopes()
             return Inference(
@@ -274,6 +276,8 @@ class _FittedPoint:
                 theta_gain_slopes=theta_by_gain,
                 noise_free=quiet,
                 bias=bias,
+                twins_off=off,
+                twins_residuals=None if off is None else left,
                 chains=chains,
             )
 

@@ -24,6 +24,7 @@ from .linear import Applied, Solution
 
 #: From so many lags, and lags times rows, on products are found by Fourier transforms.
 _MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
+_CERTAIN = 1e9  # degrees of freedom, from which F is chi-squared to rounding
 _SAME = 1e-9  # of the eigenvalues of a correlation matrix
 
 
@@ -379,7 +380,7 @@ def joint_p(
     """
     if one_variance:
         return float(fdtrc(restrictions, freedom, square / restrictions))
-    left = max(freedom - restrictions + 1, 1.0)
+    left = min(max(freedom - restrictions + 1, 1.0), _CERTAIN)
     return float(
         fdtrc(restrictions, left, square * left / ((left + restrictions - 1) * restrictions))
     )

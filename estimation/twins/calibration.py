@@ -19,23 +19,30 @@ class Calibration:
 
     Attributes
     ----------
-    bias : (p,) array
-        Mean of the twins' physical parameters, less those of their loops.
+    off : (R, p) array
+        The twins' physical parameters, less those of their loops.
     scale : (p,) array
         What deviations are to be multiplied by.
     own_scale : (k,) array
         The same of the regression's own parameters.
-    residuals : (n,) array
-        What the estimator leaves of the twins in the mean.
-    count : int
-        How many twins tell it.
+    residuals : (n, R) array
+        What the estimator leaves of the twins.
     """
 
-    bias: Array
+    off: Array
     scale: Array
     own_scale: Array
     residuals: Array
-    count: int
+
+    @property
+    def count(self) -> int:
+        """How many twins tell it."""
+        return len(self.off)
+
+    @property
+    def bias(self) -> Array:
+        """Mean of what the twins are off by, (p,)."""
+        return np.asarray(self.off.mean(axis=0))
 
     @property
     def freedom(self) -> int:
@@ -87,11 +94,10 @@ def calibrated(
         scale = np.maximum(scale, _rounded(twins.at, delta_method(shown, jacobian)))
         own_scale = np.maximum(own_scale, _rounded(form.regressed(twins.at), shown))
     return Calibration(
-        bias=off.mean(axis=0),
+        off=off,
         scale=scale,
         own_scale=own_scale,
-        residuals=np.mean([each.residuals for each in solved], axis=0),
-        count=count,
+        residuals=np.column_stack([each.residuals for each in solved]),
     )
 
 

@@ -6,15 +6,14 @@ the gains that the control itself asks for; what was found must then be those, a
 known.
 """
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc, gammaln, ndtri_exp
+from scipy.special import ndtri
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record
-from axisid.estimation.regression import wald
+from axisid.estimation.regression import joint_p, wald
 from axisid.estimation.thresholds import MAX_LAW_RESIDUAL, MAX_SCALE_ERROR, MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
@@ -33,10 +32,13 @@ class FoundGains:
     names : tuple of str
     covariance : (k, k) array
         Of what was found; infinite variances of what is not known at all.
+    freedom : float
+        Degrees of freedom of that.
     """
 
     names: tuple[str, ...]
     covariance: Array
+    freedom: float
 
 
 def check_found_law(axis: GeneratedAxis, record: Record, found: FoundGains) -> LawCheck | Missing:
@@ -89,7 +91,8 @@ def _beside_found(
     asked, was = best.gains, np.array([law.gains[name] for name in found.names])
     off = np.array([asked[name] for name in found.names]) - was
     own = best.covariance(found.names)
-    apart = apart_in_deviations(off, found.covariance + own * np.outer(was, was))
+    among = found.covariance + own * np.outer(was, was)
+    apart = apart_in_deviations(off, among, found.freedom)
     large = bool(np.any(np.abs(off) > MAX_SCALE_ERROR.value * np.abs(was)))
     listed = " and ".join(f"{name} {asked[name]:.5g}" for name in found.names)
     if not (large and apart > MIN_DISTANCE_FROM_NOISE.value):
@@ -110,24 +113,16 @@ def _beside_found(
     )
 
 
-def apart_in_deviations(off: Array, covariance: Array) -> float:
-    """How far (k,) differences are from 0, as deviations of one of them that is as unlikely."""
+def apart_in_deviations(off: Array, covariance: Array, freedom: float) -> float:
+    """How far (k,) differences are from 0, as deviations of a normal one that is as unlikely.
+
+    What has no chance at all is as far as the least one that a number can be, 37.
+    """
     square, directions = wald(off, covariance)
     if not directions:
         return 0.0
-    return float(-ndtri_exp(_log_chance(square, directions) - np.log(2)))
-
-
-def _log_chance(square: float, number: int) -> float:
-    """Logarithm of the chance of a larger chi-square.
-
-    Beyond what SciPy tells apart from no chance, the first term of the tail.
-    """
-    found = float(chdtrc(number, square))
-    if found > 0:
-        return math.log(found)
-    half = 0.5 * number
-    return float((half - 1) * np.log(0.5 * square) - 0.5 * square - gammaln(half))
+    chance = joint_p(square, directions, freedom)
+    return -float(ndtri(max(chance, float(np.finfo(float).tiny)) / 2))
 
 
 def _not_even(

@@ -1,10 +1,12 @@
 """A law with gains that a fit has found is held against the control as surely as they are known."""
 
+import math
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
+from scipy.stats import norm, t as student
 
 from axisid import Record, build, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
@@ -40,7 +42,7 @@ def _found(name: str, sd: float, **off: float) -> tuple[GeneratedAxis, FoundGain
     law = _axis(name).axis.control
     gains = {n: law.gains[n] * factor for n, factor in off.items()}
     deviations = sd * np.array([*gains.values()])
-    return _axis(name).with_gains(gains), FoundGains(tuple(gains), np.diag(deviations**2))
+    return _axis(name).with_gains(gains), FoundGains(tuple(gains), np.diag(deviations**2), math.inf)
 
 
 def _checked(name: str, sd: float, record: Record, **off: float) -> LawCheck:
@@ -100,7 +102,7 @@ def test_a_flipped_control_is_named_whatever_gains_are_free(name: str) -> None:
 
 def test_without_found_gains_the_check_is_of_the_law_as_it_is() -> None:
     check = check_found_law(
-        _axis("emps2015"), _record("emps2015"), FoundGains((), np.zeros((0, 0)))
+        _axis("emps2015"), _record("emps2015"), FoundGains((), np.zeros((0, 0)), math.inf)
     )
     assert "by kp" not in check.meaning
     without = replace(_record("emps2015"), reference=None)
@@ -109,20 +111,24 @@ def test_without_found_gains_the_check_is_of_the_law_as_it_is() -> None:
 
 
 def test_the_distance_is_that_of_a_normal_of_one_dimension() -> None:
-    assert apart_in_deviations(np.array([3.0]), np.array([[1.0]])) == pytest.approx(3.0)
-    two = apart_in_deviations(np.array([3.0, 0.0]), np.eye(2))
+    assert apart_in_deviations(np.array([3.0]), np.array([[1.0]]), math.inf) == pytest.approx(3.0)
+    two = apart_in_deviations(np.array([3.0, 0.0]), np.eye(2), math.inf)
     assert 2.0 < two < 3.0
-    assert apart_in_deviations(np.array([3.0, 9.0]), np.diag([1.0, np.inf])) == pytest.approx(3.0)
-    assert apart_in_deviations(np.array([1.0]), np.array([[0.0]])) == 0
+    assert apart_in_deviations(np.array([3.0, 9.0]), np.diag([1.0, np.inf]), math.inf) == (
+        pytest.approx(3.0)
+    )
+    assert apart_in_deviations(np.array([1.0]), np.array([[0.0]]), math.inf) == 0
+    few = apart_in_deviations(np.array([3.0]), np.array([[1.0]]), 16.0)
+    assert few == pytest.approx(-norm.ppf(student.sf(3.0, 16)))
 
 
-@pytest.mark.parametrize("far", [30.0, 38.0, 39.0, 1e3, 1e8])
+@pytest.mark.parametrize("far", [30.0, 38.0, 1e3, 1e8])
 def test_the_distance_is_a_number_where_its_chance_is_none(far: float) -> None:
     """Of one parameter it is the distance itself; of two at once a little less."""
-    assert apart_in_deviations(np.array([far]), np.eye(1)) == pytest.approx(far, rel=1e-6)
-    two = apart_in_deviations(np.array([far, 0.0]), np.eye(2))
-    expected = far - np.log(far * np.sqrt(np.pi / 2)) / far  # equal tails, to first order
-    assert two == pytest.approx(expected, rel=1e-4)
+    most = -norm.ppf(np.finfo(float).tiny / 2)
+    one = apart_in_deviations(np.array([far]), np.eye(1), math.inf)
+    assert one == pytest.approx(min(far, most), rel=1e-4)
+    assert 0.9 * one < apart_in_deviations(np.array([far, 0.0]), np.eye(2), math.inf) <= one
 
 
 def _fitted(name: str, seed: int, free: tuple[str, ...]) -> OutputFit:
