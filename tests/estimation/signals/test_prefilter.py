@@ -19,7 +19,7 @@ from axisid import Prefilter, UsageError
     ],
 )
 def test_senseless_settings_are_refused(settings: dict[str, object]) -> None:
-    with pytest.raises(UsageError, match="give|choose from"):
+    with pytest.raises(UsageError, match=r"give|choose from"):
         Prefilter(**settings)  # type: ignore[arg-type]
 
 
