@@ -211,7 +211,9 @@ def _kind(file: Path, head: bytes, ending: str) -> tuple[str, str] | None:
         return "a result of axisid in JSON", "give the log that it was found from"
     if named.is_text:
         return _marked_up(head)
-    return ("text", f"{_ASK}.csv") if named.is_binary and _is_text(head) else None
+    # A table in text is printable and has lines.
+    is_text = b"\n" in head and all(byte >= 0x20 or byte in b"\t\n\r\f" for byte in head)
+    return ("text", f"{_ASK}.csv") if named.is_binary and is_text else None
 
 
 def _archive(file: Path) -> tuple[str, str]:
@@ -237,11 +239,6 @@ def _marked_up(head: bytes) -> tuple[str, str] | None:
     if _JSON.match(begin):
         return "a JSON document", f"{_ASK}.json, or .jsonl for a record in each line"
     return None
-
-
-def _is_text(head: bytes) -> bool:
-    """Whether bytes are printable and have lines, as a table in text has."""
-    return b"\n" in head and all(byte >= 0x20 or byte in b"\t\n\r\f" for byte in head)
 
 
 def wide(table: Table) -> Table:

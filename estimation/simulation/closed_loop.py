@@ -33,14 +33,13 @@ from .runaway import allowed_distance, widened_distance
 from .simulated import Simulation, measured_positions
 from .steps import (
     StepBudget,
-    bounds_refusal,
+    check_bounded,
     check_inertia,
     check_loop,
     failure,
     first_substeps,
     further_substeps,
     place_at,
-    pushes,
 )
 from .two_clocks import clocks_of
 
@@ -225,7 +224,7 @@ def settled_loop(
     start = loop_start(axis, theta, inputs)
     held, rate = check_inertia(axis, theta, start.position, first)
     if bounded:
-        _check_bounded(axis, theta, held=held)
+        check_bounded(axis, theta, held=held)
     reference, period, samples = inputs.reference, inputs.period, len(inputs.reference)
     budget, recorded = budget or StepBudget(), lines(axis, inputs.signals, period)
     if fixed := substeps is not None:
@@ -265,14 +264,6 @@ def settled_loop(
         for values in out.values():
             values[stopped:] = np.nan
     return SettledLoop(signals=out, substeps=settings.substeps, failure=failed)
-
-
-def _check_bounded(axis: GeneratedAxis, parameters: Array, *, held: bool) -> None:
-    """Refuse parameters beyond their bounds, and friction that does not hold but drives."""
-    if refusal := bounds_refusal(axis, parameters):
-        raise UsageError(refusal)
-    if not held:
-        raise EstimationError(pushes(axis, parameters))
 
 
 def _run(

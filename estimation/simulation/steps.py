@@ -95,26 +95,30 @@ def check_loop(
         )
 
 
-def bounds_refusal(axis: GeneratedAxis, parameters: Array) -> str:
-    """What to say of parameters, (p,), beyond their declared bounds; empty if none is."""
+def check_bounded(axis: GeneratedAxis, parameters: Array, *, held: bool) -> None:
+    """Refuse parameters, (p,), beyond their declared bounds, and friction that drives the axis.
+
+    Raises
+    ------
+    UsageError
+        One is beyond a bound.
+    EstimationError
+        The axis is not `held` by its friction where it starts.
+    """
     for p, value in zip(axis.axis.parameters, parameters, strict=True):
-        if p.allows(value):
-            continue
-        side, bound = ("above", p.upper) if value > p.upper else ("below", p.lower)
-        return (
-            f"{p.name} = {value:.6g} {p.unit} is {side} its declared bound of {bound:g} {p.unit}, "
-            f"so axis {axis.axis.name!r} is not simulated with it: friction beyond its bounds "
-            "drives the axis. Give a value within them, or declare others."
+        if not p.allows(value):
+            side, bound = ("above", p.upper) if value > p.upper else ("below", p.lower)
+            raise UsageError(
+                f"{p.name} = {value:.6g} {p.unit} is {side} its declared bound of {bound:g} "
+                f"{p.unit}, so axis {axis.axis.name!r} is not simulated with it: friction beyond "
+                "its bounds drives the axis. Give a value within them, or declare others."
+            )
+    if not held:
+        raise EstimationError(
+            f"the friction of axis {axis.axis.name!r} drives it with {axis.describe(parameters)}: "
+            "it would accelerate the axis in the direction of its motion. Check the signs of the "
+            "friction."
         )
-    return ""
-
-
-def pushes(axis: GeneratedAxis, parameters: Array) -> str:
-    """What to say of a parameter set whose friction drives the axis at its start."""
-    return (
-        f"the friction of axis {axis.axis.name!r} drives it with {axis.describe(parameters)}: it "
-        "would accelerate the axis in the direction of its motion. Check the signs of the friction."
-    )
 
 
 def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
@@ -517,8 +521,9 @@ def first_substeps(
     most = most_substeps(samples, left)
     steps = int(steps_by_rate(axis, np.array([rate]), period)[0])
     if steps > most and has_constant_substeps(axis):
-        said = too_stiff(axis, parameters, still, period, samples, left)
-        raise EstimationError(said, code="too-stiff")
+        raise EstimationError(
+            too_stiff(axis, parameters, still, period, samples, left), code="too-stiff"
+        )
     return min(steps, most)
 
 
@@ -547,8 +552,9 @@ def further_substeps(
     needed = substeps_along(axis, parameters, visited, period, recorded)
     if needed > substeps and substeps >= most:
         at = fastest_place(axis, parameters, visited, period, recorded)
-        said = too_stiff(axis, parameters, at, period, samples, left)
-        raise EstimationError(said, code="stiff-on-the-way")
+        raise EstimationError(
+            too_stiff(axis, parameters, at, period, samples, left), code="stiff-on-the-way"
+        )
     return max(substeps, min(needed, most))
 
 

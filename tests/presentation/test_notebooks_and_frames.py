@@ -105,22 +105,16 @@ def test_every_figure_is_drawn_on_axes_that_are_given(result: Identification, wh
 
 
 @pytest.mark.parametrize("library", ["pandas", "polars"])
-def test_dataframes_are_read_without_another_library(
-    monkeypatch: pytest.MonkeyPatch, library: str
-) -> None:
+def test_dataframes_are_read(library: str) -> None:
     module: Any = pytest.importorskip(library)
-    monkeypatch.setattr("axisid.estimation.logs.columnar.find_spec", lambda _: None)
     time = 1e-3 * np.arange(300)
     columns = {"time": time, "position": np.sin(20 * time), "control": np.cos(20 * time)}
     record = read_record(module.DataFrame(columns))
     assert np.array_equal(record.position, columns["position"])
 
 
-def test_what_pandas_has_of_its_own_is_read_without_another_library(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_what_pandas_has_of_its_own_is_read() -> None:
     pd = pytest.importorskip("pandas")
-    monkeypatch.setattr("axisid.estimation.logs.columnar.find_spec", lambda _: None)
     time = 1e-3 * np.arange(300)
     stamps = pd.date_range("2026-10-25 00:59:59.9", periods=300, freq="ms", tz="UTC")
     frame = pd.DataFrame(
@@ -134,5 +128,5 @@ def test_what_pandas_has_of_its_own_is_read_without_another_library(
     assert record.time == pytest.approx(time, abs=1e-9)
     assert record.position == pytest.approx(np.sin(20 * time))
     frame.columns = ["time", "position", "position"]
-    with refuses("repeated-column"):
+    with refuses("damaged-dataframe"):
         read_record(frame)
