@@ -7,9 +7,7 @@ Knows nothing of records.
 from .folder import (
     check_files as check_files,
     expected_files as expected_files,
-    replace_file as replace_file,
     write_files as write_files,
-    write_for_user as write_for_user,
 )
 from .generated_axis import (
     GeneratedAxis as GeneratedAxis,

@@ -1,10 +1,6 @@
 """The folder of generated code: write it, and prove that nothing in it is stale."""
 
 import difflib
-import errno
-import os
-import secrets
-import shutil
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +9,7 @@ from axisid.codegen.printers import print_c_loop_header
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.support.errors import UsageError
-from axisid.support.files.regular_file import read_regular
+from axisid.support.files.regular_file import read_regular, replace_file
 from axisid.support.progress import Progress, with_progress
 from axisid.support.remedy import Remedy, Setting
 
@@ -139,58 +135,6 @@ def _present(folder: Path) -> set[Path]:
     return found | {
         Path(p.name) for p in folder.glob("[!.]*") if p.is_dir() and p.name not in named
     }
-
-
-def replace_file(path: Path, content: str | bytes) -> None:
-    """Write a file, text as UTF-8, whole or not at all, through a temporary file beside it.
-
-    A link is followed. What is no regular file (a device, a pipe) is written to, not replaced. An
-    existing file keeps its mode; a new one gets the user's default.
-
-    Raises
-    ------
-    OSError
-        The file system refuses; the file is as it was.
-    """
-    # Names of files may hold bytes that are no text.
-    data = content.encode(errors="replace") if isinstance(content, str) else content
-    if path.exists() and not path.is_file():
-        path.write_bytes(data)  # by this name: that of an open pipe leads nowhere
-        return
-    try:
-        path = path.resolve()
-    except RuntimeError as error:  # before Python 3.13
-        raise OSError(errno.ELOOP, "the link leads to itself") from error
-    if path.exists() and not os.access(path, os.W_OK):
-        raise PermissionError(errno.EACCES, "the file is read-only")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    try:
-        with temporary.open("xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        if path.exists():
-            shutil.copymode(path, temporary)
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
-
-
-def write_for_user(path: Path, content: str | bytes) -> Path:
-    """Write a file as `replace_file` does, and give its path back.
-
-    Raises
-    ------
-    UsageError
-        The file system refuses.
-    """
-    try:
-        replace_file(path, content)
-    except OSError as error:
-        raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
-    return path
 
 
 def _read(path: Path) -> str | None:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import write_for_user
 from axisid.estimation.tables import library, npz_bytes, parquet_bytes
 from axisid.support.errors import UsageError
+from axisid.support.files.regular_file import write_file
 from axisid.support.version import __version__
 
 from .plan import declared_figures
@@ -125,7 +125,7 @@ def write_runs(result: MonteCarlo, path: str | Path) -> None:
         content = npz_bytes({**columns, **about})
     else:
         content = parquet_bytes(columns, column_units(result), about, file)
-    write_for_user(file, content)
+    write_file(file, content)
 
 
 def check_output(file: Path) -> None:

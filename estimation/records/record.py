@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis, as_declared, write_for_user
+from axisid.codegen.artefacts import GeneratedAxis, as_declared
 from axisid.estimation.records.columns import log_content
 from axisid.estimation.tables import Provenance, Repair, Samples
 from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import ROLES, Axis
 from axisid.support.arrays import Array, Exact, covered, frozen, runs
 from axisid.support.errors import DataError, UsageError
+from axisid.support.files.regular_file import write_file
 from axisid.support.frozen_mapping import FrozenMapping
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_real
@@ -303,7 +304,7 @@ class Record(Presentable, Exact):
                 code="write-axis",
             )
         content = log_content(self.channels(), declared, MARK, self._name(), path)
-        return write_for_user(path, content)
+        return write_file(path, content)
 
     def _of(self, pieces: Sequence[Span], **changed: Any) -> "Record":
         """These samples of it, as segments."""

@@ -25,7 +25,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.declare import scaffold
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.value import Value
-from axisid.exports.parameter_tables import with_deviation
+from axisid.exports.export import with_deviation
 from axisid.exports.targets import TARGETS
 from tests.estimation.methods.test_partially_linear import stribeck_axis
 from tests.refusals import refuses

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from axisid.fleets import FleetRow
-from axisid.fleets.one_log import Named, identify_log
-from axisid.fleets.row import FleetValue
-from axisid.fleets.settings import Settings
+from axisid.fleets.ledger import FleetValue
+from axisid.fleets.one_log import Named, Settings, identify_log
 from axisid.support.arrays import Array
 
 CENTRE = np.array([100.0, 200.0, 20.0])

@@ -24,7 +24,7 @@ from axisid import (
 from axisid.estimation.monte_carlo import twin_of
 from axisid.fleets import Fleet, FleetRow
 from axisid.fleets.items import gather_items
-from axisid.fleets.row import FleetValue
+from axisid.fleets.ledger import FleetValue
 from axisid.fleets.table import columns_of, units_of, write_table
 from axisid.modeling.declaration import back_and_forth
 from axisid.twins import TwinMachines, write_twins

@@ -7,9 +7,8 @@ import pytest
 
 from axisid import FleetItem, fleet
 from axisid.fleets import Fleet, read_ledger
-from axisid.fleets.one_log import Named, result_file
-from axisid.fleets.row import FleetRow
-from axisid.fleets.settings import Settings, log_digest
+from axisid.fleets.ledger import FleetRow
+from axisid.fleets.one_log import Named, Settings, log_digest, result_file
 from axisid.trends.gathering import last_results
 
 

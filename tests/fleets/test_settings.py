@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from axisid import FleetItem
-from axisid.fleets.settings import Settings
+from axisid.fleets.one_log import Settings
 
 AXIS = (
     "from dataclasses import replace\nfrom axisid import load_axis\naxis = load_axis('emps2015')\n"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from axisid.paper.distributions import (
+from axisid.paper.study import (
     DISTRIBUTION_FILES,
     distributions_document,
     run_distributions,

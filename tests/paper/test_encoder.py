@@ -13,8 +13,14 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Chain
 from axisid.estimation.monte_carlo.twins import twins
 from axisid.paper import encoder
-from axisid.paper.encoder import NOISE, REVOLUTION, EncoderStudy, run_encoder_study
-from axisid.paper.encoder_document import ENCODER_FILES, write_encoder_study
+from axisid.paper.encoder import (
+    ENCODER_FILES,
+    NOISE,
+    REVOLUTION,
+    EncoderStudy,
+    run_encoder_study,
+    write_encoder_study,
+)
 from axisid.support.errors import EstimationError
 from tests.estimation.monte_carlo.short import study as study_of
 from tests.refusals import refuses

@@ -29,7 +29,7 @@ from axisid.fleets.ledger import ledger_of, write_row
 from axisid.modeling.declaration import back_and_forth
 from axisid.support.missing import Missing
 from axisid.trends import Trend
-from axisid.trends.point import Point, place_of
+from axisid.trends.gathering import Point, place_of
 from tests.refusals import refuses
 
 SHIFTED = 14  # results from which the mass is another one

@@ -238,18 +238,16 @@ def identify(
             **shared,
         ).with_set_aside(inputs.set_aside)
 
-    outputs = stages.Outputs(
-        report=report,
-        figures=figures,
-        form=figure_format,
-        width=figure_width,
-        swept=not no_sweep,
-        draws=draws or 0,
-        command=command_line(),
-    )
+    asked: dict[str, Any] = {
+        "report": report,
+        "figures": figures,
+        "form": figure_format,
+        "width": figure_width,
+        "swept": not no_sweep,
+    }
     like = validating.like
     own = None if like is None else _place(inputs, result.records, like)
-    _put(result, json_file, others, draws or 0, outputs, every=every, full=full, like=own)
+    _put(result, json_file, others, draws or 0, asked, every=every, full=full, like=own)
 
 
 def _place(inputs: Inputs, used: "Sequence[stages.Record]", number: int) -> int:
@@ -296,7 +294,7 @@ def _put(
     json_file: str | None,
     others: "Sequence[stages.Record]",
     draws: int,
-    outputs: "stages.Outputs",
+    asked: dict[str, Any],
     *,
     every: bool,
     full: bool,
@@ -335,7 +333,8 @@ def _put(
     def say(line: str) -> None:
         click.echo(f"axisid: {line}", err=True)
 
-    for path in outputs.write(result, validations, say):
+    asked |= {"draws": draws, "command": command_line()}
+    for path in stages.write_outputs(result, validations, say, **asked):
         click.echo(f"wrote {path}", err=json_file == "-")
     if refused is not None:
         raise refused

@@ -1,19 +1,195 @@
-"""Results for use elsewhere: feed-forward functions and parameter tables."""
+"""Results for use elsewhere: feed-forward functions, and tables as JSON, TOML, CSV, LaTeX.
 
+Of tables ``sd_hac`` is consistent with autocorrelated residuals, ``sd_iid`` is for independent
+ones; intervals are of the covariance that was chosen, ``interval_covariance``.
+"""
+
+import json
+import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from axisid.codegen.lowering import FeedForward, feed_forward
-from axisid.estimation.estimates import COVARIANCES, Value
+from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.estimation.identification import Identification
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
+from axisid.presentation.formulas import decimals, symbol_latex, unit_latex
 from axisid.presentation.saved import FittedAxis, SavedIdentification, fitted_axis
 from axisid.support.errors import UsageError
+from axisid.support.files.csv_text import csv_text
+from axisid.support.files.json_text import json_text
 from axisid.support.number_text import range_text
 from axisid.support.real_numbers import is_real
 from axisid.support.user_values import is_among, quoted
 
 from .targets import TARGETS, Target
+
+_HEADER = (
+    "axis method parameter unit value sd_hac lower_95 upper_95 sd_iid sd_gain filter_bias "
+    "interval_covariance"
+).split()
+_PLAIN = (1e-4, 1e6)  # values outside get a power of ten
+_LEAST_POWER = -300
+_SCHEMA = "axisid.parameters/1"
+
+
+def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
+    """The parameters by method and name, and where they come from."""
+    document = {
+        "schema": _SCHEMA,
+        "axis": fitted.model.axis.name,
+        "signature": fitted.signature,
+        "record": {"source": fitted.source, "sha256": fitted.sha256 or None},
+        "parameters": {
+            method: {
+                name: {
+                    "value": v.value,
+                    "unit": v.unit,
+                    "sd_hac": v.sd_hac,
+                    "interval_95": list(v.interval),
+                    "sd_iid": v.sd,
+                    "sd_gain": v.sd_gain,
+                    "filter_bias": v.filter_bias,
+                    "interval_covariance": v.chosen,
+                }
+                for name, v in fitted.values(method).items()
+            }
+            for method in methods
+        },
+    }
+    return json_text(document)
+
+
+def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:
+    """One row for each method and parameter."""
+    rows: list[Sequence[object]] = [_HEADER]
+    for method in methods:
+        for name, v in fitted.values(method).items():
+            numbers = (v.value, v.sd_hac, *v.interval, v.sd, v.sd_gain, v.filter_bias)
+            rows.append([fitted.model.axis.name, method, name, v.unit, *numbers, v.chosen])
+    return csv_text(rows)
+
+
+def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
+    """The table ``[parameters]`` of a declaration, and the figures as ``[identified]``."""
+    (method,) = methods
+    estimate = fitted.values(method)
+    if fitted.model.base.changed:
+        lines = ["# Base parameters: the axis is declared in others, so its table stays as it is."]
+    else:
+        lines = [
+            "# For the axis's declaration, in place of its table: the nominal values are "
+            "identified.",
+            "[parameters]",
+        ]
+        lines += [_declared(p, estimate[p.name]) for p in fitted.model.axis.parameters]
+    lines += [
+        "",
+        "# No part of a declaration.",
+        "[identified]",
+        f"axis = {_text(fitted.model.axis.name)}",
+        f"method = {_text(method)}",
+        f"record = {_text(fitted.source)}",
+        f"sha256 = {_text(fitted.sha256)}",
+        f"signature = {_text(fitted.signature)}",
+        "",
+        "[identified.parameters]",
+    ]
+    for name, v in fitted.values(method).items():
+        low, high = v.interval
+        lines.append(
+            f"{name} = {{ value = {v.value!r}, unit = {_text(v.unit)}, sd_hac = {v.sd_hac!r}, "
+            f"interval_95 = [{low!r}, {high!r}], interval_covariance = {_text(v.chosen)} }}"
+            f"{_centred(v)}"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _declared(parameter: Parameter, v: Value) -> str:
+    """A parameter of a declaration; a bound that the estimate breaks would be refused."""
+    fields = {"unit": _text(parameter.unit), "nominal": repr(v.value)}
+    broken = []
+    for bound, limit, kept in (
+        ("lower", parameter.lower, parameter.lower <= v.value),
+        ("upper", parameter.upper, v.value <= parameter.upper),
+    ):
+        if math.isfinite(limit) and kept:
+            fields[bound] = repr(limit)
+        elif not kept:
+            broken.append(f"{bound} = {limit!r}")
+    if parameter.description:
+        fields["description"] = _text(parameter.description)
+    listed = ", ".join(f"{key} = {value}" for key, value in fields.items())
+    said = f"  # outside its bound {broken[0]}" if broken else _centred(v)
+    return f"{parameter.name} = {{ {listed} }}{said}"
+
+
+def _centred(v: Value) -> str:
+    """What a value is without its bias, where its interval is noticeably about that."""
+    return f"  # {v.corrected!r} {CORRECTED}" if v.is_shifted else ""
+
+
+def _text(text: str) -> str:
+    """A basic string of TOML: JSON's, with DEL escaped too."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")
+
+
+def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
+    """A ``tabular`` of value and deviation, which needs no package."""
+    estimates = [fitted.values(method) for method in methods]
+    header = ["", "unit", *(method.upper() for method in methods)]
+    values = [value for estimate in estimates for value in estimate.values()]
+    chosen = dict.fromkeys(COVARIANCES[value.chosen].label for value in values)
+    lines = [
+        f"% {fitted.model.axis.name}: value and standard deviation ({', '.join(chosen)})",
+        rf"\begin{{tabular}}{{ll{'r' * len(methods)}}}",
+        r"\hline",
+        " & ".join(header).strip() + r" \\",
+        r"\hline",
+    ]
+    for name, value in estimates[0].items():
+        cells = [f"${symbol_latex(name)}$", f"${unit_latex(value.unit)}$"]
+        cells += [
+            f"${with_deviation(estimate[name])}$" if name in estimate else "--"
+            for estimate in estimates
+        ]
+        lines.append(" & ".join(cells) + r" \\")
+        found = [estimate.get(name) for estimate in estimates]
+        if any(v is not None and v.is_shifted for v in found):
+            centres = (f"${_centre(v)}$" if v is not None else "--" for v in found)
+            lines.append(" & ".join([rf"\quad {CORRECTED}", "", *centres]) + r" \\")
+    return "\n".join([*lines, r"\hline", r"\end{tabular}"]) + "\n"
+
+
+def with_deviation(value: Value) -> str:
+    r"""``95.17 \pm 0.24``: two digits of the deviation, a power of ten for the very large or small.
+
+    Parameters
+    ----------
+    value : Value
+    """
+    power = _power(value)
+    scaled, sd = value.value / 10.0**power, value.deviation / 10.0**power
+    places = decimals(sd) if sd > 0 else 6
+    figures = rf"{scaled:.{places}f} \pm {sd:.{places}f}"
+    return rf"({figures}) \cdot 10^{{{power}}}" if power else figures
+
+
+def _centre(value: Value) -> str:
+    """What `with_deviation` gives of the centre of a value's interval, without the deviation."""
+    power = _power(value)
+    sd = value.deviation / 10.0**power
+    figures = f"{value.corrected / 10.0**power:.{decimals(sd) if sd > 0 else 6}f}"
+    return rf"{figures} \cdot 10^{{{power}}}" if power else figures
+
+
+def _power(value: Value) -> int:
+    """Of ten, for the very large or small; else 0."""
+    size = max(abs(value.value), value.deviation)
+    if not size or _PLAIN[0] <= size < _PLAIN[1]:
+        return 0
+    return max(math.floor(math.log10(size)), _LEAST_POWER)
 
 
 def export(

@@ -38,7 +38,7 @@ class Target:
         return written(*source)
 
 
-_PRINTERS, _TABLES = "axisid.codegen.printers", "axisid.exports.parameter_tables"
+_PRINTERS, _TABLES = "axisid.codegen.printers", "axisid.exports.export"
 #: In the order of help and messages.
 TARGETS = (
     Target(name="c", language="C99", writer=f"{_PRINTERS}.c99:print_c99"),

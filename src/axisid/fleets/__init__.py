@@ -5,6 +5,10 @@ of the command line, and of how a log is identified.
 """
 
 from .fleet import fleet as fleet, written_files as written_files
-from .ledger import Ledger as Ledger, read_ledger as read_ledger, strays as strays
+from .ledger import (
+    FleetRow as FleetRow,
+    Ledger as Ledger,
+    read_ledger as read_ledger,
+    strays as strays,
+)
 from .result import Fleet as Fleet
-from .row import FleetRow as FleetRow

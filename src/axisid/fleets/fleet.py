@@ -16,18 +16,16 @@ from axisid.estimation.signals import Prefilter
 from axisid.fleets.items import FleetItem, gather_items, result_names
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import AxisidError, UsageError
-from axisid.support.files.new_folder import kept_if_filled
+from axisid.support.files.regular_file import kept_if_filled
 from axisid.support.jobs.outcome import Failure, Outcome
 from axisid.support.jobs.run import run_jobs
 from axisid.support.progress import Progress
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import first_of, quoted
 
-from .ledger import LEDGER, Ledger, ledger_of, read_ledger, strays, write_row
-from .one_log import Named, identify_log, result_file, result_of
+from .ledger import LEDGER, FleetRow, Ledger, ledger_of, read_ledger, strays, write_row
+from .one_log import Named, Settings, check_kinds, identify_log, log_digest, result_file, result_of
 from .result import Fleet
-from .row import FleetRow
-from .settings import Settings, check_kinds, log_digest
 from .table import TABLES
 from .wrong_in_all import OF_SEVERAL, check_settings, checked
 

@@ -1,22 +1,212 @@
-"""One log: read, identified, judged, written; by whichever process works on it."""
+"""How every log of a fleet is read and identified, one by one, by whichever process works on it."""
 
-from dataclasses import dataclass
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import lru_cache
 from pathlib import Path
 from time import process_time
+from types import NoneType
 from typing import Any
 
-from axisid.codegen.artefacts import replace_file
+from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import read_record
+from axisid.estimation.signals import Prefilter
 from axisid.fleets.items import FleetItem
+from axisid.modeling.declaration import Axis, fix, leave_out
+from axisid.modeling.library import LIBRARY
+from axisid.modeling.text import load_axis
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.files.json_text import json_text
+from axisid.support.files.regular_file import opened_regular, read_regular, replace_file
 from axisid.support.remedy import as_options
+from axisid.support.user_values import quoted
+from axisid.support.version import __version__
 
-from .row import FleetRow, judged
-from .settings import LOG_NOT_READ, Settings, log_digest
+from .ledger import FleetRow, judged
 
+#: The code of a log that is not there or cannot be opened.
+LOG_NOT_READ = "fleet-log-not-read"
 _NOT_WRITTEN = "fleet-result-not-written"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """What is the same for all logs; small, since every job has it.
+
+    Attributes
+    ----------
+    folder : str
+        Where results are written to.
+    axis : str or Axis
+        Of the logs that name none; empty where all do.
+    fixed : mapping of str to value
+        As `fix` takes them.
+    left_out : tuple of str
+    drive_time : str
+        The drive's time that is estimated, ``lag`` or ``delay``; empty for none.
+    native : bool
+    reading : mapping of str to value
+        Arguments of `read_record`.
+    prefilter : Prefilter or None
+    identifying : mapping of str to value
+        Further arguments of `identify`.
+    draws : int
+    """
+
+    folder: str
+    axis: str | Axis = ""
+    fixed: Mapping[str, Any] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()
+    drive_time: str = ""
+    native: bool = True
+    reading: Mapping[str, Any] = field(default_factory=dict)
+    prefilter: Prefilter | None = None
+    identifying: Mapping[str, Any] = field(default_factory=dict)
+    draws: int = 0
+
+    def generated(self, item: FleetItem) -> GeneratedAxis:
+        """The axis of an item, which a process builds once.
+
+        Raises
+        ------
+        ModelError, UsageError
+            There is none, or it cannot be built.
+        """
+        return self._built(item)[0]
+
+    def key(self, item: FleetItem, log: str) -> str:
+        """What the result of an item depends on, as a text of one length.
+
+        Parameters
+        ----------
+        item : FleetItem
+        log : str
+            Hash of the log's bytes.
+        """
+        generated, declared = self._built(item)
+        told = (
+            __version__,
+            log,
+            generated.signature,
+            declared,
+            self.native,
+            sorted({**self.reading, **({"columns": item.columns} if item.columns else {})}.items()),
+            self.prefilter,
+            sorted(self.identifying.items()),
+            self.draws,
+        )
+        return _digest(repr(told))
+
+    def _built(self, item: FleetItem) -> tuple[GeneratedAxis, str]:
+        axis = item.axis or self.axis
+        if not axis and not Path(item.log).exists():  # a mistyped name of a manifest, most often
+            if item.log in LIBRARY:
+                raise UsageError(
+                    f"{item.log} is an axis of the library and no log; logs stand alone, and their "
+                    f"axis is named for all (--axis {item.log}, axis=).",
+                    code="axis-among-logs",
+                )
+            raise DataError(
+                f"{item.log} cannot be read: there is no such file. Check the path.",
+                code=LOG_NOT_READ,
+            )
+        if not axis:
+            raise UsageError(
+                f"{item.log} has no axis; name one for all (--axis, axis=), or one for it in a "
+                "manifest.",
+                code="no-axis-of-log",
+            )
+        source = axis if isinstance(axis, Axis) else str(axis)
+        mark = _canonical(source) if isinstance(source, Axis) else _mark(source)
+        fixed = tuple(sorted(self.fixed.items()))
+        return _built(_Same(source, mark), fixed, self.left_out, self.drive_time, self.native)
+
+
+def check_kinds(*, fixed: object, left_out: object, drive_time: object, reading: object) -> None:
+    """Refuse settings of a fleet that are not of the kind that they have to be.
+
+    Raises
+    ------
+    UsageError
+        One is not.
+    """
+    mapping = "a mapping of names to values"
+    kinds: tuple[tuple[str, object, type | tuple[type, ...], str], ...] = (
+        ("fixed", fixed, (Mapping, NoneType), mapping),
+        ("left_out", left_out, (list, tuple), "a list of parameters' names"),
+        ("drive_time", drive_time, (str, NoneType), "'delay' or 'lag'"),
+        ("reading", reading, (Mapping, NoneType), mapping),
+    )
+    for name, given, kind, wanted in kinds:
+        if not isinstance(given, kind):
+            raise UsageError(
+                f"{name} is {quoted(given)}; give {wanted}, or leave it out.", code="fleet-setting"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class _Same:
+    """An axis, or what names one, that is the same as another by its mark."""
+
+    axis: Axis | str = field(compare=False)
+    mark: str
+
+
+@lru_cache(maxsize=32)
+def _built(
+    source: _Same,
+    fixed: tuple[tuple[str, Any], ...],
+    left_out: tuple[str, ...],
+    drive_time: str,
+    native: bool,
+) -> tuple[GeneratedAxis, str]:
+    """An axis built as it is identified, and a digest of its declaration."""
+    axis = source.axis if isinstance(source.axis, Axis) else load_axis(source.axis)
+    axis = fix(axis, **dict(fixed))
+    if drive_time:
+        axis = replace(axis, drive=axis.drive.estimating(drive_time))
+    axis = leave_out(axis, *left_out)
+    return build(axis, native=native), _digest(_canonical(axis))
+
+
+def _mark(name: str) -> str:
+    """What names an axis, with the bytes of its file, which may change while a process lives."""
+    path, python, _ = name.partition(".py:")
+    file = Path(f"{path}.py" if python else name)
+    if file.suffix not in (".py", ".toml"):
+        return name  # of the library
+    try:
+        return f"{name}\0{hashlib.sha256(read_regular(file)).hexdigest()}"
+    except (OSError, ValueError):
+        return name  # `load_axis` says what is wrong
+
+
+def _canonical(axis: Axis) -> str:
+    """All that an axis declares, gains and nominal values too, which no signature has."""
+    return repr([(each.name, getattr(axis, each.name)) for each in fields(axis)])
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode(errors="replace")).hexdigest()
+
+
+def log_digest(log: Path) -> str:
+    """Hash of the bytes of a log; of a folder, of all that is in it.
+
+    Raises
+    ------
+    OSError
+        It cannot be read.
+    """
+    made = hashlib.sha256()
+    for file in sorted(p for p in log.rglob("*") if p.is_file()) if log.is_dir() else [log]:
+        if log.is_dir():
+            made.update(f"{file.relative_to(log)}\0".encode(errors="replace"))
+        with opened_regular(file) as stream:
+            made.update(hashlib.file_digest(stream, "sha256").digest())
+    return made.hexdigest()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,8 +240,8 @@ def identify_log(settings: Settings, named: Named) -> FleetRow:
         generated = settings.generated(named.item)
         axis = generated.axis.name
         key = _key(settings, named.item)
-        document = result_of(settings, named.item).to_dict(settings.draws)
-        _write(document, result_file(settings.folder, named.name))
+        result = result_of(settings, named.item)
+        _write(result.to_dict(settings.draws), result_file(settings.folder, named.name))
     except AxisidError as error:
         said = " ".join(error.worded(as_options).split())
         return named.row(
@@ -63,7 +253,7 @@ def identify_log(settings: Settings, named: Named) -> FleetRow:
             seconds=process_time() - begin,
         )
     return named.row(
-        axis=axis, status="ok", key=key, **judged(document), seconds=process_time() - begin
+        axis=axis, status="ok", key=key, **judged(result), seconds=process_time() - begin
     )
 
 

@@ -10,7 +10,7 @@ from axisid.populations import Alike, Usual, alike_points, spread_of
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
-from .row import FleetRow
+from .ledger import FleetRow
 
 _MIN_LOGS_PER_PARAMETER = 5  # with fewer, half of the logs hardly tell a scatter
 

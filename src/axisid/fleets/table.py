@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.codegen.artefacts import write_for_user
 from axisid.estimation.tables import UNITS_ENTRY, npz_bytes, parquet_bytes, split_labels
 from axisid.presentation.schema import schema_of
 from axisid.support.errors import UsageError
 from axisid.support.files.csv_text import csv_text
+from axisid.support.files.regular_file import write_file
 from axisid.support.user_values import quoted
 
+from .ledger import FleetRow
 from .outliers import Outlier
-from .row import FleetRow
 
 Cell = str | float | None
 Columns = dict[str, list[Cell]]
@@ -36,8 +36,7 @@ def write_table(
             code="fleet-table",
         )
     columns, units = columns_of(rows, outliers), units_of(rows)
-    written = _WRITERS[file.suffix](columns, units, file)
-    return write_for_user(file, written)
+    return write_file(file, _WRITERS[file.suffix](columns, units, file))
 
 
 def columns_of(rows: Sequence[FleetRow], outliers: Sequence[Outlier]) -> Columns:

@@ -10,8 +10,8 @@ from axisid.fleets.items import FleetItem
 from axisid.support.errors import AxisidError, DataError, ModelError, UsageError
 from axisid.support.user_values import quoted
 
-from .row import FleetRow
-from .settings import Settings
+from .ledger import FleetRow
+from .one_log import Settings
 
 #: Arguments of `identify` that are of several records together.
 OF_SEVERAL = ("local", "known", "gain", "skip_bad")

@@ -4,22 +4,20 @@ In: nothing, or its record. Out: its tables beside ours, figures, files. Knows n
 records, and of the command line.
 """
 
-from .distributions import (
-    DISTRIBUTION_FILES as DISTRIBUTION_FILES,
-    distributions_document as distributions_document,
-    run_distributions as run_distributions,
-    write_distributions as write_distributions,
-)
-from .encoder import run_encoder_study as run_encoder_study
-from .encoder_document import (
+from .encoder import (
     ENCODER_FILES as ENCODER_FILES,
     encoder_document as encoder_document,
+    run_encoder_study as run_encoder_study,
     write_encoder_study as write_encoder_study,
 )
 from .study import (
+    DISTRIBUTION_FILES as DISTRIBUTION_FILES,
     STUDY_FILES as STUDY_FILES,
+    distributions_document as distributions_document,
+    run_distributions as run_distributions,
     run_study as run_study,
     study_document as study_document,
     table_text as table_text,
+    write_distributions as write_distributions,
     write_study as write_study,
 )

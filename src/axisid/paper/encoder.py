@@ -5,23 +5,38 @@ in the record, many twins each, and identified under both of the paper's filters
 20 mm a revolution. The velocity that the law reads is an ideal sensor's, as in the paper's twin.
 """
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, build
-from axisid.estimation.monte_carlo import MonteCarlo, monte_carlo
+from axisid.estimation.choices import CONTROL, FIT
+from axisid.estimation.monte_carlo import PARAMETER, MonteCarlo, Share, monte_carlo, stated_by
 from axisid.estimation.twins import Chain
 from axisid.modeling.text import load_axis
+from axisid.presentation.blocks import (
+    Cell,
+    Column,
+    Document,
+    Quantity,
+    Table,
+    paragraph,
+    plain_text,
+    text_columns,
+)
+from axisid.presentation.plots import Panel, Plot, Series, Tone
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
+from axisid.support.files.json_text import json_text
 from axisid.support.progress import Progress, with_progress
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 
-from .encoder_fits import control_fits
-from .study import APPROPRIATE, INAPPROPRIATE
+from .study import APPROPRIATE, INAPPROPRIATE, written_into
 
 #: Counts of an encoder a revolution, and the metres of a revolution.
 COUNTS, REVOLUTION = (4000, 1000, 400, 200, 100, 50, 20), 0.02
@@ -31,6 +46,28 @@ METHODS = ("idm-ls", "idm-iv", "didim")
 CONTROL_FIT = "clie"
 _FEWEST = 2  # estimates that a scatter is told of
 FILTERS = {"appropriate": APPROPRIATE, "inappropriate": INAPPROPRIATE}
+#: What `write_encoder_study` writes, and of which kind it is.
+ENCODER_FILES = {
+    "encoder.txt": "paper",
+    "encoder.json": "paper",
+    **{f"encoder_{name}.png": "figure" for name in FILTERS},
+}
+_TONES: dict[str, Tone] = {
+    "idm-ls": "error",
+    "idm-iv": "model",
+    "didim": "other",
+    CONTROL_FIT: "violet",
+}
+#: The methods, as columns.
+SHOWN = (*METHODS, CONTROL_FIT)
+_MOST_OBJECTIONS = 3  # that are told of a case
+_WIDEST = 30.0  # % of a bias that a figure shows at first
+_NOTES = """\
+bias, sd: mean error and scatter over the twins of the value without its bias, percent of
+the true value. held: share of the 95 % intervals that hold it. estimates: share of the twins that a
+method gives one of; no error is told of fewer than two. The encoder rounds inside the loop and in
+the record; the motion begins anywhere in a count. The law's velocity is an ideal sensor's. clie:
+fit of the control (axisid fit), which passes no filter and is the same under both."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,92 +182,219 @@ def run_encoder_study(
     axis = build(load_axis("emps2015"))
     found: list[EncoderCase] = []
     for each in with_progress(counts, progress, lambda each: f"{each} counts"):
-        fits = {CONTROL_FIT: _fitted(axis, _noise(each), runs, seed)}
-        cases = (_case(axis, each, name, runs, seed, jobs) for name in FILTERS)
-        found += (replace(case, methods={**case.methods, **fits}) for case in cases)
+        noise = Chain(position=NOISE, position_step=REVOLUTION / each, anywhere=True)
+        how: dict[str, Any] = {"noise": noise, "seed": seed, "jobs": jobs}
+        fits = _of_control(axis, runs, **how)
+        for name, prefilter in FILTERS.items():
+            made = _studied(axis, runs, METHODS, prefilter=prefilter, checks=runs, **how)
+            found.append(_case(each, name, made, fits, len(axis.names)))
     return EncoderStudy(names=axis.names, runs=runs, cases=tuple(found))
 
 
-def _noise(counts: int) -> Chain:
-    return Chain(position=NOISE, position_step=REVOLUTION / counts, anywhere=True)
-
-
-def _fitted(axis: GeneratedAxis, noise: Chain, runs: int, seed: int) -> MethodFigures:
-    """Of the fit of the control, in percent of the true values."""
-    fits = control_fits(axis, noise, runs, seed)
-    if len(fits) < _FEWEST:
-        return _nothing(len(fits) / runs, len(axis.names))
-    experiment = axis.declared.experiment
-    known = {} if experiment is None else experiment.truth
-    truth = np.array([known[name] for name in axis.names])
-    values = np.array([[each.parameters[n].value for n in axis.names] for each in fits])
-    ends = np.array([[each.parameters[n].interval for n in axis.names] for each in fits])
-    return MethodFigures(
-        estimated=len(fits) / runs,
-        bias=100 * (values.mean(axis=0) / truth - 1),
-        scatter=100 * values.std(axis=0, ddof=1) / truth,
-        held=((ends[..., 0] <= truth) & (truth <= ends[..., 1])).mean(axis=0),
-    )
-
-
-def _case(
-    axis: GeneratedAxis, counts: int, name: str, runs: int, seed: int, jobs: int
-) -> EncoderCase:
-    """The twins of one encoder under one filter; their noise is that of the other encoders."""
-    noise = _noise(counts)
+def _studied(
+    axis: GeneratedAxis, runs: int, methods: Sequence[str], **how: Any
+) -> MonteCarlo | None:
+    """The twins of one encoder, whose noise is that of the other ones; None without an estimate."""
     try:
-        found = monte_carlo(
-            axis,
-            runs,
-            METHODS,
-            prefilter=FILTERS[name],
-            noise=noise,
-            checks=runs,
-            seed=seed,
-            jobs=jobs,
-        )
+        return monte_carlo(axis, runs, methods, **how)
     except EstimationError as error:
         if error.code != "no-twin-identified":
             raise
-        return EncoderCase(
-            counts=counts,
-            filter=name,
-            methods={method: _nothing(0.0, len(axis.names)) for method in METHODS},
-            judged=0.0,
-            objected={},
-            clean=float("nan"),
-        )
+        return None
+
+
+def _of_control(axis: GeneratedAxis, runs: int, **how: Any) -> MethodFigures:
+    """Of the fit of the control."""
+    method = f"{FIT}{CONTROL}"
+    return _figures(_studied(axis, runs, [method], **how), method, len(axis.names))
+
+
+def _case(
+    counts: int, name: str, found: MonteCarlo | None, fits: MethodFigures, size: int
+) -> EncoderCase:
+    """The twins of one encoder under one filter."""
+    methods = {method: _figures(found, method, size) for method in METHODS}
     objected = {
         check.name: check.fails.count / found.judged
-        for check in found.check_figures
-        if check.fails.count
+        for check in (found.check_figures if found else ())
+        if found and check.fails.count
     }
     return EncoderCase(
         counts=counts,
         filter=name,
-        methods={method: _figures(found, method) for method in METHODS},
-        judged=found.judged / runs,
+        methods={**methods, CONTROL_FIT: fits},
+        judged=found.judged / found.plan.runs if found else 0.0,
         objected=dict(sorted(objected.items(), key=lambda each: -each[1])),
-        clean=1 - found.objected.value,
+        clean=1 - found.objected.value if found else math.nan,
     )
 
 
-def _figures(found: MonteCarlo, method: str) -> MethodFigures:
-    """Of a method, in percent of the true values."""
-    estimated = found.estimated(method)
-    if estimated.count < _FEWEST:
-        return _nothing(estimated.value, len(found.plan.axis.names))
-    figures = [found.of(method, name) for name in found.plan.axis.names]
+def _figures(found: MonteCarlo | None, method: str, size: int) -> MethodFigures:
+    """Of a method, in percent of the true values; NaN of too few estimates to tell anything."""
+    estimated = found.estimated(method) if found else Share(0, 1)
+    figures = [
+        each
+        for each in (found.figures if found else ())
+        if (each.estimand.method, each.estimand.kind) == (method, PARAMETER)
+    ]
+    if found is None or estimated.count < _FEWEST or len(figures) < size:
+        unknown = np.full(size, np.nan)
+        return MethodFigures(estimated=estimated.value, bias=unknown, scatter=unknown, held=unknown)
+    stated = stated_by(method, found.plan.chosen)
     truth = np.array([each.truth for each in figures])
     return MethodFigures(
         estimated=estimated.value,
         bias=100 * np.array([each.bias.value for each in figures]) / truth,
         scatter=100 * np.array([each.scatter.value for each in figures]) / truth,
-        held=np.array([each.coverage[found.plan.chosen].value for each in figures]),
+        held=np.array([each.coverage[stated].value for each in figures]),
     )
 
 
-def _nothing(estimated: float, size: int) -> MethodFigures:
-    """Of a method that gives too few estimates to tell anything."""
-    unknown = np.full(size, np.nan)
-    return MethodFigures(estimated=estimated, bias=unknown, scatter=unknown, held=unknown)
+def encoder_document(study: EncoderStudy) -> Document:
+    """A table of errors and one of verdicts for each filter."""
+    tables = [table(study, name) for name in FILTERS for table in (_errors_table, _verdicts_table)]
+    made = f"{study.runs} twins of each encoder, screw of 20 mm a revolution"
+    return paragraph(made, filled=False), *tables, paragraph(*_NOTES.splitlines(), filled=False)
+
+
+def _errors_table(study: EncoderStudy, name: str) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for case in study.under(name):
+        for i, parameter in enumerate(study.names):
+            label = "" if i else str(case.counts)
+            cells = (_quantity(made, i) for made in case.methods.values())
+            rows.append((label, parameter, *cells))
+    return Table(
+        columns=(
+            *text_columns(["counts", "%"]),
+            *(Column(method.upper(), parts=("sd", "held", "estimates")) for method in SHOWN),
+        ),
+        rows=tuple(rows),
+        labels=2,
+        title=f"{_titled(name)}: bias by method",
+    )
+
+
+def _quantity(made: MethodFigures, i: int) -> Quantity:
+    """Of a parameter; how many estimates there are is told with the first."""
+    estimated = "" if i else _share(made.estimated)
+    return Quantity(
+        _figure(made.bias[i]), _figure(made.scatter[i]), (_share(made.held[i]), estimated)
+    )
+
+
+def _verdicts_table(study: EncoderStudy, name: str) -> Table:
+    def objections(case: EncoderCase) -> str:
+        first = list(case.objected.items())[:_MOST_OBJECTIONS]
+        return ", ".join(f"{check} {_share(share)}" for check, share in first)
+
+    rows = tuple(
+        (str(case.counts), _share(case.judged), _share(case.clean), objections(case))
+        for case in study.under(name)
+    )
+    return Table(
+        columns=(
+            *text_columns(["counts"]),
+            Column("judged", "%"),
+            Column("nothing fails", "%"),
+            *text_columns(["fails most, % of the verdicts"]),
+        ),
+        rows=rows,
+        title=f"{_titled(name)}: what the verdicts say",
+    )
+
+
+def _titled(name: str) -> str:
+    return f"{name.capitalize()} filter, {FILTERS[name].cutoff:g} Hz"
+
+
+def _figure(value: float) -> str:
+    return "" if np.isnan(value) else f"{value:.2f}" if abs(value) < 10 else f"{value:.0f}"
+
+
+def _share(value: float) -> str:
+    return "" if np.isnan(value) else f"{100 * value:.0f}"
+
+
+def encoder_plot(study: EncoderStudy, name: str) -> Plot:
+    """Bias, with the scatter as whiskers, over the counts."""
+    cases = study.under(name)
+    counts = np.array([float(case.counts) for case in cases])
+    panels = []
+    for i, parameter in enumerate(study.names):
+        series = []
+        for shift, method in zip((0.91, 0.97, 1.03, 1.09), SHOWN, strict=True):
+            bias = np.array([case.methods[method].bias[i] for case in cases])
+            scatter = np.array([case.methods[method].scatter[i] for case in cases])
+            series.append(
+                Series(
+                    label=method.upper() if not i else "",
+                    x=shift * counts,
+                    y=bias,
+                    low=bias - scatter,
+                    high=bias + scatter,
+                    kind="points",
+                    tone=_TONES[method],
+                )
+            )
+        widest = (-_WIDEST, _WIDEST)
+        panels.append(
+            Panel(label=f"{parameter}, bias [%]", series=tuple(series), levels=(0.0,), span=widest)
+        )
+    return Plot(
+        name=f"encoder_{name}",
+        title=f"Bias over the encoder, {_titled(name).lower()}",
+        caption="Whiskers are the scatter over the twins.",
+        x_label="counts a revolution of 20 mm",
+        panels=tuple(panels),
+        log=True,
+    )
+
+
+def write_encoder_study(study: EncoderStudy, folder: Path) -> list[Path]:
+    """Write tables, figures and figures as data into a folder.
+
+    Raises
+    ------
+    UsageError
+        The folder cannot be written to.
+    """
+    from axisid.presentation.drawing import write_figures
+
+    texts = {
+        "encoder.txt": plain_text(encoder_document(study)),
+        "encoder.json": json_text(encoder_dict(study)),
+    }
+    plots = [encoder_plot(study, name) for name in FILTERS]
+    return written_into(folder, texts, lambda: write_figures(plots, folder, "png"))
+
+
+def encoder_dict(study: EncoderStudy) -> dict[str, object]:
+    """The study as plain data; what is not known is None."""
+    return {
+        "runs": study.runs,
+        "parameters": list(study.names),
+        "cases": [
+            {
+                "counts": case.counts,
+                "filter": case.filter,
+                "judged": case.judged,
+                "clean": None if np.isnan(case.clean) else case.clean,
+                "objected": dict(case.objected),
+                "methods": {
+                    name: {
+                        "estimated": made.estimated,
+                        "bias_percent": _known(made.bias),
+                        "scatter_percent": _known(made.scatter),
+                        "held": _known(made.held),
+                    }
+                    for name, made in case.methods.items()
+                },
+            }
+            for case in study.cases
+        ],
+    }
+
+
+def _known(values: Array) -> list[float | None]:
+    return [None if np.isnan(value) else float(value) for value in values]

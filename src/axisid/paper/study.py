@@ -2,6 +2,8 @@
 
 The published figures stand beside the twin's. The twin has the paper's parameters, gains and
 noise; its motion and its velocity sensor are ours, so the two agree in kind, not digit by digit.
+The published tables have one record and one noise; of many twins under both filters bias, scatter
+and coverage stand with their Monte-Carlo errors.
 """
 
 import tomllib
@@ -12,9 +14,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from axisid.codegen.artefacts import build, replace_file
+from axisid.codegen.artefacts import build
 from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.identification import Identification, identify
+from axisid.estimation.monte_carlo import MonteCarlo, monte_carlo
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_record
 from axisid.modeling.text import load_axis
@@ -29,8 +32,10 @@ from axisid.presentation.blocks import (
     plain_text,
     text_columns,
 )
+from axisid.presentation.monte_carlo import estimand_tables, findings, legend, study_facts
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.files.json_text import json_text
+from axisid.support.files.regular_file import replace_file
 from axisid.support.progress import Progress, with_progress
 
 #: The paper's four methods.
@@ -38,6 +43,35 @@ METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
 #: The paper's two filters.
 APPROPRIATE = Prefilter(cutoff=60.0, decimate=10, drop=(50, 50), hold="raw", reversals="keep")
 INAPPROPRIATE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50), hold="raw", reversals="keep")
+_NOTES = """\
+The twin's viscous friction comes out low because force and motion are paired as in the paper (hold
+raw): the force acts half a sample late. With hold zoh and the appropriate filter it comes within
+1 % of the truth.
+paper: Brunot et al., SYSID 2015. The twin's motion is ours, so figures agree in kind, not by digit.
+rel. sd: i.i.d., delta method where mapped. error of LS: ||y - X theta||/||y||; error of IV:
+||y - y_simulated||/||y||, the loop simulated with the estimate (the published IV figures can be no
+other: on the same X no estimate has a smaller equation error than LS). The error of DDM-IV is
+taken against the measured acceleration, whose own noise the inappropriate filter lets through.
+Table 7: the published column of DDM-LS cannot come from the rows of table 6. On one set of rows,
+M of IDM-LS times theta1 of DDM-LS is r^2, the squared partial correlation of force and
+acceleration; an equation error of 48.7 % leaves r^2 at most 1 - 0.487^2 = 0.763. With M = 54.9,
+theta1 is at most 0.0139, and the M of table 8 at least 72, whatever the noise, derivative, filter
+or delay. The column is twice that of table 2: 0.02, 4.64, 0.46 for 0.01, 2.32, 0.23."""
+#: What `write_study` writes, and of which kind it is.
+STUDY_FILES = {
+    "tables.txt": "paper",
+    "appropriate.json": "identify",
+    "inappropriate.json": "identify",
+    "figure3.png": "figure",
+    "figure4.png": "figure",
+}
+#: The filters by name, as files are named for them.
+FILTERS = {"appropriate": APPROPRIATE, "inappropriate": INAPPROPRIATE}
+#: What `write_distributions` writes, and of which kind it is.
+DISTRIBUTION_FILES = {
+    "distributions.txt": "paper-distributions",
+    **{f"distributions_{name}.json": "study" for name in FILTERS},
+}
 
 
 @cache
@@ -98,32 +132,6 @@ def study_table(study: Study, number: int) -> Table:
         if number in published_tables(kind):
             return written(study, published_tables(kind)[number])
     return _estimates(study, published_tables("estimates")[number])
-
-
-_NOTES = """\
-The twin's viscous friction comes out low because force and motion are paired as in the paper (hold
-raw): the force acts half a sample late. With hold zoh and the appropriate filter it comes within
-1 % of the truth.
-paper: Brunot et al., SYSID 2015. The twin's motion is ours, so figures agree in kind, not by digit.
-rel. sd: i.i.d., delta method where mapped. error of LS: ||y - X theta||/||y||; error of IV:
-||y - y_simulated||/||y||, the loop simulated with the estimate (the published IV figures can be no
-other: on the same X no estimate has a smaller equation error than LS). The error of DDM-IV is
-taken against the measured acceleration, whose own noise the inappropriate filter lets through.
-Table 7: the published column of DDM-LS cannot come from the rows of table 6. On one set of rows,
-M of IDM-LS times theta1 of DDM-LS is r^2, the squared partial correlation of force and
-acceleration; an equation error of 48.7 % leaves r^2 at most 1 - 0.487^2 = 0.763. With M = 54.9,
-theta1 is at most 0.0139, and the M of table 8 at least 72, whatever the noise, derivative, filter
-or delay. The column is twice that of table 2: 0.02, 4.64, 0.46 for 0.01, 2.32, 0.23."""
-
-
-#: What `write_study` writes, and of which kind it is.
-STUDY_FILES = {
-    "tables.txt": "paper",
-    "appropriate.json": "identify",
-    "inappropriate.json": "identify",
-    "figure3.png": "figure",
-    "figure4.png": "figure",
-}
 
 
 def write_study(study: Study, folder: Path) -> list[Path]:
@@ -264,3 +272,65 @@ def _titled(
         labels=2,
         title=f"Table {number}. {title}",
     )
+
+
+def run_distributions(
+    runs: int, *, seed: int = 1, jobs: int = 1, progress: Progress | None = None
+) -> dict[str, MonteCarlo]:
+    """Identify many twins of `emps2015` by all methods of the tables, by filter.
+
+    Parameters
+    ----------
+    runs : int
+        Twins; under both filters the same ones.
+    seed, jobs
+        As in `monte_carlo`.
+    progress : callable, optional
+
+    Raises
+    ------
+    UsageError
+        As `monte_carlo`.
+    """
+    axis = build(load_axis("emps2015"))
+    return {
+        name: monte_carlo(
+            axis,
+            runs,
+            METHODS,
+            prefilter=prefilter,
+            start="nominal",
+            seed=seed,
+            jobs=jobs,
+            progress=progress,
+        )
+        for name, prefilter in FILTERS.items()
+    }
+
+
+def distributions_document(found: Mapping[str, MonteCarlo]) -> Document:
+    """The estimates of every method and filter, and what stands out."""
+    blocks: Document = ()
+    studies = {name: study_facts(result) for name, result in found.items()}
+    for name, result in studies.items():
+        title = f"{len(result)} twins, {name} filter, {FILTERS[name].cutoff:g} Hz"
+        blocks = *blocks, *estimand_tables(result, title), findings(result)
+    return *blocks, *(legend(result) for result in [*studies.values()][:1])
+
+
+def write_distributions(found: Mapping[str, MonteCarlo], folder: Path) -> list[Path]:
+    """Write the tables and the figures of both filters into a folder.
+
+    Raises
+    ------
+    UsageError
+        The folder cannot be written to.
+    """
+    texts = {
+        "distributions.txt": plain_text(distributions_document(found)),
+        **{
+            f"distributions_{name}.json": json_text(result.to_dict())
+            for name, result in found.items()
+        },
+    }
+    return written_into(folder, texts, list)

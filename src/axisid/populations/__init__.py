@@ -11,7 +11,6 @@ from .alike import (
     Usual as Usual,
     alike_points as alike_points,
     limit_of_a_new_point as limit_of_a_new_point,
+    spread_of as spread_of,
 )
-from .changes import Change as Change, Drift as Drift, change_in as change_in
-from .robust_scatter import spread_of as spread_of
-from .steps import Step as Step
+from .changes import Change as Change, Drift as Drift, Step as Step, change_in as change_in

@@ -5,18 +5,169 @@ from dataclasses import dataclass, replace
 from operator import itemgetter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.support.arrays import Array, Exact
 
 from .alike import LARGEST
-from .steps import (
-    Step,
-    largest_step,
-    other_orders,
-    share_as_large,
-    steps_beside,
-    total_variances,
-)
+
+_ORDERS = 999  # orders in which the values might have come as well
+_SEED = 0  # the same series gives the same numbers
+_SHORTEST = 3  # values of a level
+_SHORTER = np.sqrt(2.0)  # from a length of stretches to the next
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """A step of a series' level.
+
+    Attributes
+    ----------
+    place : int
+        Of the first value on the new level, from 0.
+    difference, deviation : float
+        Of the new level and the one before.
+    p_value : float
+        Of a step as large somewhere in the series, if its order told nothing.
+    """
+
+    place: int
+    difference: float
+    deviation: float
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True)
+class StepCandidate:
+    """Where the level changes most.
+
+    Attributes
+    ----------
+    place : int
+        Of the first value on the new level, from 0.
+    p_value : float
+        Of a step as large somewhere in the series, if its order told nothing.
+    """
+
+    place: int
+    p_value: float
+
+
+def largest_step(values: Array, variances: Array) -> StepCandidate | None:
+    """The largest step of a series, held against those of the same values in other orders.
+
+    Parameters
+    ----------
+    values, variances : array, (n,)
+        Estimates in their order, and the variance of each; too few have no step.
+    """
+    if len(values) < 2 * _SHORTEST:
+        return None
+    weights = 1 / total_variances(values, variances)
+    sizes, places = _largest(values[None], weights[None])
+    orders = other_orders(len(values))
+    others, _ = _largest(values[orders], weights[orders])
+    return StepCandidate(int(places[0]), share_as_large(others, sizes[0]))
+
+
+def steps_beside(
+    values: Array, variances: Array, level: float, largest: StepCandidate
+) -> tuple[Step, ...]:
+    """The steps of a series in their order: the largest, and those on either side of it.
+
+    Parameters
+    ----------
+    values, variances : array, (n,)
+    level : float
+        Probability that a step is told of a side where there is none.
+    largest : StepCandidate
+    """
+    places = sorted(_places(values, variances, level, 0, largest))
+    bounds = [0, *(place for place, _ in places), len(values)]
+    return tuple(
+        _step(values, variances, first, place, last, p_value)
+        for first, (place, p_value), last in zip(bounds, places, bounds[2:], strict=False)
+    )
+
+
+def _places(
+    values: Array, variances: Array, level: float, first: int, largest: StepCandidate
+) -> list[tuple[int, float]]:
+    """Where the level changes, with the probability of each by itself."""
+    place, found = largest.place, [(first + largest.place, largest.p_value)]
+    for begin, side in ((first, slice(None, place)), (first + place, slice(place, None))):
+        own = largest_step(values[side], variances[side])
+        if own is not None and own.p_value <= level:
+            found += _places(values[side], variances[side], level, begin, own)
+    return found
+
+
+def other_orders(count: int) -> NDArray[np.intp]:
+    """Orders in which so many values might have come as well, (k, n)."""
+    rng = np.random.default_rng(_SEED)
+    return rng.permuted(np.tile(np.arange(count), (_ORDERS, 1)), axis=1)
+
+
+def share_as_large(others: Array, own: float) -> float:
+    """Probability of a figure as large, if the order told nothing."""
+    return float((1 + np.count_nonzero(others >= own)) / (1 + len(others)))
+
+
+def total_variances(values: Array, variances: Array) -> Array:
+    """Variance of each value about one level: its own and what is between them."""
+    between = max(float(np.var(values, ddof=1) - np.mean(variances)), 0.0)
+    return variances + between
+
+
+def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Of each of several series, (s, n), the largest squared step in deviations, and its place.
+
+    It is looked for in stretches of many lengths, so that a step back does not hide it [1]_.
+
+    .. [1] S. Kovacs, P. Buehlmann, H. Li, A. Munk, "Seeded binary segmentation: a general
+       methodology for fast and optimal changepoint detection", Biometrika 110 (1), 2023.
+    """
+    sums = np.cumsum(np.pad(weights * values, ((0, 0), (1, 0))), axis=1)
+    weight = np.cumsum(np.pad(weights, ((0, 0), (1, 0))), axis=1)
+    best = np.full(len(values), -np.inf)
+    places = np.zeros(len(values), dtype=np.intp)
+    for start, stop in _stretches(values.shape[1]):
+        inner = slice(start + _SHORTEST, stop - _SHORTEST + 1)
+        before, of_before = (x[:, inner] - x[:, [start]] for x in (sums, weight))
+        after, of_after = (x[:, [stop]] - x[:, inner] for x in (sums, weight))
+        sizes = (after / of_after - before / of_before) ** 2 / (1 / of_before + 1 / of_after)
+        largest = sizes.max(axis=1)
+        places = np.where(largest > best, sizes.argmax(axis=1) + inner.start, places)
+        best = np.maximum(best, largest)
+    return best, places
+
+
+def _stretches(count: int) -> list[tuple[int, int]]:
+    """Stretches of a series: all of it, then ever shorter ones that overlap by half and more."""
+    found, length = [(0, count)], count / _SHORTER
+    while length >= 2 * _SHORTEST:
+        number = 2 * int(np.ceil(count / length)) - 1
+        starts = np.linspace(0, count - length, number)
+        found += [(int(start), int(np.ceil(start + length))) for start in starts]
+        length /= _SHORTER
+    return found
+
+
+def _step(
+    values: Array, variances: Array, first: int, place: int, last: int, p_value: float
+) -> Step:
+    """The step between two levels."""
+    means, spreads = [], []
+    for part in (slice(first, place), slice(place, last)):
+        weights = 1 / total_variances(values[part], variances[part])
+        means.append(float(np.average(values[part], weights=weights)))
+        spreads.append(1 / float(np.sum(weights)))
+    return Step(
+        place=place,
+        difference=means[1] - means[0],
+        deviation=float(np.sqrt(sum(spreads))),
+        p_value=p_value,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -1,7 +1,6 @@
 """Results as dataframes of pandas or polars, whichever is asked for or installed."""
 
-from collections.abc import Iterable, Mapping
-from functools import singledispatch
+from collections.abc import Callable, Iterable, Mapping
 from importlib.util import find_spec
 from typing import Any
 
@@ -55,9 +54,11 @@ def _library(library: str | None) -> str:
     return library
 
 
-@singledispatch
 def columns_of(result: Presentable) -> Mapping[str, Any]:
     """The columns of a result's dataframe by name."""
+    for kind, columns in _COLUMNS.items():
+        if isinstance(result, kind):
+            return columns(result)
     raise UsageError(
         f"a {type(result).__name__} has no table of numbers; see its to_dict().", code="no-frame"
     )
@@ -164,28 +165,6 @@ def _of_fit(result: OutputFit) -> Mapping[str, Any]:
     )
 
 
-def _of_monte_carlo(result: MonteCarlo) -> Mapping[str, Any]:
-    return run_columns(result)
-
-
-def _of_record(result: Record) -> Mapping[str, Any]:
-    return result.channels()
-
-
-columns_of.register(Estimate, _of_estimate)
-columns_of.register(SavedEstimate, _of_estimate)
-columns_of.register(Identification, _of_identification)
-columns_of.register(SavedIdentification, _of_identification)
-columns_of.register(Sweep, _of_sweep)
-columns_of.register(LawSearch, _of_laws)
-columns_of.register(Comparison, _of_comparison)
-columns_of.register(Validation, _of_validation)
-columns_of.register(Diagnosis, _of_diagnosis)
-columns_of.register(OutputFit, _of_fit)
-columns_of.register(MonteCarlo, _of_monte_carlo)
-columns_of.register(Record, _of_record)
-
-
 def _rows(estimate: Estimate | SavedEstimate) -> Iterable[Row]:
     """A row for each parameter."""
     for name, value in estimate.parameters.items():
@@ -211,3 +190,18 @@ def _row(value: Value) -> Row:
 def _columns(rows: Iterable[Row]) -> dict[str, list[Any]]:
     listed = [*rows]
     return {name: [row[name] for row in listed] for name in (listed[0] if listed else ())}
+
+
+#: By type of result what gives the columns.
+_COLUMNS: Mapping[Any, Callable[[Any], Mapping[str, Any]]] = {
+    Estimate | SavedEstimate: _of_estimate,
+    Identification | SavedIdentification: _of_identification,
+    Sweep: _of_sweep,
+    LawSearch: _of_laws,
+    Comparison: _of_comparison,
+    Validation: _of_validation,
+    Diagnosis: _of_diagnosis,
+    OutputFit: _of_fit,
+    MonteCarlo: run_columns,
+    Record: Record.channels,
+}

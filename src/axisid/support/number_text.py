@@ -27,6 +27,11 @@ def range_text(low: float, high: float, between: str = " .. ", *, digits: int = 
     return f"{low:.{digits}g}{between}{high:.{digits}g}"
 
 
+def or_dash(value: float | None, form: str) -> str:
+    """A number in a format, such as ``.4g``; a dash where there is none."""
+    return "-" if value is None else format(value, form)
+
+
 def plain_numbers(text: str) -> str:
     """A sentence whose numbers up to 1e5 are written out: ``100 N``, never ``1e+02 N``."""
     return _RAISED.sub(_written_out, text) if "e+0" in text else text

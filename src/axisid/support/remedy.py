@@ -48,13 +48,13 @@ class Argument:
     call : str
         How the callable is written around its arguments; ``{}`` for the one that is called anyway.
     written : callable
-        Takes the values and gives the text of all of them.
+        Takes the name and the values, and gives the text of all of them.
     """
 
     of: str
     name: str = ""
     call: str = "{}"
-    written: Callable[[Sequence[str]], str]
+    written: Callable[[str, Sequence[str]], str]
 
 
 #: Gives the words for settings that stand together.
@@ -80,63 +80,70 @@ def as_arguments(settings: Sequence[Setting]) -> str:
             values = calls.setdefault(ARGUMENTS[setting.name].call, {})
             values.setdefault(setting.name, []).append(setting.value)
     written = [
-        call.format(", ".join(ARGUMENTS[name].written(each) for name, each in values.items()))
+        call.format(", ".join(_argument(name, each) for name, each in values.items()))
         for call, values in calls.items()
     ]
     without = [f"leave {ARGUMENTS[each.name].name} out" for each in settings if not each.given]
     return ", ".join(written + without)
 
 
-def _text(name: str) -> Callable[[Sequence[str]], str]:
+def _argument(setting: str, values: Sequence[str]) -> str:
+    argument = ARGUMENTS[setting]
+    return argument.written(argument.name, values)
+
+
+def _text(name: str, values: Sequence[str]) -> str:
     """An argument that is a text."""
-    return lambda values: f"{name}={_quoted(values[-1]) if values[-1] else _ANY}"
+    return f"{name}={_quoted(values[-1]) if values[-1] else _ANY}"
 
 
-def _number(name: str) -> Callable[[Sequence[str]], str]:
+def _number(name: str, values: Sequence[str]) -> str:
     """An argument that is a number, in the unit of the option."""
-    return lambda values: f"{name}={values[-1] or _ANY}"
+    return f"{name}={values[-1] or _ANY}"
 
 
-def _bytes(name: str) -> Callable[[Sequence[str]], str]:
+def _bytes(name: str, values: Sequence[str]) -> str:
     """An argument in bytes, whose option is in gigabytes."""
-    return lambda values: f"{name}={values[-1].replace('GB', 'BYTES') or _ANY}"
+    return f"{name}={values[-1].replace('GB', 'BYTES') or _ANY}"
 
 
-def _mapping(name: str) -> Callable[[Sequence[str]], str]:
+def _mapping(name: str, values: Sequence[str]) -> str:
     """An argument that is a mapping, whose option lists ``KEY=VALUE``."""
-
-    def written(values: Sequence[str]) -> str:
-        pairs = (pair.partition("=") for value in values for pair in value.split(","))
-        return f"{name}={{{', '.join(f'{_quoted(k)}: {_quoted(v)}' for k, _, v in pairs)}}}"
-
-    return written
+    pairs = (pair.partition("=") for value in values for pair in value.split(","))
+    return f"{name}={{{', '.join(f'{_quoted(k)}: {_quoted(v)}' for k, _, v in pairs)}}}"
 
 
-def _windows(values: Sequence[str]) -> str:
+def _windows(name: str, values: Sequence[str]) -> str:
     """A list of pairs of times, of options ``FROM..TO``."""
     ends = (value.partition("..")[::2] for value in values)
-    return f"windows=[{', '.join(f'({a or None}, {b or None})' for a, b in ends)}]"
+    return f"{name}=[{', '.join(f'({a or None}, {b or None})' for a, b in ends)}]"
 
 
-def _names(name: str) -> Callable[[Sequence[str]], str]:
+def _names(name: str, values: Sequence[str]) -> str:
     """An argument that is a list of names."""
-    return lambda values: f"{name}=[{_each_quoted(','.join(values).split(','))}]"
+    return f"{name}=[{_each_quoted('', ','.join(values).split(','))}]"
 
 
-def _by_record(name: str) -> Callable[[Sequence[str]], str]:
+def _by_record(name: str, values: Sequence[str]) -> str:
     """An argument that is a mapping to a list, whose option is ``KEY=V1,V2``."""
-
-    def written(values: Sequence[str]) -> str:
-        pairs = (value.partition("=") for value in values)
-        listed = ", ".join(
-            f"{_quoted(k)}: [{', '.join(map(_with_deviation, v.split(',')))}]" for k, _, v in pairs
-        )
-        return f"{name}={{{listed}}}"
-
-    return written
+    pairs = (value.partition("=") for value in values)
+    listed = ", ".join(
+        f"{_quoted(k)}: [{', '.join(map(_with_deviation, v.split(',')))}]" for k, _, v in pairs
+    )
+    return f"{name}={{{listed}}}"
 
 
-def _assigned(values: Sequence[str]) -> str:
+def _true(name: str, _: Sequence[str]) -> str:
+    """A switch."""
+    return f"{name}=True"
+
+
+def _nothing(_: str, values: Sequence[str]) -> str:
+    """A call without arguments of its own."""
+    return "".join(values)
+
+
+def _assigned(_: str, values: Sequence[str]) -> str:
     """Arguments by name, of options ``NAME=VALUE+-SD``."""
     pairs = (value.partition("=") for value in values)
     return ", ".join(f"{name}={_with_deviation(value)}" for name, _, value in pairs)
@@ -148,7 +155,7 @@ def _with_deviation(value: str) -> str:
     return f"({told}, {sd})" if sd else told
 
 
-def _each_quoted(values: Sequence[str]) -> str:
+def _each_quoted(_: str, values: Sequence[str]) -> str:
     return ", ".join(map(_quoted, values))
 
 
@@ -162,78 +169,60 @@ _PREFILTER = "Prefilter({})"
 #: What each setting is in Python, by its name on the command line.
 ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
     {
-        "columns": Argument(of="read_record", name="columns", written=_mapping("columns")),
-        "injected-at": Argument(of="read_record", name="injected_at", written=_text("injected_at")),
-        "sample-period": Argument(
-            of="read_record", name="sample_period", written=_number("sample_period")
-        ),
+        "columns": Argument(of="read_record", name="columns", written=_mapping),
+        "injected-at": Argument(of="read_record", name="injected_at", written=_text),
+        "sample-period": Argument(of="read_record", name="sample_period", written=_number),
         "window": Argument(of="read_record", name="windows", written=_windows),
-        "max-memory": Argument(of="read_record", name="max_memory", written=_bytes("max_memory")),
-        "mask": Argument(
-            of="estimation.Repairs", name="mask", call=_REPAIRS, written=_text("mask")
-        ),
+        "max-memory": Argument(of="read_record", name="max_memory", written=_bytes),
+        "mask": Argument(of="estimation.Repairs", name="mask", call=_REPAIRS, written=_text),
         "resample": Argument(
-            of="estimation.Repairs", name="resample", call=_REPAIRS, written=_text("resample")
+            of="estimation.Repairs", name="resample", call=_REPAIRS, written=_text
         ),
-        "gaps": Argument(
-            of="estimation.Repairs", name="gaps", call=_REPAIRS, written=_text("gaps")
-        ),
-        "wrap": Argument(
-            of="estimation.Repairs", name="wrap", call=_REPAIRS, written=_text("wrap")
-        ),
-        "tail": Argument(
-            of="estimation.Repairs", name="tail", call=_REPAIRS, written=_text("tail")
-        ),
-        "shift": Argument(
-            of="estimation.Repairs", name="shift", call=_REPAIRS, written=_mapping("shift")
-        ),
+        "gaps": Argument(of="estimation.Repairs", name="gaps", call=_REPAIRS, written=_text),
+        "wrap": Argument(of="estimation.Repairs", name="wrap", call=_REPAIRS, written=_text),
+        "tail": Argument(of="estimation.Repairs", name="tail", call=_REPAIRS, written=_text),
+        "shift": Argument(of="estimation.Repairs", name="shift", call=_REPAIRS, written=_mapping),
         "between": Argument(
-            of="estimation.Repairs", name="between", call=_REPAIRS, written=_mapping("between")
+            of="estimation.Repairs", name="between", call=_REPAIRS, written=_mapping
         ),
-        "decimate": Argument(
-            of="Prefilter", name="decimate", call=_PREFILTER, written=_number("decimate")
-        ),
-        "hold": Argument(of="Prefilter", name="hold", call=_PREFILTER, written=_text("hold")),
-        "reversals": Argument(
-            of="Prefilter", name="reversals", call=_PREFILTER, written=_text("reversals")
-        ),
+        "decimate": Argument(of="Prefilter", name="decimate", call=_PREFILTER, written=_number),
+        "hold": Argument(of="Prefilter", name="hold", call=_PREFILTER, written=_text),
+        "reversals": Argument(of="Prefilter", name="reversals", call=_PREFILTER, written=_text),
         "draws": Argument(
             of="Identification.summary",
             name="draws",
             call="summary({})",
-            written=_number("draws"),
+            written=_number,
         ),
         "all": Argument(
             of="Identification.summary",
             name="every",
             call="summary({})",
-            written=lambda _: "every=True",
+            written=_true,
         ),
-        "method": Argument(of="compare", name="method", written=_text("method")),
-        "skip-bad": Argument(of="identify", name="skip_bad", written=lambda _: "skip_bad=True"),
-        "validate-like": Argument(of="validate", name="like", written=_number("like")),
-        "local": Argument(of="identify", name="local", written=_names("local")),
-        "known": Argument(of="identify", name="known", written=_by_record("known")),
-        "start": Argument(of="identify", name="start", written=_text("start")),
-        "loss": Argument(of="identify", name="loss", written=_text("loss")),
-        "bounded": Argument(of="identify", name="bounded", written=lambda _: "bounded=True"),
-        "horizon": Argument(of="fit", name="horizon", written=_number("horizon")),
+        "method": Argument(of="compare", name="method", written=_text),
+        "skip-bad": Argument(of="identify", name="skip_bad", written=_true),
+        "validate-like": Argument(of="validate", name="like", written=_number),
+        "local": Argument(of="identify", name="local", written=_names),
+        "known": Argument(of="identify", name="known", written=_by_record),
+        "start": Argument(of="identify", name="start", written=_text),
+        "loss": Argument(of="identify", name="loss", written=_text),
+        "bounded": Argument(of="identify", name="bounded", written=_true),
+        "horizon": Argument(of="fit", name="horizon", written=_number),
         "fit output": Argument(
             of="fit",
             name="output",
             call="fit(axis, record, {})",
-            written=lambda values: _quoted(values[-1]),
+            written=_each_quoted,
         ),
-        "free": Argument(of="fit", name="free", written=_text("free")),
+        "free": Argument(of="fit", name="free", written=_text),
         "fix": Argument(of="fix", call="fix(axis, {})", written=_assigned),
         "leave-out": Argument(of="leave_out", call="leave_out(axis, {})", written=_each_quoted),
-        "ladder": Argument(of="friction_ladder", call="friction_ladder(axis)", written="".join),
-        "record": Argument(of="export", name="record", written=_number("record")),
-        "axis": Argument(of="load_result", name="axis", written=_text("axis")),
-        "json": Argument(of="Identification.to_dict", call="to_dict() as JSON", written="".join),
-        "output": Argument(
-            of="codegen.artefacts.write_files", name="folder", written=_text("folder")
-        ),
+        "ladder": Argument(of="friction_ladder", call="friction_ladder(axis)", written=_nothing),
+        "record": Argument(of="export", name="record", written=_number),
+        "axis": Argument(of="load_result", name="axis", written=_text),
+        "json": Argument(of="Identification.to_dict", call="to_dict() as JSON", written=_nothing),
+        "output": Argument(of="codegen.artefacts.write_files", name="folder", written=_text),
     }
 )
 

@@ -1,10 +1,15 @@
-"""What a trend looks like as text: limits, results beyond them, steps, drifts."""
+"""What a trend looks like: text, and a page with a figure of each series."""
 
+import base64
+import io
 from collections.abc import Sequence
+from html import escape
+from string import Template
 
 import numpy as np
+from numpy.typing import NDArray
 
-from axisid.populations import Drift
+from axisid.populations import LARGEST, Drift
 from axisid.presentation.blocks import (
     Block,
     Cell,
@@ -14,14 +19,46 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
+from axisid.presentation.html import blocks_html
+from axisid.presentation.plots import Panel, Plot, Series as Curve, Tone, labelled
+from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 from axisid.support.number_text import range_text
 from axisid.support.user_values import first_of
+from axisid.support.version import __version__
 
-from .chart import Chart
-from .series import Series, notable_first
+from .series import Chart, Series, notable_first
 
 _MOST_SHOWN = 20  # series without a change, which say little, and results in a sentence
+_MOST_DRAWN = 50  # series, the notable first
+_PAGE = Template("""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="generator" content="axisid $version">
+<title>$title</title>
+<style>
+body { font: 15px/1.5 system-ui, sans-serif; color: #1f2328; background: #fff;
+  max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
+table { border-collapse: collapse; margin: 0.5rem 0; font-variant-numeric: tabular-nums; }
+caption { text-align: left; font-weight: 600; padding: 0.5rem 0; }
+th, td { padding: 0.2rem 0.8rem 0.2rem 0; border-bottom: 1px solid #e3e5e8; text-align: right; }
+th:first-child, td:first-child { text-align: left; }
+dl { display: grid; grid-template-columns: max-content auto; gap: 0 1rem; }
+dd { margin: 0; }
+figure { margin: 1.5rem 0; }
+img { max-width: 100%; }
+</style>
+</head>
+<body>
+<main>
+$text
+$figures
+</main>
+</body>
+</html>
+""")
 
 
 def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ()) -> Document:
@@ -168,4 +205,90 @@ def _drift(series: Series, chart: Chart, drift: Drift, by: str) -> str:
     return (
         f"{chart.parameter} drifts by {drift.slope:+.3g} +- {drift.deviation:.2g} {chart.unit} for "
         f"each {of}, {whole:+.3g} {chart.unit} in all (p {drift.p_value:.2g})."
+    )
+
+
+def trend_plot(series: Series, by: str) -> Plot:
+    """Values with their intervals over the results, the limits as a band, steps as marks."""
+    steps = {step.place for chart in series.charts for step in chart.steps}
+    origin = series.origin(by)
+    places = np.array(series.places)
+    if origin:
+        places = places - places[0]
+    whole = all(_drawn(chart).all() for chart in series.charts)
+    caption = "Whiskers are 95 % intervals; a band is where results stay that are alike."
+    left = " Values that are not finite, or too large to compare, are not drawn."
+    return Plot(
+        name="trend",
+        title=series.title,
+        caption=caption + ("" if whole else left),
+        x_label=f"days from {origin}" if origin else by or "result",
+        panels=tuple(_panel(chart, places) for chart in series.charts),
+        marks=tuple((float(places[i]), series.points[i].name) for i in sorted(steps)),
+        whole=not by,
+    )
+
+
+def _drawn(chart: Chart) -> NDArray[np.bool_]:
+    """Which values an axis of a figure can hold."""
+    ends = np.abs([chart.values, chart.low, chart.high])
+    return np.asarray(np.all(ends < LARGEST, axis=0))
+
+
+def _panel(chart: Chart, places: Array) -> Panel:
+    beyond, drawn = np.isin(np.arange(len(places)), chart.beyond), _drawn(chart)
+    curves = []
+    if not isinstance(chart.limits, Missing):
+        limits = chart.limits
+        curves.append(
+            Curve(
+                label="centre and limits",
+                x=places,
+                y=limits.centre,
+                low=limits.lower,
+                high=limits.upper,
+                tone="other",
+            )
+        )
+    kinds: tuple[tuple[str, NDArray[np.bool_], Tone], ...] = (
+        ("results", drawn & ~beyond, "model"),
+        ("beyond the limits", drawn & beyond, "error"),
+    )
+    for label, kept, tone in kinds:
+        if kept.any():
+            curves.append(
+                Curve(
+                    label=label,
+                    x=places[kept],
+                    y=chart.values[kept],
+                    low=chart.low[kept],
+                    high=chart.high[kept],
+                    kind="points",
+                    tone=tone,
+                )
+            )
+    return Panel(label=labelled(chart.parameter, chart.unit), series=tuple(curves))
+
+
+def trend_page(series: Sequence[Series], by: str, document: Document) -> str:
+    """One page with a figure of each series, those with a change first."""
+    ordered = notable_first(series)[:_MOST_DRAWN]
+    figures = "\n".join(_figure(each, by) for each in ordered)
+    title = escape(f"Trend of {', '.join(dict.fromkeys(each.axis for each in series))}")
+    return _PAGE.substitute(
+        version=__version__, title=title, text=blocks_html(document), figures=figures
+    )
+
+
+def _figure(series: Series, by: str) -> str:
+    from axisid.presentation.drawing import draw
+
+    plot = trend_plot(series, by)
+    image = io.BytesIO()
+    draw(plot, plot.title).savefig(image, format="svg")
+    data = base64.b64encode(image.getvalue()).decode()
+    told = escape(f"{plot.title}. {plot.caption}")
+    return (
+        f'<figure><img alt="{told}" src="data:image/svg+xml;base64,{data}">'
+        f"<figcaption>{escape(plot.caption)}</figcaption></figure>"
     )

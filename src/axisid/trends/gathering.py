@@ -1,36 +1,208 @@
-"""Results by name and folder, with what a fleet's ledger says of them."""
+"""Results of a series: by name and folder, what is taken of each, what a ledger says of it."""
 
+import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
+from typing import Any, TypeAlias
 
+from scipy.special import ndtri
+
+from axisid.estimation.choices import FIT
+from axisid.estimation.estimates import Value
+from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.fleets import FleetRow, Ledger, read_ledger, strays
-from axisid.presentation.saved import load_result
+from axisid.populations import LARGEST
+from axisid.presentation.saved import SavedIdentification, SavedOutputFit, load_result
 from axisid.support.errors import DataError, UsageError
 from axisid.support.user_values import first_of, quoted
 
-from .point import Point, Saved, point_of
+#: The ledger of a folder.
+Ledgers: TypeAlias = Callable[[Path], Ledger]
+#: A result of which there are several over time.
+Saved: TypeAlias = SavedIdentification | SavedOutputFit
 
+_DAY = 86_400.0  # s
 _RESULTS = "*.json"
 
 
-@dataclass(frozen=True, slots=True)
-class Ledgers:
-    """The ledgers of folders, each read once."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PointValue:
+    """A parameter of one result.
 
-    read: dict[Path, Ledger] = field(default_factory=dict)
+    Attributes
+    ----------
+    value : float
+        Less the bias of filter and noise, where that is known.
+    deviation : float
+        Of the chosen covariance, HAC or of coloured errors by default; of a value at its bound what
+        the interval to its one side tells.
+    interval : (float, float)
+        95 %.
+    unit : str
+    """
 
-    def of(self, folder: Path) -> Ledger:
-        """The ledger of a folder."""
-        if folder not in self.read:
-            self.read[folder] = read_ledger(folder)
-        return self.read[folder]
+    value: float
+    deviation: float
+    interval: tuple[float, float]
+    unit: str
 
-    def row(self, saved: Saved) -> FleetRow | None:
-        """What a fleet says of a result's log."""
-        file = Path(saved.file)
-        return self.of(file.parent).rows.get(file.stem)
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point:
+    """One result of a series.
+
+    Attributes
+    ----------
+    name : str
+        Of its file, without the ending.
+    axis, serial : str
+    conditions : mapping of str to str or float
+        What a fleet's manifest says of its log.
+    method : str
+        Of a fit ``fit:`` and its outputs.
+    parameters : mapping of str to PointValue
+        That were estimated.
+    failing : tuple of str
+        Checks of its verdict that fail.
+    signature : str
+        Of its model.
+    """
+
+    name: str
+    axis: str
+    serial: str
+    conditions: Mapping[str, str | float]
+    method: str
+    parameters: Mapping[str, PointValue]
+    failing: tuple[str, ...] = ()
+    signature: str = ""
+
+    @property
+    def is_comparable(self) -> bool:
+        """Whether its values and deviations are numbers whose squares are ones too."""
+        own = self.parameters.values()
+        return all(abs(v.value) < LARGEST and v.deviation < LARGEST for v in own)
+
+
+def point_of(saved: Saved, row: FleetRow | None, method: str | None) -> Point:
+    """A point of a result.
+
+    Parameters
+    ----------
+    saved : result of `load_result`
+    row : FleetRow or None
+        What a fleet says of its log.
+    method : str or None
+        Whose estimate; the judged one where it is None.
+
+    Raises
+    ------
+    UsageError
+        The result has not the method.
+    """
+    told, parameters = (
+        _of_fit(saved, method)
+        if isinstance(saved, SavedOutputFit)
+        else _of_identification(saved, method)
+    )
+    return Point(
+        name=Path(saved.file).stem,
+        axis=saved.name,
+        serial="" if row is None else row.serial,
+        conditions={} if row is None else row.conditions,
+        method=told,
+        parameters=parameters,
+        failing=tuple(check.name for check in saved.document.verdict if check.status == "fail"),
+        signature=saved.document.signature,
+    )
+
+
+def _of_identification(
+    saved: SavedIdentification, method: str | None
+) -> tuple[str, dict[str, PointValue]]:
+    """The method and its parameters."""
+    estimate = saved.preferred if method is None else saved[method]
+    return estimate.method, {
+        name: PointValue(
+            value=value.corrected,
+            deviation=value.deviations[estimate.chosen],
+            interval=value.interval,
+            unit=value.unit,
+        )
+        for name, value in estimate.parameters.items()
+    }
+
+
+def _of_fit(saved: SavedOutputFit, method: str | None) -> tuple[str, dict[str, PointValue]]:
+    """The outputs that were fitted, and the parameters that were free and that they show."""
+    own = f"{FIT}{saved.output.replace(' and ', ',')}"
+    if method not in (None, own):
+        raise UsageError(
+            f"{saved.file} is of a fit, which has no {quoted(method)} but {own}; leave it out.",
+            code="trend-of-fit",
+        )
+    found = {
+        name: PointValue(
+            value=value.value,
+            deviation=_one_sided(value) if told.at_bound else value.deviation,
+            interval=value.interval,
+            unit=value.unit,
+        )
+        for (name, value), told in zip(
+            saved.parameters.items(), saved.document.parameters.values(), strict=True
+        )
+        if not told.fixed
+    }
+    return own, {name: each for name, each in found.items() if math.isfinite(each.deviation)}
+
+
+def _one_sided(value: Value) -> float:
+    """The deviation of a value at its bound, by its 95 % interval to one side."""
+    low, high = value.interval
+    return float((high - low) / ndtri(INTERVAL_LEVEL.value))
+
+
+def place_of(point: Point, by: str) -> float:
+    """Where a point stands by a condition: a number, or the days of a date since 1970.
+
+    Raises
+    ------
+    UsageError
+        It has no such condition, or that is neither, or too large.
+    """
+    told: Any = point.conditions.get(by)
+    if told is None:
+        known = ", ".join(point.conditions) or "none"
+        raise UsageError(
+            f"nothing says of {point.name} what its {quoted(by)} is; it has {known}. A fleet's "
+            "manifest says it, in a column of that name, and fleet.jsonl beside its results: copy "
+            "that with them.",
+            code="no-such-condition",
+        )
+    if isinstance(told, str):
+        try:
+            date = datetime.fromisoformat(told)
+            # Without a zone it is taken as UTC, so that a place does not depend on the machine.
+            return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp() / _DAY
+        except ValueError:
+            told = math.nan
+    if not math.isfinite(told):
+        raise UsageError(
+            f"the {by} of {point.name} is {quoted(point.conditions[by])}; give numbers or dates "
+            "such as 2026-03-01.",
+            code="condition-type",
+        )
+    if abs(told) >= LARGEST:
+        raise UsageError(
+            f"the {by} of {point.name} is {quoted(told)}, which is too large to reckon with; give "
+            f"it in a larger unit, below {LARGEST:g}.",
+            code="condition-size",
+        )
+    return float(told)
 
 
 def points_of(results: object, method: str | None) -> tuple[list[Point], list[str]]:
@@ -46,10 +218,11 @@ def points_of(results: object, method: str | None) -> tuple[list[Point], list[st
     listed = [results] if isinstance(results, (str, Path, Saved)) else results
     if not isinstance(listed, Iterable):
         raise UsageError(f"the results are {quoted(results)}; give files, or folders of them.")
-    given, ledgers = list(listed), Ledgers()
+    given = list(listed)
+    ledgers: Ledgers = cache(read_ledger)  # each folder's once
     every = [saved for each in given for saved in _saved(each, ledgers)]
     _check_once(every)
-    found = [point_of(saved, ledgers.row(saved), method) for saved in every]
+    found = [point_of(saved, _row_of(saved, ledgers), method) for saved in every]
     named = {Path(saved.file).resolve() for saved in every}
     notes = [note for each in given for note in _left_out(each, ledgers, named)]
     if not found:
@@ -64,6 +237,12 @@ def points_of(results: object, method: str | None) -> tuple[list[Point], list[st
             code="no-results",
         )
     return found, notes
+
+
+def _row_of(saved: Saved, ledgers: Ledgers) -> FleetRow | None:
+    """What a fleet says of a result's log."""
+    file = Path(saved.file)
+    return ledgers(file.parent).rows.get(file.stem)
 
 
 def _check_once(results: Sequence[Saved]) -> None:
@@ -82,7 +261,7 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
     elif not isinstance(given, (str, Path)):
         raise UsageError(f"a result is {quoted(given)}; give a file, a folder or load_result(...).")
     elif _is_folder(given):
-        done = ledgers.of(Path(given)).rows
+        done = ledgers(Path(given)).rows
         files = sorted(Path(given).glob(_RESULTS))
         # What a fleet did not write in its folder may be anything.
         kept = last_results(done.values())
@@ -103,7 +282,7 @@ def _left_out(given: object, ledgers: Ledgers, named: set[Path]) -> Iterator[str
     """What is said of the results of a folder that its ledger has not."""
     if not isinstance(given, (str, Path)) or not _is_folder(given):
         return
-    folder, ledger = Path(given), ledgers.of(Path(given))
+    folder, ledger = Path(given), ledgers(Path(given))
     if not ledger.rows:
         if ledger.broken:
             yield f"{ledger.broken_text()}: serial numbers and conditions are not known."

@@ -1,14 +1,167 @@
-"""Results of one axis and one machine, in their order."""
+"""Results of one axis and one machine, and each parameter over them: limits, steps, a drift."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Checked
+from axisid.estimation.thresholds import TREND_LEVEL
+from axisid.populations import Change, Drift, Step, alike_points, change_in, limit_of_a_new_point
+from axisid.support.arrays import Array, Exact
+from axisid.support.missing import Missing
 from axisid.support.user_values import first_of
 
-from .chart import Chart
-from .point import Point
+from .gathering import Point
+
+_MIN_SERIES = 5  # results; with fewer a limit is some ten deviations wide
+
+Places = NDArray[np.intp]
+
+_ROUNDING = 1e-12  # of the values: what they scatter by arithmetic alone
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Limits(Exact):
+    """Between which a parameter stays that does not change.
+
+    Attributes
+    ----------
+    centre : array, (n,)
+        Of each result; the same for all, unless the parameter drifts.
+    between : float
+        Deviation between the true values of results that are alike.
+    lower, upper : array, (n,)
+        Of each result: its own deviation, the scatter and how well that is known.
+    """
+
+    centre: Array
+    between: float
+    lower: Array
+    upper: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Chart(Exact):
+    """A parameter over the results of a series.
+
+    Attributes
+    ----------
+    parameter, unit : str
+    values, deviations : array, (n,)
+    low, high : array, (n,)
+        95 % intervals.
+    limits : Limits or Missing
+    beyond : tuple of int
+        Places of the results beyond their limits, from 0.
+    steps : tuple of Step
+    drift : Drift or None
+        In place of steps, where a line describes the results better.
+    """
+
+    parameter: str
+    unit: str
+    values: Array
+    deviations: Array
+    low: Array
+    high: Array
+    limits: Limits | Missing
+    beyond: tuple[int, ...]
+    steps: tuple[Step, ...]
+    drift: Drift | None
+
+    @property
+    def has_changed(self) -> bool:
+        """Whether a step or a drift is told; a result beyond its limits is none by itself."""
+        return bool(self.steps) or self.drift is not None
+
+
+def chart_of(
+    parameter: str,
+    points: Sequence[Point],
+    places: Sequence[float],
+    parameters: int,
+    set_aside: Sequence[int] = (),
+) -> Chart:
+    """The chart of a parameter.
+
+    Parameters
+    ----------
+    parameter : str
+    points : sequence of Point
+        In their order.
+    places : sequence of float
+        Where each stands.
+    parameters : int
+        How many the series has, which share its level.
+    set_aside : sequence of int
+        Results, from 0, that set no limits and tell no change.
+    """
+    own = [point.parameters[parameter] for point in points]
+    values, deviations = (np.array([getattr(v, n) for v in own]) for n in ("value", "deviation"))
+    level = TREND_LEVEL.value / parameters
+    counted = np.setdiff1d(np.arange(len(points)), np.array(set_aside, dtype=np.intp))
+    change = _change_of(values, deviations, np.array(places), counted, level)
+    limits, beyond = _limits(values, deviations, change, counted, level)
+    return Chart(
+        parameter=parameter,
+        unit=own[0].unit,
+        values=values,
+        deviations=deviations,
+        low=np.array([v.interval[0] for v in own]),
+        high=np.array([v.interval[1] for v in own]),
+        limits=limits,
+        beyond=beyond,
+        steps=change.steps,
+        drift=change.drift,
+    )
+
+
+def _change_of(
+    values: Array, deviations: Array, places: Array, counted: Places, level: float
+) -> Change:
+    """What the results that count do, at the places of all."""
+    found = change_in(values[counted], deviations[counted] ** 2, places[counted], level)
+    steps = tuple(replace(step, place=int(counted[step.place])) for step in found.steps)
+    if found.drift is None:
+        return Change(steps=steps)
+    line = found.drift.line[0] + found.drift.slope * (places - places[counted[0]])
+    return Change(steps=steps, drift=replace(found.drift, line=line))
+
+
+def _limits(
+    values: Array, deviations: Array, change: Change, counted: Places, level: float
+) -> tuple[Limits | Missing, tuple[int, ...]]:
+    """Limits for all from the results that count before the first step, about a drift's line."""
+    first = change.steps[0].place if change.steps else len(values)
+    before = counted[counted < first]
+    least = int(_MIN_SERIES)
+    if len(before) < least:
+        few = "1 result tells" if len(before) == 1 else f"{len(before)} results tell"
+        return Missing(f"{few} no limits; {least} or more do"), ()
+    variances = deviations**2
+    line = np.zeros(len(values)) if change.drift is None else change.drift.line
+    apart = (values - line)[before]
+    if np.ptp(apart) <= _ROUNDING * np.max(np.abs(values[before])):
+        of = " before the first step" if change.steps else ""
+        return Missing(f"the values{of} do not scatter"), ()
+    found = alike_points(apart[:, None], variances[before, None, None], level)
+    usual = found.usual
+    each = limit_of_a_new_point(level / len(values), usual.count, 1)
+    spread = np.sqrt(each * (usual.between[0, 0] + variances))
+    centre = usual.centre[0] + line
+    lower, upper = centre - spread, centre + spread
+    others = np.setdiff1d(np.arange(len(values)), before)
+    outside = others[(values < lower)[others] | (values > upper)[others]]
+    limits = Limits(
+        centre=centre,
+        between=float(np.sqrt(usual.between[0, 0])),
+        lower=lower,
+        upper=upper,
+    )
+    return limits, tuple(sorted({*before[list(found.far)].tolist(), *outside.tolist()}))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

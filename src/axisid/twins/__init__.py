@@ -4,5 +4,9 @@ In: an axis, what its twins are. Out: logs that are read back as they are, a man
 the truth. Knows nothing of how a log is identified, and of the command line.
 """
 
-from .machines import TwinMachines as TwinMachines
-from .written import twin_files as twin_files, write_twin as write_twin, write_twins as write_twins
+from .written import (
+    TwinMachines as TwinMachines,
+    twin_files as twin_files,
+    write_twin as write_twin,
+    write_twins as write_twins,
+)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from axisid.commands.options.earlier_output import is_earlier
+from axisid.commands.options.outputs import is_earlier
 from axisid.paper.study import STUDY_FILES
 from axisid.presentation.drawing.files import FORMATS
 

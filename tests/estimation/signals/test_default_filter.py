@@ -10,7 +10,7 @@ import pytest
 
 from axisid import Prefilter, Record, build, fit, identify
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.commands.options.filter_options import Filtering
+from axisid.commands.options.estimator_options import Filtering
 from axisid.estimation import FilteredRecord
 from tests.axes.servo import TRUTH, servo, servo_log, servo_record
 from tests.refusals import refuses

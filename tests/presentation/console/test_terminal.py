@@ -18,8 +18,7 @@ import pytest
 from axisid import Identification, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.presentation.blocks import CheckGroup, Checks
-from axisid.presentation.console.progress import ProgressLine
-from axisid.presentation.console.terminal import print_document
+from axisid.presentation.console.terminal import ProgressLine, print_document
 from axisid.support.progress import with_progress
 
 Run = Callable[..., tuple[int, str, str]]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from axisid.presentation.drawing.ticks import Thousands, log_ticks
+from axisid.presentation.drawing.matplotlib import Thousands, log_ticks
 
 
 @pytest.mark.parametrize(

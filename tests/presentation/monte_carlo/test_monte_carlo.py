@@ -11,8 +11,12 @@ from axisid import load_result, trend
 from axisid.estimation.monte_carlo import Mean, Share
 from axisid.presentation.drawing.matplotlib import draw
 from axisid.presentation.monte_carlo.document import mean_cell, share_texts
-from axisid.presentation.monte_carlo.page import monte_carlo_page
-from axisid.presentation.monte_carlo.plots import PLOTS, monte_carlo_plot, monte_carlo_plots
+from axisid.presentation.monte_carlo.plots import (
+    PLOTS,
+    monte_carlo_page,
+    monte_carlo_plot,
+    monte_carlo_plots,
+)
 from axisid.presentation.plots.plot import Plot
 from axisid.presentation.saved import SavedMonteCarlo
 from axisid.support.missing import Missing

@@ -26,9 +26,9 @@ from axisid.presentation.plots.estimate import (
     autocorrelation_plot,
     convergence_plot,
     force_plot,
+    friction_plot,
     spectrum_plot,
 )
-from axisid.presentation.plots.friction import friction_plot
 from axisid.presentation.plots.plot import Plot, Series
 from axisid.presentation.plots.result import record_plot, result_plots, sweep_plot, tracking_plot
 from axisid.support.missing import Missing

@@ -29,10 +29,9 @@ from axisid.estimation import Sweep
 from axisid.estimation.diagnostics import conclusion
 from axisid.modeling.declaration.axis import equation_of_motion
 from axisid.modeling.quantities import Formula
-from axisid.presentation.formulas.mathml import formula_mathml
+from axisid.presentation.formulas.latex import formula_mathml
 from axisid.presentation.formulas.numbers import readable_text, significant
-from axisid.presentation.report.embedding import script_json, thinned
-from axisid.presentation.report.page import report_html, report_sweep
+from axisid.presentation.report.page import report_html, report_sweep, script_json, thinned
 from axisid.support.remedy import Note
 
 Run = Callable[..., tuple[int, str, str]]

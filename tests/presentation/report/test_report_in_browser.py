@@ -10,7 +10,7 @@ import pytest
 from axisid import Record, identify, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.modeling.declaration.axis import equation_of_motion
-from axisid.presentation.formulas.mathml import formula_mathml
+from axisid.presentation.formulas.latex import formula_mathml
 from axisid.presentation.report.page import report_html, report_sweep
 from tests.axisid.chromium import Browser, browser, find_chromium
 

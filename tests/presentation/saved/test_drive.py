@@ -9,7 +9,7 @@ import pytest
 
 from axisid import Parameter, load_axis
 from axisid.elements import Drive
-from axisid.presentation.saved.drive import refuse_other_drive
+from axisid.presentation.saved.contradictions import refuse_other_drive
 from axisid.presentation.schema import WrittenDriveTime, WrittenResponse
 from tests.refusals import refuses
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from axisid.support.files.new_folder import kept_if_filled
+from axisid.support.files.regular_file import kept_if_filled
 
 
 @pytest.mark.parametrize(("was_there", "filled"), [(False, False), (False, True), (True, False)])

@@ -28,7 +28,7 @@ from axisid.commands.options import (
 from axisid.estimation.choices import fit_names, fitted_output, method_names
 from axisid.presentation.console import ProgressLine
 
-from .twin_options import (
+from .twin import (
     anywhere_option,
     given_noise,
     noise_options,

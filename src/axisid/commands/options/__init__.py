@@ -9,9 +9,10 @@ from .completion import (
     complete_file as complete_file,
     completion as completion,
 )
-from .earlier_output import is_earlier as is_earlier
 from .estimator_options import (
     Estimating as Estimating,
+    Filtering as Filtering,
+    Fitting as Fitting,
     Judging as Judging,
     bootstrap_option as bootstrap_option,
     bounded_option as bounded_option,
@@ -21,18 +22,19 @@ from .estimator_options import (
     method_option as method_option,
     start_option as start_option,
 )
-from .filter_options import Filtering as Filtering
-from .fit_options import Fitting as Fitting
-from .groups import Options as Options, option as option, takes as takes
-from .inputs import (
-    Inputs as Inputs,
-    axis_and_records as axis_and_records,
-    leave_out_option as leave_out_option,
-)
-from .option_checks import (
+from .groups import (
     Command as Command,
+    Options as Options,
     check_idle as check_idle,
     check_needed as check_needed,
+    option as option,
+    takes as takes,
+)
+from .inputs import (
+    Inputs as Inputs,
+    Sharing as Sharing,
+    axis_and_records as axis_and_records,
+    leave_out_option as leave_out_option,
 )
 from .outputs import (
     Target as Target,
@@ -41,6 +43,7 @@ from .outputs import (
     check_targets as check_targets,
     command_line as command_line,
     force_option as force_option,
+    is_earlier as is_earlier,
     json_option as json_option,
     print_result as print_result,
     put_json as put_json,
@@ -54,4 +57,3 @@ from .record_options import (
     is_log as is_log,
     read_windows as read_windows,
 )
-from .several_options import Sharing as Sharing

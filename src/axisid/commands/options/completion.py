@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem, get_completion_class
 
-from .option_checks import Command
+from .groups import Command
 
 _VARIABLE = "_AXISID_COMPLETE"
 _DECLARATIONS = (".toml", ".py")

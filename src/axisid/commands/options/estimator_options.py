@@ -1,5 +1,6 @@
-"""Options of how a record is estimated from."""
+"""Options of how a record is filtered and estimated from, and of fits."""
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -7,6 +8,10 @@ from typing import Any
 import click
 
 from axisid.estimation.choices import (
+    FIT_STARTS,
+    LOSSES,
+    OUTPUTS,
+    RESTS,
     ROW_LOSSES,
     STARTS,
     assumptions,
@@ -17,9 +22,11 @@ from axisid.estimation.choices import (
 )
 from axisid.estimation.thresholds import LEAST_SHARE, LEVEL
 
-from .groups import Options, option
-from .option_checks import check_idle
+from . import stages
+from .groups import Options, check_idle, option
+from .inputs import names_in
 
+_AS_IDENTIFY = "As in identify."
 #: Of the option ``--bootstrap``.
 BOOTSTRAP: dict[str, Any] = {
     "help": "Bias and deviations from N simulated twins of the records, with their noise as it is "
@@ -28,6 +35,68 @@ BOOTSTRAP: dict[str, Any] = {
     "type": click.IntRange(0, 100_000),
     "metavar": "N",
 }
+method_option = click.option(
+    "--method",
+    "methods",
+    type=click.Choice([*method_names(), "all"]),
+    multiple=True,
+    default=("all",),
+    show_default="all",
+    help="Estimator, again for each: ls least squares, iv instruments, idm and ddm of the inverse "
+    "and the direct model, didim output error of the force by the simulated loop, where the "
+    "control law is right; all runs what axis and record allow, and says what it left out.",
+)
+bounded_option = click.option(
+    "--bounded",
+    is_flag=True,
+    help="Hold a parameter that the judged method would have beyond its declared bound at that "
+    "bound; else it is reported and fails a check.",
+)
+draws_option = click.option(
+    "--draws",
+    type=click.IntRange(2, 1_000_000),
+    metavar="N",
+    help="Add intervals from N draws of each estimate, which do without the delta method.",
+)
+start_option = click.option(
+    "--start",
+    "started_at",
+    type=click.Choice(STARTS),
+    default=STARTS[0],
+    show_default=True,
+    help="As in identify.",
+)
+bootstrap_option = click.option("--bootstrap", show_default=True, **BOOTSTRAP)
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_BOUND = re.compile(rf"\s*(\w+)\s*=\s*({_NUMBER})?\s*\.\.\s*({_NUMBER})?\s*")
+_WEIGHT = re.compile(rf"\s*([\w-]+)\s*=\s*({_NUMBER})\s*")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Filtering(Options):
+    """The filter that the command line asks for, as far as it does."""
+
+    cutoff: float | None = option(_AS_IDENTIFY, type=float, metavar="HZ")
+    order: int | None = option(_AS_IDENTIFY, type=int, metavar="N")
+    decimate: int | None = option(_AS_IDENTIFY, type=int, metavar="N")
+    decimation: str | None = option(_AS_IDENTIFY, type=click.Choice(["matlab", "scipy"]))
+    drop: tuple[int, int] | None = option(_AS_IDENTIFY, type=int, nargs=2, metavar="START END")
+    hold: str | None = option(_AS_IDENTIFY, type=click.Choice(["raw", "zoh"]))
+    reversals: str | None = option(_AS_IDENTIFY, type=click.Choice(["keep", "leave-out"]))
+
+    def __post_init__(self) -> None:
+        if self.decimate == 1 and self.decimation is not None:
+            raise click.UsageError(
+                "--decimation aligns rows of which some are left out, and --decimate 1 keeps "
+                "all; leave one of them out."
+            )
+
+    def prefilter(self, period: float | None = None) -> "stages.Prefilter":
+        """The filter; what is left open suits the sampling period, if that is known."""
+        given = {name: value for name, value in self.arguments().items() if value is not None}
+        if period is None:
+            return stages.Prefilter(**given)
+        return stages.Prefilter.suited(period, **given)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,42 +157,6 @@ class Judging(Options):
     )
 
 
-method_option = click.option(
-    "--method",
-    "methods",
-    type=click.Choice([*method_names(), "all"]),
-    multiple=True,
-    default=("all",),
-    show_default="all",
-    help="Estimator, again for each: ls least squares, iv instruments, idm and ddm of the inverse "
-    "and the direct model, didim output error of the force by the simulated loop, where the "
-    "control law is right; all runs what axis and record allow, and says what it left out.",
-)
-bounded_option = click.option(
-    "--bounded",
-    is_flag=True,
-    help="Hold a parameter that the judged method would have beyond its declared bound at that "
-    "bound; else it is reported and fails a check.",
-)
-draws_option = click.option(
-    "--draws",
-    type=click.IntRange(2, 1_000_000),
-    metavar="N",
-    help="Add intervals from N draws of each estimate, which do without the delta method.",
-)
-
-
-start_option = click.option(
-    "--start",
-    "started_at",
-    type=click.Choice(STARTS),
-    default=STARTS[0],
-    show_default=True,
-    help="As in identify.",
-)
-bootstrap_option = click.option("--bootstrap", show_default=True, **BOOTSTRAP)
-
-
 def fix_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Add ``--fix``, which the command takes as `fix`."""
     return click.option("--fix", multiple=True, metavar="NAME=VALUE[+-SD]", help=said)
@@ -132,3 +165,130 @@ def fix_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]
 def drive_time_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Add ``--drive-time``, which the command takes as `drive_time`."""
     return click.option("--drive-time", type=click.Choice(["lag", "delay"]), help=said)
+
+
+def _names(texts: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(name for text in texts for name in names_in(text))
+
+
+def _outputs(texts: tuple[str, ...]) -> tuple[str, ...]:
+    names = _names(texts)
+    for name in names:
+        if name not in OUTPUTS:
+            raise click.BadParameter(
+                f"there is no output {name!r}; choose from {', '.join(OUTPUTS)}."
+            )
+    return names
+
+
+def _priors(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
+
+    found = stages.read_fixed(texts)
+    for text, (_, deviation) in zip(texts, found.values(), strict=True):
+        if not deviation:
+            raise click.BadParameter(
+                f"{text!r} has no standard deviation; write NAME=VALUE+-SD, or --fix {text} "
+                "where it is exact."
+            )
+    return found
+
+
+def _bounds(texts: tuple[str, ...]) -> dict[str, tuple[float | None, float | None]]:
+    return dict(map(_bound, texts))
+
+
+def _bound(text: str) -> tuple[str, tuple[float | None, float | None]]:
+    match = _BOUND.fullmatch(text)
+    if match is None or not (match[2] or match[3]):
+        raise click.BadParameter(
+            f"{text!r} bounds nothing; write NAME=LOW..HIGH, SI, one of them left out for none, as "
+            "in Fv=0.."
+        )
+    low, high = (float(x) if x else None for x in (match[2], match[3]))
+    return match[1], (low, high)
+
+
+def _weights(texts: tuple[str, ...]) -> dict[str, float] | None:
+    return dict(map(_weight, texts)) or None
+
+
+def _weight(text: str) -> tuple[str, float]:
+    match = _WEIGHT.fullmatch(text)
+    if match is None:
+        raise click.BadParameter(
+            f"{text!r} weighs nothing; write OUTPUT=NUMBER, the inverse of the deviation of its "
+            "errors, as in position=2e5."
+        )
+    return match[1], float(match[2])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fitting(Options):
+    """What a fit is asked for, the arguments of `fit`."""
+
+    output: tuple[str, ...] = option(
+        "What is followed, several together: "
+        + ", ".join(f"{n} {said}" for n, said in OUTPUTS.items())
+        + ".",
+        (next(iter(OUTPUTS)),),
+        read=_outputs,
+        multiple=True,
+        metavar="NAME[,NAME]",
+    )
+    weights: dict[str, float] | None = option(
+        "By which an output's errors count: the inverse of their deviation, in its unit; "
+        "again for each.  [default: of what is left of it]",
+        name="weight",
+        read=_weights,
+        multiple=True,
+        metavar="OUTPUT=NUMBER",
+    )
+    loss: str = option(
+        "How errors count: " + ", ".join(f"{n} {said}" for n, said in LOSSES.items()) + ".",
+        next(iter(LOSSES)),
+        type=click.Choice([*LOSSES]),
+    )
+    start: str = option(
+        "Where the search starts; nominal values where they leave less.",
+        FIT_STARTS[0],
+        type=click.Choice(FIT_STARTS),
+    )
+    starts: int = option(
+        "Searches, the others from about the start; the lowest end is taken.",
+        1,
+        type=click.IntRange(1, 1000),
+        metavar="N",
+    )
+    bootstrap: int = option("", **BOOTSTRAP)
+    horizon: float | None = option(
+        "Length of the windows of an open loop, s.  [default: 1, or as its motion allows]",
+        type=click.FloatRange(0.0, min_open=True),
+        metavar="S",
+    )
+    rests: str = option(
+        "Samples near rests and reversals of the record or of its loop. They are kept all the "
+        "same where the others show too little, and in an open loop.",
+        RESTS[0],
+        type=click.Choice(RESTS),
+    )
+    bounds: dict[str, tuple[float | None, float | None]] = option(
+        "Bounds of a parameter, SI, within the declared ones; again for each.",
+        name="bound",
+        read=_bounds,
+        multiple=True,
+        metavar="NAME=LOW..HIGH",
+    )
+    prior: dict[str, tuple[float, float]] = option(
+        "What was known of a parameter before, SI, which is weighed; again for each.",
+        read=_priors,
+        multiple=True,
+        metavar="NAME=VALUE+-SD",
+    )
+    free: tuple[str, ...] = option(
+        "Gains of the control law that are searched with the parameters, the drive's gain, "
+        "its lag or its delay, or the start of the loops: start_position, start_velocity, or start "
+        "for both.",
+        read=_names,
+        multiple=True,
+        metavar="NAME[,NAME]",
+    )

@@ -6,7 +6,6 @@ from axisid.codegen.artefacts import (
     build as build,
     check_files as check_files,
     expected_files as expected_files,
-    replace_file as replace_file,
     write_files as write_files,
 )
 from axisid.estimation.checks import joined as joined
@@ -86,7 +85,10 @@ from axisid.presentation.monte_carlo import (
     monte_carlo_plots as monte_carlo_plots,
 )
 from axisid.presentation.plots import Plot as Plot
-from axisid.presentation.report import Outputs as Outputs, fit_report_html as fit_report_html
+from axisid.presentation.report import (
+    fit_report_html as fit_report_html,
+    write_outputs as write_outputs,
+)
 from axisid.presentation.saved import compare_results as compare_results
 from axisid.presentation.text import missing_notes as missing_notes
 from axisid.presentation.views import as_blocks as as_blocks

@@ -3,5 +3,8 @@
 In: what names logs. Out: an item for each. Knows nothing of axes and results.
 """
 
-from .gathering import gather_items as gather_items
-from .item import FleetItem as FleetItem, result_names as result_names
+from .gathering import (
+    FleetItem as FleetItem,
+    gather_items as gather_items,
+    result_names as result_names,
+)

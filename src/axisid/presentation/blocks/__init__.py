@@ -24,11 +24,13 @@ from .document import (
     paragraph as paragraph,
     text_columns as text_columns,
 )
-from .grid import Grid as Grid, grid as grid, joined as joined
 from .plain import (
-    FACT_WIDTH as FACT_WIDTH,
     PAGE_WIDTH as PAGE_WIDTH,
-    STATUS_HEADS as STATUS_HEADS,
+    Grid as Grid,
+    Line as Line,
+    block_lines as block_lines,
     block_text as block_text,
+    grid as grid,
+    joined as joined,
     plain_text as plain_text,
 )

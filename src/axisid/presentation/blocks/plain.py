@@ -1,20 +1,203 @@
-"""Blocks as plain text: what a pipe and a file get, and `print` of a result."""
+"""Blocks as lines and tables of texts, and these as plain text: what a pipe and a file get."""
 
 import textwrap
-from collections.abc import Sequence
-from functools import singledispatch
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
 from types import MappingProxyType
-from typing import Any
 
-from .document import Align, Block, Checks, Document, Heading, Listing, Notes, Paragraph, Table
-from .grid import grid
+from .document import (
+    Align,
+    Block,
+    Cell,
+    CheckGroup,
+    Checks,
+    Column,
+    Document,
+    Heading,
+    Listing,
+    NotedText,
+    Notes,
+    Paragraph,
+    Quantity,
+    Sentence,
+    Table,
+)
 
 PAGE_WIDTH = 96  # characters
-FACT_WIDTH = 11  # of the names in a heading
+_FACT_WIDTH = 11  # of the names in a heading
+_HANG = 4  # blanks before what is left of a line that a terminal is too narrow for
 #: What a line about checks begins with.
-STATUS_HEADS = MappingProxyType(
+_STATUS_HEADS = MappingProxyType(
     {"fail": "FAIL   ", "note": "note   ", "not evaluated": "-      ", "pass": "pass   "}
 )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grid:
+    """Texts in rows and columns.
+
+    Attributes
+    ----------
+    heads : tuple of str
+    rows : tuple of tuple of str
+    aligns : tuple of Align
+    groups : tuple of tuple of int
+        Numbers of the columns that belong together.
+    labels : int
+        How many of the groups label the rows.
+    """
+
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    aligns: tuple[Align, ...]
+    groups: tuple[tuple[int, ...], ...]
+    labels: int
+
+    def part(self, numbers: Sequence[int]) -> "Grid":
+        """Some of the columns, each a group of its own."""
+        return Grid(
+            heads=tuple(self.heads[i] for i in numbers),
+            rows=tuple(tuple(row[i] for i in numbers) for row in self.rows),
+            aligns=tuple(self.aligns[i] for i in numbers),
+            groups=tuple((i,) for i in range(len(numbers))),
+            labels=self.labels,
+        )
+
+
+def grid(table: Table) -> Grid:
+    """The texts of a table; a column with parts becomes as many columns."""
+    columns = [column for column in table.columns for _ in range(1 + len(column.parts))]
+    return Grid(
+        heads=tuple(head for column in table.columns for head in _heads(column)),
+        rows=tuple(
+            tuple(
+                text
+                for cell, column in zip(row, table.columns, strict=True)
+                for text in _texts(cell, column)
+            )
+            for row in table.rows
+        ),
+        aligns=tuple(column.align for column in columns),
+        groups=tuple(_groups(columns)),
+        labels=table.labels,
+    )
+
+
+def _groups(columns: Sequence[Column]) -> Iterator[tuple[int, ...]]:
+    """Numbers of neighbours that are of one column, or of one group."""
+
+    def key(number: int) -> str | int:
+        return columns[number].group or id(columns[number])
+
+    for _, numbers in groupby(range(len(columns)), key):
+        yield tuple(numbers)
+
+
+def _heads(column: Column) -> Iterator[str]:
+    yield f"{column.head} [{column.unit}]" if column.unit else column.head
+    yield from column.parts
+
+
+def _texts(cell: Cell, column: Column) -> Iterator[str]:
+    """One text for the value and one for each part; what is not told stays empty."""
+    texts: tuple[str, ...] = (joined(cell),)
+    if isinstance(cell, Quantity) and column.parts:
+        texts = (cell.value, cell.deviation, *cell.more)
+    yield from texts
+    yield from ("",) * (1 + len(column.parts) - len(texts))
+
+
+def joined(cell: Cell) -> str:
+    """A cell as one text."""
+    match cell:
+        case str():
+            return cell
+        case Quantity():
+            return f"{cell.value} +- {cell.deviation}" if cell.deviation else cell.value
+        case NotedText():
+            text = f"{cell.text} [{cell.unit}]" if cell.unit else cell.text
+            return f"{text} ({cell.note})" if cell.note else text
+        case _:
+            return ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """A text that may be broken into several lines.
+
+    Attributes
+    ----------
+    head, text : str
+        What it begins with, and what follows at once.
+    hang : int
+        Blanks before its further lines.
+    filled : bool
+        Whether it is broken at the width of a page; else where a terminal is too narrow alone.
+    kind : str
+        What it is, for colours: a `Status`, or ``lead`` of first words that stand out.
+    first : str
+        Its first letters that stand out.
+    """
+
+    head: str = ""
+    text: str
+    hang: int = _HANG
+    filled: bool = False
+    kind: str = ""
+    first: str = ""
+
+
+def block_lines(block: Block) -> Iterator[Line | Grid]:
+    """The lines of a block, and its table."""
+    if title := getattr(block, "title", ""):
+        yield Line(text=title)
+    match block:
+        case Heading():
+            yield from (_fact(name, text) for name, text in block.facts if text)
+        case Table():
+            yield grid(block)
+            yield from (Line(text=said) for said in block.said)
+        case Checks():
+            if block.conclusion:
+                yield _fact("verdict", block.conclusion)
+                yield Line(text="")
+            yield from map(_judged, block.judged)
+        case Notes():
+            for i, note in enumerate(block.notes, 1):
+                yield Line(head=f"[{i}] ", text=note, hang=len(f"[{i}] "), filled=True)
+        case Paragraph():
+            yield from map(_sentence, block.sentences)
+        case Listing():
+            yield from (Line(head="  ", text=line, hang=6, filled=True) for line in block.lines)
+
+
+def _fact(name: str, text: str) -> Line:
+    return Line(head=f"{name:<{_FACT_WIDTH}}", text=text, hang=_FACT_WIDTH, filled=True)
+
+
+def _judged(judged: CheckGroup) -> Line:
+    """What failed stands out by name, what passed by its head alone."""
+    head = _STATUS_HEADS[judged.status]
+    return Line(
+        head=head,
+        text=judged.text,
+        hang=len(head),
+        filled=True,
+        kind=judged.status,
+        first=f"{head}{', '.join(judged.names)}:" if judged.status == "fail" else head,
+    )
+
+
+def _sentence(sentence: Sentence) -> Line:
+    return Line(
+        head=sentence.lead,
+        text=sentence.text,
+        hang=sentence.hang if sentence.filled else _HANG,
+        filled=sentence.filled,
+        kind="lead",
+        first=sentence.lead.rstrip(),
+    )
 
 
 def plain_text(document: Document) -> str:
@@ -23,28 +206,33 @@ def plain_text(document: Document) -> str:
     return "\n\n".join(text for text in texts if text) + "\n"
 
 
-@singledispatch
 def block_text(block: Block) -> str:
     """One block, without a line break at its end."""
-    raise TypeError(f"{type(block).__name__} is no block")
+    return "\n".join(map(_text, block_lines(block)))
 
 
-@block_text.register
-def _(block: Heading) -> str:
-    lines = [
-        _filled(f"{name:<{FACT_WIDTH}}", text, FACT_WIDTH) for name, text in block.facts if text
-    ]
-    return _titled(block.title, lines)
+def _text(line: Line | Grid) -> str:
+    """As wide as a page; a word that is longer, such as a path, stays whole."""
+    if isinstance(line, Grid):
+        return _table(line)
+    if not line.filled:
+        return f"{line.head}{line.text}"
+    return textwrap.fill(
+        line.text,
+        PAGE_WIDTH,
+        initial_indent=line.head,
+        subsequent_indent=" " * line.hang,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
-@block_text.register
-def _(block: Table) -> str:
-    texts = grid(block)
+def _table(texts: Grid) -> str:
     rows = [texts.heads, *texts.rows]
     widths = [max(len(row[i]) for row in rows) for i in range(len(texts.heads))]
     rule = "-" * (sum(widths) + 2 * (len(widths) - 1))
     head, *others = (_row(row, widths, texts.aligns) for row in rows)
-    return _titled(block.title, [head, rule, *others, *block.said])
+    return "\n".join([head, rule, *others])
 
 
 def _row(row: Sequence[str], widths: Sequence[int], aligns: Sequence[Align]) -> str:
@@ -53,56 +241,3 @@ def _row(row: Sequence[str], widths: Sequence[int], aligns: Sequence[Align]) -> 
         for text, width, align in zip(row, widths, aligns, strict=True)
     )
     return "  ".join(cells).rstrip()
-
-
-@block_text.register
-def _(block: Checks) -> str:
-    said = [_filled(f"{'verdict':<{FACT_WIDTH}}", block.conclusion, FACT_WIDTH), ""]
-    lines = said if block.conclusion else []
-    for judged in block.judged:
-        head = STATUS_HEADS[judged.status]
-        lines.append(_filled(head, judged.text, len(head)))
-    return "\n".join(lines)
-
-
-@block_text.register
-def _(block: Notes) -> str:
-    heads = [f"[{i}] " for i in range(1, len(block.notes) + 1)]
-    return "\n".join(
-        _filled(head, note, len(head)) for head, note in zip(heads, block.notes, strict=True)
-    )
-
-
-@block_text.register
-def _(block: Paragraph) -> str:
-    lines = [
-        _filled(each.lead, each.text, each.hang) if each.filled else f"{each.lead}{each.text}"
-        for each in block.sentences
-    ]
-    return _titled(block.title, lines)
-
-
-@block_text.register
-def _(block: Listing) -> str:
-    kept = [_filled("  ", line, 6, replace_whitespace=False) for line in block.lines]
-    return _titled(block.title, kept)
-
-
-def _titled(title: str, lines: Sequence[str]) -> str:
-    return "\n".join([*filter(None, [title]), *lines])
-
-
-def _filled(head: str, text: str, hang: int, **how: Any) -> str:
-    """A text as wide as a page, after its head, with further lines so many blanks in.
-
-    A word that is longer, such as a path, stays whole.
-    """
-    return textwrap.fill(
-        text,
-        PAGE_WIDTH,
-        initial_indent=head,
-        subsequent_indent=" " * hang,
-        break_long_words=False,
-        break_on_hyphens=False,
-        **how,
-    )

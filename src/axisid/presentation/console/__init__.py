@@ -3,5 +3,4 @@
 In: documents of blocks. Out: what a terminal shows. Knows nothing of results.
 """
 
-from .progress import ProgressLine as ProgressLine
-from .terminal import print_document as print_document
+from .terminal import ProgressLine as ProgressLine, print_document as print_document

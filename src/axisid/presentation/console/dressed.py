@@ -1,7 +1,6 @@
 """Blocks drawn by rich: headers bold, checks in colours, tables broken between methods."""
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import singledispatch
 from types import MappingProxyType
 from typing import TextIO
 
@@ -9,29 +8,20 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.text import Text
 
-from axisid.presentation.blocks import (
-    FACT_WIDTH,
-    PAGE_WIDTH,
-    STATUS_HEADS,
-    Block,
-    CheckGroup,
-    Checks,
-    Document,
-    Grid,
-    Heading,
-    Listing,
-    Notes,
-    Paragraph,
-    Sentence,
-    Table,
-    grid,
-)
+from axisid.presentation.blocks import PAGE_WIDTH, Block, Document, Grid, Line, block_lines
 
 _GAP = 2  # blanks between columns
 _LEAST = 20  # columns; what is narrower is left to the terminal
-_HANG = 4  # blanks before what is left of a line that a terminal is too narrow for
-_HEAD_STYLES = MappingProxyType({"fail": "bold red", "pass": "green"})
-_LINE_STYLES = MappingProxyType({"note": "dim", "not evaluated": "dim"})
+#: By kind of line the style of its first letters and of all of it.
+_STYLES = MappingProxyType(
+    {
+        "lead": ("bold", ""),
+        "fail": ("bold red", ""),
+        "pass": ("green", ""),
+        "note": ("", "dim"),
+        "not evaluated": ("", "dim"),
+    }
+)
 _BLANKS = str.maketrans("\t\n\v\f\r", "     ")
 
 
@@ -47,109 +37,44 @@ def print_dressed(document: Document, stream: TextIO, width: int, *, coloured: b
         markup=False,
         emoji=False,
     )
-    drawn = [lines for block in document if (lines := list(block_lines(block, console)))]
-    for i, lines in enumerate(drawn):
+    drawn = [[*_drawn(block, console)] for block in document]
+    for i, lines in enumerate(filter(None, drawn)):
         if i:
             console.print()
         for line in lines:
             console.print(line)
 
 
-@singledispatch
-def block_lines(block: Block, console: Console) -> Iterator[Text]:
+def _drawn(block: Block, console: Console) -> Iterator[Text]:
     """One block, line by line, each within the terminal's width."""
-    del console
-    raise TypeError(f"{type(block).__name__} is no block")
+    for line in block_lines(block):
+        if isinstance(line, Line):
+            yield from _hanging(_dressed(line), line, console)
+        else:
+            for i, page in enumerate(_pages(line, console.width)):
+                if i:
+                    yield Text()
+                yield from _grid_lines(page, console)
 
 
-@block_lines.register
-def _(block: Heading, console: Console) -> Iterator[Text]:
-    yield from _titled(block.title, console)
-    for name, text in block.facts:
-        if text:
-            yield from _hanging(_text(f"{name:<{FACT_WIDTH}}{text}"), FACT_WIDTH, console)
-
-
-@block_lines.register
-def _(block: Table, console: Console) -> Iterator[Text]:
-    yield from _titled(block.title, console)
-    for i, page in enumerate(_pages(grid(block), console.width)):
-        if i:
-            yield Text()
-        yield from _grid_lines(page, console)
-    for said in block.said:
-        yield from _hanging(_text(said), _HANG, console, most=console.width)
-
-
-@block_lines.register
-def _(block: Checks, console: Console) -> Iterator[Text]:
-    if block.conclusion:
-        concluded = _text(f"{'verdict':<{FACT_WIDTH}}{block.conclusion}")
-        yield from _hanging(concluded, FACT_WIDTH, console)
-        yield Text()
-    for judged in block.judged:
-        yield from _hanging(_judged(judged), len(STATUS_HEADS[judged.status]), console)
-
-
-def _judged(judged: CheckGroup) -> Text:
-    """What failed stands out by name, what passed by its head alone; the rest steps back."""
-    head = STATUS_HEADS[judged.status]
-    text = _text(f"{head}{judged.text}")
-    failed = f"{head}{', '.join(judged.names)}:" if judged.status == "fail" else head
-    text.stylize(_HEAD_STYLES.get(judged.status, ""), 0, len(failed))
-    text.stylize(_LINE_STYLES.get(judged.status, ""))
+def _dressed(line: Line) -> Text:
+    """A line in its colours."""
+    first, whole = _STYLES.get(line.kind, ("", ""))
+    text = Text(f"{line.head}{line.text}".translate(_BLANKS), style=whole)
+    text.stylize(first, 0, len(line.first))
     return text
 
 
-@block_lines.register
-def _(block: Notes, console: Console) -> Iterator[Text]:
-    for i, note in enumerate(block.notes, 1):
-        head = f"[{i}] "
-        yield from _hanging(_text(f"{head}{note}"), len(head), console)
-
-
-@block_lines.register
-def _(block: Paragraph, console: Console) -> Iterator[Text]:
-    yield from _titled(block.title, console)
-    for sentence in block.sentences:
-        yield from _sentence_lines(sentence, console)
-
-
-def _sentence_lines(sentence: Sentence, console: Console) -> Iterator[Text]:
-    text = _text(f"{sentence.lead}{sentence.text}")
-    text.stylize("bold", 0, len(sentence.lead.rstrip()))
-    if sentence.filled:
-        yield from _hanging(text, sentence.hang, console)
-    else:
-        yield from _hanging(text, _HANG, console, most=console.width)
-
-
-@block_lines.register
-def _(block: Listing, console: Console) -> Iterator[Text]:
-    yield from _titled(block.title, console)
-    for line in block.lines:
-        yield from _hanging(_text(f"  {line}"), 6, console)
-
-
-def _titled(title: str, console: Console) -> Iterator[Text]:
-    if title:
-        yield from _hanging(_text(title), _HANG, console, most=console.width)
-
-
-def _text(text: str) -> Text:
-    return Text(text.translate(_BLANKS))
-
-
-def _hanging(text: Text, hang: int, console: Console, most: int = PAGE_WIDTH) -> Iterator[Text]:
+def _hanging(text: Text, of: Line, console: Console) -> Iterator[Text]:
     """A text in lines as wide as a page or the terminal, all but the first so many blanks in."""
-    width = min(console.width, most)
+    width = min(console.width, PAGE_WIDTH) if of.filled else console.width
     first = text.wrap(console, width)[0]
     rest = text[len(first) :]
     first.rstrip()
     yield first
     rest = rest[len(rest.plain) - len(rest.plain.lstrip()) :]
     if rest.plain:
-        hang = min(hang, width // 2)
+        hang = min(of.hang, width // 2)
         for line in rest.wrap(console, width - hang):
             line.rstrip()
             yield Text(" " * hang) + line

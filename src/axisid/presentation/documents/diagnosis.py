@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from typing import Any
 
-from msgspec import UNSET
+from msgspec import UNSET, UnsetType
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
-from axisid.estimation.diagnostics.estimates import InstrumentTests
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import Alignment
 from axisid.estimation.regression import ResidualTests
@@ -26,11 +25,10 @@ from axisid.presentation.schema import (
     WrittenNormality,
     WrittenResidualTests,
     WrittenSetting,
-    WrittenStrength,
 )
 from axisid.support.arrays import Array, finite
 from axisid.support.missing import Missing
-from axisid.support.remedy import Setting, Wording, as_options
+from axisid.support.remedy import Wording, as_options
 
 from .same_members import written_as
 
@@ -58,16 +56,14 @@ def diagnosis_members(
     wording : callable
         How settings are told, but for those of checks, whose remedies are written as data.
     """
+    tests = diagnosis.instruments
     return {
         "judged": diagnosis.preferred,
-        "instruments": _instruments(diagnosis.instruments),
+        "instruments": None if tests is None else written_as(WrittenInstruments, tests),
         "excitation": {e.name: written_as(WrittenExcitation, e) for e in diagnosis.excitation},
         **record_members(diagnosis, names, wording),
         "model_bands": {
-            method: {
-                name: written_as(WrittenBand, band, interval_95=band.interval)
-                for name, band in of_one.items()
-            }
+            method: {name: written_as(WrittenBand, band) for name, band in of_one.items()}
             for method, of_one in diagnosis.bands.items()
             if of_one
         }
@@ -106,15 +102,6 @@ def written_law(check: LawCheck | Missing, wording: Wording = as_options) -> Wri
     return written_as(WrittenLawCheck, check, meaning=check.note.worded(wording))
 
 
-def _instruments(tests: InstrumentTests | None) -> WrittenInstruments | None:
-    if tests is None:
-        return None
-    return WrittenInstruments(
-        columns=tuple(written_as(WrittenStrength, column) for column in tests.columns),
-        condition_number=finite(tests.condition_number),
-    )
-
-
 def _alignment(
     profile: Alignment | Missing, names: Sequence[str], wording: Wording
 ) -> WrittenAlignment:
@@ -127,15 +114,11 @@ def _alignment(
 
 def written_check(check: Check) -> WrittenCheck:
     """One check; what is not finite becomes None."""
-    remedy = UNSET if check.remedy is None else tuple(map(_part, check.remedy.parts))
+    remedy: tuple[str | WrittenSetting, ...] | UnsetType = UNSET
+    if check.remedy is not None:
+        parts = check.remedy.parts
+        remedy = tuple(p if isinstance(p, str) else written_as(WrittenSetting, p) for p in parts)
     return written_as(WrittenCheck, check, meaning=check.note.worded(as_options), remedy=remedy)
-
-
-def _part(part: str | Setting) -> str | WrittenSetting:
-    """A text or a setting of a remedy."""
-    if isinstance(part, str):
-        return part
-    return written_as(WrittenSetting, part)
 
 
 def written_residual(tests: ResidualTests) -> WrittenResidualTests:

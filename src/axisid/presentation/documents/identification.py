@@ -1,23 +1,23 @@
 """Results as documents. The names are a contract with other programs."""
 
 from collections.abc import Iterable, Mapping, Set
-from dataclasses import asdict
 from typing import Any, TypeVar, cast
 
+import numpy as np
 from msgspec import UNSET, UnsetType
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
+from axisid.estimation.diagnostics import Apart, RecordDiagnosis
 from axisid.estimation.estimates import Estimate, Physical, Value
-from axisid.estimation.identification import DriveTime, Identification
+from axisid.estimation.identification import DriveTime, Identification, OfRecord
 from axisid.estimation.problems import Held
 from axisid.estimation.records import Record
-from axisid.estimation.regression import DrawSummary
-from axisid.estimation.signals import Prefilter, Sampling
-from axisid.estimation.tables import Provenance, Repair
+from axisid.estimation.signals import Sampling
+from axisid.estimation.tables import Provenance
 from axisid.modeling.declaration import Drive
-from axisid.modeling.quantities import Signal
 from axisid.presentation.schema import (
     Matrix,
+    WrittenApart,
     WrittenDirectValue,
     WrittenDrawn,
     WrittenDriveTime,
@@ -26,6 +26,7 @@ from axisid.presentation.schema import (
     WrittenIdentification,
     WrittenKnown,
     WrittenLevels,
+    WrittenMember,
     WrittenPhysical,
     WrittenPrefilter,
     WrittenRecord,
@@ -36,18 +37,80 @@ from axisid.presentation.schema import (
     WrittenValue,
 )
 from axisid.support.arrays import Array, finite
+from axisid.support.missing import Missing
 from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, Wording, as_options
 
-from .diagnosis import diagnosis_members, written_residual
+from .diagnosis import diagnosis_members, record_members, written_residual
 from .same_members import written_as
-from .several import several_members
 
 T = TypeVar("T")
-
 _NAMED = frozenset({"iid", "robust", "hac"})  # covariances that have members of their own
 _NAMED_DIRECT = frozenset({"iid", "hac"})  # the same of the direct model's parameters
 _NAMED_PHYSICAL = frozenset({"hac"})  # and of those that follow from known values
+
+
+def several_members(
+    result: Identification,
+    records: list[WrittenRecord],
+    prefilters: list[WrittenPrefilter],
+    wording: Wording,
+) -> dict[str, Any]:
+    """What a document has of several records alone, by member; nothing of one."""
+    found: dict[str, Any] = {}
+    if result.set_aside:
+        found["set_aside"] = {n: why.worded(wording) for n, why in result.set_aside.items()}
+    if not result.of_records:
+        return found
+    found["records"] = tuple(
+        _member(of_one, diagnosis, record, prefilter, wording)
+        for of_one, diagnosis, record, prefilter in zip(
+            result.of_records, result.diagnosis.records, records, prefilters, strict=True
+        )
+    )
+    if result.local_names:
+        found["local"] = dict(result.local_names)
+    if result.declared_gain is not None:
+        found["declared_gain"] = result.declared_gain
+    return found
+
+
+def _member(
+    of_one: OfRecord,
+    diagnosis: RecordDiagnosis,
+    record: WrittenRecord,
+    prefilter: WrittenPrefilter,
+    wording: Wording,
+) -> WrittenMember:
+    apart = diagnosis.apart
+    return WrittenMember(
+        name=of_one.name,
+        record=record,
+        prefilter=prefilter,
+        known={name: WrittenKnown(value=v, sd=sd) for name, (v, sd) in of_one.known.items()},
+        rows=of_one.rows,
+        weight=of_one.weight,
+        noise=of_one.noise,
+        equation_error_percent=of_one.equation_error_percent,
+        simulation_error_percent=of_one.simulation_error_percent,
+        apart=None if isinstance(apart, Missing) else _apart(apart),
+        **record_members(diagnosis, (), wording),
+    )
+
+
+def _apart(apart: Apart) -> WrittenApart:
+    def named(values: Array) -> dict[str, float]:
+        return dict(zip(apart.names, map(float, np.ravel(values)), strict=True))
+
+    return WrittenApart(
+        own=named(apart.own),
+        common=named(apart.others),
+        deviations=named(apart.deviations),
+        statistic=apart.statistic,
+        freedom=apart.freedom,
+        p_value=apart.p_value,
+        share_percent=apart.share_percent,
+    )
 
 
 def written_identification(
@@ -62,13 +125,15 @@ def written_identification(
         signature=result.axis.signature,
         left_out=left_out(result.axis),
         held={each.name: _held(each) for each in result.held} or UNSET,
-        signals=tuple(map(_signal, result.axis.axis.signals)) or UNSET,
+        signals=tuple(written_as(WrittenSignal, s) for s in result.axis.axis.signals) or UNSET,
         drive=_response(drive, result.drive_time),
         drive_force=UNSET if drive.is_gain else drive.force_text(result.axis.axis.coordinate),
         drive_remark=drive.remark or UNSET,
         record=written_record(result.record, wording),
         prefilter=written_prefilter(result.data.sampling),
-        requested=None if result.requested is None else written_request(result.requested),
+        requested=None
+        if result.requested is None
+        else written_as(WrittenRequest, result.requested),
         estimates=tuple(
             written_estimate(
                 e,
@@ -124,17 +189,13 @@ def _drive_time(found: DriveTime) -> WrittenDriveTime:
     )
 
 
-def _signal(signal: Signal) -> WrittenSignal:
-    return WrittenSignal(name=signal.name, unit=signal.unit, between=cast(Any, signal.between))
-
-
 def written_record(record: Record, wording: Wording = as_options) -> WrittenRecord:
     """Provenance and size of a record."""
     return WrittenRecord(
         **origin_members(record.provenance),
         truth=dict(record.provenance.truth) or None,
         assumed=assumptions(record.provenance, wording),
-        repairs=tuple(map(_repair, record.provenance.repairs)),
+        repairs=tuple(written_as(WrittenRepair, each) for each in record.provenance.repairs),
         segments=record.segments,
         masked=record.masked,
         samples=len(record),
@@ -156,11 +217,6 @@ def assumptions(provenance: Provenance, wording: Wording = as_options) -> tuple[
     return (*provenance.assumed, *(doubt.worded(wording) for doubt in provenance.doubts))
 
 
-def _repair(repair: Repair) -> WrittenRepair:
-    # Which kinds there are the schema says, and its test holds.
-    return WrittenRepair(kind=cast(Any, repair.kind), count=repair.count, text=repair.text)
-
-
 def origin_members(provenance: Provenance) -> dict[str, Any]:
     """Which file a record comes from, if from one, and which of its columns."""
     return {
@@ -174,22 +230,12 @@ def origin_members(provenance: Provenance) -> dict[str, Any]:
 
 def written_prefilter(sampling: Sampling) -> WrittenPrefilter:
     """Settings of a prefilter; `drop` as it was applied, nothing left open."""
-    prefilter = sampling.prefilter
-    return WrittenPrefilter(
-        cutoff=prefilter.cutoff,
-        order=prefilter.order,
-        decimate=prefilter.decimate,
-        decimation=prefilter.decimation,
+    return written_as(
+        WrittenPrefilter,
+        sampling.prefilter,
         drop=sampling.filter.dropped,
-        hold=cast(Any, prefilter.hold),
-        reversals=cast(Any, prefilter.reversals),
         silent=sampling.excluded_samples,
     )
-
-
-def written_request(prefilter: Prefilter) -> WrittenRequest:
-    """Settings of a prefilter before what it leaves open is chosen for a record."""
-    return WrittenRequest(**asdict(prefilter))
 
 
 def written_estimate(
@@ -249,8 +295,11 @@ def _slopes(quantities: Iterable[Quantity], slopes: Array | None) -> dict[str, f
 
 def _direct(estimate: Estimate) -> dict[str, WrittenDirectValue]:
     return {
-        q.name: WrittenDirectValue(
-            **_value_members(estimate.ddm_parameters[q.name]), expression=q.expression
+        q.name: written_as(
+            WrittenDirectValue,
+            estimate.ddm_parameters[q.name],
+            deviations=_others(estimate.ddm_parameters[q.name].deviations) or UNSET,
+            expression=q.expression,
         )
         for q in estimate.ddm_quantities
     }
@@ -259,19 +308,9 @@ def _direct(estimate: Estimate) -> dict[str, WrittenDirectValue]:
 def _drawn(estimate: Estimate, draws: int) -> dict[str, WrittenDrawn]:
     """Every parameter over draws; None where no draw gave an axis."""
     return {
-        name: _written_drawn(estimate.propagate(name, draws=draws)) for name in estimate.parameters
+        name: written_as(WrittenDrawn, estimate.propagate(name, draws=draws))
+        for name in estimate.parameters
     }
-
-
-def _written_drawn(drawn: DrawSummary) -> WrittenDrawn:
-    low, high = map(finite, drawn.interval)
-    return WrittenDrawn(
-        median=finite(drawn.median),
-        interval_95=(low, high),
-        draws=drawn.draws,
-        lost=drawn.lost,
-        seed=drawn.seed,
-    )
 
 
 def _physical(physical: Physical, chosen: str) -> WrittenPhysical:
@@ -313,22 +352,7 @@ def _further(
 
 def written_value(value: Value) -> WrittenValue:
     """A number with unit, deviations and interval."""
-    return WrittenValue(**_value_members(value))
-
-
-def _value_members(value: Value) -> dict[str, Any]:
-    return {
-        "value": value.value,
-        "unit": value.unit,
-        "sd": value.sd,
-        "relative_sd_percent": finite(value.relative_sd_percent),
-        "sd_robust": value.sd_robust,
-        "sd_hac": value.sd_hac,
-        "interval_95": value.interval,
-        "sd_gain": value.sd_gain,
-        "filter_bias": value.filter_bias,
-        "deviations": _others(value.deviations) or UNSET,
-    }
+    return written_as(WrittenValue, value, deviations=_others(value.deviations) or UNSET)
 
 
 def matrix(values: Array) -> Matrix:

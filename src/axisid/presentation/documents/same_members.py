@@ -1,14 +1,18 @@
 """Members that a result and its document share by name, written and read by one description.
 
-What the two have alike is said by their fields alone; a call names only what differs.
+What the two have alike is said by their fields alone, all the way down; a call names only what
+differs.
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import fields
-from typing import Any, TypeVar
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
+from functools import cache
+from types import NoneType
+from typing import Any, TypeVar, get_args, get_type_hints
 
 import numpy as np
+from msgspec import UNSET
 
 from axisid.presentation.schema import JsonObject
 from axisid.support.arrays import Array, finite, frozen
@@ -16,9 +20,21 @@ from axisid.support.arrays import Array, finite, frozen
 _Written = TypeVar("_Written", bound=JsonObject)
 _Result = TypeVar("_Result")
 _NONE: Mapping[str, float] = {}
+#: Members that have another name in files than in results.
+_OF_FILES = {
+    "held_out_equation": "equation",
+    "held_out_simulation": "simulation",
+    "interval_95": "interval",
+    "not_evaluated": "missing",
+    "parameter_checks": "checks",
+    "squares_by_block": "squares",
+    "unsettled": "undetermined",
+}
+_OF_RESULTS = {name: member for member, name in _OF_FILES.items()}
+_hints: Callable[[Any], Mapping[str, Any]] = cache(get_type_hints)
 
 
-def written_as(kind: type[_Written], result: object, **others: Any) -> _Written:
+def written_as(kind: type[_Written], result: object, /, **others: Any) -> _Written:
     """A result's members as those of a document; a number that is not finite is None.
 
     Parameters
@@ -30,14 +46,19 @@ def written_as(kind: type[_Written], result: object, **others: Any) -> _Written:
     **others
         Members that are made in another way.
     """
-    names = [name for name in kind.__struct_fields__ if name not in others]
-    return kind(**{name: _plain(getattr(result, name)) for name in names}, **others)
+    same = {
+        name: _plain(getattr(result, _OF_FILES.get(name, name)), hint)
+        for name, hint in _hints(kind).items()
+        if name not in others
+    }
+    return kind(**same, **others)
 
 
 def read_as(
     kind: type[_Result],
     written: JsonObject,
     otherwise: Mapping[str, float] = _NONE,
+    /,
     **others: Any,
 ) -> _Result:
     """A dataclass with the members of a document's object; what was not finite is not a number.
@@ -45,17 +66,22 @@ def read_as(
     Parameters
     ----------
     kind : type
-        A dataclass, each of whose fields is a member of the same name, but for the others.
+        A dataclass, each of whose fields is a member of the same name, but for the others and for
+        those that no document has, which keep their defaults.
     written : JsonObject
     otherwise : mapping of str to float
-        What a number that was not finite was most likely, where that is not nan.
+        What a number that was not finite was most likely, where that is not nan, by its name.
     **others
         Fields that are made in another way.
     """
+    names = [field.name for field in fields(kind)]  # type: ignore[arg-type]  # of a dataclass
+    members = {name: _OF_RESULTS.get(name, name) for name in names}
     same = {
-        field.name: _restored(field.type, getattr(written, field.name), otherwise.get(field.name))
-        for field in fields(kind)  # type: ignore[arg-type]  # of a dataclass
-        if field.name not in others
+        name: _restored(
+            _hints(kind)[name], getattr(written, member), otherwise.get(name), otherwise
+        )
+        for name, member in members.items()
+        if name not in others and hasattr(written, member)
     }
     return kind(**same, **others)
 
@@ -67,15 +93,38 @@ def number(value: object, otherwise: float | None = None) -> float:
     return math.nan if otherwise is None else otherwise
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any, hint: Any) -> Any:
+    """A member of a document for one of a result, as its annotation has it."""
     if isinstance(value, np.ndarray):
-        return tuple(map(_plain, value.tolist()))
+        return _plain(tuple(value.tolist()), hint)
     if isinstance(value, Mapping):
-        return {name: _plain(each) for name, each in value.items()}
-    return finite(value) if isinstance(value, float) else value
+        return {name: _plain(each, hint) for name, each in value.items()}
+    if isinstance(value, (tuple, list)):
+        return tuple(_plain(each, hint) for each in value)
+    if is_dataclass(value) and (objects := [k for k in _kinds(hint) if issubclass(k, JsonObject)]):
+        return written_as(objects[0], value)
+    # What the schema wants a number of stays one, of which no document is made.
+    return finite(value) if isinstance(value, float) and NoneType in _kinds(hint) else value
 
 
-def _restored(kind: object, value: Any, otherwise: float | None) -> Any:
-    if kind is float:
-        return number(value, otherwise)
-    return frozen(value) if kind == Array else value
+def _restored(hint: Any, value: Any, otherwise: float | None, all_otherwise: Any) -> Any:
+    """A member of a result for one of a document, as the result's annotation has it."""
+    if isinstance(value, Mapping):
+        return {n: _restored(hint, v, otherwise, all_otherwise) for n, v in value.items()}
+    if Array in (hint, *get_args(hint)):
+        return value if value is None else frozen(value)
+    if isinstance(value, tuple):
+        return tuple(_restored(hint, each, otherwise, all_otherwise) for each in value)
+    if isinstance(value, JsonObject):
+        return read_as(next(filter(is_dataclass, _kinds(hint))), value, all_otherwise)
+    if value is None or value is UNSET:
+        kinds = _kinds(hint)
+        return number(value, otherwise) if float in kinds and NoneType not in kinds else None
+    return value
+
+
+@cache
+def _kinds(hint: Any) -> tuple[type, ...]:
+    """The classes in an annotation."""
+    inside = [kind for each in get_args(hint) for kind in _kinds(each)]
+    return (hint, *inside) if isinstance(hint, type) else tuple(inside)

@@ -4,10 +4,10 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from axisid.codegen.artefacts import replace_file
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.studies import Sweep
 from axisid.presentation.plots import Panel, Plot, Series, force_plot, row_times, sweep_plot
+from axisid.support.files.regular_file import replace_file
 
 from .matplotlib import WIDTH, Drawing, draw, rendered
 

@@ -4,8 +4,11 @@ In: expressions, values. Out: LaTeX, MathML, typeset text. Knows nothing of esti
 """
 
 from .axis_page import axis_document as axis_document, axis_page as axis_page
-from .latex import symbol_latex as symbol_latex, unit_latex as unit_latex
-from .mathml import formula_mathml as formula_mathml
+from .latex import (
+    formula_mathml as formula_mathml,
+    symbol_latex as symbol_latex,
+    unit_latex as unit_latex,
+)
 from .numbers import (
     decimals as decimals,
     figure_text as figure_text,

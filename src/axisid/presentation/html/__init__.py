@@ -8,7 +8,8 @@ from .blocks import (
     blocks_html as blocks_html,
     checks_html as checks_html,
     method_kind as method_kind,
+    prose_html as prose_html,
     sign_html as sign_html,
     table_html as table_html,
+    unbroken as unbroken,
 )
-from .prose import prose_html as prose_html, unbroken as unbroken

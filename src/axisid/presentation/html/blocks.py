@@ -1,6 +1,6 @@
-"""Blocks as HTML: tables, lists and sentences without scripts or styles."""
+"""Blocks and sentences as HTML, without scripts or styles; options in them never break."""
 
-from functools import singledispatch
+import re
 from html import escape
 from itertools import takewhile
 from types import MappingProxyType
@@ -25,9 +25,8 @@ from axisid.presentation.blocks import (
 )
 from axisid.presentation.formulas import readable_text, readable_unit
 
-from .intervals import intervals_html
-from .prose import prose_html, unbroken
-
+_WIDTH, _HEIGHT, _EDGE = 170.0, 26.0, 6.0
+_WHOLE = re.compile(r"->|--[a-z](?:-?[a-z0-9])*(?: [a-z]+-[a-z]+| [A-Z]+(?:=[\w+-]+)?)?")
 _SIGNS = MappingProxyType({"pass": "✓", "note": "○", "fail": "✗", "not evaluated": "·"})
 #: Classes of the signs, for pages that colour them.
 STATUS_CLASSES = MappingProxyType(
@@ -35,30 +34,89 @@ STATUS_CLASSES = MappingProxyType(
 )
 
 
+def intervals_html(drawn: Intervals) -> str:
+    """One above the other, in their order, the truth dotted; nothing where they have no width."""
+    ends = [end for each in drawn.intervals for end in (each.low, each.high)]
+    ends += [] if drawn.truth is None else [drawn.truth]
+    low, span = min(ends), max(ends) - min(ends)
+    if not 0 < span < float("inf"):
+        return ""
+
+    def place(x: float) -> str:
+        return f"{_EDGE + (x - low) / span * (_WIDTH - 2 * _EDGE):.1f}"
+
+    marks = ""
+    if drawn.truth is not None:
+        at = place(drawn.truth)
+        marks += f'<line class="truth" x1="{at}" x2="{at}" y1="1" y2="25"/>'
+    for i, each in enumerate(drawn.intervals, 1):
+        y = f"{_HEIGHT * i / (len(drawn.intervals) + 1):.1f}"
+        marks += (
+            f'<g class="{each.kind}">'
+            f'<line x1="{place(each.low)}" x2="{place(each.high)}" y1="{y}" y2="{y}"/>'
+            f'<circle cx="{place(each.centre)}" cy="{y}" r="3"/></g>'
+        )
+    size = f'viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}"'
+    return f'<svg class="interval" {size} role="img" aria-label="intervals">{marks}</svg>'
+
+
+def prose_html(sentence: str) -> str:
+    """One sentence or more, with a full stop at the end; no letter changes its case.
+
+    Parameters
+    ----------
+    sentence : str
+        As for the terminal.
+    """
+    text = readable_text(sentence.rstrip())
+    return unbroken(text if text.endswith((".", "?", "!")) else f"{text}.")
+
+
+def unbroken(text: str) -> str:
+    """Text as HTML, in which no line ends within an option of the command line or an arrow."""
+    parts, at = [], 0
+    for found in _WHOLE.finditer(text):
+        parts += [
+            escape(text[at : found.start()]),
+            f'<span class="option">{escape(found[0])}</span>',
+        ]
+        at = found.end()
+    return "".join(parts) + escape(text[at:])
+
+
 def blocks_html(document: Document) -> str:
     """The blocks of a document one under the other."""
     return "".join(map(block_html, document))
 
 
-@singledispatch
 def block_html(block: Block) -> str:
     """One block."""
-    raise TypeError(f"{type(block).__name__} is no block")
-
-
-@block_html.register
-def _(block: Heading) -> str:
-    # Names that a file brings stay as they are.
-    facts = "".join(
-        f"<dt>{escape(name)}</dt><dd>{unbroken(text)}</dd>" for name, text in block.facts if text
-    )
-    return _titled(block.title) + (f"<dl>{facts}</dl>" if facts else "")
-
-
-@block_html.register
-def _(block: Table) -> str:
-    said = "".join(f'<p class="note">{prose_html(sentence)}</p>' for sentence in block.said)
-    return table_html(block) + said
+    above = escape(getattr(block, "title", ""))
+    title = f"<p><b>{above}</b></p>" if above else ""
+    match block:
+        case Heading():
+            # Names that a file brings stay as they are.
+            facts = "".join(
+                f"<dt>{escape(name)}</dt><dd>{unbroken(text)}</dd>"
+                for name, text in block.facts
+                if text
+            )
+            return title + (f"<dl>{facts}</dl>" if facts else "")
+        case Table():
+            said = "".join(f'<p class="note">{prose_html(sentence)}</p>' for sentence in block.said)
+            return table_html(block) + said
+        case Checks():
+            concluded = f"<p>{prose_html(block.conclusion)}</p>" if block.conclusion else ""
+            return concluded + checks_html(block.judged)
+        case Notes():
+            notes = enumerate(block.notes, 1)
+            listed = "".join(f"<p>[{i}] {prose_html(note)}</p>" for i, note in notes)
+            return f"<details><summary>Notes</summary>{listed}</details>"
+        case Paragraph():
+            return title + "".join(map(_sentence, block.sentences))
+        case Listing():
+            lines = "".join(f"<li><code>{escape(line)}</code></li>" for line in block.lines)
+            return f"{title}<ul>{lines}</ul>"
 
 
 def table_html(table: Table, css: str = "", *, grouped: bool = False) -> str:
@@ -160,12 +218,6 @@ def _class(column: Column) -> str:
     return f' class="{kind}"' if kind else ""
 
 
-@block_html.register
-def _(block: Checks) -> str:
-    concluded = f"<p>{prose_html(block.conclusion)}</p>" if block.conclusion else ""
-    return concluded + checks_html(block.judged)
-
-
 def checks_html(judged: tuple[CheckGroup, ...]) -> str:
     """A list of checks."""
     return f'<ul class="checks">{"".join(map(_judged, judged))}</ul>'
@@ -184,27 +236,6 @@ def sign_html(status: str) -> str:
     return f'<span class="sign {STATUS_CLASSES[status]}" title="{status}">{_SIGNS[status]}</span>'
 
 
-@block_html.register
-def _(block: Notes) -> str:
-    listed = "".join(f"<p>[{i}] {prose_html(note)}</p>" for i, note in enumerate(block.notes, 1))
-    return f"<details><summary>Notes</summary>{listed}</details>"
-
-
-@block_html.register
-def _(block: Paragraph) -> str:
-    return _titled(block.title) + "".join(map(_sentence, block.sentences))
-
-
 def _sentence(sentence: Sentence) -> str:
     lead = f"<b>{escape(sentence.lead.strip())}</b> " if sentence.lead.strip() else ""
     return f"<p>{lead}{prose_html(sentence.text)}</p>"
-
-
-@block_html.register
-def _(block: Listing) -> str:
-    lines = "".join(f"<li><code>{escape(line)}</code></li>" for line in block.lines)
-    return f"{_titled(block.title)}<ul>{lines}</ul>"
-
-
-def _titled(title: str) -> str:
-    return f"<p><b>{escape(title)}</b></p>" if title else ""

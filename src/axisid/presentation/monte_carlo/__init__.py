@@ -9,11 +9,12 @@ from .document import (
     findings as findings,
     legend as legend,
     study_document as study_document,
+    study_facts as study_facts,
+    written_study as written_study,
 )
-from .page import monte_carlo_page as monte_carlo_page
 from .plots import (
     PLOTS as PLOTS,
+    monte_carlo_page as monte_carlo_page,
     monte_carlo_plot as monte_carlo_plot,
     monte_carlo_plots as monte_carlo_plots,
 )
-from .written import study_facts as study_facts, written_study as written_study

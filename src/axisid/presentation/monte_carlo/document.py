@@ -1,7 +1,8 @@
-"""A study as tables: bias, scatter and intervals of every estimate, and what checks say."""
+"""A study as plain data and as tables: bias, scatter and intervals, and what checks say."""
 
 import math
 from collections.abc import Iterable
+from dataclasses import asdict
 
 from axisid.estimation.choices import fitted_output
 from axisid.estimation.estimates import COVARIANCES
@@ -14,10 +15,13 @@ from axisid.estimation.monte_carlo import (
     CheckFigures,
     EstimandFigures,
     Mean,
+    MonteCarlo,
     Share,
+    declared_figures,
     stated_by,
 )
 from axisid.estimation.thresholds import INTERVAL_LEVEL
+from axisid.estimation.twins import Chain
 from axisid.presentation.blocks import (
     Block,
     Cell,
@@ -30,10 +34,19 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
+from axisid.presentation.documents import written_as
 from axisid.presentation.formulas import decimals, figure_text
 from axisid.presentation.saved import SavedMonteCarlo
-
-from .method_title import method_title
+from axisid.presentation.schema import (
+    WrittenCheckFigures,
+    WrittenEstimand,
+    WrittenFailedRun,
+    WrittenLevels,
+    WrittenMonteCarlo,
+    WrittenRequest,
+    WrittenShare,
+    WrittenTwins,
+)
 
 _PLAIN = (1e-6, 1e6)  # errors between which figures have no power of ten
 _TITLES = {
@@ -41,6 +54,52 @@ _TITLES = {
     DIRECT: "Parameters of the direct model",
     PHYSICAL: "Declared parameters that follow",
 }
+
+
+def written_study(result: MonteCarlo) -> WrittenMonteCarlo:
+    """What ``--json`` writes."""
+    plan = result.plan
+    experiment = Chain.of_experiment(plan.twin.axis)
+    return WrittenMonteCarlo(
+        belief=result.belief,
+        axis=plan.axis.axis.name,
+        signature=plan.axis.signature,
+        twins=WrittenTwins(
+            axis=plan.twin.axis.name,
+            signature=plan.twin.signature,
+            right=plan.is_right,
+            noise=declared_figures(plan.noise),
+            chain=plan.noise,
+            position_noise=experiment.position,
+            resolution=experiment.position_step,
+            unit=plan.twin.axis.coordinate.unit,
+            drive_unit=plan.twin.axis.drive.unit,
+        ),
+        runs=plan.runs,
+        done=len(result),
+        seed=plan.seed,
+        methods=plan.methods,
+        prefilter=written_as(WrittenRequest, plan.prefilter),
+        settings=dict(plan.settings),
+        levels=written_as(WrittenLevels, plan.levels),
+        estimands=tuple(
+            written_as(WrittenEstimand, each, **asdict(each.estimand)) for each in result.figures
+        ),
+        judged=result.judged,
+        objected=written_as(WrittenShare, result.objected),
+        checks=tuple(written_as(WrittenCheckFigures, each) for each in result.check_figures),
+        failures=tuple(written_as(WrittenFailedRun, each) for each in result.failures),
+    )
+
+
+def study_facts(result: MonteCarlo) -> SavedMonteCarlo:
+    """What a study tells without the numbers of its runs, which is all that tables show."""
+    return SavedMonteCarlo(file="", document=written_study(result))
+
+
+def method_title(method: str) -> str:
+    """``IDM-IV``; a fit as it is asked for, ``fit:control``."""
+    return method if fitted_output(method) else method.upper()
 
 
 def study_document(result: SavedMonteCarlo) -> Document:

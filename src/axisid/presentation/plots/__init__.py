@@ -7,11 +7,12 @@ from .estimate import (
     autocorrelation_plot as autocorrelation_plot,
     convergence_plot as convergence_plot,
     force_plot as force_plot,
+    friction_plot as friction_plot,
+    output_plot as output_plot,
+    repeats_plot as repeats_plot,
     row_times as row_times,
     spectrum_plot as spectrum_plot,
 )
-from .friction import friction_plot as friction_plot
-from .output_fit import output_plot as output_plot
 from .plot import (
     SHADED as SHADED,
     TITLES as TITLES,
@@ -23,11 +24,11 @@ from .plot import (
     labelled as labelled,
     paired as paired,
 )
-from .repeats import mean_residual_plot as mean_residual_plot, repeats_plot as repeats_plot
 from .result import (
+    numbered as numbered,
+    plots_by_record as plots_by_record,
     record_plot as record_plot,
     result_plots as result_plots,
     sweep_plot as sweep_plot,
     tracking_plot as tracking_plot,
 )
-from .several import plots_by_record as plots_by_record

@@ -1,19 +1,26 @@
-"""Figures of one estimate: force, residuals and convergence."""
+"""Figures of one estimate or fit: force, residuals, convergence, friction, repeats, outputs."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.fitting import OutputFit
+from axisid.estimation.identification import Identification
+from axisid.estimation.moves import lack_of_fit
+from axisid.estimation.predictions import measured_output
 from axisid.estimation.regression import power_density
+from axisid.estimation.studies import Friction, friction
 from axisid.estimation.thresholds import CONVERGED
-from axisid.presentation.saved import SavedEstimate
+from axisid.presentation.saved import SavedEstimate, SavedIdentification
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
 
 from .plot import TITLES, Panel, Plot, Series, broken, labelled, line, paired, squared
 
 _GAP = 1.5  # rows
+_NAME = "friction"
+_WIDE = 2.0  # standard deviations of the mean
 
 
 def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
@@ -194,3 +201,139 @@ def left_unit(estimate: Estimate) -> str:
     coordinate = estimate.form.axis.axis.coordinate
     force = estimate.form.left == "force"
     return str(coordinate.force_unit if force else coordinate.acceleration_unit)
+
+
+def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
+    """The fitted law over the binned measurement."""
+    found = friction(result, estimate)
+    if isinstance(found, Missing):
+        return found
+    q = result.axis.axis.coordinate
+    v, mean, spread = found.binned.T
+    return Plot(
+        name=_NAME,
+        title=TITLES[_NAME],
+        caption=f"The recorded force less the model's parts without velocity, by "
+        f"{estimate.method.upper()}: its rows, their mean and standard deviation by bins of "
+        "velocity, and the fitted law. Bins that leave the law together show friction that the "
+        f"law does not have.{_without(found)}",
+        x_label=labelled("velocity", f"{q.unit}/s"),
+        panels=(
+            Panel(
+                label=labelled("friction", str(q.force_unit)),
+                series=(
+                    Series(
+                        label="rows",
+                        x=found.velocity,
+                        y=found.force,
+                        kind="points",
+                        tone="measured",
+                        broad=True,
+                    ),
+                    line("fitted law", *found.law.T),
+                    Series(
+                        label="mean and deviation by bin",
+                        x=v,
+                        y=mean,
+                        low=mean - spread,
+                        high=mean + spread,
+                        kind="points",
+                        tone="error",
+                    ),
+                ),
+            ),
+        ),
+    )
+
+
+def _without(found: Friction) -> str:
+    if not found.skipped:
+        return ""
+    return (
+        f" Without {found.skipped} rows by the reversals, rests and ends that the fit leaves out."
+    )
+
+
+def repeats_plot(
+    result: Identification | SavedIdentification, estimate: Estimate | SavedEstimate
+) -> Plot | Missing:
+    """Mean residual of an estimate over a period of the reference, with what noise makes of it.
+
+    A file has it of the judged estimate, and no unit of what is on the left of the regression.
+    """
+    found, unit, left = result.diagnosis.lack_of_fit, "", estimate.form.left
+    if isinstance(result, Identification) and isinstance(estimate, Estimate):
+        unit = left_unit(estimate)
+        found = found if estimate is result.preferred else lack_of_fit(estimate, result.data)
+    if found is None:
+        return Missing("the record's reference does not repeat, or is not in it")
+    reach = _WIDE * found.noise / np.sqrt(found.count)
+    named = f" {unit}" if unit else ""
+    when = "a period" if found.period is None else f"the period of {found.period:.4g} s"
+    plot = Plot(
+        name="repeats",
+        title=TITLES["repeats"],
+        caption=f"{estimate.method.upper()}: the mean over up to {found.times} repeats, less what "
+        f"the filter itself leaves, where each phase of {when} is first. What stands out of the "
+        f"band, where noise of {found.noise:.2g}{named} leaves 95 % of the means, is the model's: "
+        f"{100 * max(found.share, 0.0):.0f} % of the power.",
+        x_label="time [s]",
+        panels=(
+            Panel(
+                label=labelled(f"mean residual of the {left}", unit),
+                series=(
+                    Series(label="mean residual", x=found.time, y=found.mean, tone="error"),
+                    Series(
+                        label="noise alone",
+                        x=found.time,
+                        y=np.zeros(len(found.time)),
+                        low=-reach,
+                        high=reach,
+                        tone="other",
+                    ),
+                ),
+            ),
+        ),
+    )
+    apart = np.diff(found.time) > _GAP * estimate.row_period
+    return broken(plot, list(found.time[:-1][apart] + estimate.row_period / 2))
+
+
+def output_plot(fit: OutputFit, record: int = 0) -> Plot:
+    """Recorded and simulated outputs of one record, from 0, and their difference."""
+    count = len(fit.outputs)
+    of_record = fit.of_records[record * count : (record + 1) * count]
+    left = " and ".join(f"{e.error:.3g} {e.unit} (rms), {e.percent:.3g} %" for e in of_record)
+    return Plot(
+        name="output",
+        title="Output, recorded and simulated",
+        caption=_output_caption(fit, left),
+        x_label="time [s]",
+        panels=tuple(
+            panel for place in range(count) for panel in _output_panels(fit, record, place)
+        ),
+    )
+
+
+def _output_caption(fit: OutputFit, left: str) -> str:
+    if len(fit.outputs) > 1:
+        return f"Simulated with the fit, {fit.output} leave {left} of the recorded ones."
+    return f"The {fit.output} that is simulated with the fit leaves {left} of the recorded one."
+
+
+def _output_panels(fit: OutputFit, record: int, place: int) -> tuple[Panel, Panel]:
+    """Of one output."""
+    own, rows = fit.records[record], fit.samples[record]
+    output, unit = fit.outputs[place], fit.units[place]
+    recorded = measured_output(output, fit.axis, own).values[rows]
+    time, errors = own.time[rows], fit.errors[record].reshape(len(rows), -1)[:, place]
+    return (
+        Panel(
+            label=labelled(output, unit),
+            series=(
+                line("recorded", time, recorded, "measured"),
+                Series(label="simulated", x=time, y=recorded + errors, broad=True),
+            ),
+        ),
+        Panel(label=labelled("difference", unit), series=(line("", time, errors, "error"),)),
+    )

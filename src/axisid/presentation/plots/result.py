@@ -1,7 +1,7 @@
-"""Figures of a whole result: its record, its tracking, and everything in one list."""
+"""Figures of a whole result: its record, its tracking, a sweep, and everything by record."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, cycle
 
 import numpy as np
@@ -16,10 +16,15 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.missing import Missing
 
-from .estimate import autocorrelation_plot, convergence_plot, force_plot, spectrum_plot
-from .friction import friction_plot
+from .estimate import (
+    autocorrelation_plot,
+    convergence_plot,
+    force_plot,
+    friction_plot,
+    repeats_plot,
+    spectrum_plot,
+)
 from .plot import TITLES, Panel, Plot, Series, Tone, broken, labelled, line
-from .repeats import repeats_plot
 
 _ROOM = 1.0  # about the instruments' range, against it
 #: By whether a method has instruments, and else regresses the inverse model.
@@ -29,6 +34,7 @@ _TONES: dict[tuple[bool, bool], Tone] = {
     (True, False): "model",
 }
 _FURTHER: tuple[Tone, ...] = ("other", "warm", "violet")
+_OF_ALL = ("convergence", "sweep")  # which no record has by itself
 
 
 def result_plots(result: Identification, sweep: "Sweep | None" = None) -> dict[str, Plot | Missing]:
@@ -342,3 +348,41 @@ def _gaps(record: Record) -> list[float]:
     """Times within the gaps between segments."""
     time = _times(record)
     return [float(time[start - 1] + time[start]) / 2 for start, _ in record.segments[1:]]
+
+
+def plots_by_record(
+    result: Identification, sweep: Sweep | None = None
+) -> dict[int, dict[str, Plot | Missing]]:
+    """Figures by the number of the record, from 1, and those of all under 0, each by its name.
+
+    A record's have its number in their names and titles. One record's are all under 0.
+
+    Parameters
+    ----------
+    result : Identification
+    sweep : Sweep, optional
+        Of the same records over the cut-off.
+    """
+    if not result.of_records:
+        return {0: result_plots(result, sweep)}
+    of_all: dict[str, Plot | Missing] = {"convergence": convergence_plot(result.preferred)}
+    if sweep is not None:
+        of_all["sweep"] = sweep_plot(sweep, result.prefilter.cutoff)
+    found = {0: of_all}
+    for i, (part, name) in enumerate(zip(result.parts, result.record_names, strict=True), 1):
+        found[i] = {
+            f"{key}-{i}": plot if isinstance(plot, Missing) else numbered(plot, i, name)
+            for key, plot in result_plots(part).items()
+            if key not in _OF_ALL
+        }
+    return found
+
+
+def numbered(plot: Plot, number: int, name: str) -> Plot:
+    """The plot of one of several records, with its number in name and title."""
+    return replace(
+        plot,
+        name=f"{plot.name}-{number}",
+        title=f"{plot.title}, record {number}",
+        caption=f"Record {number}, {name}. {plot.caption}",
+    )

@@ -1,20 +1,19 @@
 """The page of a fit of an output."""
 
-from dataclasses import replace
 from datetime import datetime
 from html import escape
 
 from axisid.estimation.fitting import OutputFit
 from axisid.presentation.blocks import Heading, Notes, Table
 from axisid.presentation.html import blocks_html
-from axisid.presentation.plots import Plot, output_plot
+from axisid.presentation.plots import Plot, numbered, output_plot
 from axisid.presentation.text import output_fit_document
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
 
 from .page import figures_html, model_html, page_of, simulated_html
-from .provenance import facts_html, made_by
-from .verdict import verdict_html
+from .parameters import verdict_html
+from .provenance import facts_html, made_by, made_text
 
 
 def fit_report_html(
@@ -55,7 +54,7 @@ def fit_report_html(
         model=model_html(axis),
         provenance=facts_html(
             {
-                "made": "" if made is None else made.isoformat(" ", "seconds"),
+                "made": made_text(made),
                 **facts,
                 **made_by(fit.axis),
             },
@@ -70,13 +69,9 @@ def fit_plots(fit: OutputFit) -> dict[int, dict[str, Plot | Missing]]:
     if len(fit.records) == 1:
         return {0: {"output": output_plot(fit)}}
     found: dict[int, dict[str, Plot | Missing]] = {0: {}}
-    for i in range(len(fit.records)):
-        plot, number = output_plot(fit, i), i + 1
-        found[number] = {
-            f"output-{number}": replace(
-                plot, name=f"{plot.name}-{number}", title=f"{plot.title}, record {number}"
-            )
-        }
+    for i, record in enumerate(fit.records, 1):
+        plot = output_plot(fit, i - 1)
+        found[i] = {f"output-{i}": numbered(plot, i, record.provenance.source)}
     return found
 
 

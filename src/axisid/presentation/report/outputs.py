@@ -2,15 +2,14 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from axisid.codegen.artefacts import replace_file
 from axisid.estimation.identification import Identification
 from axisid.estimation.studies import Sweep, Validation
 from axisid.presentation.plots import Plot, plots_by_record
 from axisid.support.errors import EstimationError, UsageError
+from axisid.support.files.regular_file import replace_file
 from axisid.support.remedy import as_options
 
 from .page import report_html, report_sweep
@@ -20,15 +19,31 @@ _PATIENCE = 1.0  # s
 Say = Callable[[str], None]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Outputs:
-    """What is asked for.
+def write_outputs(
+    result: Identification,
+    validations: Sequence[Validation],
+    say: Say,
+    *,
+    report: str | None = None,
+    figures: str | None = None,
+    form: str = "pdf",
+    width: float = 160.0,
+    swept: bool = True,
+    draws: int = 0,
+    command: str = "",
+) -> list[Path]:
+    """Write what is asked for and return the files.
 
-    Attributes
+    Parameters
     ----------
-    report : str or None
+    result : Identification
+    validations : sequence of Validation
+        On further records.
+    say : callable
+        Takes a line for the user.
+    report : str, optional
         File of the page.
-    figures : str or None
+    figures : str, optional
         Folder of the figures.
     form : {"pdf", "svg", "png"}
         Of the figures.
@@ -40,62 +55,40 @@ class Outputs:
         Of the page's intervals without the delta method; 0 for none.
     command : str
         What reproduces the result.
+
+    Raises
+    ------
+    UsageError
+        A place cannot be written to.
     """
+    if report is None and figures is None:
+        return []
+    cutoffs = _swept(result, say) if swept else None
+    written = []
+    try:
+        if report is not None:
+            page = report_html(
+                result,
+                cutoffs,
+                validation=validations,
+                draws=draws,
+                command=command,
+                made=datetime.now().astimezone(),
+                wording=as_options,
+            )
+            replace_file(Path(report), page)
+            written.append(Path(report))
+        if figures is not None:
+            from axisid.presentation.drawing import write_figures
 
-    report: str | None = None
-    figures: str | None = None
-    form: str = "pdf"
-    width: float = 160.0
-    swept: bool = True
-    draws: int = 0
-    command: str = ""
-
-    def write(
-        self, result: Identification, validations: Sequence[Validation], say: Say
-    ) -> list[Path]:
-        """Write what is asked for and return the files.
-
-        Parameters
-        ----------
-        result : Identification
-        validations : sequence of Validation
-            On further records.
-        say : callable
-            Takes a line for the user.
-
-        Raises
-        ------
-        UsageError
-            A place cannot be written to.
-        """
-        if self.report is None and self.figures is None:
-            return []
-        cutoffs = _swept(result, say) if self.swept else None
-        written = []
-        try:
-            if self.report is not None:
-                page = report_html(
-                    result,
-                    cutoffs,
-                    validation=validations,
-                    draws=self.draws,
-                    command=self.command,
-                    made=datetime.now().astimezone(),
-                    wording=as_options,
-                )
-                replace_file(Path(self.report), page)
-                written.append(Path(self.report))
-            if self.figures is not None:
-                from axisid.presentation.drawing import write_figures
-
-                found = plots_by_record(result, cutoffs).values()
-                every = (plot for of_one in found for plot in of_one.values())
-                plots = [plot for plot in every if isinstance(plot, Plot)]
-                written += write_figures(plots, Path(self.figures), self.form, self.width)
-        except OSError as error:
-            place = error.filename or self.report or self.figures
-            raise UsageError(f"{place} cannot be written: {error.strerror}.") from error
-        return written
+            found = plots_by_record(result, cutoffs).values()
+            every = (plot for of_one in found for plot in of_one.values())
+            plots = [plot for plot in every if isinstance(plot, Plot)]
+            written += write_figures(plots, Path(figures), form, width)
+    except OSError as error:
+        place = error.filename or report or figures
+        raise UsageError(f"{place} cannot be written: {error.strerror}.") from error
+    return written
 
 
 def _swept(result: Identification, say: Say) -> Sweep | None:

@@ -1,14 +1,22 @@
-"""The page: every part in its place, and nothing from outside."""
+"""The page: every part in its place, the figures as data inside it, and nothing from outside.
+
+The data are small, and harmless whatever the names in them are: each array is stored once, as
+32-bit floats in base64; one with even steps as start, step, count.
+"""
 
 import base64
 import hashlib
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import datetime
 from html import escape
 from importlib.resources import files
 from string import Template
+from typing import Any
 
+import numpy as np
 import sympy
+from numpy.typing import NDArray
 
 from axisid.estimation.identification import Identification
 from axisid.estimation.studies import Sweep, Validation, default_cutoffs, sweep
@@ -16,20 +24,126 @@ from axisid.modeling.declaration import Axis, ControlLaw, Memory, equation_of_mo
 from axisid.modeling.quantities import FORCE, Coordinate, Formula, written
 from axisid.presentation.formulas import formula_mathml
 from axisid.presentation.html import prose_html
-from axisid.presentation.plots import TITLES, Plot, plots_by_record
+from axisid.presentation.plots import SHADED, TITLES, Panel, Plot, Series, plots_by_record
 from axisid.presentation.saved import identification_facts
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_arguments
 from axisid.support.version import __version__
 
-from .embedding import figures_data, script_json
-from .parameters import parameters_html
+from .parameters import parameters_html, verdict_html
 from .provenance import provenance_html, truth_text
-from .verdict import verdict_html
 
+Array = NDArray[np.float64]
+
+_MOST_POINTS = 30_000  # of a curve; more become the least and the largest of each stretch
+_EVEN = 1e-6  # of a step
 _PAIRS = (("friction", "convergence"), ("autocorrelation", "spectrum"))  # beside one another
 _SCRIPTS = ("ticks.js", "panel.js", "plot.js", "page.js")
 _CUTOFFS = 8
+
+
+def script_json(value: Any) -> str:
+    """JSON for the inside of a script element, which nothing in it can end."""
+    text = json.dumps(value, allow_nan=False, separators=(",", ":"))
+    for sign in "<>&\u2028\u2029":
+        text = text.replace(sign, f"\\u{ord(sign):04x}")
+    return text
+
+
+def figures_data(plots: Iterable[Plot]) -> dict[str, Any]:
+    """What the page's script draws: ``arrays`` in base64, and ``plots`` that refer to them."""
+    pool = _Pool()
+    listed = [_plot_data(plot, pool) for plot in plots]
+    return {"arrays": list(pool.numbers), "plots": listed}
+
+
+class _Pool:
+    """Arrays by content; insertion order is their number."""
+
+    def __init__(self) -> None:
+        self.numbers: dict[str, int] = {}
+
+    def put(self, values: Array | None) -> Any:
+        if values is None:
+            return None
+        if len(values) > 2 and _is_even(values):
+            step = float(values[-1] - values[0]) / (len(values) - 1)
+            return {"start": float(values[0]), "step": step, "count": len(values)}
+        content = base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")
+        return self.numbers.setdefault(content, len(self.numbers))
+
+
+def _is_even(values: Array) -> bool:
+    steps = np.diff(values)
+    return bool(steps[0] != 0 and np.all(np.abs(steps - steps.mean()) <= _EVEN * abs(steps[0])))
+
+
+def _plot_data(plot: Plot, pool: _Pool) -> dict[str, Any]:
+    return {
+        "name": plot.name,
+        "x_label": plot.x_label,
+        "log": plot.log,
+        "whole": plot.whole,
+        "shaded": plot.shaded,
+        "shade": SHADED,
+        "marks": plot.marks,
+        "panels": [_panel_data(panel, pool) for panel in plot.panels],
+    }
+
+
+def _panel_data(panel: Panel, pool: _Pool) -> dict[str, Any]:
+    return {
+        "label": panel.label,
+        "log": panel.log,
+        "weight": panel.weight,
+        "span": panel.span,
+        "levels": panel.levels,
+        "series": [_series_data(series, pool) for series in panel.series],
+    }
+
+
+def _series_data(series: Series, pool: _Pool) -> dict[str, Any]:
+    x, y = series.x, series.y
+    if len(x) > _MOST_POINTS and series.low is None:
+        if series.kind == "line":
+            x, y = thinned(x, y, _MOST_POINTS)
+        else:
+            every = -(-len(x) // _MOST_POINTS)
+            x, y = x[::every], y[::every]
+    return {
+        "label": series.label,
+        "kind": series.kind,
+        "tone": series.tone,
+        "broad": series.broad,
+        "dashed": series.dashed,
+        "aside": series.aside,
+        "x": pool.put(x),
+        "y": pool.put(y),
+        "low": pool.put(series.low),
+        "high": pool.put(series.high),
+    }
+
+
+def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
+    """The least and the largest value of each stretch, in their order, evenly in x.
+
+    Parameters
+    ----------
+    x, y : (n,) array
+        Even in x.
+    most : int
+        How many points may be left; extremes are kept whatever it is.
+    """
+    length = -(-len(x) // (most // 2))
+    starts = np.arange(0, len(x), length)
+    places: list[list[int]] = []
+    for start in starts:
+        part = y[start : start + length]
+        least, largest = int(part.argmin()), int(part.argmax())
+        places.append(sorted((int(start) + least, int(start) + largest)))
+    halves = (starts[:, None] + np.array([0.25, 0.75]) * length).ravel()
+    step = (x[-1] - x[0]) / (len(x) - 1)
+    return x[0] + step * halves, y[np.array(places).ravel()]
 
 
 def report_html(

@@ -40,6 +40,11 @@ def provenance_html(
     return facts_html(_facts(result, made, wording), command)
 
 
+def made_text(made: datetime | None) -> str:
+    """When a page was made; not told where it is not given."""
+    return "" if made is None else made.isoformat(" ", "seconds")
+
+
 def facts_html(facts: Mapping[str, str], command: str) -> str:
     """Facts by name, those without a text left out, and the command that gives the same again."""
     listed = "".join(
@@ -59,7 +64,7 @@ def _facts(result: Identification, made: datetime | None, wording: Wording) -> d
     facts = record_facts(result.record, wording)
     record = result.record
     return {
-        "made": "" if made is None else made.isoformat(" ", "seconds"),
+        "made": made_text(made),
         "axis": result.axis.axis.name,
         "left out": left_out_text(result.axis.declared),
         **(
@@ -119,8 +124,8 @@ def _of_records(result: Identification, wording: Wording) -> dict[str, str]:
             f"samples of record {i}": f"{len(record)} of {1e3 * record.period:.6g} ms, "
             f"{len(record) * record.period:.4g} s",
         }
-    facts = listed_facts([record_facts(record, wording) for record in result.records])
-    own = {name: text for name, text in facts.items() if not name.startswith("record")}
+    told = listed_facts([record_facts(record, wording) for record in result.records])
+    own = {name: text for name, text in told.items() if not name.startswith("record")}
     return {**facts, "truth": truth_text(result), **own}
 
 

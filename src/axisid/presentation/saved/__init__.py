@@ -14,6 +14,7 @@ from .identification import (
 )
 from .output_fit import (
     SavedFitValidation as SavedFitValidation,
+    SavedMonteCarlo as SavedMonteCarlo,
     SavedOutputFit as SavedOutputFit,
 )
 from .result_comparison import (
@@ -21,4 +22,3 @@ from .result_comparison import (
     compare_results as compare_results,
     result_comparison_document as result_comparison_document,
 )
-from .study import SavedMonteCarlo as SavedMonteCarlo

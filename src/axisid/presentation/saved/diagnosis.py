@@ -12,7 +12,6 @@ from axisid.estimation.diagnostics import Apart, Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.estimates import (
     Excitation,
     InstrumentTests,
-    Strength,
 )
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import Alignment, ColumnComparison
@@ -25,17 +24,19 @@ from axisid.presentation.schema import (
     WrittenApart,
     WrittenCheck,
     WrittenIdentification,
-    WrittenInstruments,
-    WrittenLackOfFit,
     WrittenLawCheck,
     WrittenLevels,
     WrittenMember,
     WrittenResidualTests,
-    WrittenSetting,
 )
 from axisid.support.arrays import Array, frozen
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting, as_options
+
+#: What numbers that are too large for a file were.
+_LARGE = dict.fromkeys(
+    ("inflation", "f", "conditional_f", "condition_number", "hac_excess"), math.inf
+)
 
 
 def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
@@ -43,17 +44,15 @@ def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
     units = {name: v.unit for name, v in written.estimates[0].parameters.items()}
     return Diagnosis(
         preferred=written.judged,
-        instruments=_instruments(written.instruments),
+        instruments=read_as(InstrumentTests, written.instruments, _LARGE)
+        if written.instruments
+        else None,
         excitation=tuple(
-            read_as(Excitation, e, {"inflation": math.inf}, name=name)
-            for name, e in written.excitation.items()
+            read_as(Excitation, e, _LARGE, name=name) for name, e in written.excitation.items()
         ),
         **_of_record(written, units),
         bands={
-            method: {
-                name: read_as(Band, band, interval=band.interval_95)
-                for name, band in of_one.items()
-            }
+            method: {name: read_as(Band, band) for name, band in of_one.items()}
             for method, of_one in (written.model_bands or {}).items()
         },
         differences={
@@ -75,17 +74,14 @@ def _of_record(
         "law": _law(written.law_check),
         "alignment": _alignment(written.alignment, units),
         "verdict": tuple(map(read_check, written.verdict)),
-        "lack_of_fit": _lack_of_fit(written.lack_of_fit) if written.lack_of_fit else None,
+        "lack_of_fit": read_as(LackOfFit, written.lack_of_fit, _LARGE)
+        if written.lack_of_fit
+        else None,
         "motions": {
             role: read_as(ColumnComparison, each)
             for role, each in (written.measured_motion or {}).items()
         },
     }
-
-
-def _lack_of_fit(written: WrittenLackOfFit) -> LackOfFit:
-    excess = {name: number(ratio, math.inf) for name, ratio in written.hac_excess.items()}
-    return read_as(LackOfFit, written, hac_excess=excess)
 
 
 def read_levels(written: WrittenLevels | UnsetType) -> Levels:
@@ -95,7 +91,13 @@ def read_levels(written: WrittenLevels | UnsetType) -> Levels:
 
 def read_check(written: WrittenCheck) -> Check:
     """A check as a file has it."""
-    remedy = None if written.remedy is UNSET else Remedy.of(*map(_part, written.remedy))
+    remedy = (
+        None
+        if written.remedy is UNSET
+        else Remedy.of(
+            *(part if isinstance(part, str) else read_as(Setting, part) for part in written.remedy)
+        )
+    )
     said = "" if remedy is None else remedy.worded(as_options)
     return read_as(
         Check,
@@ -105,35 +107,10 @@ def read_check(written: WrittenCheck) -> Check:
     )
 
 
-def _part(part: str | WrittenSetting) -> str | Setting:
-    """A text or a setting of a remedy."""
-    return part if isinstance(part, str) else Setting(part.name, part.value, part.given)
-
-
 def _law(written: WrittenLawCheck) -> LawCheck | Missing:
     if written.passed is None:
         return Missing(written.meaning.removeprefix(NOT_EVALUATED))
-    residual, fitted = written.residual_percent, written.fitted_residual_percent
-    return LawCheck(
-        factors=dict(written.factors or {}),
-        residual_percent=None if residual is UNSET else residual,
-        fitted_residual_percent=None if fitted is UNSET else fitted,
-        delay=written.delay or 0,
-        passed=written.passed,
-        meaning=written.meaning,
-    )
-
-
-def _instruments(written: WrittenInstruments | None) -> InstrumentTests | None:
-    if written is None:
-        return None
-    return InstrumentTests(
-        columns=tuple(
-            read_as(Strength, column, {"f": math.inf, "conditional_f": math.inf})
-            for column in written.columns
-        ),
-        condition_number=number(written.condition_number, math.inf),
-    )
+    return read_as(LawCheck, written, factors=dict(written.factors or {}), delay=written.delay or 0)
 
 
 def _alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment | Missing:

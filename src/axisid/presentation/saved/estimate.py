@@ -1,16 +1,16 @@
 """One method's estimate as its file has it: what can be said without the rows it was made from."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from typing import Any
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import is_output_error
 from axisid.estimation.estimates import Distribution, Estimate, Iterate, NamedValues, Value
 from axisid.estimation.regression import DrawSummary, ResidualTests
 from axisid.modeling.text import FunctionLike
-from axisid.presentation.documents import written_estimate
+from axisid.presentation.documents import number, read_as, written_estimate
 from axisid.presentation.schema import (
     Matrix,
     WrittenDrawn,
@@ -18,11 +18,10 @@ from axisid.presentation.schema import (
     WrittenPhysical,
     WrittenValue,
 )
-from axisid.support.arrays import Array, frozen
+from axisid.support.arrays import Array, Exact, frozen
 from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
-from axisid.support.uncached import Uncached
 from axisid.support.user_values import is_among, quoted
 
 from .diagnosis import read_residual_tests
@@ -36,8 +35,8 @@ class SavedForm:
     left: str
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class SavedEstimate(Uncached, Presentable):
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class SavedEstimate(Presentable, Exact):
     """An estimate that was read from a file, with the names of `Estimate`.
 
     Attributes
@@ -46,66 +45,113 @@ class SavedEstimate(Uncached, Presentable):
         What the file holds of it.
     row_period : float
         Time from one row of the regression to the next, s.
+    parameters, ddm_parameters : NamedValues
+        Physical parameters by name, and those of the direct model; none for an inverse model.
+    quantities, ddm_quantities : tuple of Quantity
+        The same without values, p and m of them; base parameters with what they are made of.
+    started : str
+        Where the iteration started; empty for least squares, and in older files.
+    iterates : tuple of Iterate
+        The start and every iterate; empty for least squares.
+    covariances, ddm_covariances : mapping of str to array
+        Of `parameters`, (p, p), and of `ddm_parameters`, (m, m), by name.
+    freedom : mapping of str to array
+        Degrees of freedom of the variances of `parameters`, (p,), of the chosen covariance.
+    curvatures : (p,) array
+        Second-order part of each physical parameter's deviation against the first.
+    gain_slopes, theta_gain_slopes : array or None
+        Of the physical parameters by the logarithm of the gain, (p,), where it is not exact; and
+        of the regression's own parameters, (k,).
+    method, chosen, covariance_names, correlation, residual_tests, remarks
+        As of an `Estimate`.
+    equation_error_percent, simulation_error_percent, condition_number, gain_relative_sd
+        As of an `Estimate`.
     """
 
     document: WrittenEstimate
     row_period: float
+    method: str
+    chosen: str
+    parameters: NamedValues
+    ddm_parameters: NamedValues
+    quantities: tuple[Quantity, ...]
+    ddm_quantities: tuple[Quantity, ...]
+    covariances: Mapping[str, Array]
+    ddm_covariances: Mapping[str, Array]
+    covariance_names: Mapping[str, str]
+    correlation: Array
+    freedom: Mapping[str, Array]
+    curvatures: Array
+    equation_error_percent: float
+    simulation_error_percent: float | None
+    condition_number: float
+    iterates: tuple[Iterate, ...]
+    started: str
+    residual_tests: ResidualTests
+    remarks: tuple[str, ...]
+    gain_relative_sd: float
+    gain_slopes: Array | None
+    theta_gain_slopes: Array | None
+
+    @classmethod
+    def of(cls, written: WrittenEstimate, row_period: float) -> "SavedEstimate":
+        """What a document tells of an estimate."""
+        chosen, direct = written.chosen_covariance, written.theta_ddm or {}
+        made = written.physical.base if written.physical else {}
+        names, free = [*written.parameters], written.freedom or {}
+        usual = written.rows - len(direct or names)
+        slopes = _in_order(names, written.gain_slopes)
+        return read_as(
+            cls,
+            written,
+            document=written,
+            row_period=row_period,
+            chosen=chosen,
+            parameters=named(written.parameters, chosen),
+            ddm_parameters=named(direct, chosen),
+            quantities=tuple(
+                Quantity(name=name, unit=v.unit, expression=made.get(name, ""))
+                for name, v in written.parameters.items()
+            ),
+            ddm_quantities=tuple(
+                Quantity(name=name, unit=v.unit, expression=v.expression)
+                for name, v in direct.items()
+            ),
+            covariances=arrays(written_covariances(written)),
+            ddm_covariances=arrays(written_ddm_covariances(written)),
+            freedom={chosen: frozen([free.get(name, usual) for name in names])},
+            curvatures=frozen([number(c, math.inf) for c in written.curvatures.values()]),
+            iterates=tuple(_iterates(written)),
+            started=written.started or "",
+            residual_tests=read_residual_tests(written.residual_tests),
+            gain_slopes=slopes,
+            theta_gain_slopes=_in_order(direct, written.theta_ddm_gain_slopes)
+            if direct
+            else slopes,
+        )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return SavedEstimate.of, (self.document, self.row_period)
 
     def __repr__(self) -> str:
         return f"{self.method}: {self.parameters.listed()}"
-
-    @property
-    def method(self) -> str:
-        """``idm-ls``, ``ddm-ls``, ``idm-iv``, ``ddm-iv`` or ``didim``."""
-        return self.document.method
-
-    @property
-    def chosen(self) -> str:
-        """Of `covariances`, what intervals, draws, curvatures and tests are of."""
-        return self.document.chosen_covariance
 
     def __getitem__(self, name: str) -> Value:
         """One of `parameters`."""
         return self.parameters[name]
 
-    @cached_property
-    def parameters(self) -> NamedValues:
-        """Physical parameters by name."""
-        return named(self.document.parameters, self.chosen)
-
-    @cached_property
-    def ddm_parameters(self) -> NamedValues:
-        """Parameters of the direct model by name; empty for an inverse model."""
-        return named(self.document.theta_ddm or {}, self.chosen)
-
     @property
     def is_direct(self) -> bool:
         """Whether a direct model was regressed."""
-        return bool(self.ddm_parameters)
-
-    @property
-    def quantities(self) -> tuple[Quantity, ...]:
-        """Physical parameters, length p; base parameters with what they are made of."""
-        made = self.document.physical.base if self.document.physical else {}
-        return tuple(
-            Quantity(name=name, unit=v.unit, expression=made.get(name, ""))
-            for name, v in self.parameters.items()
-        )
-
-    @property
-    def ddm_quantities(self) -> tuple[Quantity, ...]:
-        """Of the direct model, length m; empty for an inverse model."""
-        written = self.document.theta_ddm or {}
-        return tuple(
-            Quantity(name=name, unit=v.unit, expression=v.expression) for name, v in written.items()
-        )
+        return bool(self.ddm_quantities)
 
     @property
     def form(self) -> SavedForm:
         """What the regression estimated."""
-        if self.ddm_quantities:
-            return SavedForm(quantities=self.ddm_quantities, left="acceleration")
-        return SavedForm(quantities=self.quantities, left="force")
+        return SavedForm(
+            quantities=self.ddm_quantities or self.quantities,
+            left="acceleration" if self.is_direct else "force",
+        )
 
     @property
     def by_output_error(self) -> bool:
@@ -128,91 +174,10 @@ class SavedEstimate(Uncached, Presentable):
         """Physical parameters less the bias of filter and noise, where that is known, (p,)."""
         return frozen([v.corrected for v in self.parameters.values()])
 
-    @cached_property
-    def covariances(self) -> Mapping[str, Array]:
-        """Of `physical`, (p, p), by name: ``iid``, ``robust`` and ``hac``."""
-        return arrays(written_covariances(self.document))
-
     @property
     def covariance(self) -> Array:
         """Of the physical parameters, (p, p): the chosen one, whose deviations are printed."""
         return self.covariances[self.chosen]
-
-    @cached_property
-    def ddm_covariances(self) -> Mapping[str, Array]:
-        """Of the direct model's parameters, (m, m): ``iid``, ``hac`` and the chosen one."""
-        return arrays(written_ddm_covariances(self.document))
-
-    @property
-    def correlation(self) -> Array:
-        """Correlation matrix of the physical parameters, (p, p), of the chosen covariance."""
-        return frozen(self.document.correlation)
-
-    @property
-    def covariance_names(self) -> Mapping[str, str]:
-        """What each covariance is, with lags and corrections."""
-        return self.document.covariance_names
-
-    @property
-    def freedom(self) -> Mapping[str, Array]:
-        """Degrees of freedom of the variances of `physical`, (p,), of the chosen covariance."""
-        written = self.document.freedom or {}
-        usual = self.document.rows - len(self.form.quantities)
-        return {self.chosen: frozen([written.get(q.name, usual) for q in self.quantities])}
-
-    @property
-    def equation_error_percent(self) -> float:
-        """``100 ||y - X theta|| / ||y||``."""
-        return self.document.equation_error_percent
-
-    @property
-    def simulation_error_percent(self) -> float | None:
-        """``100 ||y - simulated|| / ||y||``; None where the loop could not be simulated."""
-        return self.document.simulation_error_percent
-
-    @property
-    def condition_number(self) -> float:
-        """Of the regressor as it was, not scaled."""
-        return self.document.condition_number
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """What the user should know about this estimate."""
-        return self.document.remarks
-
-    @property
-    def curvatures(self) -> Array:
-        """Second-order part of each physical parameter's deviation against the first, (p,)."""
-        values = self.document.curvatures.values()
-        return frozen([math.inf if c is None else c for c in values])
-
-    @property
-    def iterates(self) -> tuple[Iterate, ...]:
-        """The start and every iterate; empty for least squares."""
-        d = self.document
-        return tuple(
-            Iterate(
-                physical=frozen([*physical.values()]),
-                theta=frozen([*theta.values()]),
-                simulation_error_percent=error,
-            )
-            for physical, theta, error in zip(
-                d.iterations,
-                d.theta_ddm_iterations or d.iterations,
-                d.iteration_simulation_errors_percent,
-                strict=True,
-            )
-        )
-
-    @property
-    def started(self) -> str:
-        """Where the iteration started; empty for least squares, and in older files."""
-        return self.document.started or ""
-
-    @cached_property
-    def residual_tests(self) -> ResidualTests:
-        """Tests of the residuals."""
-        return read_residual_tests(self.document.residual_tests)
 
     def derive(self, function: FunctionLike) -> Value:
         """Any function of the physical parameters, with its unit and interval.
@@ -255,9 +220,7 @@ class SavedEstimate(Uncached, Presentable):
             The file has no such draws.
         """
         drawn = self._drawn(function, draws)
-        median, low, high = (
-            math.nan if x is None else x for x in (drawn.median, *drawn.interval_95)
-        )
+        median, low, high = map(number, (drawn.median, *drawn.interval_95))
         value = self.parameters[function]
         return DrawSummary(
             value=value.value,
@@ -297,23 +260,6 @@ class SavedEstimate(Uncached, Presentable):
         return float(max([own, *self.curvatures[gradient != 0]]))
 
     @property
-    def gain_relative_sd(self) -> float:
-        """Of the drive gain that scaled the force: 0 if the force was measured or it is exact."""
-        return self.document.gain_relative_sd
-
-    @property
-    def gain_slopes(self) -> Array | None:
-        """Of the physical parameters by the logarithm of the gain, (p,), where it is not exact."""
-        return _slopes(self.parameters, self.document.gain_slopes)
-
-    @property
-    def theta_gain_slopes(self) -> Array | None:
-        """The same of the regression's own parameters, (k,)."""
-        if self.is_direct:
-            return _slopes(self.ddm_parameters, self.document.theta_ddm_gain_slopes)
-        return self.gain_slopes
-
-    @property
     def distribution(self) -> Distribution:
         """Of the physical parameters."""
         slopes = self.gain_slopes
@@ -330,10 +276,23 @@ class SavedEstimate(Uncached, Presentable):
 
 def estimate_facts(estimate: Estimate) -> SavedEstimate:
     """What an estimate tells without its rows, which is all that tables show."""
-    return SavedEstimate(document=written_estimate(estimate), row_period=estimate.row_period)
+    return SavedEstimate.of(written_estimate(estimate), estimate.row_period)
 
 
-def _slopes(names: Iterable[str], written: Mapping[str, float] | None) -> Array | None:
+def _iterates(written: WrittenEstimate) -> Iterator[Iterate]:
+    """The start and every iterate."""
+    thetas = written.theta_ddm_iterations or written.iterations
+    errors = written.iteration_simulation_errors_percent
+    for physical, theta, error in zip(written.iterations, thetas, errors, strict=True):
+        yield Iterate(
+            physical=frozen([*physical.values()]),
+            theta=frozen([*theta.values()]),
+            simulation_error_percent=error,
+        )
+
+
+def _in_order(names: Iterable[str], written: Mapping[str, float] | None) -> Array | None:
+    """Figures of a document by name in the order of the names, where there are any."""
     return None if written is None else frozen([written[name] for name in names])
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import overload
+from typing import TypeVar, overload
 
 from axisid.codegen.artefacts import signature
 from axisid.modeling.declaration import Axis, fix, leave_out
@@ -26,11 +26,11 @@ from axisid.support.files.result_file import AS_WRITTEN, WRITE_AGAIN
 from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import quoted
 
-from .contradictions import contradiction, refuse_contradictions
-from .drive import refuse_other_drive
+from .contradictions import contradiction, refuse_contradictions, refuse_other_drive
 from .identification import SavedIdentification
-from .output_fit import SavedFitValidation, SavedOutputFit, read_output_fit
-from .study import SavedMonteCarlo
+from .output_fit import SavedFitValidation, SavedMonteCarlo, SavedOutputFit, read_output_fit
+
+T = TypeVar("T")
 
 _REFUSED = {
     "axisid.stream/1": Note(
@@ -76,14 +76,12 @@ def _path(file: object) -> Path:
 def _checked(file: Path, document: WrittenIdentification) -> SavedIdentification:
     """Refuse what does not belong together, and what cannot be computed from."""
     refuse_contradictions(document, str(file))
-    saved = SavedIdentification(file=str(file), document=document)
-    estimates = saved.estimates.values()
-    _told(str(file), lambda: (saved.summary(full=True), saved.requested))
-    _told(str(file), lambda: [(each.residual_tests, each.iterates) for each in estimates])
+    saved = _told(str(file), lambda: SavedIdentification.of(str(file), document))
+    _told(str(file), lambda: saved.summary(full=True))
     return saved
 
 
-def _told(file: str, tell: Callable[[], object]) -> None:
+def _told(file: str, tell: Callable[[], T]) -> T:
     """Refuse figures that a file may have by its schema, and of which no page can be made.
 
     Raises
@@ -91,7 +89,7 @@ def _told(file: str, tell: Callable[[], object]) -> None:
     DataError
     """
     try:
-        tell()
+        return tell()
     except AxisidError as error:
         raise contradiction(file, str(error).removesuffix(".")) from error
     except (ArithmeticError, LookupError, TypeError, ValueError) as error:

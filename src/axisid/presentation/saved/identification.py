@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
-from msgspec import UnsetType
 from msgspec.structs import asdict
 
 from axisid.codegen.artefacts import GeneratedAxis, build
@@ -25,8 +25,9 @@ from axisid.estimation.studies import Validation, validate
 from axisid.estimation.tables import Provenance, Repair
 from axisid.modeling.declaration import Axis, Drive, left_out_text
 from axisid.modeling.quantities import Parameter, Signal
-from axisid.presentation.documents import written_identification
+from axisid.presentation.documents import read_as, written_identification
 from axisid.presentation.schema import (
+    WrittenDriveTime,
     WrittenIdentification,
     WrittenMember,
     WrittenPrefilter,
@@ -36,10 +37,9 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable, view_of
 from axisid.support.remedy import Wording
-from axisid.support.uncached import Uncached
 
+from .contradictions import written_drive
 from .diagnosis import read_diagnosis, read_levels
-from .drive import written_drive
 from .estimate import SavedEstimate, arrays, named, written_physical_covariances
 from .part import PartEstimate, SavedPart
 
@@ -140,8 +140,8 @@ class SavedPhysical(Exact):
     shows_more: bool
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class SavedIdentification(ByMethod, Uncached, Presentable):
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class SavedIdentification(ByMethod, Presentable, Exact):
     """An identification that was read from a file; see `load_result`.
 
     It has the names of `Identification`: ``saved["idm-iv"].parameters``, `verdict`, `summary`,
@@ -154,26 +154,103 @@ class SavedIdentification(ByMethod, Uncached, Presentable):
         What the file holds.
     declared : Axis or None
         The axis that was identified, if it is known.
+    name, signature : str
+        Of the axis, and of the generated code that identified it.
+    signals : tuple of Signal
+        Recorded signals that the axis has.
+    drive : Drive
+        How it follows its commands; its gain is 1.
+    drive_time : DriveTime or None
+        The drive's lag or delay where it was estimated.
+    estimates : mapping of str to SavedEstimate
+    physical : mapping of str to SavedPhysical
+        Declared parameters by method; empty where the estimates are of them already.
+    diagnosis : Diagnosis
+        What the tests of the result measured.
+    levels : Levels
+        From when on something was told as missing of the model.
+    requested : Prefilter or None
+        The prefilter before what it left open was chosen for the record, if that is known.
+    prefilter : Prefilter
+        With what was chosen for the record.
+    record : SavedRecord
+    sampling : Sampling
+        The samples that counted; of those near reversals how many, not which.
+    of_records : tuple of OfRecord
+        What there is to say of each of several records; empty for one.
+    local_names : mapping of str to tuple of str
+        Of each declared parameter that records have for themselves, its names by record.
+    declared_gain : float or None
+        The declared drive gain where it is identified; None where it is believed.
+    skipped, failed, set_aside : mapping of str to str
+        Methods that axis or record did not allow, methods that came to nothing, and records that
+        could not be used, with the reason.
     """
 
     file: str
     document: WrittenIdentification
     declared: Axis | None = None
+    name: str
+    signature: str
+    signals: tuple[Signal, ...]
+    drive: Drive
+    drive_time: DriveTime | None
+    estimates: Mapping[str, SavedEstimate]
+    physical: PhysicalByMethod[SavedPhysical]
+    diagnosis: Diagnosis
+    levels: Levels
+    requested: Prefilter | None
+    prefilter: Prefilter
+    record: SavedRecord
+    sampling: Sampling
+    of_records: tuple[OfRecord, ...]
+    local_names: Mapping[str, tuple[str, ...]]
+    declared_gain: float | None
+    skipped: Mapping[str, str]
+    failed: Mapping[str, str]
+    set_aside: Mapping[str, str]
+
+    @classmethod
+    def of(
+        cls, file: str, written: WrittenIdentification, declared: Axis | None = None
+    ) -> "SavedIdentification":
+        """What a document tells."""
+        record, drive, asked = saved_record(written.record), written.drive, written.requested
+        sampling = _sampling(written.prefilter, record)
+        step = record.period * written.prefilter.decimate
+        estimates = {e.method: SavedEstimate.of(e, step) for e in written.estimates}
+        physical = {method: _physical(estimate) for method, estimate in estimates.items()}
+        return read_as(
+            cls,
+            written,
+            file=file,
+            document=written,
+            declared=declared,
+            name=written.axis,
+            signals=tuple(Signal(s.name, s.unit, s.between) for s in written.signals or ()),
+            drive=written_drive(drive) if drive else Drive(gain=1.0),
+            drive_time=_drive_time(drive.estimated) if drive and drive.estimated else None,
+            estimates=estimates,
+            physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
+            diagnosis=read_diagnosis(written),
+            levels=read_levels(written.levels),
+            requested=None if asked is None else Prefilter(**asdict(asked)),
+            prefilter=sampling.prefilter,
+            record=record,
+            sampling=sampling,
+            of_records=tuple(map(_of_record, written.records or ())),
+            local_names=written.local or {},
+            declared_gain=written.declared_gain or None,
+            set_aside=written.set_aside or {},
+        )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return SavedIdentification.of, (self.file, self.document, self.declared)
 
     def __repr__(self) -> str:
         records = [self.document.record, *(m.record for m in (self.document.records or ())[1:])]
         source = " and ".join(record.source for record in records)
         return f"saved identification of {self.name} from {source}: {', '.join(self.estimates)}"
-
-    @property
-    def name(self) -> str:
-        """Of the axis."""
-        return self.document.axis
-
-    @property
-    def signature(self) -> str:
-        """Of the generated code that identified it."""
-        return self.document.signature
 
     @cached_property
     def axis(self) -> GeneratedAxis:
@@ -220,109 +297,9 @@ class SavedIdentification(ByMethod, Uncached, Presentable):
         return tuple({p.name: p for base in bases for p, _ in base.combined}.values())
 
     @property
-    def signals(self) -> tuple[Signal, ...]:
-        """Recorded signals that the axis has."""
-        return tuple(Signal(s.name, s.unit, s.between) for s in self.document.signals or ())
-
-    @property
-    def drive(self) -> Drive:
-        """How the drive follows its commands; its gain is 1."""
-        written = self.document.drive
-        return Drive(gain=1.0) if isinstance(written, UnsetType) else written_drive(written)
-
-    @cached_property
-    def drive_time(self) -> DriveTime | None:
-        """The drive's lag or delay where it was estimated."""
-        drive = self.document.drive
-        if isinstance(drive, UnsetType) or isinstance(drive.estimated, UnsetType):
-            return None
-        written = drive.estimated
-        return DriveTime(
-            name=written.of,
-            parameter=Parameter(written.name, "s", nominal=written.nominal),
-            value=written.value,
-            deviation=written.sd,
-            interval=written.interval_95,
-        )
-
-    @cached_property
-    def estimates(self) -> Mapping[str, SavedEstimate]:
-        """Estimates by method."""
-        written = self.document.estimates
-        step = self.document.record.sample_period * self.document.prefilter.decimate
-        return {e.method: SavedEstimate(document=e, row_period=step) for e in written}
-
-    @property
-    def requested(self) -> Prefilter | None:
-        """The prefilter before what it left open was chosen for the record, if that is known."""
-        written = self.document.requested
-        return None if written is None else Prefilter(**asdict(written))
-
-    @property
-    def skipped(self) -> Mapping[str, str]:
-        """Methods that axis or record did not allow, with the reason."""
-        return self.document.skipped
-
-    @property
-    def failed(self) -> Mapping[str, str]:
-        """Methods that came to nothing, with the reason."""
-        return self.document.failed
-
-    @property
     def preferred(self) -> SavedEstimate:
         """The estimate that is judged."""
         return self[self.document.judged]
-
-    @property
-    def levels(self) -> Levels:
-        """From when on something was told as missing of the model."""
-        return read_levels(self.document.levels)
-
-    @cached_property
-    def diagnosis(self) -> Diagnosis:
-        """What the tests of the result measured."""
-        return read_diagnosis(self.document)
-
-    @cached_property
-    def record(self) -> SavedRecord:
-        """The record that it was identified from, without its samples."""
-        return saved_record(self.document.record)
-
-    @cached_property
-    def prefilter(self) -> Prefilter:
-        """The filter, with what was chosen for the record."""
-        return _prefilter(self.document.prefilter, self.record.period)
-
-    @property
-    def sampling(self) -> Sampling:
-        """The samples that counted; of those near reversals how many, not which."""
-        return _sampling(self.document.prefilter, self.record)
-
-    @cached_property
-    def of_records(self) -> tuple[OfRecord, ...]:
-        """What there is to say of each of several records; empty for one."""
-        return tuple(map(_of_record, self.document.records or ()))
-
-    @property
-    def local_names(self) -> Mapping[str, tuple[str, ...]]:
-        """Of each declared parameter that records have for themselves, its names by record."""
-        return self.document.local or {}
-
-    @property
-    def declared_gain(self) -> float | None:
-        """The declared drive gain where it is identified; None where it is believed."""
-        return self.document.declared_gain or None
-
-    @property
-    def set_aside(self) -> Mapping[str, str]:
-        """Records that could not be used, with the reason."""
-        return self.document.set_aside or {}
-
-    @cached_property
-    def physical(self) -> PhysicalByMethod[SavedPhysical]:
-        """Declared parameters by method; empty where the estimates are of them already."""
-        found = {method: _physical(estimate) for method, estimate in self.estimates.items()}
-        return PhysicalByMethod((m, each) for m, each in found.items() if each is not None)
 
     def summary(self, draws: int = 0, *, every: bool = False, full: bool = False) -> str:
         """The same text as `Identification.summary`, of what the file holds.
@@ -355,10 +332,18 @@ class SavedIdentification(ByMethod, Uncached, Presentable):
             requested=self.requested,
             preferred_method=self.preferred.method,
             estimates={
-                method: PartEstimate(whole=estimate, joint=form, place=place)
+                method: PartEstimate(
+                    method=method,
+                    whole=estimate,
+                    joint=form,
+                    place=place,
+                    equation_error_percent=estimate.equation_error_percent,
+                    simulation_error_percent=estimate.simulation_error_percent,
+                )
                 for method, estimate in self.estimates.items()
             },
-            of_record=records[place],
+            record=records[place].record,
+            prefilter=records[place].sampling.prefilter,
             axis=form.members[place].axis,
         )
 
@@ -372,7 +357,18 @@ def identification_facts(
 ) -> SavedIdentification:
     """What an identification tells without its rows, which is all that tables show."""
     document = written_identification(result, draws, wording)
-    return SavedIdentification(file="", document=document, declared=result.axis.declared)
+    return SavedIdentification.of("", document, result.axis.declared)
+
+
+def _drive_time(written: WrittenDriveTime) -> DriveTime:
+    """A lag or a delay as it was found."""
+    return DriveTime(
+        name=written.of,
+        parameter=Parameter(written.name, "s", nominal=written.nominal),
+        value=written.value,
+        deviation=written.sd,
+        interval=written.interval_95,
+    )
 
 
 def saved_record(written: WrittenRecord) -> SavedRecord:

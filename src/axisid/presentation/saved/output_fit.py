@@ -1,20 +1,37 @@
-"""A fit of an output that was written as JSON, read again."""
+"""Fits of an output and studies that were written as JSON, read again."""
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any, cast
 
 import numpy as np
+from msgspec import UnsetType
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import Check, Levels
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.estimates import Distribution, NamedValues, Value, freedom_of
+from axisid.estimation.monte_carlo import (
+    CheckFigures,
+    Estimand,
+    EstimandFigures,
+    FailedRun,
+    Share,
+    StudyFigures,
+    declared_chain,
+)
+from axisid.estimation.twins import Chain
 from axisid.modeling.text import FunctionLike
-from axisid.presentation.documents import read_as
-from axisid.presentation.schema import WrittenFitted, WrittenFitValidation, WrittenOutputFit
-from axisid.support.arrays import Array, frozen
+from axisid.presentation.documents import number, read_as
+from axisid.presentation.schema import (
+    WrittenFitted,
+    WrittenFitValidation,
+    WrittenMonteCarlo,
+    WrittenOutputFit,
+)
+from axisid.support.arrays import Array, Exact, frozen
 from axisid.support.errors import DataError
 from axisid.support.files.result_file import WRITE_AGAIN
 from axisid.support.presentable import Presentable
@@ -24,8 +41,8 @@ from .diagnosis import read_check, read_levels
 from .identification import SavedRecord, saved_record
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class SavedOutputFit(Checked, Presentable):
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class SavedOutputFit(Checked, Presentable, Exact):
     """A fit that was read from a file, with the names of `OutputFit`; see `load_result`.
 
     Attributes
@@ -33,10 +50,61 @@ class SavedOutputFit(Checked, Presentable):
     file : str
     document : WrittenOutputFit
         What the file holds.
+    name : str
+        Of the axis.
+    output : str
+        What was followed.
+    outputs : tuple of str
+        The same one by one.
+    parameters : NamedValues
+        With unit, deviations and 95 % interval, by name.
+    covariance : (P, P) array
+        The one that was chosen; infinite where nothing shows a parameter.
+    error, error_percent : float
+        Root mean square of what is left, in the output's unit and of the recorded output; of
+        several records the largest.
+    records : tuple of SavedRecord
+        What it is of, without samples.
+    levels : Levels
+        From when on something was told as missing of the model.
+    checks : tuple of Check
+        Whether to believe it.
     """
 
     file: str
     document: WrittenOutputFit
+    name: str
+    output: str
+    outputs: tuple[str, ...]
+    parameters: NamedValues
+    covariance: Array
+    error: float
+    error_percent: float
+    records: tuple[SavedRecord, ...]
+    levels: Levels
+    checks: tuple[Check, ...]
+
+    @classmethod
+    def of(cls, file: str, written: WrittenOutputFit) -> "SavedOutputFit":
+        """What a document tells."""
+        chosen = written.chosen_covariance
+        return read_as(
+            cls,
+            written,
+            {"error_percent": math.inf},
+            file=file,
+            document=written,
+            name=written.axis,
+            outputs=_outputs(written),
+            parameters=NamedValues((n, _value(v, chosen)) for n, v in written.parameters.items()),
+            covariance=frozen([[number(x, math.inf) for x in row] for row in written.covariance]),
+            records=tuple(map(saved_record, written.records)),
+            levels=read_levels(written.levels),
+            checks=tuple(map(read_check, written.verdict)),
+        )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return SavedOutputFit.of, (self.file, self.document)
 
     def __repr__(self) -> str:
         return f"fit of the {self.output}: {self.parameters.listed()}"
@@ -45,31 +113,9 @@ class SavedOutputFit(Checked, Presentable):
         return self.parameters[name]
 
     @property
-    def name(self) -> str:
-        """Of the axis."""
-        return self.document.axis
-
-    @property
-    def output(self) -> str:
-        """What was followed."""
-        return self.document.output
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """The same one by one; files of one output need not say it of each record."""
-        told = (each.output or self.output for each in self.document.record_errors)
-        return tuple(dict.fromkeys(told))
-
-    @property
     def names(self) -> tuple[str, ...]:
         """Of the parameters."""
-        return tuple(self.document.parameters)
-
-    @cached_property
-    def parameters(self) -> NamedValues:
-        """The parameters with unit, deviations and 95 % interval, by name."""
-        chosen = self.document.chosen_covariance
-        return NamedValues((n, _value(v, chosen)) for n, v in self.document.parameters.items())
+        return tuple(self.parameters)
 
     def derive(self, function: FunctionLike) -> Value:
         """Any function of the parameters, as `OutputFit.derive`, under the chosen covariance."""
@@ -88,37 +134,6 @@ class SavedOutputFit(Checked, Presentable):
     def physical(self) -> Array:
         """The parameters, (P,)."""
         return frozen([v.value for v in self.parameters.values()])
-
-    @cached_property
-    def covariance(self) -> Array:
-        """The one that was chosen, (P, P); infinite where nothing shows a parameter."""
-        rows = [[math.inf if x is None else x for x in row] for row in self.document.covariance]
-        return frozen(np.array(rows, dtype=float))
-
-    @property
-    def error(self) -> float:
-        """Root mean square of what is left, in the output's unit."""
-        return self.document.error
-
-    @property
-    def error_percent(self) -> float:
-        """Of the recorded output; of several records the largest."""
-        return _or_infinite(self.document.error_percent)
-
-    @cached_property
-    def records(self) -> tuple[SavedRecord, ...]:
-        """What it is of, without samples."""
-        return tuple(map(saved_record, self.document.records))
-
-    @property
-    def levels(self) -> Levels:
-        """From when on something was told as missing of the model."""
-        return read_levels(self.document.levels)
-
-    @cached_property
-    def checks(self) -> tuple[Check, ...]:
-        """Whether to believe it."""
-        return tuple(map(read_check, self.document.verdict))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,8 +187,7 @@ def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
     """
     count = len(document.parameters)
     rows = [len(row) for row in document.covariance]
-    saved = SavedOutputFit(file=file, document=document)
-    left, followed = len(document.record_errors), len(saved.outputs)
+    left, followed = len(document.record_errors), len(_outputs(document))
     if rows != [count] * count or left != followed * len(document.records):
         raise DataError(
             f"{file} has {count} parameters and a covariance of {len(rows)}, and what is left of "
@@ -183,7 +197,12 @@ def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
         )
     for problem in _contradictions(document):
         raise contradiction(file, problem)
-    return saved
+    return SavedOutputFit.of(file, document)
+
+
+def _outputs(written: WrittenOutputFit) -> tuple[str, ...]:
+    """What was followed; files of one output need not say it of each record."""
+    return tuple(dict.fromkeys(each.output or written.output for each in written.record_errors))
 
 
 def _contradictions(document: WrittenOutputFit) -> Iterator[str]:
@@ -208,11 +227,78 @@ def _value(written: WrittenFitted, chosen: str) -> Value:
     return Value(
         value=written.value,
         unit=written.unit,
-        deviations={n: _or_infinite(sd) for n, sd in written.deviations.items()},
-        interval=(-math.inf if low is None else low, _or_infinite(high)),
+        deviations={n: number(sd, math.inf) for n, sd in written.deviations.items()},
+        interval=(number(low, -math.inf), number(high, math.inf)),
         chosen=chosen,
     )
 
 
-def _or_infinite(value: float | None) -> float:
-    return math.inf if value is None else value
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SavedMonteCarlo(StudyFigures, Presentable):
+    """A study that was read from a file, with the names of `MonteCarlo`; see `load_result`.
+
+    The numbers of each run are in the file of ``--output`` alone.
+
+    Attributes
+    ----------
+    file : str
+    document : WrittenMonteCarlo
+        What the file holds.
+    """
+
+    file: str
+    document: WrittenMonteCarlo
+
+    def __repr__(self) -> str:
+        methods = ", ".join(self.document.methods)
+        return f"Monte-Carlo study of {self.name}: {len(self)} twins by {methods}"
+
+    def __len__(self) -> int:
+        return self.document.done
+
+    @property
+    def name(self) -> str:
+        """Of the axis."""
+        return self.document.axis
+
+    @property
+    def chosen(self) -> str:
+        """Of `COVARIANCES`, what printed intervals are of."""
+        return str(self.document.settings["covariance"])
+
+    @property
+    def noise(self) -> Chain:
+        """Of the twins."""
+        twins = self.document.twins
+        if not isinstance(twins.chain, UnsetType):
+            return twins.chain
+        experiment = Chain(position=twins.position_noise, position_step=twins.resolution)
+        return declared_chain(experiment, **cast(Any, twins.noise))
+
+    @cached_property
+    def figures(self) -> tuple[EstimandFigures, ...]:
+        """What the runs tell of each estimand."""
+        return tuple(
+            read_as(EstimandFigures, each, estimand=read_as(Estimand, each))
+            for each in self.document.estimands
+        )
+
+    @cached_property
+    def check_figures(self) -> tuple[CheckFigures, ...]:
+        """How often each check ends how."""
+        return tuple(read_as(CheckFigures, each) for each in self.document.checks)
+
+    @property
+    def judged(self) -> int:
+        """How many runs there is a verdict of."""
+        return self.document.judged
+
+    @property
+    def objected(self) -> Share:
+        """How many of the verdicts any check fails in."""
+        return read_as(Share, self.document.objected)
+
+    @property
+    def failures(self) -> tuple[FailedRun, ...]:
+        """Runs that gave nothing, of a method or at all, with the reason."""
+        return tuple(read_as(FailedRun, each) for each in self.document.failures)

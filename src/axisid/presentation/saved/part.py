@@ -1,7 +1,7 @@
 """One of several records of a file: its axis, and the parameters that it has of those of all."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -25,35 +25,26 @@ class PartEstimate:
 
     Attributes
     ----------
+    method : str
     whole : SavedEstimate
     joint : JointForm
     place : int
         Of the record, from 0.
+    equation_error_percent, simulation_error_percent : float
+        Of all records; the latter None where they could not be simulated.
     """
 
+    method: str
     whole: SavedEstimate
     joint: JointForm
     place: int
+    equation_error_percent: float
+    simulation_error_percent: float | None
 
     @property
     def form(self) -> InverseForm:
         """Of the record's axis."""
         return InverseForm(self.joint.members[self.place].axis)
-
-    @property
-    def method(self) -> str:
-        """See `SavedEstimate`."""
-        return self.whole.method
-
-    @property
-    def equation_error_percent(self) -> float:
-        """Of all records."""
-        return self.whole.equation_error_percent
-
-    @property
-    def simulation_error_percent(self) -> float | None:
-        """Of all records."""
-        return self.whole.simulation_error_percent
 
     @cached_property
     def distribution(self) -> Distribution:
@@ -83,33 +74,21 @@ class SavedPart:
         That is judged.
     estimates : mapping of str to PartEstimate
         By method.
-    of_record : OfRecord
+    record : RecordInfo
+        Without its samples.
+    prefilter : Prefilter
+        Of the record.
     axis : GeneratedAxis
         With what is known of the record put in.
+    of_records, local_names
+        Nothing beside this one: what is the record's own is a parameter of its axis.
     """
 
     requested: Prefilter | None
     preferred_method: str
     estimates: Mapping[str, PartEstimate]
-    of_record: OfRecord
+    record: RecordInfo
+    prefilter: Prefilter
     axis: GeneratedAxis
-
-    @property
-    def record(self) -> RecordInfo:
-        """The record, without its samples."""
-        return self.of_record.record
-
-    @property
-    def prefilter(self) -> Prefilter:
-        """Of the record."""
-        return self.of_record.sampling.prefilter
-
-    @property
-    def of_records(self) -> tuple[OfRecord, ...]:
-        """None beside this one."""
-        return ()
-
-    @property
-    def local_names(self) -> Mapping[str, tuple[str, ...]]:
-        """None, as what is the record's own is a parameter of its axis."""
-        return {}
+    of_records: tuple[OfRecord, ...] = ()
+    local_names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

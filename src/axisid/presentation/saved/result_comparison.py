@@ -30,6 +30,7 @@ from axisid.presentation.schema import (
     plain,
 )
 from axisid.support.errors import DataError
+from axisid.support.number_text import or_dash
 from axisid.support.presentable import Presentable
 
 from .file import read_identification
@@ -118,14 +119,14 @@ def _table(results: ResultComparison, method: str) -> Table:
             *(f"{x:.6g}" for x in (d.first, d.second)),
             *(f"{x:.3g}" for x in (d.sd_first, d.sd_second)),
             f"{d.difference:+.3g}",
-            "-" if d.deviations is None else f"{d.deviations:+.2f}",
+            or_dash(d.deviations, "+.2f"),
         )
         for d in results.differences
         if d.method == method
     ]
     for kind in ("equation error", "simulation error"):
         pair = results.errors.get(f"{method} {kind}", (None, None))
-        cells = ["-" if x is None else f"{x:.4g}" for x in pair]
+        cells = [or_dash(x, ".4g") for x in pair]
         apart = "" if None in pair else f"{pair[1] - pair[0]:+.3g}"  # type: ignore[operator]
         rows.append((kind, "%", *cells, "", "", apart, ""))
     heads = (method.upper(), "unit", "A", "B", "sd A", "sd B", "B - A", "in deviations [1]")

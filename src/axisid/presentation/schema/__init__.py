@@ -4,19 +4,6 @@ In: a file. Out: its document, typed; the JSON schema.
 Knows nothing of results and how they are made.
 """
 
-from .base import JsonObject as JsonObject, Matrix as Matrix, about as about
-from .comparison import (
-    WrittenAlone as WrittenAlone,
-    WrittenCandidate as WrittenCandidate,
-    WrittenComparison as WrittenComparison,
-    WrittenCriteria as WrittenCriteria,
-    WrittenDifference as WrittenDifference,
-    WrittenHeldOut as WrittenHeldOut,
-    WrittenHeldOutBlocks as WrittenHeldOutBlocks,
-    WrittenNestedTest as WrittenNestedTest,
-    WrittenParameterCheck as WrittenParameterCheck,
-    WrittenResultComparison as WrittenResultComparison,
-)
 from .diagnosis import (
     WrittenAlignment as WrittenAlignment,
     WrittenBand as WrittenBand,
@@ -32,7 +19,13 @@ from .diagnosis import (
     WrittenSetting as WrittenSetting,
     WrittenStrength as WrittenStrength,
 )
-from .estimate import WrittenEstimate as WrittenEstimate
+from .estimate import (
+    WrittenAutocorrelation as WrittenAutocorrelation,
+    WrittenCrossCorrelation as WrittenCrossCorrelation,
+    WrittenEstimate as WrittenEstimate,
+    WrittenNormality as WrittenNormality,
+    WrittenResidualTests as WrittenResidualTests,
+)
 from .identification import (
     WrittenApart as WrittenApart,
     WrittenIdentification as WrittenIdentification,
@@ -41,24 +34,12 @@ from .identification import (
     WrittenSweep as WrittenSweep,
     WrittenValidation as WrittenValidation,
 )
-from .json_schema import results_schema as results_schema
-from .monte_carlo import (
-    WrittenCheckFigures as WrittenCheckFigures,
-    WrittenEstimand as WrittenEstimand,
-    WrittenFailedRun as WrittenFailedRun,
-    WrittenMean as WrittenMean,
-    WrittenMonteCarlo as WrittenMonteCarlo,
-    WrittenShare as WrittenShare,
-    WrittenTwins as WrittenTwins,
+from .reading import (
+    plain as plain,
+    read_document as read_document,
+    results_schema as results_schema,
+    schema_of as schema_of,
 )
-from .output_fit import (
-    WrittenFitted as WrittenFitted,
-    WrittenFitValidation as WrittenFitValidation,
-    WrittenLack as WrittenLack,
-    WrittenOutputFit as WrittenOutputFit,
-    WrittenRecordError as WrittenRecordError,
-)
-from .reading import plain as plain, read_document as read_document, schema_of as schema_of
 from .record import (
     WrittenDriveTime as WrittenDriveTime,
     WrittenPrefilter as WrittenPrefilter,
@@ -68,13 +49,33 @@ from .record import (
     WrittenResponse as WrittenResponse,
     WrittenSignal as WrittenSignal,
 )
-from .residuals import (
-    WrittenAutocorrelation as WrittenAutocorrelation,
-    WrittenCrossCorrelation as WrittenCrossCorrelation,
-    WrittenNormality as WrittenNormality,
-    WrittenResidualTests as WrittenResidualTests,
+from .studies import (
+    WrittenAlone as WrittenAlone,
+    WrittenCandidate as WrittenCandidate,
+    WrittenCheckFigures as WrittenCheckFigures,
+    WrittenComparison as WrittenComparison,
+    WrittenCriteria as WrittenCriteria,
+    WrittenDifference as WrittenDifference,
+    WrittenEstimand as WrittenEstimand,
+    WrittenFailedRun as WrittenFailedRun,
+    WrittenFitted as WrittenFitted,
+    WrittenFitValidation as WrittenFitValidation,
+    WrittenHeldOut as WrittenHeldOut,
+    WrittenHeldOutBlocks as WrittenHeldOutBlocks,
+    WrittenLack as WrittenLack,
+    WrittenMean as WrittenMean,
+    WrittenMonteCarlo as WrittenMonteCarlo,
+    WrittenNestedTest as WrittenNestedTest,
+    WrittenOutputFit as WrittenOutputFit,
+    WrittenParameterCheck as WrittenParameterCheck,
+    WrittenRecordError as WrittenRecordError,
+    WrittenResultComparison as WrittenResultComparison,
+    WrittenShare as WrittenShare,
+    WrittenTwins as WrittenTwins,
 )
 from .values import (
+    JsonObject as JsonObject,
+    Matrix as Matrix,
     WrittenDirectValue as WrittenDirectValue,
     WrittenDrawn as WrittenDrawn,
     WrittenHeld as WrittenHeld,
@@ -82,4 +83,5 @@ from .values import (
     WrittenLevels as WrittenLevels,
     WrittenPhysical as WrittenPhysical,
     WrittenValue as WrittenValue,
+    about as about,
 )

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
-from .base import JsonObject, WrittenResult, about
+from .values import JsonObject, WrittenResult, about
 
 
 class WrittenLawCheck(JsonObject, frozen=True, kw_only=True):

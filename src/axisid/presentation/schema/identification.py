@@ -5,7 +5,6 @@ from typing import Annotated
 
 from msgspec import UNSET, UnsetType
 
-from .base import JsonObject, WrittenResult, about
 from .diagnosis import (
     WrittenAlignment,
     WrittenBand,
@@ -25,7 +24,7 @@ from .record import (
     WrittenResponse,
     WrittenSignal,
 )
-from .values import WrittenHeld, WrittenKnown, WrittenLevels
+from .values import JsonObject, WrittenHeld, WrittenKnown, WrittenLevels, WrittenResult, about
 
 
 class WrittenMethodValidation(JsonObject, frozen=True, kw_only=True):

@@ -1,20 +1,42 @@
-"""Documents as plain data, and read from files."""
+"""Documents as plain data, read from files, and the JSON schema that is made of their classes."""
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 
 import msgspec
+from msgspec import json
 
 from axisid.support.errors import DataError
 from axisid.support.files.result_file import GIVE_RESULT, WRITE_AGAIN, read_result
 from axisid.support.remedy import Note
 
-from .base import JsonObject
+from .diagnosis import WrittenLawSearch
+from .identification import WrittenIdentification, WrittenSweep
+from .studies import (
+    WrittenComparison,
+    WrittenFitValidation,
+    WrittenMonteCarlo,
+    WrittenOutputFit,
+    WrittenResultComparison,
+)
+from .values import JsonObject
 
 Expected = TypeVar("Expected", bound=JsonObject)
 _SHOWN = 40  # letters
+_DOCUMENTS = (
+    WrittenIdentification,
+    WrittenSweep,
+    WrittenComparison,
+    WrittenResultComparison,
+    WrittenLawSearch,
+    WrittenOutputFit,
+    WrittenFitValidation,
+    WrittenMonteCarlo,
+)
+_REFERENCE = "#/$defs/{name}"
 
 
 def plain(document: JsonObject | Mapping[str, Any]) -> dict[str, Any]:
@@ -102,3 +124,46 @@ def _said(error: Exception) -> str:
     """What the decoder says, within a sentence: ``expected float, got str at $.rows``."""
     text = str(error).replace("`", "").replace(" - at ", " at ").removeprefix("JSON is malformed: ")
     return text[:1].lower() + text[1:]
+
+
+def results_schema() -> dict[str, Any]:
+    """The schema of every document that ``--json`` writes, draft 2020-12."""
+    refs, components = json.schema_components(_DOCUMENTS, ref_template=_REFERENCE)
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Results of axisid, version 1",
+        "description": "SI units. Numbers that are not finite are null.",
+        "oneOf": [_worded(each) for each in refs],
+        "$defs": {_name(name): _worded(each) for name, each in components.items()},
+    }
+
+
+def _name(of_class: str) -> str:
+    """``WrittenHeldOut`` is ``held_out``."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", of_class.removeprefix("Written")).lower()
+
+
+def _worded(part: Any) -> Any:
+    """A part of the schema, closed against members that it does not name."""
+    if isinstance(part, list):
+        return [_worded(each) for each in part]
+    if not isinstance(part, dict):
+        return part
+    made = {key: _worded(value) for key, value in part.items()}
+    if "$ref" in part:
+        made["$ref"] = _REFERENCE.format(name=_name(part["$ref"].rpartition("/")[2]))
+    if isinstance(part.get("description"), str):
+        made["description"] = " ".join(part["description"].split())
+    if "properties" in part and isinstance(part.get("title"), str):
+        del made["title"]
+        made["additionalProperties"] = False
+    return _joined(made)
+
+
+def _joined(part: dict[str, Any]) -> dict[str, Any]:
+    """A choice of plain types as one list of them."""
+    choices = part.get("anyOf")
+    if isinstance(choices, list) and all([*choice] == ["type"] for choice in choices):
+        joined = {"type": [choice["type"] for choice in choices]}
+        return {key: value for key, value in part.items() if key != "anyOf"} | joined
+    return part

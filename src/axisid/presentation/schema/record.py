@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
-from .base import JsonObject, about
+from .values import JsonObject, about
 
 
 class WrittenRepair(JsonObject, frozen=True, kw_only=True):

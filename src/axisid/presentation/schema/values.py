@@ -1,11 +1,29 @@
-"""Values with their uncertainty."""
+"""What all classes of documents have in common, and values with their uncertainty."""
 
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Literal, TypeAlias
 
-from msgspec import UNSET, Meta, UnsetType
+from msgspec import UNSET, Meta, Struct, UnsetType
 
-from .base import JsonObject, Matrix, about
+Matrix: TypeAlias = tuple[tuple[float, ...], ...]
+
+
+class JsonObject(Struct, frozen=True, kw_only=True):
+    """One object of a document; its members are written in the order of the fields."""
+
+
+def about(text: str) -> Meta:
+    """A field's description in the schema."""
+    return Meta(description=text)
+
+
+class WrittenResult(JsonObject, frozen=True, kw_only=True):
+    """A result of any kind, and what it is worth."""
+
+    belief: Annotated[
+        Literal["believed", "with care", "not believed"] | UnsetType,
+        about("How far the numbers can be believed; left out in files of earlier versions."),
+    ] = UNSET
 
 
 class WrittenValue(JsonObject, frozen=True, kw_only=True):

@@ -7,6 +7,8 @@ from .comparison import comparison_document as comparison_document
 from .details import checks_table as checks_table
 from .estimate import (
     iterations as iterations,
+    moves_notes as moves_notes,
+    physical_notes as physical_notes,
     quantity as quantity,
     saved_estimate_document as saved_estimate_document,
 )
@@ -20,22 +22,20 @@ from .identification import (
     shared_remarks as shared_remarks,
     verdict_block as verdict_block,
 )
-from .law_search import law_search_document as law_search_document
-from .moves import moves_notes as moves_notes
 from .output_fit import (
     output_fit_document as output_fit_document,
     saved_fit_document as saved_fit_document,
 )
-from .physical import physical_notes as physical_notes
 from .record import (
     listed_facts as listed_facts,
     record_document as record_document,
     record_facts as record_facts,
     records_table as records_table,
 )
-from .sweep import sweep_document as sweep_document
-from .validation import (
+from .studies import (
     fit_validation_document as fit_validation_document,
+    law_search_document as law_search_document,
+    sweep_document as sweep_document,
     validation_document as validation_document,
     validation_table as validation_table,
 )

@@ -23,6 +23,7 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.support.missing import Missing
+from axisid.support.number_text import or_dash
 from axisid.support.remedy import Note, Wording, as_arguments
 
 from .estimate import quantity
@@ -33,7 +34,6 @@ from .record import (
     record_facts,
     rows_text,
     set_aside_facts,
-    several_rows_text,
 )
 
 _ABREAST = 4  # candidates in one table
@@ -142,19 +142,15 @@ def _errors(candidates: Sequence[Candidate]) -> Table:
         (
             c.name,
             str(c.size),
-            _percent(c.estimate.equation_error_percent),
-            _percent(c.equation.error_percent),
-            _percent(c.estimate.simulation_error_percent),
-            _percent(None if c.simulation is None else c.simulation.error_percent),
+            or_dash(c.estimate.equation_error_percent, ".4f"),
+            or_dash(c.equation.error_percent, ".4f"),
+            or_dash(c.estimate.simulation_error_percent, ".4f"),
+            or_dash(None if c.simulation is None else c.simulation.error_percent, ".4f"),
             *(_above(getattr(c.criteria, name), value) for name, value in least.items()),
         )
         for c in candidates
     )
     return Table(columns=text_columns(heads), rows=rows)
-
-
-def _percent(error: float | None) -> str:
-    return "-" if error is None else f"{error:.4f}"
 
 
 def _above(value: float, least: float) -> str:
@@ -167,19 +163,15 @@ def _tests(c: Comparison) -> Table:
         (
             f"{t.smaller} in {t.larger}",
             str(t.restrictions),
-            _statistic(t.f),
+            or_dash(t.f, ".4g"),
             _p(t.f_p),
-            _statistic(t.wald),
+            or_dash(t.wald, ".4g"),
             _p(t.wald_p),
         )
         for t in c.tests
     )
     heads = ("nested model", "restrictions", "F [3]", "p", "Wald/q, HAC [4]", "p")
     return Table(columns=text_columns(heads), rows=rows)
-
-
-def _statistic(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4g}"
 
 
 def _p(value: float | None) -> str:
@@ -333,8 +325,5 @@ def _rows(c: Comparison) -> str:
     used, drive = len(c.candidates[0].estimate.y), c.candidates[0].axis.axis.drive
     measured = c.record.force is not None
     force = force_told(drive, drive.remark, is_gain=drive.is_gain, measured=measured)
-    if len(c.records) == 1:
-        return rows_text(c.data.sampling, used, force, c.record.motion)
     samplings = [data.sampling for data in c.problem.data]
-    motions = [data.record.motion for data in c.problem.data]
-    return several_rows_text(samplings, used, force, motions)
+    return rows_text(samplings, used, force, [data.record.motion for data in c.problem.data])

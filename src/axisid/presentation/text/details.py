@@ -19,6 +19,7 @@ from axisid.presentation.blocks import (
 from axisid.presentation.formulas import figure_text
 from axisid.presentation.saved import SavedEstimate
 from axisid.support.missing import Missing
+from axisid.support.number_text import or_dash
 from axisid.support.remedy import Wording
 
 
@@ -67,7 +68,7 @@ def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> Table:
 def _figures(value: Value) -> list[str]:
     ends = [f"{end:.6g}" for end in value.interval]
     deviations = (*(value.deviations[name] for name in COVARIANCES), value.sd_gain)
-    bias = "-" if value.filter_bias is None else f"{value.filter_bias:+.2g}"
+    bias = or_dash(value.filter_bias, "+.2g")
     return [*ends, *(f"{sd:.3g}" for sd in deviations), bias]
 
 
@@ -209,7 +210,13 @@ def checks_table(checks: Sequence[Check], *, sources: bool = False) -> Table:
     """Every check with its figure and threshold, and on request of what, and whose threshold."""
     rows = (
         (
-            *(c.name, c.status, _number(c.figure), _number(c.threshold), _number(c.p_value)),
+            *(
+                c.name,
+                c.status,
+                or_dash(c.figure, ".3g"),
+                or_dash(c.threshold, ".3g"),
+                or_dash(c.p_value, ".3g"),
+            ),
             *((c.source,) if sources else ()),
         )
         for c in checks
@@ -217,7 +224,3 @@ def checks_table(checks: Sequence[Check], *, sources: bool = False) -> Table:
     columns = text_columns(["", "status", "figure", "threshold", "p"])
     columns += (Column("of what, and whose threshold", align="left"),) if sources else ()
     return Table(columns=columns, rows=tuple(rows), title="Checks")
-
-
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3g}"

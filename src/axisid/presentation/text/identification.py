@@ -32,14 +32,12 @@ from axisid.presentation.saved import (
     SavedPhysical,
     identification_facts,
 )
-from axisid.support.number_text import range_text
+from axisid.support.number_text import or_dash, range_text
 from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, Setting, Wording, as_arguments, as_options, worded
 
 from .details import checks_table, details_document
-from .estimate import iterations, places, quantity
-from .moves import band_row, moves_notes
-from .physical import physical_notes
+from .estimate import band_row, iterations, moves_notes, physical_notes, places, quantity
 from .record import (
     force_told,
     record_facts,
@@ -48,7 +46,6 @@ from .record import (
     set_aside_facts,
     several_facts,
     several_notes,
-    several_rows_text,
     signals_text,
 )
 
@@ -212,11 +209,9 @@ def _rows_text(result: SavedIdentification) -> str:
         is_gain=not result.document.drive_force,
         measured=result.record.has_force,
     )
-    if result.of_records:
-        samplings = [of_one.sampling for of_one in result.of_records]
-        motions = [of_one.record.motion for of_one in result.of_records]
-        return several_rows_text(samplings, used, force, motions)
-    return rows_text(result.sampling, used, force, result.record.motion)
+    samplings = [of_one.sampling for of_one in result.of_records] or [result.sampling]
+    motions = [of_one.record.motion for of_one in result.of_records] or [result.record.motion]
+    return rows_text(samplings, used, force, motions)
 
 
 def _heading(result: SavedIdentification, wording: Wording) -> Heading:
@@ -269,7 +264,7 @@ def _estimates_table(estimates: Sequence[SavedEstimate], diagnosis: Diagnosis) -
     rows += _value_rows([e.ddm_parameters for e in estimates], _labels(first.ddm_quantities))
     rows += [
         ("equation error", "%", *map(_equation_error, estimates)),
-        ("simulation error", "%", *(_percent(e.simulation_error_percent) for e in estimates)),
+        ("simulation error", "%", *(or_dash(e.simulation_error_percent, ".4f") for e in estimates)),
         ("rows", "", *(str(e.document.rows) for e in estimates)),
         ("condition number", "", *(f"{e.condition_number:.3f}" for e in estimates)),
         ("iterations", "", *map(iterations, estimates)),
@@ -279,11 +274,7 @@ def _estimates_table(estimates: Sequence[SavedEstimate], diagnosis: Diagnosis) -
 
 def _equation_error(estimate: SavedEstimate) -> str:
     """Of rows of the measured motion; that of the loop's rows is the simulation error."""
-    return _percent(None if estimate.by_output_error else estimate.equation_error_percent)
-
-
-def _percent(error: float | None) -> str:
-    return "-" if error is None else f"{error:.4f}"
+    return or_dash(None if estimate.by_output_error else estimate.equation_error_percent, ".4f")
 
 
 def preferred_physical(result: SavedIdentification) -> dict[str, SavedPhysical]:

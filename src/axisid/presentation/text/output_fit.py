@@ -36,7 +36,7 @@ _COVARIANCES = {
 
 def output_fit_document(fit: OutputFit, *, wording: Wording = as_arguments) -> Document:
     """Heading, parameters, what is left of each record, the verdict and notes."""
-    facts = SavedOutputFit(file="", document=written_output_fit(fit, wording))
+    facts = SavedOutputFit.of("", written_output_fit(fit, wording))
     return saved_fit_document(facts, wording=wording, declared=fit.axis.declared)
 
 

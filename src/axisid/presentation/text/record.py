@@ -12,31 +12,57 @@ from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import Signal
 from axisid.presentation.blocks import Document, Heading, Table, text_columns
 from axisid.presentation.saved import SavedIdentification
+from axisid.support.number_text import or_dash
 from axisid.support.remedy import Note, Wording, as_arguments
 
 
-def rows_text(sampling: Sampling, used: int, force: Sequence[str], motion: Sequence[str]) -> str:
-    """How a record became the rows of a regression, for the notes of a table.
+def rows_text(
+    samplings: Sequence[Sampling],
+    used: int,
+    force: Sequence[str],
+    motions: Sequence[Sequence[str]],
+) -> str:
+    """How records became the rows of one regression, for the notes of a table.
 
     Parameters
     ----------
-    sampling : Sampling
+    samplings : sequence of Sampling
+        Of each record.
     used : int
         Rows of the regression.
     force : sequence of str
         What is taken as the force, as `force_told` has it.
-    motion : sequence of str
-        What of the motion was.
+    motions : sequence of sequence of str
+        What of the motion was measured in each record.
     """
-    start, end = sampling.filter.dropped
-    masked, quiet = sampling.masked_rows, sampling.excluded_samples
+    masked = sum(sampling.masked_rows for sampling in samplings)
+    quiet = sum(sampling.excluded_samples for sampling in samplings)
     lost = f", {masked} left out that masked samples reach" if masked else ""
-    each = " of each" if sampling.segments else ""
     lost += f", {quiet} samples near reversals and rests left out before" if quiet else ""
+    filters = dict.fromkeys(
+        filter_text(sampling, force, motion)
+        for sampling, motion in zip(samplings, motions, strict=True)
+    )
+    samples = sum(sampling.samples for sampling in samplings)
+    return f"{used} rows of {samples} samples{_dropped(samplings)}{lost}. {' '.join(filters)}"
+
+
+def _dropped(samplings: Sequence[Sampling]) -> str:
+    """Which samples are of no row, and which of the others are."""
+    kept = [*map(kept_text, samplings)]
+    if len(samplings) == 1:
+        (sampling,) = samplings
+        start, end = sampling.filter.dropped
+        each = " of each" if sampling.segments else ""
+        return (
+            f"{_of_segments(sampling)}: {start} dropped at the start, {end} at the end{each}, "
+            f"then {kept[0]}"
+        )
+    alike = len({*kept}) == 1
+    which = kept[0] if alike else f"of the records in their order {', '.join(kept)}"
     return (
-        f"{used} rows of {sampling.samples} samples{_of_segments(sampling)}: {start} dropped at "
-        f"the start, {end} at the end{each}, then {kept_text(sampling)}{lost}. "
-        f"{filter_text(sampling, force, motion)}"
+        f" in {len(samplings)} records: the filter's transients dropped at both ends of each, then "
+        f"{which}"
     )
 
 
@@ -198,34 +224,6 @@ def several_notes(result: SavedIdentification) -> list[str]:
     return notes
 
 
-def several_rows_text(
-    samplings: Sequence[Sampling],
-    used: int,
-    force: Sequence[str],
-    motions: Sequence[Sequence[str]],
-) -> str:
-    """How several records became the rows of one regression."""
-    kept = [*dict.fromkeys(map(kept_text, samplings))]
-    which = (
-        kept[0]
-        if len(kept) == 1
-        else "of the records in their order " + ", ".join(map(kept_text, samplings))
-    )
-    samples = sum(sampling.samples for sampling in samplings)
-    quiet = sum(sampling.excluded_samples for sampling in samplings)
-    masked = sum(sampling.masked_rows for sampling in samplings)
-    lost = f", {masked} left out that masked samples reach" if masked else ""
-    lost += f", {quiet} samples near reversals and rests left out before" if quiet else ""
-    filters = dict.fromkeys(
-        filter_text(sampling, force, motion)
-        for sampling, motion in zip(samplings, motions, strict=True)
-    )
-    return (
-        f"{used} rows of {samples} samples in {len(samplings)} records: the filter's transients "
-        f"dropped at both ends of each, then {which}{lost}. {' '.join(filters)}"
-    )
-
-
 def _row(of_one: OfRecord, number: int) -> tuple[str, ...]:
     source = of_one.record.provenance.source
     return (
@@ -234,14 +232,10 @@ def _row(of_one: OfRecord, number: int) -> tuple[str, ...]:
         f"{of_one.weight:.3g}",
         f"{of_one.noise:.3g}",
         f"{of_one.equation_error_percent:.4f}",
-        _or_dash(of_one.simulation_error_percent, ".4f"),
-        _or_dash(of_one.share_percent, ".2g"),
-        _or_dash(of_one.p_value, ".2g"),
+        or_dash(of_one.simulation_error_percent, ".4f"),
+        or_dash(of_one.share_percent, ".2g"),
+        or_dash(of_one.p_value, ".2g"),
     )
-
-
-def _or_dash(value: float | None, form: str) -> str:
-    return "-" if value is None else format(value, form)
 
 
 def known_text(name: str, value: tuple[float, float], unit: str) -> str:

@@ -1,7 +1,11 @@
-"""Linear algebra in one thread: its matrices here are tall and thin, and more threads only wait."""
+"""What numerical libraries do not do here: work in threads of their own, and warn of arithmetic.
+
+Matrices here are tall and thin, and more threads only wait.
+"""
 
 import contextlib
 import os
+import warnings
 from collections.abc import Iterator
 
 _COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
@@ -29,3 +33,8 @@ def started_with_one_thread() -> Iterator[None]:
     finally:
         for name in added:
             os.environ.pop(name, None)
+
+
+def without_arithmetic_warnings() -> None:
+    """Have this process say nothing of its arithmetic: what comes of it is judged and told."""
+    warnings.filterwarnings("ignore", ".* encountered in ", RuntimeWarning)

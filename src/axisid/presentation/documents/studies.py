@@ -1,0 +1,249 @@
+"""Fits and studies as documents: candidates, validations, sweeps, and laws of a control."""
+
+from msgspec import UNSET
+
+from axisid.estimation.fitting import OutputFit
+from axisid.estimation.lacking import amount, sentence
+from axisid.estimation.law_search import ExplainedLaw, LawSearch
+from axisid.estimation.parameters import Known
+from axisid.estimation.studies import (
+    Candidate,
+    Comparison,
+    FitValidation,
+    MethodValidation,
+    Sweep,
+    Validation,
+)
+from axisid.presentation.schema import (
+    WrittenCandidate,
+    WrittenComparison,
+    WrittenExplainedLaw,
+    WrittenFitted,
+    WrittenFitValidation,
+    WrittenHeldOutBlocks,
+    WrittenKnown,
+    WrittenLack,
+    WrittenLawSearch,
+    WrittenLevels,
+    WrittenMethodValidation,
+    WrittenNestedTest,
+    WrittenOutputFit,
+    WrittenRecordError,
+    WrittenSweep,
+    WrittenValidation,
+)
+from axisid.support.arrays import finite, finite_tree
+from axisid.support.missing import Missing
+from axisid.support.remedy import Wording, as_options
+
+from .diagnosis import written_check, written_law
+from .identification import (
+    left_out,
+    note_text,
+    written_estimate,
+    written_identification,
+    written_prefilter,
+    written_record,
+)
+from .same_members import written_as
+
+
+def written_comparison(comparison: Comparison) -> WrittenComparison:
+    """Every candidate, how they were told apart, and which is recommended."""
+    c = comparison
+    return WrittenComparison(
+        belief=c.belief,
+        record=written_record(c.record),
+        records=UNSET if len(c.records) == 1 else tuple(map(written_record, c.records)),
+        known={each.name: _known(each) for each in c.known} or UNSET,
+        set_aside={n: why.worded(as_options) for n, why in c.set_aside.items()} or UNSET,
+        prefilter=written_prefilter(c.data.sampling),
+        method=c.method,
+        rows=len(c.candidates[0].estimate.y),
+        held_out=WrittenHeldOutBlocks(blocks=c.blocks, gap_rows=c.gap),
+        candidates=tuple(map(_candidate, c.candidates)),
+        failures={name: why.worded(as_options) for name, why in c.failures.items()},
+        tests=tuple(written_as(WrittenNestedTest, test) for test in c.tests),
+        same=tuple(map(tuple, c.same)),
+        recommended=c.recommended,
+        tied=tuple(c.tied),
+        reason=c.reason,
+    )
+
+
+def _known(known: Known) -> tuple[WrittenKnown, ...]:
+    pairs = zip(known.values, known.deviations, strict=True)
+    return tuple(WrittenKnown(value=value, sd=sd) for value, sd in pairs)
+
+
+def _candidate(candidate: Candidate) -> WrittenCandidate:
+    return written_as(
+        WrittenCandidate,
+        candidate,
+        axis=candidate.axis.axis.name,
+        signature=candidate.axis.signature,
+        left_out=left_out(candidate.axis),
+        estimate=written_estimate(candidate.estimate),
+        no_simulation=note_text(candidate.reason),
+    )
+
+
+def written_validation(validation: Validation) -> WrittenValidation:
+    """Errors by method; what is not finite becomes None."""
+    return WrittenValidation(
+        belief=validation.belief,
+        record=written_record(validation.record),
+        methods=tuple(map(_method, validation)),
+        time_base=note_text(validation.time_base),
+        law_check=written_law(validation.law),
+        holds=validation.holds,
+    )
+
+
+def _method(validation: MethodValidation) -> WrittenMethodValidation:
+    again = validation.reestimate
+    return written_as(
+        WrittenMethodValidation,
+        validation,
+        reason=note_text(validation.reason) or "",
+        anew=None
+        if again is None
+        else finite_tree(dict(zip(again.names, again.physical.tolist(), strict=True))),
+        anew_distances=None
+        if again is None
+        else finite_tree(dict(zip(again.names, again.distances.tolist(), strict=True))),
+        anew_share_percent=None if again is None else finite(again.share_percent),
+    )
+
+
+def written_sweep(sweep: Sweep) -> WrittenSweep:
+    """Every identification of a sweep, and which is recommended."""
+    return WrittenSweep(
+        belief=sweep.belief,
+        recommended_cutoff=sweep.recommended,
+        reason=sweep.reason,
+        failures={f"{cutoff:g}": why.worded(as_options) for cutoff, why in sweep.failures.items()},
+        results=tuple(map(written_identification, sweep.results)),
+    )
+
+
+def written_law_search(search: LawSearch) -> WrittenLawSearch:
+    """What ``--json`` writes."""
+    return WrittenLawSearch(
+        belief=search.belief,
+        axis=search.axis,
+        unit=search.unit,
+        explained=search.explained,
+        as_well=search.as_well,
+        laws=tuple(map(_law, search.laws)),
+    )
+
+
+def _law(each: ExplainedLaw) -> WrittenExplainedLaw:
+    return WrittenExplainedLaw(
+        law=each.function,
+        words=dict(each.words),
+        gains=dict(each.law.gains),
+        sd=dict(each.deviations),
+        delay=each.law.delay,
+        period=each.law.period,
+        held_out_percent=each.held_out_percent,
+        fitted_percent=each.fitted_percent,
+        same=each.same,
+        toml=each.toml,
+    )
+
+
+def written_fit_validation(validation: FitValidation) -> WrittenFitValidation:
+    """What is left of a second record, and whether the fit holds on it."""
+    return written_as(
+        WrittenFitValidation,
+        validation,
+        record=written_record(validation.record),
+        verdict=tuple(map(written_check, validation.checks)),
+    )
+
+
+def written_output_fit(fit: OutputFit, wording: Wording = as_options) -> WrittenOutputFit:
+    """The parameters with all that was asked and found of each, and whether to believe them."""
+    return WrittenOutputFit(
+        belief=fit.belief,
+        axis=fit.axis.axis.name,
+        signature=fit.axis.signature,
+        left_out=left_out(fit.axis),
+        records=tuple(written_record(record, wording) for record in fit.records),
+        output=fit.output,
+        unit=fit.unit,
+        position_unit=str(fit.axis.axis.coordinate.unit),
+        encoder_step=fit.step,
+        loss=fit.loss,
+        started=fit.started,
+        parameters={name: _fitted(fit, j, name) for j, name in enumerate(fit.names)},
+        covariance=tuple(tuple(map(finite, row)) for row in fit.covariance.tolist()),
+        chosen_covariance=fit.chosen,
+        error=fit.error,
+        error_percent=finite(fit.error_percent),
+        percent_beyond_noise=finite(fit.percent_beyond_noise),
+        record_errors=tuple(
+            written_as(WrittenRecordError, each, noise=noise)
+            for each, noise in zip(fit.of_records, fit.noise, strict=True)
+        ),
+        lacks=_lacks(fit),
+        unseen=fit.unseen,
+        horizon=UNSET if fit.horizon is None else fit.horizon,
+        local=dict(fit.local) or UNSET,
+        iterations=tuple(
+            dict(zip(fit.names, map(float, step.physical), strict=True)) for step in fit.steps
+        ),
+        iteration_errors=tuple(step.error for step in fit.steps),
+        costs=tuple(cost for cost, _ in fit.ends),
+        law_check=written_law(fit.law),
+        verdict=tuple(map(written_check, fit.checks)),
+        believed=fit.believed,
+        levels=written_as(WrittenLevels, fit.levels),
+        remarks=tuple(note.worded(wording) for note in fit.remarks),
+    )
+
+
+def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
+    """Of all records in which it was looked for; None where it was in none."""
+    looked = [
+        (lacks, axis, record)
+        for lacks, axis, record in zip(fit.lacks, fit.axes, fit.records, strict=True)
+        if not isinstance(lacks, Missing)
+    ]
+    if not looked:
+        return None
+    found = []
+    for lacks, axis, record in looked:
+        for each in lacks:
+            size, deviation, unit = amount(each, axis)
+            found.append(
+                WrittenLack(
+                    subject=sentence(each, axis, record),
+                    size=size,
+                    deviation=deviation,
+                    unit=unit,
+                    chance=each.p_value,
+                )
+            )
+    return tuple(found)
+
+
+def _fitted(fit: OutputFit, place: int, name: str) -> WrittenFitted:
+    value, (low, high) = fit.values[name], fit.bounds[name]
+    known = fit.prior.get(name)
+    return WrittenFitted(
+        value=value.value,
+        unit=value.unit,
+        sd=finite(value.deviation),
+        deviations={n: finite(sd) for n, sd in value.deviations.items()},
+        interval_95=(finite(value.interval[0]), finite(value.interval[1])),
+        start=float(fit.start[place]),
+        bounds=(finite(low), finite(high)),
+        at_bound=fit.at_bound.get(name),
+        fixed=name in fit.fixed,
+        prior=None if known is None else WrittenKnown(value=known[0], sd=known[1]),
+        law_percent={term: float(move[place]) for term, move in fit.law_moves.items()},
+        law_move=None if fit.law_move is None else float(fit.law_move[place]),
+    )

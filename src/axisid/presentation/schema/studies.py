@@ -1,0 +1,397 @@
+"""Fits, studies of twins, and comparisons of candidates and of results."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from msgspec import UNSET, UnsetType
+
+from axisid.estimation.twins import Chain
+
+from .diagnosis import WrittenCheck, WrittenLawCheck
+from .estimate import WrittenEstimate
+from .record import WrittenPrefilter, WrittenRecord, WrittenRequest
+from .values import JsonObject, WrittenKnown, WrittenLevels, WrittenResult, about
+
+
+class WrittenFitted(JsonObject, frozen=True, kw_only=True):
+    """A parameter of a fit."""
+
+    value: Annotated[float, about("In `unit`.")]
+    unit: Annotated[str, about("Coherent SI.")]
+    sd: Annotated[float | None, about("Of the chosen covariance; null where nothing shows it.")]
+    deviations: Annotated[
+        Mapping[str, float | None],
+        about(
+            "By covariance: coloured errors, independent ones; where there are twins, "
+            "bootstrap by them."
+        ),
+    ]
+    interval_95: Annotated[
+        tuple[float | None, float | None],
+        about("On the allowed side alone where the parameter is at a bound."),
+    ]
+    start: Annotated[float, about("Where the search began.")]
+    bounds: Annotated[tuple[float | None, float | None], about("In force; null for none.")]
+    at_bound: Annotated[Literal["lower", "upper"] | None, about("Whether it is driven to one.")]
+    fixed: Annotated[bool, about("Whether it was held.")]
+    prior: Annotated[WrittenKnown | None, about("What was known before, and weighed.")]
+    law_percent: Annotated[
+        Mapping[str, float],
+        about("What each term of the law, 1 % larger, moves it by, SI, by the term's gains."),
+    ]
+    law_move: Annotated[
+        float | None, about("What the law as recorded, in place of the declared one, moves it by.")
+    ]
+
+
+class WrittenRecordError(JsonObject, frozen=True, kw_only=True):
+    """What a fit leaves of an output of one record."""
+
+    output: Annotated[str | UnsetType, about("What is followed, where not `output` says it.")] = (
+        UNSET
+    )
+    unit: Annotated[str | UnsetType, about("Of that output.")] = UNSET
+    weight: Annotated[float | UnsetType, about("By which its errors count, over its unit.")] = UNSET
+    rows: Annotated[int, about("Samples that count.")]
+    error: Annotated[float, about("Root mean square, in the output's unit.")]
+    percent: Annotated[float | None, about("Of the recorded output's.")]
+    order: Annotated[int, about("Of the autoregression of the errors.")]
+    noise: Annotated[
+        float, about("Root mean square of what is noise of that error, in the output's unit.")
+    ]
+
+
+class WrittenLack(JsonObject, frozen=True, kw_only=True):
+    """What errors ask for beside a model."""
+
+    subject: Annotated[str, about("In words.")]
+    size: Annotated[float, about("Of its factor, or by how much a parameter would be more.")]
+    deviation: Annotated[float, about("Of the size.")]
+    unit: Annotated[str, about("Of both.")]
+    chance: Annotated[float, about("That noise asks for as much of it, over all its places.")]
+    tests: Annotated[
+        int | UnsetType, about("How many were looked for; of files before 2026-11-24.")
+    ] = UNSET
+
+
+class WrittenOutputFit(
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.fit/1"
+):
+    """What `axisid fit --json` writes."""
+
+    axis: str
+    signature: Annotated[str, about("sha256 of what the generated code was made from.")]
+    left_out: Annotated[
+        Mapping[str, float],
+        about("What stands for the parameters that were left out, SI, by name."),
+    ]
+    records: tuple[WrittenRecord, ...]
+    output: Annotated[str, about("What is followed; several are joined by and.")]
+    unit: Annotated[str, about("Of the output; of several the first.")]
+    position_unit: Annotated[str, about("Of the coordinate.")]
+    encoder_step: Annotated[float, about("Of the coarsest encoder, SI; 0 where none is known.")]
+    horizon: Annotated[float | UnsetType, about("Length of the windows of an open loop, s.")] = (
+        UNSET
+    )
+    loss: str
+    started: Annotated[str, about("Where the start is from.")]
+    parameters: Annotated[Mapping[str, WrittenFitted], about("By name.")]
+    covariance: Annotated[
+        tuple[tuple[float | None, ...], ...],
+        about("Of the parameters in their order, the chosen one; null for infinite."),
+    ]
+    chosen_covariance: str
+    error: Annotated[
+        float, about("Root mean square of what is left, in `unit`; of several outputs the first's.")
+    ]
+    error_percent: Annotated[float | None, about("Of the recorded output; the largest of all.")]
+    percent_beyond_noise: Annotated[
+        float | None,
+        about("Part of the recorded output that is left beyond noise."),
+    ]
+    record_errors: Annotated[
+        tuple[WrittenRecordError, ...], about("By record, and in each by output.")
+    ]
+    lacks: Annotated[
+        tuple[WrittenLack, ...] | None,
+        about("What is asked for beside the model, the strongest first; null where not looked."),
+    ]
+    unseen: Annotated[tuple[str, ...], about("What no output shows, in words.")]
+    local: Annotated[
+        Mapping[str, tuple[str, ...]] | UnsetType,
+        about("Parameters that records have for themselves: their names by record."),
+    ] = UNSET
+    iterations: Annotated[
+        tuple[Mapping[str, float], ...], about("Parameters where slopes were taken, SI.")
+    ]
+    iteration_errors: Annotated[tuple[float, ...], about("Root mean square there, in `unit`.")]
+    costs: Annotated[tuple[float, ...], about("Of each search's end, where several were made.")]
+    law_check: WrittenLawCheck
+    verdict: tuple[WrittenCheck, ...]
+    believed: Annotated[bool, about("Whether no check fails.")]
+    levels: WrittenLevels | UnsetType = UNSET
+    remarks: tuple[str, ...]
+
+
+class WrittenFitValidation(
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.fit_validation/1"
+):
+    """What `FitValidation.save` writes: a fit, frozen, on a second record."""
+
+    record: WrittenRecord
+    output: Annotated[str, about("What is held against the record.")]
+    unit: Annotated[str, about("Of the output.")]
+    horizon: Annotated[float | None, about("Length of the windows of an open loop, s.")]
+    error: Annotated[float, about("Root mean square of what is left, in `unit`.")]
+    percent: Annotated[float | None, about("Of the recorded output's.")]
+    verdict: tuple[WrittenCheck, ...]
+
+
+class WrittenMean(JsonObject, frozen=True, kw_only=True):
+    """A figure over the runs."""
+
+    value: float | None
+    error: Annotated[float | None, about("Its standard error over the runs.")]
+
+
+class WrittenShare(JsonObject, frozen=True, kw_only=True):
+    """How often something happened."""
+
+    count: int
+    of: int
+    interval_95: Annotated[tuple[float, float], about("Wilson's, of the probability.")]
+
+
+class WrittenEstimand(JsonObject, frozen=True, kw_only=True):
+    """What the runs tell of one parameter by one method."""
+
+    method: str
+    name: str
+    kind: Annotated[
+        Literal["parameter", "direct", "physical"],
+        about("As it is identified, of the direct model, or declared and following from others."),
+    ]
+    unit: str
+    truth: Annotated[float | None, about("Null where the twins have no such parameter.")]
+    runs: Annotated[int, about("That gave an estimate.")]
+    bias: Annotated[WrittenMean, about("Mean error of the value without its bias.")]
+    raw_bias: Annotated[WrittenMean, about("Mean error of the value itself.")]
+    scatter: Annotated[WrittenMean, about("Standard deviation over the runs.")]
+    deviations: Annotated[
+        Mapping[str, float],
+        about("Root mean square of the stated one, by covariance; `model` of the model's error."),
+    ]
+    coverage: Annotated[
+        Mapping[str, WrittenShare],
+        about(
+            "How often the 95 % interval of each holds the truth; empty without a truth, and of "
+            "what follows from a known value with a deviation, whose error all runs share."
+        ),
+    ]
+
+
+class WrittenCheckFigures(JsonObject, frozen=True, kw_only=True):
+    """How often a check ended in each way, of the runs that were judged."""
+
+    name: str
+    fails: Annotated[WrittenShare, about("Of the runs in which it was evaluated.")]
+    notes: WrittenShare
+    passes: WrittenShare
+    not_evaluated: Annotated[WrittenShare, about("Of all that were judged.")]
+
+
+class WrittenFailedRun(JsonObject, frozen=True, kw_only=True):
+    """Why a run gave no numbers."""
+
+    run: Annotated[int, about("From 0.")]
+    of: Annotated[str, about("The method, or `simulation`, or `verdict`.")]
+    reason: str
+
+
+class WrittenTwins(JsonObject, frozen=True, kw_only=True):
+    """What was simulated."""
+
+    axis: str
+    signature: str
+    right: Annotated[bool, about("Whether what was identified is what was simulated.")]
+    noise: Annotated[
+        Mapping[str, float | bool | None],
+        about(
+            "By the names of the options; of several autoregressions the deviation of their sum. "
+            "In files without a chain null is the experiment's, or none."
+        ),
+    ]
+    chain: Annotated[
+        Chain | UnsetType, about("The same whole, SI; left out in files of earlier versions.")
+    ] = UNSET
+    position_noise: Annotated[float, about("The experiment's, in the coordinate's unit.")]
+    resolution: Annotated[float, about("Likewise; 0 for none.")]
+    unit: Annotated[str, about("Of the coordinate.")]
+    drive_unit: str
+
+
+class WrittenMonteCarlo(
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.monte_carlo/1"
+):
+    """What `axisid study --json` writes."""
+
+    axis: str
+    signature: str
+    twins: WrittenTwins
+    runs: Annotated[int, about("Asked for.")]
+    done: Annotated[int, about("Fewer where the study was ended early.")]
+    seed: int
+    methods: tuple[str, ...]
+    prefilter: Annotated[WrittenRequest, about("As the twins' rate has it.")]
+    settings: Annotated[Mapping[str, str | int | None], about("What else was asked of identify.")]
+    levels: Annotated[
+        WrittenLevels | UnsetType, about("Left out in files of earlier versions.")
+    ] = UNSET
+    estimands: tuple[WrittenEstimand, ...]
+    judged: Annotated[int, about("Runs with a verdict.")]
+    objected: Annotated[WrittenShare, about("Verdicts in which any check fails.")]
+    checks: tuple[WrittenCheckFigures, ...]
+    failures: tuple[WrittenFailedRun, ...]
+
+
+class WrittenHeldOut(JsonObject, frozen=True, kw_only=True):
+    """Errors on rows that the estimate was not made from."""
+
+    error_percent: float | None
+    squares_by_block: tuple[float | None, ...]
+
+
+class WrittenCriteria(JsonObject, frozen=True, kw_only=True):
+    """Information criteria."""
+
+    log_likelihood: float | None
+    aic: float | None
+    bic: float | None
+    tic: Annotated[float | None, about("Takeuchi's, for autocorrelated rows.")]
+
+
+class WrittenParameterCheck(JsonObject, frozen=True, kw_only=True):
+    """What one parameter adds."""
+
+    name: str
+    p_value: Annotated[float | None, about("That it is zero, HAC.")]
+    without_percent: Annotated[float | None, about("Held-out error without it.")]
+    informed: Annotated[bool | None, about("Not judged: null, of a nonlinear parameter.")]
+    not_tested: Annotated[str | None, about("Why there is no p-value.")]
+
+
+class WrittenCandidate(JsonObject, frozen=True, kw_only=True):
+    """One model of a comparison."""
+
+    name: str
+    axis: str
+    signature: str
+    left_out: Annotated[
+        Mapping[str, float],
+        about("What stands for the parameters that were left out, SI, by name."),
+    ]
+    estimate: WrittenEstimate
+    criteria: WrittenCriteria
+    held_out_equation: WrittenHeldOut
+    held_out_simulation: WrittenHeldOut | None
+    no_simulation: Annotated[str | None, about("Why not.")]
+    parameter_checks: tuple[WrittenParameterCheck, ...]
+
+
+class WrittenHeldOutBlocks(JsonObject, frozen=True, kw_only=True):
+    """How rows were held out."""
+
+    blocks: int
+    gap_rows: int
+
+
+class WrittenNestedTest(JsonObject, frozen=True, kw_only=True):
+    """One candidate against a larger one that contains it."""
+
+    smaller: str
+    larger: str
+    restrictions: int
+    dof: int
+    f: float | None
+    f_p: float | None
+    wald: Annotated[float | None, about("Over its restrictions, HAC.")]
+    wald_p: float | None
+    not_tested: Annotated[str | None, about("Why there are no statistics.")]
+
+
+class WrittenComparison(
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.comparison/1"
+):
+    """What `axisid compare --json` writes."""
+
+    record: WrittenRecord
+    records: Annotated[
+        tuple[WrittenRecord, ...] | UnsetType,
+        about("Where there are several, all of them; `record` is the first."),
+    ] = UNSET
+    known: Annotated[
+        Mapping[str, tuple[WrittenKnown, ...]] | UnsetType,
+        about("What is known of each record, SI, by name."),
+    ] = UNSET
+    set_aside: Annotated[
+        Mapping[str, str] | UnsetType,
+        about("Records that could not be used, with the reason."),
+    ] = UNSET
+    prefilter: WrittenPrefilter
+    method: str
+    rows: int
+    held_out: WrittenHeldOutBlocks
+    candidates: tuple[WrittenCandidate, ...]
+    failures: Annotated[
+        Mapping[str, str],
+        about("Candidates that the record does not identify, with the reason."),
+    ]
+    tests: tuple[WrittenNestedTest, ...]
+    same: Annotated[tuple[tuple[str, ...], ...], about("One model in different parameters.")]
+    recommended: str | None
+    tied: tuple[str, ...]
+    reason: str
+
+
+class WrittenDifference(JsonObject, frozen=True, kw_only=True):
+    """One parameter of one method in both results."""
+
+    method: str
+    name: str
+    unit: str
+    first: float
+    second: float
+    sd_first: Annotated[float, about("HAC.")]
+    sd_second: Annotated[float, about("HAC.")]
+    deviations: Annotated[
+        float | None,
+        about("`difference` over the root of the summed variances; null where both are zero."),
+    ]
+    difference: Annotated[float, about("The second less the first.")]
+
+
+class WrittenAlone(JsonObject, frozen=True, kw_only=True):
+    """Methods and parameters that only one has."""
+
+    first: tuple[str, ...]
+    second: tuple[str, ...]
+
+
+class WrittenResultComparison(
+    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.result_comparison/1"
+):
+    """What `axisid compare-results --json` writes; a pair is of the first and the second result."""
+
+    first: Annotated[str, about("File, axis and record.")]
+    second: Annotated[str, about("File, axis and record.")]
+    differences: tuple[WrittenDifference, ...]
+    errors_percent: Annotated[
+        Mapping[str, tuple[float | None, float | None]],
+        about("By method and kind."),
+    ]
+    alone: Annotated[WrittenAlone, about("Methods and parameters that only one has.")]
+    settings: Annotated[Mapping[str, tuple[Any, Any]], about("Those that differ.")]
+    verdict: Annotated[
+        Mapping[str, tuple[WrittenCheck | None, WrittenCheck | None]],
+        about("Checks whose status differs; null where a result does not have it."),
+    ]
