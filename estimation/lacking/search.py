@@ -202,7 +202,7 @@ def _finding(
         at=float(hypothesis.places[best]),
         columns=columns[:, best],
         p_value=float(p_values[best]),
-        share=float(np.sqrt(tested.powers[best])) / (scores.force_size or 1.0),
+        share=float(np.sqrt(tested.powers[best])) / (float(np.std(scores.force)) or 1.0),
         moved=float(far.max(initial=0.0)),
     )
 
