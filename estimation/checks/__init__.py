@@ -5,7 +5,9 @@ Knows nothing of what is checked.
 """
 
 from .check import (
+    DEFAULT_LEVELS as DEFAULT_LEVELS,
     Check as Check,
+    Levels as Levels,
     Status as Status,
     joined as joined,
     made as made,
@@ -14,4 +16,3 @@ from .check import (
     unless_faulty as unless_faulty,
 )
 from .kinds import KINDS as KINDS, Kind as Kind, kind_of as kind_of, lines_of as lines_of
-from .levels import DEFAULT_LEVELS as DEFAULT_LEVELS, Levels as Levels

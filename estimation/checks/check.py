@@ -1,13 +1,16 @@
-"""One check of a result: a figure held against a threshold, and what it means."""
+"""One check of a result: a figure held against a threshold, and what it means; its two levels."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Literal, TypeVar
 
-from axisid.support.errors import AxisidError, asks_for_tracebacks
+from axisid.estimation.thresholds import LEAST_SHARE, LEVEL
+from axisid.support.errors import AxisidError, UsageError, asks_for_tracebacks
 from axisid.support.missing import Missing
 from axisid.support.number_text import plain_numbers
+from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note, Remedy
+from axisid.support.user_values import quoted
 
 from .kinds import kind_of
 
@@ -17,6 +20,41 @@ Found = TypeVar("Found")
 Else = TypeVar("Else")
 _WORST: tuple[Status, ...] = ("fail", "note", "pass")
 _UNMADE: Status = "not evaluated"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Levels:
+    """From when on a check tells something of a model.
+
+    Attributes
+    ----------
+    level : float
+        Chance that it does of a right model, over all that it looks for.
+    least_share : float
+        Part of the force, or of a parameter's value, from which it matters; what is missing does
+        too where it moves a parameter by more than its interval.
+
+    Raises
+    ------
+    UsageError
+        One of them is not between 0 and 1.
+    """
+
+    level: float = LEVEL.value
+    least_share: float = LEAST_SHARE.value
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            given = getattr(self, each.name)
+            if not (is_real(given) and 0 < float(given) < 1):
+                raise UsageError(
+                    f"the {each.name.replace('_', ' ')} is {quoted(given)}; give a number between "
+                    f"0 and 1, such as {each.default:g}.",
+                    code="level",
+                )
+
+
+DEFAULT_LEVELS = Levels()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

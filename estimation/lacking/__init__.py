@@ -7,9 +7,10 @@ sentence. Knows nothing of verdicts.
 from .scores import RecordScores as RecordScores, scores_of as scores_of
 from .search import (
     Lack as Lack,
+    amount as amount,
     found_beside as found_beside,
     lacking as lacking,
     scores_at as scores_at,
+    sentence as sentence,
 )
-from .sentences import amount as amount, sentence as sentence
 from .terms import TERMS as TERMS, Along as Along, Term as Term

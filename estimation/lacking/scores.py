@@ -137,11 +137,6 @@ class RecordScores:
         """Parts of the residuals in its directions, (r, 1 + R)."""
         return np.asarray(self.basis.T @ self.residuals)
 
-    @cached_property
-    def force_size(self) -> float:
-        """Root mean square of the force about its mean."""
-        return float(np.std(self.force))
-
     def beside(self, columns: Array) -> "RecordScores":
         """With columns (n, g) taken into the model."""
         own = columns - self.basis @ (self.basis.T @ columns)

@@ -1,6 +1,6 @@
 """Parameters against what was declared of them: bounds, values, the drive's gain; as checks."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -53,8 +53,10 @@ def within_bounds(
             f"the 95 % interval of {'each' if len(outside) > 1 else 'it'} reaches within; ",
             Remedy.of("to hold it at the bound, ", Setting("bounded")),
         )
-    within = Note("every parameter is within its declared bounds")
-    said = bounds_note({p: values[p.name].corrected for p in outside}, cause) if outside else within
+    said = Note("every parameter is within its declared bounds")
+    if outside:
+        listed = "; ".join(p.out_of_bounds(values[p.name].corrected) for p in outside)
+        said = Note.of(f"{listed}: ", cause or "check the signs and units of the record")
     return Check(
         name="bounds",
         status=passed(not outside),
@@ -64,12 +66,6 @@ def within_bounds(
         meaning=said.text,
         remedy=said.remedy,
     )
-
-
-def bounds_note(values: Mapping[Parameter, float], cause: Note | None) -> Note:
-    """What to say of values that are not inside the bounds of their parameters."""
-    said = "; ".join(p.out_of_bounds(value) for p, value in values.items())
-    return Note.of(f"{said}: ", cause or "check the signs and units of the record")
 
 
 def _held_check(held: Sequence[Held], cause: Note | None) -> Check:

@@ -237,7 +237,7 @@ def _compared(
     if check.passed or not advises:
         return check
     explained, fault = faulty(check)
-    if repair := repair_of(axis, law, record, explained, shift):
+    if explained and (repair := repair_of(axis, law, record, explained, shift)):
         said = f"the recorded control is not the declared law's ({off_text(declared)}), but "
         return replace(check, meaning=said + repair.text, remedy=repair.remedy)
     if shift:

@@ -6,19 +6,17 @@ Knows nothing of what other checks find.
 
 from .alignment import (
     Alignment as Alignment,
+    ForceTiming as ForceTiming,
     alignment_check as alignment_check,
     alignment_of as alignment_of,
     declared_lateness as declared_lateness,
     estimate_delay as estimate_delay,
-)
-from .column_comparison import ColumnComparison as ColumnComparison, scale_remedy as scale_remedy
-from .force import force_check as force_check, limit_check as limit_check
-from .in_time import (
-    ForceTiming as ForceTiming,
     force_timing as force_timing,
     law_in_time as law_in_time,
     timing_remedy as timing_remedy,
 )
+from .column_comparison import ColumnComparison as ColumnComparison, scale_remedy as scale_remedy
+from .force import force_check as force_check, limit_check as limit_check
 from .measured_motion import (
     compared_motion as compared_motion,
     compared_motions as compared_motions,

@@ -13,8 +13,8 @@ import sympy
 import axisid.elements
 from axisid import Axis, Coordinate, Parameter, Record, load_axis, newton
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.lacking import sentence
 from axisid.estimation.lacking.search import Lack
-from axisid.estimation.lacking.sentences import sentence
 from axisid.estimation.lacking.terms import TERMS, Term
 from axisid.modeling.declaration import ELEMENTS, Drive
 
