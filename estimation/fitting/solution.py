@@ -321,12 +321,13 @@ class FitSolution:
     def _by_mean(self, scores: Scores) -> Array:
         """What the mean of so many twins is unsure by, (k, k), where windows tell deviations.
 
-        Two opposite twins count as one, as what they do alike is what is taken off.
+        Of two opposite twins it is what they do alike, which is what is taken off.
         """
         if self.twins is None or self._scattered is not None:
             return np.zeros((len(scores.inverse), len(scores.inverse)))
         moved = self._influence(scores) @ self.twins.changed
-        return np.cov(moved).reshape(len(moved), -1) * 2 / self.twins.count
+        alike = moved[:, : self.twins.count // 2 * 2].reshape(len(moved), -1, 2).mean(axis=2)
+        return np.asarray(np.cov(alike).reshape(len(moved), -1) / alike.shape[1])
 
     @cached_property
     def _by_doubts(self) -> Array:

@@ -158,7 +158,8 @@ def found_beside(
     """
     own = replace(levels, level=levels.level / records)
     lasting = [(each, each.columns(each.places)) for each in hypotheses_of(scores)]
-    half = half_widths[scores.free]
+    # Without twins nothing tells what the filter itself moves the parameters by.
+    half = half_widths[scores.free] if scores.twins else np.full(len(scores.free), np.inf)
     named, beside = list[Lack](), scores
     while len(named) < _MOST:
         single = [(each, each.columns(each.places)) for each in outliers_of(beside)]

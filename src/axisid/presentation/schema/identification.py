@@ -88,7 +88,9 @@ class WrittenApart(JsonObject, frozen=True, kw_only=True):
 
     own: Annotated[Mapping[str, float], about("As the record alone has them, SI.")]
     common: Annotated[Mapping[str, float], about("As the others have them without it, SI.")]
-    deviations: Annotated[Mapping[str, float], about("Of the difference, HAC.")]
+    deviations: Annotated[
+        Mapping[str, float], about("Of the difference, as twins scatter, or HAC.")
+    ]
     statistic: Annotated[float, about("Hotelling's, over its degrees of freedom.")]
     freedom: Annotated[tuple[float, float], about("Of F.")]
     p_value: Annotated[float, about("That chance alone makes as much, of one record.")]
