@@ -144,7 +144,13 @@ def _array(name: str, values: object) -> np.ndarray[Any, Any]:
             f"the column {name!r} is masked; give numbers, with NaN for what lacks.",
             code="masked-column",
         )
-    return np.asarray(values)
+    try:
+        return np.asarray(values)
+    except ValueError as error:
+        raise UsageError(
+            f"the column {name!r} has values of different lengths; give one for each sample.",
+            code="ragged-column",
+        ) from error
 
 
 def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:

@@ -122,6 +122,11 @@ def twin_record(
         raise UsageError(
             f"the seed is {quoted(chosen)}; give a whole number of 0 or more.", code="twin-seed"
         )
+    if not (is_real(deviation) and 0 <= deviation < math.inf):
+        raise UsageError(
+            f"the position noise is {quoted(deviation)}; give its deviation, 0 or more.",
+            code="twin-noise",
+        )
     generator = np.random.default_rng(chosen)
     loop = plan.loop(lambda count: generator.normal(0.0, deviation, count))
     rng = np.random.default_rng([chosen, 1])  # the position's noise stays what it is without them

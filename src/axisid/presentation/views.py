@@ -195,8 +195,8 @@ def _of_identification(
 ) -> Plot:
     """Of several records a figure is of one, by its number; the iteration is of all."""
     if isinstance(result, Identification):
-        parts = result.parts if what != "convergence" else (result,)
-        result = parts[_place(record, len(parts))]
+        place = _place(record, len(result.parts))
+        result = result if what == "convergence" else result.parts[place]
     estimate = result.preferred if method is None else result[method]
     figures = _figures_of(result, estimate)
     if is_among(what, figures):

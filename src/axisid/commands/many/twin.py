@@ -80,7 +80,9 @@ def _pair(text: str, option: str, form: str, read: Callable[[str], float]) -> tu
     try:
         return name.strip(), read(value)
     except ValueError as error:
-        raise click.BadParameter(f"{text!r}: write {form}", param_hint=option) from error
+        raise click.BadParameter(
+            f"{text.removeprefix('=')!r}: write {form}", param_hint=option
+        ) from error
 
 
 @click.command(
