@@ -25,7 +25,7 @@ from axisid.estimation.monte_carlo import twin_of
 from axisid.fleets import Fleet, FleetRow
 from axisid.fleets.items import gather_items
 from axisid.fleets.ledger import FleetValue
-from axisid.fleets.table import columns_of, units_of, write_table
+from axisid.fleets.table import columns_of, units_of
 from axisid.modeling.declaration import back_and_forth
 from axisid.twins import TwinMachines, write_twins
 
@@ -146,13 +146,6 @@ def test_a_name_of_two_units_has_them_in_its_rows() -> None:
     assert "condition.shift" not in units_of(rows)
 
 
-def test_a_serial_number_is_no_formula_of_the_table(tmp_path: Path) -> None:
-    rows = [FleetRow(name="a", log="a.csv", axis="s", status="failed", serial='=HYPERLINK("x")')]
-    assert _csv(write_table(rows, (), tmp_path, tmp_path / "t.csv"))["serial"] == [
-        '\'=HYPERLINK("x")'
-    ]
-
-
 def test_results_are_told_by_their_verdicts_with_the_logs_and_the_reason() -> None:
     def row(name: str, *failing: str) -> FleetRow:
         doubt = f"what {failing[0]} says" if failing else ""
@@ -240,12 +233,3 @@ def test_a_result_that_cannot_be_written_is_told_and_done_again_as_the_fleet_res
     assert "cannot be written" in row.reason
     taken.rmdir()
     assert fleet(log, AXIS, out, resume=True, **arguments).counts["ok"] == 1
-
-
-def test_reasons_speak_of_options_as_results_do(tmp_path: Path) -> None:
-    log = tmp_path / "log.csv"
-    log.write_text("time,position\n" + "".join(f"{k / 1000},{k % 7}\n" for k in range(300)))
-    good = write_logs(tmp_path, 1, cycles=1)
-    made = fleet([log, *good], AXIS, tmp_path / "out", jobs=0, methods=["idm-ls"])
-    assert made["log"].code == "no-force"
-    assert "--columns force=NAME" in made["log"].reason

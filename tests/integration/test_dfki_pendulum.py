@@ -1,9 +1,8 @@
 """The worked example on the DFKI pendulum: its document says what the code gives."""
 
 import importlib
-import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -13,7 +12,7 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import Constant, Identification, Prefilter, identify, load_axis, sweep, validate
+from axisid import Identification, Prefilter, identify, load_axis, sweep, validate
 from axisid.estimation.signals import SampledFilter
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -63,16 +62,6 @@ def check_documented(key: Sequence[str], cells: Sequence[str]) -> None:
 
 def same(row: str, cells: Sequence[str]) -> bool:
     return len(numbers(row)) == len(numbers(" | ".join(cells)))
-
-
-def test_equation_of_motion_is_the_one_that_is_stated() -> None:
-    axis = load_axis(AXIS)
-    J, mc, Fv, Fc, tau0 = (p.symbol for p in axis.parameters)
-    q, dq, ddq = (getattr(axis.coordinate, n) for n in ("symbol", "velocity", "acceleration"))
-    g = Constant(9.81, "m/s^2", "g").symbol
-    stated = J * ddq + mc * g * sympy.sin(q) + Fv * dq + Fc * sympy.sign(dq) + tau0
-    assert sympy.expand(axis.force - stated) == 0
-    assert axis.unchecked_terms == ()
 
 
 def test_law_is_pd_on_the_reference_and_its_difference() -> None:
@@ -184,20 +173,6 @@ def test_instruments_are_those_of_numpy(
     instruments = hand.instruments_by_hand(data.run, found, settings)
     expected = np.linalg.solve(instruments.T @ regressor, instruments.T @ torque)
     assert found[:2] == pytest.approx(expected[:2], rel=0.01)
-
-
-@pytest.mark.slow
-def test_stretch_at_the_default_ends_is_what_identify_gives(
-    study: ModuleType, data: Any, swept: dict[float, Identification]
-) -> None:
-    settings = study.prefilter(data.run, 15.0)
-    ends = SampledFilter(settings, data.run.period).dropped
-    theta, deviation, rows = study.stretch_estimate(data.run, settings, ends)
-    found = swept[15.0]["idm-iv"]
-    assert rows == len(found.rows)
-    assert theta[:2] == pytest.approx(found.physical[:2], rel=0.01)
-    hac = [found.parameters[name].sd_hac for name in ("J", "mc")]
-    assert deviation[:2] == pytest.approx(hac, rel=0.02)
 
 
 @pytest.mark.slow
@@ -328,23 +303,3 @@ def test_shaking_alone_pulls_the_recipe_down_and_not_the_instruments(
     assert theta[:2] == pytest.approx([0.046, 0.065], abs=2e-3)
     moved = np.abs(result["idm-iv"].physical[:2] - truth[:2])
     assert np.all(moved < [v.sd_hac for v in list(swept[15.0]["idm-iv"].parameters.values())[:2]])
-
-
-@pytest.mark.slow
-def test_command_line_reads_the_joined_and_the_measured_file(
-    run: Callable[..., tuple[int, str, str]],
-    study: ModuleType,
-    folder: Path,
-    tmp_path: Path,
-) -> None:
-    study.read_data(folder, tmp_path)
-    settings = "--cutoff 15 --decimate 8 --hold raw --reversals keep --json -".split()
-    code, out, _ = run("identify", AXIS, tmp_path / "dfki_joined.csv", *settings)
-    assert code == 0
-    values = {e["method"]: e["parameters"]["mc"]["value"] for e in json.loads(out)["estimates"]}
-    assert values["idm-iv"] == pytest.approx(0.274, abs=1e-3)
-    assert values["idm-ls"] == pytest.approx(0.162, abs=1e-3)
-    code, out, err = run("identify", AXIS, folder / RUN, *settings)
-    assert code == 0
-    assert "no reference column" in err
-    assert {e["method"] for e in json.loads(out)["estimates"]} == {"idm-ls", "ddm-ls"}

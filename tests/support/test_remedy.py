@@ -89,13 +89,6 @@ def test_settings_are_worded_as_options_and_as_arguments(
     assert as_arguments(settings) == arguments
 
 
-def test_remedy_words_neighbouring_settings_together() -> None:
-    remedy = Remedy.of("Cut it (", SPLIT, ") or ", None, Remedy.of(RESAMPLE, SPLIT), "", ".")
-    assert remedy.settings == (SPLIT, RESAMPLE, SPLIT)
-    assert remedy.worded(as_options) == "Cut it (--gaps split) or --resample auto --gaps split."
-    assert '(repairs=Repairs(gaps="split")) or repairs=Repairs(resample' in str(remedy)
-
-
 def test_notes_go_on_in_one_another() -> None:
     cut = Note("there is a gap: ", Remedy.of("cut it (", SPLIT, ")"))
     whole = Note.of("log: ", cut, "; ", "look again", Note("."))
@@ -129,11 +122,6 @@ def test_no_sentence_of_the_library_speaks_in_options(root: Path) -> None:
 def _names_an_option(text: str) -> bool:
     words = (word.lstrip("(`'\"") for word in text.split())
     return any(word.startswith("--") and word[2:3].isalpha() for word in words)
-
-
-def test_a_sentence_that_speaks_in_options_is_found() -> None:
-    found = [*_texts(ast.parse('"""Says --a."""\nx = f"{y}: add (--gaps split)."'))]
-    assert [_names_an_option(text) for _, text in found] == [True]
 
 
 def _texts(tree: ast.Module) -> Iterator[tuple[int, str]]:

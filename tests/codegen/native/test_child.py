@@ -52,20 +52,6 @@ def compiler(folder: Path, *after: str, before: str = "") -> Path:
     return script
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("bytes_left", [0, 100, 5000, 15000])
-def test_cut_library_of_a_compiler_that_says_all_is_well_is_refused(
-    cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, bytes_left: int
-) -> None:
-    cut = f"head -c {bytes_left} *.so > cut; mv cut *.so"
-    monkeypatch.setenv("CC", str(compiler(tmp_path, cut, "exit 0")))
-    native = build(load_axis("emps")).native
-    assert native.library() is None
-    assert native.refusal.startswith("the compiled library does not load")
-    assert not list(cache.glob("*.so"))
-    assert not list(cache.glob("build-*"))
-
-
 START = "struct lane lane = {.q = start SIDES_(, .steps = steps_in_all(samples))};"
 CRASHES = {
     "when loaded": ("", "__attribute__((constructor)) static void f(void) { abort(); }", "SIGABRT"),
@@ -199,12 +185,10 @@ def test_process_that_ends_while_it_compiles_leaves_nothing(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["library", "digest"])
-@pytest.mark.parametrize("what", ["pipe", "folder", "socket", "device", "loop"])
+@pytest.mark.parametrize("what", ["pipe", "folder", "device", "loop"])
 def test_what_is_no_regular_file_in_the_cache_is_not_read(
     cache: Path, what: str, kind: str
 ) -> None:
-    import socket
-
     path = placed_library(text(), cache)
     file = path if kind == "library" else path.with_suffix(".sha256")
     file.unlink()
@@ -214,13 +198,8 @@ def test_what_is_no_regular_file_in_the_cache_is_not_read(
         file.mkdir()
     elif what == "device":
         file.symlink_to("/dev/zero")
-    elif what == "loop":
-        file.symlink_to(file)
     else:
-        here = os.open(cache, os.O_RDONLY)
-        with socket.socket(socket.AF_UNIX) as listener:
-            listener.bind(f"/proc/self/fd/{here}/{file.name}"[:107])
-        os.close(here)
+        file.symlink_to(file)
     begin = time.monotonic()
     assert cached_library(text()) is None
     library = build(load_axis("emps")).native.library()
@@ -241,15 +220,3 @@ def test_leavings_of_killed_builds_are_cleared_away(cache: Path) -> None:
     compiled_library(text(), Trial)
     assert not old.exists()
     assert new.exists()
-
-
-@pytest.mark.slow
-def test_a_compiler_that_does_not_start_is_said(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    script = compiler(tmp_path)
-    script.write_text("#!/absent/interpreter\n")
-    monkeypatch.setenv("CC", str(script))
-    native = build(load_axis("emps")).native
-    assert native.library() is None
-    assert f"{script} failed: FileNotFoundError" in native.refusal

@@ -1,6 +1,5 @@
 """Long native calls: interrupted at once, and with the results of short ones."""
 
-import itertools
 import os
 import signal
 import subprocess
@@ -16,7 +15,7 @@ import pytest
 from axisid import UsageError, build, load_axis, simulate
 from axisid.codegen.native.compiler import find_compiler
 from axisid.codegen.native.errors import NativeUnavailableError
-from axisid.codegen.native.slices import StoppableRuns, slices
+from axisid.codegen.native.slices import StoppableRuns
 
 module = import_module("axisid.codegen.native.slices")
 
@@ -150,17 +149,6 @@ def test_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
         assert getattr(here, name).tobytes() == getattr(apart, name).tobytes()
 
 
-def test_slices_cover_every_sample_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    now = itertools.count()
-    monkeypatch.setattr(time, "perf_counter", lambda: float(next(now)))  # each part takes 1 s
-    parts = list(slices(40_000))
-    assert parts[0].start == 0
-    assert parts[-1].stop == 40_000
-    assert all(a.stop == b.start for a, b in itertools.pairwise(parts))
-    assert parts[1].stop - parts[1].start == 3276  # a tenth as long as the first
-    assert list(slices(0)) == []
-
-
 def test_error_in_one_run_stops_the_others() -> None:
     def fails(_: object) -> int:
         raise ValueError("no")
@@ -175,23 +163,3 @@ def test_error_in_one_run_stops_the_others() -> None:
     with pytest.raises(ValueError, match="no"):
         StoppableRuns().run([fails, waits], 10**9)
     assert time.process_time() - begin < 5
-
-
-def test_what_was_short_is_run_here_and_what_was_long_in_a_thread() -> None:
-    seen = []
-
-    def here(_: object) -> int:
-        seen.append(threading.get_ident() == threading.main_thread().ident)
-        return 0
-
-    def long(stop: object) -> int:
-        time.sleep(0.1)
-        return here(stop)
-
-    runs = StoppableRuns()
-    for run in (here, here, long, here, here):
-        assert runs.run([run], 10**6) == [0]
-    assert seen == [False, True, True, False, True]
-    seen.clear()
-    runs.run([here], 10**12)
-    assert seen == [False], "a longer one is expected to take longer"

@@ -106,21 +106,6 @@ def test_repairs_are_printed_and_in_the_json(
         assert "cut at 1 gap" in " ".join(out.split())
 
 
-@pytest.mark.slow
-def test_uneven_log_is_resampled(
-    run: Run, tmp_path: Path, columns: dict[str, np.ndarray], rng: np.random.Generator
-) -> None:
-    jitter = 2e-4 * rng.uniform(-1, 1, len(columns["t"]))
-    time = columns["t"] + jitter
-    moved = {"t": time} | {
-        name: np.interp(time, columns["t"], columns[name]) for name in ("pos", "volts")
-    }
-    file = write(tmp_path / "log.csv", moved)
-    result = estimates(run, file, "--columns", CHOSEN, "--resample", "1000")
-    assert result["record"]["sample_period"] == 1e-3
-    assert result["record"]["repairs"][0]["kind"] == "resample"
-
-
 @pytest.mark.parametrize(
     ("options", "code", "message"),
     [
@@ -147,12 +132,6 @@ def test_what_cannot_be_done_is_one_sentence(
     assert (got, out) == (code, "")
     assert message in err
     assert err.count("\n") == 1
-
-
-def test_repairs_without_a_record_are_refused(run: Run) -> None:
-    code, _, err = run("identify", "emps2015", "--gaps", "split", "--wrap", "1")
-    assert code == 2
-    assert "--gaps and --wrap describe a record; name its file" in err
 
 
 @pytest.mark.slow

@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 
 import pytest
 
@@ -71,12 +70,6 @@ def test_a_right_model_on_a_good_record_is_believed(emps2015: GeneratedAxis, twi
     result = identify(emps2015, twin, Prefilter(cutoff=40.0, decimate=20))
     assert conclusion(result.verdict).startswith("Nothing")
     assert conclusion(result.verdict) in result.summary()
-
-
-@pytest.mark.slow
-def test_a_flipped_sign_is_not_believed(emps2015: GeneratedAxis, twin: Record) -> None:
-    result = identify(emps2015, replace(twin, control=-twin.control), methods="idm-ls")
-    assert conclusion(result.verdict).endswith(": law.")
 
 
 def test_one_file_and_one_row_add_a_diagnostic(

@@ -18,25 +18,11 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.checks.check import Check
-from axisid.estimation.diagnostics.law.control_law import check_law
 from tests.refusals import refuses
 
 
 def failing(checks: tuple[Check, ...]) -> set[str]:
     return {check.name for check in checks if check.status == "fail"}
-
-
-def at_other_speed(record: Record, factor: float) -> Record:
-    return replace(record, time=factor * record.time, sample_period=None)
-
-
-@pytest.mark.parametrize("factor", [2.0, 1000.0, 1.01])
-def test_wrong_time_fails_the_law_check(
-    emps2015: GeneratedAxis, twin: Record, factor: float
-) -> None:
-    check = check_law(emps2015, at_other_speed(twin, factor))
-    assert not check.passed
-    assert "check the time column" in str(check.note)
 
 
 def test_negative_mass_is_out_of_bounds(emps2015: GeneratedAxis, twin: Record) -> None:
@@ -64,15 +50,6 @@ def test_comparison_and_sweep_pass_the_law_check_on(emps2015: GeneratedAxis, twi
     swept = sweep(emps2015, flipped, (40.0, 80.0), methods=["idm-ls"]).summary()
     assert "believe nothing before this is mended" in swept
     assert "believe nothing" not in sweep(emps2015, twin, (40.0,), methods=["idm-ls"]).summary()
-
-
-@pytest.mark.slow
-def test_validation_on_another_axis_does_not_hold(emps2015: GeneratedAxis, twin: Record) -> None:
-    result = identify(emps2015, twin, methods=["idm-ls"])
-    (same,) = validate(result, twin_record(emps2015, seed=3))
-    assert same.holds
-    (other,) = validate(result, twin_record(load_axis("emps")))
-    assert not other.holds
 
 
 def test_validation_that_is_not_finite_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:

@@ -85,12 +85,6 @@ def test_an_untold_payload_is_named_with_what_declares_it(plain: GeneratedAxis, 
     assert "do not believe" in result.summary().lower()
 
 
-def test_an_own_mass_for_each_record_settles_it(plain: GeneratedAxis) -> None:
-    records = [stage_record(1), stage_record(2, M=120.2)]
-    result = identify(plain, records, methods=METHOD, local="M")
-    assert _check(result).status == "pass"
-
-
 @pytest.mark.slow
 def test_a_load_that_makes_two_parameters_differ_names_both() -> None:
     """On a slope the payload is in the mass and in the weight."""

@@ -9,7 +9,6 @@ import pytest
 
 from axisid import Record, build, fit, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.diagnose import DIAGNOSTICS, Diagnostic, conclusion
 from axisid.estimation.diagnostics.diagnosis import Case
 from axisid.support.arrays import Array
@@ -115,38 +114,6 @@ def test_numbers_of_which_a_grave_check_faults_are_not_believed(
     monkeypatch.setitem(DIAGNOSTICS, "control law", broken)
     result = identify(emps2015, (twin, twin), methods="idm-ls")
     assert conclusion(result.verdict).endswith("before this is mended: law.")
-
-
-@pytest.mark.parametrize("first", ["faults", "fails"])
-def test_record_whose_law_fails_is_told_of_before_one_whose_check_faults(
-    emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch, first: str
-) -> None:
-    monkeypatch.delenv("AXISID_DEBUG", raising=False)
-    records = [twin, replace(twin, control=-twin.control)]
-
-    def faults_of_the_right_one(case: Case) -> Check | Missing | None:
-        if case.data.record is twin:
-            raise ValueError("matmul")
-        return check(case)
-
-    check = DIAGNOSTICS["control law"].check
-    broken = replace(DIAGNOSTICS["control law"], check=faults_of_the_right_one)
-    monkeypatch.setitem(DIAGNOSTICS, "control law", broken)
-    result = identify(emps2015, records[:: 1 if first == "faults" else -1], methods="idm-ls")
-    law = result.diagnosis.law
-    assert not law.passed
-
-
-def test_fault_of_what_several_checks_ask_is_told_of_each(
-    emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delenv("AXISID_DEBUG", raising=False)
-    monkeypatch.setattr("axisid.estimation.diagnostics.diagnosis.alignment_of", _broken_of_any)
-    result = identify(emps2015, twin, methods="idm-ls")
-    assert "by a fault" in str(result.diagnosis.alignment)
-    found = next(check for check in result.verdict if check.name == "alignment")
-    assert found.status == "fail"
-    assert "by a fault" in result.summary(full=True)
 
 
 def _broken_of_any(*_: object, **__: object) -> None:

@@ -94,19 +94,6 @@ def test_what_was_not_run_is_not_evaluated(emps2015: GeneratedAxis, twin: Record
 
 
 @pytest.mark.slow
-def test_motion_that_does_not_excite_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
-    """A slow creep in one direction: hardly any acceleration, one speed."""
-    n = 4000
-    rng = np.random.default_rng(8)
-    t = np.arange(n) * 1e-3
-    position = 0.05 * t + 1e-5 * np.sin(2 * np.pi * t)
-    control = (24.8 + 236.9 * 0.05 + rng.normal(size=n)) / 35.15
-    record = Record(time=t, position=position, control=control)
-    result = identify(emps2015, record)
-    assert statuses(result)["precision"] == "fail"
-
-
-@pytest.mark.slow
 def test_a_peak_of_friction_that_is_left_out_with_the_reversals_moves_nothing() -> None:
     """No row that counts shows it, so that there is nothing to tell; with the reversals it is."""
     axis = load_axis("emps2015")

@@ -80,13 +80,6 @@ def test_a_file_of_a_covariance_that_is_not_there_is_refused(
         load_result(file)
 
 
-def test_no_covariance_is_known_but_those_of_the_table(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    with refuses("unknown-choice", says="'hc3'"):
-        identify(emps2015, twin, covariance=NAME)
-
-
 @pytest.mark.slow
 def test_one_file_and_one_row_add_a_covariance_to_the_command(tmp_path: Path) -> None:
     done = commands_with(

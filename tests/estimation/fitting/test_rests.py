@@ -11,12 +11,10 @@ import pytest
 from axisid import build, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.fitting.rests import Rests
 from axisid.estimation.records import Record
 from axisid.modeling import Experiment, Move, back_and_forth
 from benchmarks.machines import Machine, white
 from tests.axes.remembering import dahl_axis
-from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
 field: Any = import_module("field")
@@ -81,27 +79,11 @@ def test_short_moves_of_which_too_little_is_left_keep_their_samples() -> None:
 
 
 @pytest.mark.slow
-def test_a_record_that_is_too_short_for_the_filter_keeps_no_other_ones_rests(
-    dwells: tuple[GeneratedAxis, Record],
-) -> None:
-    axis, record = dwells
-    other, short = dwelling((Move(2e-3, 0.1, 2.0),))
-    rests = Rests.of([axis, other], [record, short], [np.eye(3)] * 2)
-    assert rests.data[0].excluded
-    assert 1 not in rests.data
-
-
-@pytest.mark.slow
 def test_friction_that_remembers_is_shown_near_rests_and_keeps_them() -> None:
     moves = back_and_forth(speeds=(0.1,), acceleration=2.0, seconds=0.2, dwell=0.2)
     axis = build(dahl_axis(experiment=Experiment(moves=moves)))
     record = twin_record(axis)
     assert fit(axis, record).of_records[0].rows == len(record)
-
-
-def test_a_choice_that_is_none_is_refused(dwells: tuple[GeneratedAxis, Record]) -> None:
-    with refuses("fit-choice"):
-        fit(*dwells, rests="drop")
 
 
 def test_rests_are_kept_from_the_command_line(run: Run, tmp_path: Any) -> None:

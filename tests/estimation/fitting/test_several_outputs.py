@@ -10,7 +10,6 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.studies import validate_fit
 from axisid.presentation.plots import output_plot
-from tests.axes.unseen import with_bump
 from tests.refusals import refuses
 
 TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
@@ -87,13 +86,6 @@ def test_twins_of_the_bootstrap_have_both_outputs_of_one_noise(
     for value in found.parameters.values():
         own = value.deviations
         assert own["bootstrap"] == pytest.approx(own["coloured"], rel=0.6)
-
-
-def test_what_no_output_shows_is_named(twin: Record) -> None:
-    found = fit(with_bump(0.5), twin, BOTH)
-    assert found.unseen == ("Fb at all",)
-    (check,) = [c for c in found.checks if c.name == "parameters shown"]
-    assert check.meaning.startswith("the control and position do not show Fb at all")
 
 
 def test_a_record_is_held_against_one_of_the_outputs(emps2015: GeneratedAxis, twin: Record) -> None:

@@ -14,23 +14,9 @@ from axisid.estimation.estimates import student_interval
 from axisid.estimation.fitting.solution import cut_interval
 from axisid.estimation.fitting.spread import Scores
 from axisid.estimation.records import Record
-from axisid.estimation.told_by_outputs import Autoregression, autoregression_of
 from axisid.support.arrays import Array
 
 SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"
-
-
-def test_the_autoregression_of_errors_is_found(rng: np.random.Generator) -> None:
-    e = lfilter([1.0], [1.0, -1.2, 0.5], 0.3 * rng.standard_normal(20_000))
-    found = autoregression_of([e[:9000], e[9000:]], 1e-3)
-    assert 2 <= found.order <= 10
-    np.testing.assert_allclose(found.coefficients[:3, 0, 0], [1.0, -1.2, 0.5], atol=0.05)
-    assert found.variance[0, 0] == pytest.approx(0.09, rel=0.05)
-
-
-def test_errors_that_are_white_need_none(rng: np.random.Generator) -> None:
-    assert autoregression_of([rng.standard_normal(5000)], 1e-3).order <= 4
-    assert autoregression_of([np.zeros(500)], 1e-3).order == 0
 
 
 def _scores(J: Array, e: Array) -> Scores:
@@ -65,30 +51,6 @@ def test_the_sandwich_is_the_scatter_of_estimates_with_coloured_errors(
     assert np.all((independent > 1.5 * scatter) if a < 0 else (independent < 0.7 * scatter))
 
 
-def test_what_was_known_before_counts_as_rows() -> None:
-    J, e = np.ones((100, 1)), np.zeros(100)
-    e[::2], e[1::2] = 1.0, -1.0
-    scores = _scores(J, e)
-    rows = slice(0, 100)
-    known = Scores(
-        jacobian=J,
-        errors=e,
-        curvature=np.ones(100),
-        known=np.array([[10.0]]),
-        counts=np.ones(100),
-        spans=((rows,),),
-        periods=(1e-3,),
-    )
-    assert known.inverse[0, 0] == pytest.approx(1 / 200)
-    assert known.independent()[0, 0] < scores.independent()[0, 0]
-
-
-def test_what_was_known_before_is_no_surer_than_it_is() -> None:
-    """Of two parameters that the errors show only together, one is as sure as what was known."""
-    scores = replace(_scores(np.ones((100, 2)), np.zeros(100)), known=np.array([[0.0, 0.5]]))
-    np.testing.assert_allclose(np.sqrt(np.diag(scores.by_known())), [2.0, 2.0])
-
-
 @pytest.mark.parametrize("a", [-0.6, 0.9])
 def test_coloured_errors_count_beside_what_was_known_as_they_tell_of_it(
     a: float, rng: np.random.Generator
@@ -97,37 +59,6 @@ def test_coloured_errors_count_beside_what_was_known_as_they_tell_of_it(
     e = lfilter([1.0], [1.0, -a], rng.standard_normal(20_000))
     scores = replace(_scores(np.ones((len(e), 1)), e), known=np.array([[3.0]]))
     assert scores.effects() == pytest.approx((1 + a) / (1 - a), rel=0.2)
-
-
-def test_each_parameter_of_uneven_errors_has_its_own_variance_and_freedom(
-    rng: np.random.Generator,
-) -> None:
-    """One that twins with noise tell more of, and one that the errors themselves do."""
-    n = 4000
-    first = np.arange(n) < n // 2
-    J = np.column_stack([first, ~first]).astype(float)
-    twins = rng.standard_normal((n, 48))
-    slow = lfilter([1.0], [1.0, -0.98], rng.standard_normal(n))
-    errors = np.where(first, slow, 0.1 * rng.standard_normal(n))
-    scores = replace(_scores(J, errors), twins=twins)
-    told = scores.coloured()
-    made = (scores.inverse @ J.T @ twins).var(axis=1, ddof=1)
-    assert told.matrix[0, 0] > 2 * made[0]
-    assert told.matrix[1, 1] == pytest.approx(made[1])
-    assert told.freedom[1] == 47
-    assert told.freedom[0] != 47
-
-
-def test_uneven_errors_count_beside_what_was_known_as_their_twins_tell(
-    rng: np.random.Generator,
-) -> None:
-    """Of a mean whose twins go together for 50 samples: 50 times the variance of white errors."""
-    n = 5000
-    lasting = np.repeat(rng.standard_normal((n // 50, 48)), 50, axis=0)
-    white = rng.standard_normal(n)
-    known = np.array([[3.0]])
-    scores = replace(_scores(np.ones((n, 1)), white), known=known, twins=lasting)
-    assert scores.effects() == pytest.approx(50.0, rel=0.5)
 
 
 def test_masked_errors_are_none(rng: np.random.Generator) -> None:
@@ -143,18 +74,6 @@ def test_masked_errors_are_none(rng: np.random.Generator) -> None:
         white.append(float(scores.independent()[0, 0] * (J.T @ J)[0, 0]))
     assert np.sqrt(np.mean(claimed)) == pytest.approx(scatter, rel=0.2)
     assert np.mean(white) == pytest.approx(1 / (1 - 0.9**2), rel=0.15)
-
-
-def test_errors_were_under_way_before_a_short_stretch() -> None:
-    a, lags = 0.98, np.arange(20)
-    slow = Autoregression(
-        coefficients=np.array([1.0, -a])[:, None, None],
-        variance=np.eye(1),
-        covariances=np.array([1.0, a])[:, None, None] / (1 - a**2),
-    )
-    J = np.column_stack([np.ones(20), lags - 9.5])
-    right = a ** np.abs(lags[:, None] - lags) / (1 - a**2)
-    np.testing.assert_allclose(slow.coloured(J), J.T @ right @ J, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("beyond", [50.0, 9e3, 1.1e4, 1e9])

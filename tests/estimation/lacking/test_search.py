@@ -190,22 +190,6 @@ def with_more_force(axis: GeneratedAxis, record: Record, term: str, values: Arra
 
 
 @pytest.mark.slow
-def test_a_mass_that_changes_is_found_on_a_record_that_is_quiet() -> None:
-    """The change is all that is left, and so is the covariance of a score test."""
-    axis = build(load_axis("belt_axis"))
-    quiet = twin_record(axis, position_noise=2e-7)
-    truth = quiet.provenance.truth
-    assert truth is not None
-    late = np.where(np.arange(len(quiet)) >= 0.6 * len(quiet), 0.1 * truth["m"], 0.0)
-    result = identify(axis, with_more_force(axis, quiet, "acceleration", late))
-    lacks = lacking(scores_at(result.data, result.preferred), result.preferred)
-    assert not isinstance(lacks, Missing)
-    (change,) = lacks
-    assert (change.kind, change.parameter) == ("change", "m")
-    assert change.values == pytest.approx((0.1 * truth["m"],), rel=0.05)
-
-
-@pytest.mark.slow
 def test_a_mass_that_changes_is_found_with_its_time(emps2015: GeneratedAxis, twin: Record) -> None:
     late = np.where(np.arange(len(twin)) >= 0.6 * len(twin), 10.0, 0.0)
     change = found(with_more_force(emps2015, twin, "acceleration", late))[0]

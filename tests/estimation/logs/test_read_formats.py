@@ -76,19 +76,6 @@ def test_parquet_with_time_stamps_and_units_of_its_fields(tmp_path: Path) -> Non
     assert "time: time stamps counted from the first" in record.provenance.assumed
 
 
-def test_columns_of_one_name_in_a_parquet_file_are_numbered(tmp_path: Path) -> None:
-    pa = pytest.importorskip("pyarrow")
-    parquet = pytest.importorskip("pyarrow.parquet")
-    file = tmp_path / "log.parquet"
-    table = pa.Table.from_arrays([pa.array(x) for x in (T, Q, U)], names=["time", "q", "q"])
-    parquet.write_table(table, file)
-    with refuses("no-column", says=r"'q' for the position.*several columns: q\.1, q\.2"):
-        read_record(file, columns={"position": "q"})
-    record = read_record(file, columns={"position": "q.1", "control": "q.2"})
-    assert np.array_equal(record.position, Q)
-    assert np.array_equal(record.control, U)
-
-
 @pytest.mark.parametrize("kind", ["mapping", "pandas", "polars", "pyarrow"])
 def test_any_dataframe_of_a_script(kind: str) -> None:
     columns: dict[str, Any] = {"time": T, "q [mm]": Q, "u": U}
@@ -208,15 +195,6 @@ def test_tdms_that_breaks_off_says_so(tmp_path: Path, capfd: pytest.CaptureFixtu
     assert np.array_equal(record.position, Q[:-10])
     assert "less data than expected" in record.provenance.assumed[0]
     assert capfd.readouterr().err == ""
-
-
-def test_tdms_that_breaks_off_says_so_where_its_columns_differ_in_length(tmp_path: Path) -> None:
-    file = tdms(tmp_path / "log.tdms", q=(Q, {}), u=(U, {"NI_UnitDescription": "mV"}))
-    record = read_record(file, columns=NAMED, sample_period=1e-3)
-    assert "control: mV -> V" in record.provenance.assumed
-    file.write_bytes(file.read_bytes()[:-80])
-    with refuses("different-lengths", says=r"position 50, control 40 \(npTDMS: .*less data"):
-        read_record(file, columns=NAMED, sample_period=1e-3)
 
 
 def mdf(file: Path, *groups: list[tuple[np.ndarray, np.ndarray, str, str]], **more: Any) -> Path:

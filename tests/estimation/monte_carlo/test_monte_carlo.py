@@ -14,12 +14,10 @@ from axisid.estimation import Chain, MonteCarlo
 from axisid.estimation.monte_carlo.figures import Share
 from axisid.estimation.monte_carlo.runs import (
     INTERVALS,
-    STATUSES,
     BlockNumbers,
     Estimand,
     FailedRun,
     block_numbers,
-    joined,
 )
 from axisid.estimation.monte_carlo.twins import DrawnChain, twins
 from axisid.estimation.records.record import Record
@@ -59,10 +57,6 @@ def test_more_runs_begin_with_the_same_ones() -> None:
     few = study(1, "idm-ls")
     assert np.array_equal(few.values, study(2, "idm-ls").values[:1])
     assert not np.array_equal(few.values, study(1, "idm-ls", seed=2).values)
-
-
-def test_runs_side_by_side_have_the_same_numbers_in_any_blocks() -> None:
-    assert study(3, "idm-iv", block=2) == study(3, "idm-iv")
 
 
 def test_a_run_is_what_identify_makes_of_its_twin() -> None:
@@ -160,19 +154,6 @@ def test_bias_scatter_and_coverage_are_those_of_the_numbers() -> None:
     assert made.belief == "with care"
 
 
-def test_a_check_is_counted_where_it_was_evaluated_alone() -> None:
-    made = numbers(100.2 + np.array([-1.0, 0.5]), half=2.0)
-    for second, shares in {
-        STATUSES.index("not evaluated"): (Share(0, 1), Share(1, 1), Share(1, 2)),
-        -1: (Share(0, 1), Share(1, 1), Share(1, 2)),
-    }.items():
-        unseen = replace(made.numbers, statuses=np.array([[0], [second]], dtype=np.int8))
-        (check,) = replace(
-            made, numbers=replace(unseen, judged=np.array([True, True]))
-        ).check_figures
-        assert (check.fails, check.passes, check.missing) == shares
-
-
 def test_bias_of_few_runs_is_judged_by_students_law() -> None:
     few = numbers(100.2 + np.array([1.0, 1.3, 0.9, 1.2]), half=2.0)  # 12 standard errors
     assert few.biased == few.figures
@@ -196,22 +177,6 @@ def test_the_more_intervals_there_are_the_further_one_must_be_off() -> None:
         alone, numbers=replace(block, estimands=(*block.estimands, *others), numbers=whole)
     )
     assert many.miscovered(narrow=True) == ()
-
-
-def test_blocks_are_joined_in_the_order_of_their_runs_whatever_they_have() -> None:
-    one, other = study(1, "idm-ls").numbers, judged().numbers
-    later = BlockNumbers(
-        **{
-            name: getattr(other, name)
-            for name in ("estimands", "numbers", "checks", "statuses", "judged", "failures")
-        },
-        runs=other.runs + 1,
-    )
-    both = joined([later, one])
-    assert both.runs.tolist() == list(range(11))
-    assert both.estimands[: len(one.estimands)] == one.estimands
-    assert np.isnan(both.numbers[0, len(one.estimands) :]).all()
-    assert (both.statuses[0] == -1).all()
 
 
 def test_intervals_of_every_kind_are_there_and_truths_of_both_models() -> None:
@@ -284,6 +249,7 @@ def test_other_true_values_are_simulated() -> None:
         ({"truth": 3}, "study-truth-type"),
         ({"moves": 3}, "monte-carlo-moves"),
         ({"moves": "far"}, "monte-carlo-moves"),
+        ({"moves": [Move(distance=1e-9, speed=0.05, acceleration=0.75)]}, "twin-too-short"),
         ({"runs": 10**9}, "monte-carlo-runs"),
         ({"prefilter": 60.0}, "prefilter-type"),
         ({"covariance": "ols"}, "unknown-choice"),
@@ -297,12 +263,6 @@ def test_other_true_values_are_simulated() -> None:
 def test_what_makes_no_sense_is_refused(given: dict[str, Any], code: str) -> None:
     with refuses(code):
         study(**given)
-
-
-def test_moves_of_less_than_a_record_are_refused() -> None:
-    moves = [Move(distance=1e-9, speed=0.05, acceleration=0.75)]
-    with refuses("twin-too-short", says="over after 1 samples"):
-        study(2, moves=moves)
 
 
 def test_a_disturbance_that_the_drive_would_log_is_refused() -> None:
@@ -352,10 +312,3 @@ def test_what_is_done_is_kept_whatever_fails(monkeypatch: pytest.MonkeyPatch) ->
     with refuses("monte-carlo-worker"):
         study(2, "idm-ls", block=1, keep=kept.append)
     assert [len(partial) for partial in kept] == [1]
-
-    def confused(*_: Any) -> None:
-        raise KeyError
-
-    with pytest.raises(KeyError):
-        study(2, "idm-ls", block=1, keep=kept.append, progress=confused)
-    assert len(kept) == 2

@@ -9,7 +9,6 @@ from axisid import Record, fit, simulate, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.studies import validate_fit
 from axisid.support.arrays import Array
-from tests.refusals import refuses
 
 TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
 BEGIN = 300  # where the axis is moving
@@ -79,19 +78,6 @@ def test_each_piece_of_a_record_has_a_start_of_its_own(
     assert [*found.names[3:]] == names
     assert found.fixed == {"start_velocity_1": 0.0}
     assert not found.local
-
-
-def test_other_searches_begin_at_the_same_start(emps2015: GeneratedAxis) -> None:
-    record, begun = _moving(emps2015, 3)
-    found = fit(emps2015, record, free="start", starts=2)
-    assert len(found.ends) == 2
-    for _, physical in found.ends:
-        np.testing.assert_allclose(physical[-2], begun[0], atol=1e-5)
-
-
-def test_an_open_loop_has_starts_anyway(emps2015: GeneratedAxis, twin: Record) -> None:
-    with refuses("free-open-loop", says="a start of its own"):
-        fit(emps2015, twin, "open-loop", free="start")
 
 
 @pytest.mark.slow

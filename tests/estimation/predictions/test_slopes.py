@@ -10,7 +10,6 @@ from axisid.estimation.predictions.lanes import Lanes
 from axisid.estimation.regression import InverseForm
 from axisid.support.arrays import Array
 from tests.axes.complex_loop import control_of, derivative_of
-from tests.refusals import refuses
 
 THETA = np.array([100.2, 236.9, 24.8])
 INFINITE = np.full(3, np.inf)
@@ -66,29 +65,9 @@ def test_at_a_bound_the_differences_stay_inside_and_are_of_second_order(at: floa
     assert np.all((parabola.seen[0] >= lower) & (parabola.seen[0] <= upper))
 
 
-def test_all_lanes_of_one_jacobian_are_one_batch() -> None:
-    parabola = _Parabola()
-    slopes_of(parabola, np.ones(2), np.ones(2), np.zeros(2), INFINITE[:2])
-    assert [len(lanes) for lanes in parabola.seen] == [5]
-
-
 def test_a_parameter_whose_lane_fails_is_stepped_less() -> None:
     parabola, here = _Parabola(fails_beyond=1.0 + 2e-5), np.array([1.0, 0.2])
     found = slopes_of(parabola, here, np.ones(2), np.zeros(2), INFINITE[:2])
     np.testing.assert_allclose(found.jacobian, np.diag(2 * here + 1), atol=1e-8)
     assert len(parabola.seen) == 2
     assert len(parabola.seen[1]) == 3  # that of the parameter alone
-
-
-def test_where_one_side_fails_both_steps_are_to_the_other() -> None:
-    parabola, here = _Parabola(fails_beyond=1.0), np.array([1.0, 0.2])
-    found = slopes_of(parabola, here, np.ones(2), -INFINITE[:2], INFINITE[:2])
-    np.testing.assert_allclose(found.jacobian, np.diag(2 * here + 1), atol=1e-8)
-    assert parabola.seen[1][:, 0].max() == 1.0
-
-
-def test_slopes_where_nothing_can_be_simulated_are_refused() -> None:
-    with refuses("fit-lane", says="it fails"):
-        slopes_of(_Parabola(0.5), np.ones(2), np.ones(2), np.zeros(2), INFINITE[:2])
-    with refuses("fit-lane", says="it fails"):
-        slopes_of(_Parabola(1.0), np.ones(2), np.ones(2), np.ones(2), INFINITE[:2])

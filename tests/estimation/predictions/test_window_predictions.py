@@ -3,7 +3,6 @@
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,10 +10,8 @@ import pytest
 from axisid import Record, build, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics import conclusion
-from axisid.estimation.predictions import WindowPredictions, window_predictions
+from axisid.estimation.predictions import WindowPredictions
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.simulation import LoopInputs, simulate_lanes
-from axisid.support.arrays import Array
 from tests.refusals import refuses
 
 SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"
@@ -49,31 +46,6 @@ def test_windows_are_stretches_of_their_record(emps2015: GeneratedAxis, twin: Re
     np.testing.assert_array_equal(predictions.measured[spans[3]], recorded)
 
 
-def test_every_window_says_how_many_steps_it_asks_for(
-    emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The first of a record is often at rest, and asks for the fewest."""
-    seen: list[int | None] = []
-    first = twin.position[:520]  # 7801 samples are 15 windows
-
-    def asked(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> int:
-        assert inputs.reference.ndim == 1
-        return 1 if np.array_equal(inputs.reference, first) else 3
-
-    def simulated(*given: Any, substeps: int | None, **more: Any) -> Any:
-        seen.append(substeps)
-        return simulate_lanes(*given, substeps=substeps, **more)
-
-    monkeypatch.setattr(window_predictions, "settled_substeps", asked)
-    monkeypatch.setattr(window_predictions, "simulate_lanes", simulated)
-    _predictions(emps2015, twin).settle(THETA)
-    assert set(seen) == {3}
-    monkeypatch.setattr(window_predictions, "settled_substeps", lambda *_: 1)
-    seen.clear()
-    _predictions(emps2015, twin).settle(THETA)
-    assert set(seen) == {1}
-
-
 def test_what_a_first_position_or_velocity_makes_is_no_error(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -99,14 +71,6 @@ def test_the_fit_has_the_truth_without_a_law_or_a_reference(twin: Record, horizo
     assert f"windows of {horizon:g} s" in result.summary()
     assert result.plot() is not None
     assert {c.name: c.status for c in result.checks}["control law"] == "not evaluated"
-
-
-def test_a_lane_that_fails_is_named(emps2015: GeneratedAxis, twin: Record) -> None:
-    predictions = _predictions(emps2015, twin)
-    found = predictions(np.array([THETA, [-1.0, 200.0, 20.0]]))
-    assert [*found.failures] == [1]
-    assert np.all(np.isnan(found.errors[:, 1]))
-    assert 0 in predictions(np.array([[-1.0, 200.0, 20.0]])).failures
 
 
 def test_without_a_control_it_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
@@ -142,30 +106,6 @@ def test_windows_are_shorter_where_friction_drives_the_motion_away() -> None:
         predictions = _predictions(axis, record, horizon)
         assert predictions.steady_horizon(truth) == steady
         assert predictions.steady_horizon(smooth) == horizon
-
-
-@pytest.mark.slow
-def test_windows_are_asked_at_the_length_that_is_asked_for() -> None:
-    """Strong magnets: errors grow threefold in half a second, five hundredfold in two."""
-    axis = build(load_axis("linear_motor"))
-    record = twin_record(axis, seed=1)
-    experiment = axis.declared.experiment
-    assert experiment is not None
-    truth = np.array([*experiment.truth.values()])
-    for horizon, steady in ((0.5, 0.5), (2.0, 0.5)):
-        assert _predictions(axis, record, horizon).steady_horizon(truth) == steady
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("horizon", "status"), [(0.5, "fail"), (0.25, "pass")])
-def test_few_windows_are_not_believed(
-    emps2015: GeneratedAxis, twin: Record, horizon: float, status: str
-) -> None:
-    found = fit(emps2015, twin, "open-loop", horizon=horizon)
-    (windows,) = (check for check in found.checks if check.name == "windows")
-    assert windows.status == status
-    assert (windows.remedy is not None) == (status == "fail")
-    assert found.believed == (status == "pass")
 
 
 @pytest.mark.slow

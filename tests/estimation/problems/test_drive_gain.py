@@ -67,17 +67,6 @@ def test_a_drive_that_is_no_gain_alone_is_asked_for_its_force_by_another_gain(
     assert friction.sd_gain == pytest.approx(0.01 * (friction.value + BRAKE), rel=2e-3)
 
 
-@pytest.mark.slow
-def test_it_is_in_no_other_figure(emps2015: GeneratedAxis) -> None:
-    record = twin_record(emps2015)
-    exact = identify(emps2015, record, methods=["idm-ls"])
-    known = identify(declared(emps2015), record, methods=["idm-ls"])
-    for name, value in known["idm-ls"].parameters.items():
-        assert replace(value, sd_gain=0.0) == exact["idm-ls"].parameters[name]
-    entry = known.to_dict()["estimates"][0]["parameters"]["M"]
-    assert entry["sd_gain"] == pytest.approx(SD * entry["value"])
-
-
 def test_measured_force_needs_no_gain(emps2015: GeneratedAxis) -> None:
     record = twin_record(emps2015)
     assert record.control is not None

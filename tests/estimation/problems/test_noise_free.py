@@ -133,20 +133,6 @@ def test_noise_that_the_law_did_not_measure_is_none_to_follow_by() -> None:
     assert result["idm-ls"].filter_bias is None
 
 
-def test_intervals_and_functions_are_about_what_is_corrected(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    result = identify(emps2015, twin, KEPT, ["idm-ls", "idm-iv"])
-    low, high = result["idm-iv"].parameters["M"].interval
-    assert low < result["idm-iv"].parameters["M"].corrected < high
-    moved = result["idm-iv"].derive("M/Fv").filter_bias
-    mass, viscous = (result["idm-iv"].parameters[n] for n in ("M", "Fv"))
-    assert mass.filter_bias is not None
-    assert viscous.filter_bias is not None
-    expected = (mass.value + mass.filter_bias) / (viscous.value + viscous.filter_bias)
-    assert moved == pytest.approx(expected - mass.value / viscous.value, rel=1e-2)
-
-
 @pytest.mark.slow
 def test_residuals_are_free_of_the_filter_where_it_moves_the_estimate_too(
     valve: Identification,
@@ -159,15 +145,6 @@ def test_residuals_are_free_of_the_filter_where_it_moves_the_estimate_too(
     (check,) = (c for c in valve.verdict if c.name == "outliers")
     assert tests.excess_kurtosis > 6  # of what noise there is at reversals, a fortieth of all
     assert check.status == "pass"
-
-
-def test_force_column_and_partially_known_models_are_taken_alike(twin: Record) -> None:
-    axis = load_axis("emps2015")
-    assert twin.control is not None
-    measured = replace(twin, force=35.15 * twin.control)
-    by_force = identify(axis, measured, Prefilter(hold="zoh"), "idm-iv")["idm-iv"]
-    by_control = identify(axis, twin, Prefilter(hold="zoh"), "idm-iv")["idm-iv"]
-    assert by_force.filter_bias == pytest.approx(by_control.filter_bias, rel=1e-9)
 
 
 def _slow_sines(axis: GeneratedAxis, friction: float, noise: float, seed: int = 1) -> Record:

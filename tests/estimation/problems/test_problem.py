@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Prefilter, Record, identify, twin_record
+from axisid import Prefilter, Record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.estimates import Estimate
-from axisid.estimation.methods import METHODS, bound_record, estimate_by
+from axisid.estimation.methods import METHODS, estimate_by
 from axisid.estimation.problems import Problem
 from axisid.estimation.signals import FilteredRecord
 
@@ -66,31 +65,6 @@ def test_a_record_with_a_gap_and_its_two_parts_are_the_same_thing(
     assert one.noise_free is not None
     assert two.noise_free is not None
     assert two.noise_free == pytest.approx(one.noise_free, rel=1e-6, abs=1e-9)
-
-
-def test_one_record_is_what_identify_makes_of_it(emps2015: GeneratedAxis, twin: Record) -> None:
-    bound = Problem(axis=emps2015, data=(bound_record(emps2015, twin, Prefilter()),))
-    found = estimate_by(bound, METHODS["idm-iv"])
-    expected = identify(emps2015, twin, Prefilter(), "idm-iv", bootstrap=0)["idm-iv"]
-    assert np.array_equal(found.physical, expected.physical)
-    assert np.array_equal(found.covariances["hac"], expected.covariances["hac"])
-
-
-def test_several_records_tell_more_than_one(emps2015: GeneratedAxis) -> None:
-    truth = np.array([100.2, 236.9, 24.8])
-    records = [twin_record(emps2015, seed=seed) for seed in range(3)]
-    three = estimate_by(problem(emps2015, *records), METHODS["idm-iv"])
-    singles = [estimate_by(problem(emps2015, r), METHODS["idm-iv"]) for r in records]
-    mean = np.mean([_deviations(one) for one in singles], axis=0)
-    assert _deviations(three) == pytest.approx(mean / np.sqrt(3), rel=0.25)
-    assert np.all(np.abs(three.corrected - truth) < 4 * _deviations(three))
-    assert len(three.y) == sum(len(one.y) for one in singles)
-    assert three.times is not None
-    assert len(three.times) == len(three.rows) == len(three.neighbours)
-
-
-def _deviations(estimate: Estimate) -> np.ndarray:
-    return np.sqrt(np.diag(estimate.covariances["hac"]))
 
 
 def test_a_problem_is_pickled_without_what_it_computed(

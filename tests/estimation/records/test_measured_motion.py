@@ -7,7 +7,6 @@ import pytest
 
 from axisid import DataError, Record, load_axis, read_record
 from axisid.estimation import Repairs
-from axisid.modeling import Column
 from tests.refusals import refuses
 
 N, PERIOD = 2000, 1e-3
@@ -46,14 +45,6 @@ def test_a_velocity_has_a_unit_of_its_own_kind(unit: str, each: float) -> None:
     assert np.asarray(record.velocity) == pytest.approx(each * VELOCITY)
 
 
-def test_a_velocity_is_scaled_from_counts_and_has_a_zero() -> None:
-    column = Column("velocity", unit="mm/s", scale=-1, offset="2mm/s")
-    record = read_record(log(), load_axis("emps"), columns=_emps({"velocity": column}))
-    assert np.asarray(record.velocity) == pytest.approx(2e-3 - 1e-3 * VELOCITY)
-    counts = read_record(log(), columns={"velocity": "velocity:counts*360deg/4096/1ms"})
-    assert np.asarray(counts.velocity) == pytest.approx(VELOCITY * 2 * np.pi / 4096 / 1e-3)
-
-
 def _emps(columns: dict[str, Any]) -> dict[str, Any]:
     names = {role: role for role in ("time", "position", "control")}
     return {**names, **columns}
@@ -81,18 +72,6 @@ def test_they_are_shifted_cut_and_masked_with_the_others() -> None:
         np.asarray(whole.windowed((0.5, 0.8)).acceleration), ACCELERATION[500:801]
     )
     assert np.asarray(whole.shifted(velocity=3).velocity) == pytest.approx(VELOCITY[: N - 3])
-
-
-def test_a_long_table_may_have_a_velocity_of_another_rate() -> None:
-    rows = [(t, "position", p) for t, p in zip(TIME, POSITION, strict=True)]
-    rows += [(t, "v", v) for t, v in zip(TIME[::5], VELOCITY[::5], strict=True)]
-    rows += [(t, "control", t) for t in TIME]
-    rows.sort(key=lambda row: row[0])
-    table = {name: [row[i] for row in rows] for i, name in enumerate(("time", "name", "value"))}
-    record = read_record(table, columns={"velocity": "v"}, repairs=Repairs(resample="auto"))
-    inside = slice(20, -20)
-    expected = 30 * np.cos(30 * record.time)
-    assert np.asarray(record.velocity)[inside] == pytest.approx(expected[inside], abs=1e-3)
 
 
 class TestVelocityAlone:

@@ -5,11 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Record, UsageError, identify, load_axis, read_record
+from axisid import Record, UsageError, identify, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
-from axisid.estimation.records.clipping import clipped
-from axisid.estimation.tables import Samples
 from tests.refusals import refuses
 
 N = 400
@@ -106,29 +104,6 @@ def test_resampling_invents_no_motion_in_a_gap() -> None:
     assert "0.036 s are missing" in record.provenance.repairs[1].text
 
 
-def test_control_at_the_drives_limit_is_clipped() -> None:
-    axis = load_axis("emps2015")
-    limit = axis.drive.limit
-    control = np.clip(1.2 * limit * CONTROL, -limit, limit)
-    masks, repair = clipped(
-        {"position": Samples(values=POSITION), "control": Samples(values=control)}, axis
-    )
-    expected = np.abs(1.2 * CONTROL) >= 1
-    assert np.array_equal(masks["control"], expected)
-    assert not masks["position"].any()
-    assert repair.count == expected.sum() > 0
-
-
-def test_position_that_rests_at_its_end_is_not_clipped_but_one_that_is_cut_off_is() -> None:
-    resting = np.clip(1.2 * (1 - np.cos(np.linspace(0, np.pi, N))), 0, None)
-    counts = np.round(resting / 1e-3) * 1e-3  # an encoder repeats itself at rest
-    assert not clipped({"position": Samples(values=counts)}, None)[0]["position"].any()
-    cut = np.minimum(POSITION, 0.8)
-    assert np.array_equal(
-        clipped({"position": Samples(values=cut)}, None)[0]["position"], POSITION >= 0.8
-    )
-
-
 def test_force_that_keeps_its_extreme_is_clipped() -> None:
     record = read_record(log(force=np.clip(CONTROL, -0.9, 0.9)), repairs=Repairs(mask="clipped"))
     flat = np.zeros(N, dtype=bool)
@@ -149,16 +124,6 @@ def test_settings_that_make_no_sense_are_refused(settings: dict[str, Any]) -> No
 
 def test_nothing_is_repaired_unasked() -> None:
     assert read_record(log()).provenance.repairs == ()
-
-
-def test_rows_without_a_number_are_counted_where_they_are_left_out() -> None:
-    spoilt = np.array(log()["position"])
-    spoilt[7] = np.nan
-    spoilt[9] = np.inf
-    record = read_record({**log(), "position": spoilt}, repairs=Repairs(resample="auto"))
-    (empty,) = (r for r in record.provenance.repairs if r.kind == "empty")
-    assert empty.count == 2
-    assert "position 2" in empty.text
 
 
 def test_rate_that_would_fill_the_memory_is_refused() -> None:

@@ -48,13 +48,6 @@ def test_a_signal_is_found_by_name_number_and_unit(named: str, tmp_path: Path) -
     assert record.provenance.columns["pressure"] == "p"
 
 
-def test_a_header_with_a_unit_says_what_it_is(tmp_path: Path) -> None:
-    log = columns(pressure=None, **{"pressure [kPa]": PRESSURE / 1e3})
-    record = read_record(written(tmp_path, log), AXIS)
-    assert record.signals["pressure"] == pytest.approx(PRESSURE, rel=1e-12)
-    assert any("kPa" in note for note in record.provenance.assumed)
-
-
 def test_a_signal_that_is_missing_is_refused_with_its_name() -> None:
     with refuses("no-column", "no column 'pressure' for the pressure; found time, position"):
         read_record(columns(pressure=None), AXIS)

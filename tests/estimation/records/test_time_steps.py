@@ -132,37 +132,6 @@ def test_clock_that_was_set_back_among_empty_cells() -> None:
     assert [stop - start for start, stop in record.segments] == [299, 860, 800]
 
 
-def test_columns_of_clocks_of_their_own_are_not_cut_together() -> None:
-    from axisid.estimation.records.columns.roles import RoleColumns
-    from axisid.estimation.records.reading import _record
-    from axisid.estimation.tables.table import Table, loaded_column
-    from axisid.support.files.memory import room_for
-
-    columns = {
-        "position": loaded_column(np.sin(TIME), clock=stepped(-0.5)),
-        "control": loaded_column(np.cos(TIME), clock=TIME),
-    }
-    table = Table(source="log", columns=columns)
-    chosen = RoleColumns(table, None, {})
-    asked = Repairs(gaps="split", resample="auto")
-    with refuses("backward-time", says="have clocks of their own: cut the file there"):
-        _record(table, chosen, None, None, asked, (), room_for("log", None))
-
-
-def test_empty_cells_in_a_row_are_a_gap_and_single_ones_are_not() -> None:
-    for rows, settings in ((slice(500, 540), ["resample", "gaps"]), ([3, 700], ["resample"])):
-        columns = log(TIME)
-        columns["position"][rows] = np.nan
-        with pytest.raises(DataError) as refused:
-            read_record(columns)
-        assert [each.name for each in refused.value.remedy.settings] == settings
-        split = "gaps" in settings
-        record = read_record(
-            columns, repairs=Repairs(resample="auto", gaps="split" if split else None)
-        )
-        assert len(record.segments) == (2 if split else 0)
-
-
 def test_jitter_with_gaps_is_resampled_and_cut(rng: np.random.Generator) -> None:
     shaken = TIME + PERIOD * rng.uniform(-0.4, 0.4, N)
     with refuses("uneven-time", says="That is jitter, no gaps") as refused:

@@ -98,23 +98,22 @@ def test_reference_begins_on_the_positions_turn_after_every_gap() -> None:
         assert re.search(r"reference moved by whole moduli: [+-]1 in data rows 101 to 299", told)
 
 
-def test_position_beyond_the_modulus_is_not_wrapped_by_it() -> None:
-    with refuses("other-modulus", says="1 m or rad"):
-        read_record(log(), repairs=Repairs(wrap=1.0))
-
-
-@pytest.mark.parametrize("wrap", ["400:deg", "361:deg", "6.29", "7"])
-def test_modulus_that_leaves_part_of_the_jumps_is_refused(wrap: str) -> None:
-    with refuses("other-modulus") as refused:
-        read_record(log(np.mod(TURNING, TURN)), repairs=Repairs(wrap=wrap))
-    assert refused.value.code == "other-modulus"
-    assert "360:deg" in str(refused.value.remedy)
-
-
-@pytest.mark.parametrize("wrap", ["360", "1000:deg"])
-def test_modulus_that_undoes_no_jump_is_refused(wrap: str) -> None:
-    with refuses("other-modulus", says=r"position jumps by 6\..*does not undo; .*360:deg"):
-        read_record(log(np.mod(TURNING, TURN)), repairs=Repairs(wrap=wrap))
+@pytest.mark.parametrize(
+    ("position", "wrap", "says"),
+    [
+        (TURNING, 1.0, "1 m or rad"),
+        *((np.mod(TURNING, TURN), wrap, "") for wrap in ("400:deg", "361:deg", "6.29", "7")),
+        *(
+            (np.mod(TURNING, TURN), wrap, r"jumps by 6\..*does not undo; .*360:deg")
+            for wrap in ("360", "1000:deg")
+        ),
+    ],
+)
+def test_modulus_that_is_not_that_of_the_jumps_is_refused(
+    position: np.ndarray, wrap: Any, says: str
+) -> None:
+    with refuses("other-modulus", says=says):
+        read_record(log(position), repairs=Repairs(wrap=wrap))
 
 
 def test_wrapped_position_is_recognised_unasked() -> None:

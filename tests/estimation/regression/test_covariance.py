@@ -14,7 +14,6 @@ from axisid.estimation.regression.covariance import (
     Hac,
     PublishedCovariance,
     Robust,
-    correlation,
     lags_of,
     score_products,
 )
@@ -156,14 +155,6 @@ def test_whitened_products_are_those_of_whitened_scores(rng: np.random.Generator
     assert found.matrix == pytest.approx(expected * np.outer(gain, gain), rel=1e-9)
 
 
-def test_rows_that_are_missing_count_as_scores_of_zero(rng: np.random.Generator) -> None:
-    scores = autoregressive(rng, 4000, 0.8)
-    there = np.random.default_rng(0).random(4000) >= 0.3
-    zeros = long_run(np.where(there[:, None], scores, 0.0), Hac(6, prewhitened=True))
-    found = long_run(scores, Hac(6, prewhitened=True), missing=0.3)
-    assert found.matrix == pytest.approx(zeros.matrix, rel=1e-9)
-
-
 @pytest.mark.parametrize("kept", [0.0, 0.6, 0.9])
 def test_freedom_is_that_of_the_scatter_of_the_variance(kept: float) -> None:
     rng = np.random.default_rng(5)
@@ -210,12 +201,6 @@ def test_rows_of_two_records_have_no_covariance(data: tuple[np.ndarray, ...]) ->
     assert Hac(9, corrected=False).matrix(solution) == pytest.approx(expected, rel=1e-9)
 
 
-def test_correlation_matrix_has_a_unit_diagonal(data: tuple[np.ndarray, ...]) -> None:
-    matrix = correlation(Hac().matrix(by_ls(data)))
-    assert np.diag(matrix) == pytest.approx(np.ones(3))
-    assert np.abs(matrix).max() <= 1 + 1e-12
-
-
 @pytest.mark.parametrize(
     ("dataset", "digits"),
     [(FILIP, 7.5), (LONGLEY, 10.5), (NORRIS, 12.0), (PONTIUS, 12.0)],
@@ -228,18 +213,6 @@ def test_least_squares_reaches_the_certified_digits(dataset: Dataset, digits: fl
     for got, certified in ((solution.theta, dataset.values), (deviations, dataset.deviations)):
         error = np.abs(got / np.array(certified) - 1).max()
         assert -np.log10(max(error, 1e-16)) >= digits
-
-
-def test_products_at_many_lags_of_many_rows_are_those_of_the_pairs(
-    rng: np.random.Generator,
-) -> None:
-    n, lags = 30_011, 40
-    scores = lfilter([1.0], [1.0, -0.9], rng.standard_normal((n, 2)), axis=0)
-    found = score_products(scores, Neighbours.consecutive(n), lags)
-    for lag in (0, 1, 17, lags):
-        pairs = scores[lag:].T @ scores[: n - lag]
-        assert found[lag] == pytest.approx(pairs, rel=0, abs=1e-12 * np.abs(found[0]).max())
-    assert len(found) == lags + 1
 
 
 @pytest.mark.parametrize("lags", [5, 400])

@@ -16,7 +16,6 @@ from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import Move
 from tests.axes.bodies import Fc, Fv, body, force_law, k, x
 from tests.estimation.piecewise_axis import PiecewiseAxis, closed_loop
-from tests.refusals import refuses
 
 q, J = x.symbol, Parameter("J", "N")
 PERIOD, STOP = 1e-3, 0.05
@@ -225,17 +224,6 @@ def test_batch_and_virtual_machine_take_the_same_events(kind: str) -> None:
             assert np.abs(virtual.position - single.position).max() < 1e-9
 
 
-def test_contact_that_no_step_resolves_is_refused_by_name_alone_and_in_a_batch() -> None:
-    theta, reference = np.array([[1.0, 0.0, 0.0, 1e13], [1.0, 0.0, 0.0, 1e6]]), sine(0.06, 1.0, 500)
-    with refuses("loop-diverges", says=r"too fast to follow at sample \d+ .*k = 1e\+13"):
-        simulate(axis("stop"), theta[0], reference, PERIOD)
-    batch = simulate_batch(axis("stop"), theta, reference, PERIOD)
-    assert set(batch.failures) == {0}
-    assert np.all(np.isfinite(batch["position"][:, 1]))
-    with refuses("loop-diverges", says="too fast to follow"):
-        simulate(axis("stop", native=False), theta[0], reference, PERIOD)
-
-
 @pytest.mark.slow
 def test_continuous_law_meets_the_stop_at_the_same_time_whatever_the_period() -> None:
     law = cascade_pd(kp=KP, kv=KV, period=PERIOD, continuous=True)
@@ -288,17 +276,6 @@ def test_wave_of_the_position_is_resolved_however_fast_it_passes(name: str) -> N
     exact = simulate(made, theta, reference, PERIOD, substeps=1024)
     assert np.abs(chosen.position - exact.position).max() < 1e-8
     assert np.abs(chosen.force - exact.force).max() < 1e-6 * np.abs(exact.force).max()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("stopped", [False, True])
-def test_wave_too_short_for_the_speed_is_refused(*, stopped: bool) -> None:
-    made = wavy(
-        lambda q: sympy.sin(q / 1e-8) + 1e6 * int(stopped) * sympy.Max(0, q - sympy.Float(0.19))
-    )
-    reference = trajectory((Move(0.05, 1.0, 20.0),), PERIOD)
-    with pytest.raises(EstimationError, match=r"the term J\*.*sin\(1.*\*x\)"):
-        simulate(made, [2.0, 20.0, 1.0], reference, PERIOD)
 
 
 @pytest.mark.slow

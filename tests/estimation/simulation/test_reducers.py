@@ -1,6 +1,5 @@
 """Batches that are reduced as they are simulated."""
 
-import pickle
 import tracemalloc
 
 import numpy as np
@@ -119,11 +118,6 @@ def test_memory_does_not_grow_with_the_lanes(monkeypatch: pytest.MonkeyPatch) ->
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert peaks[1] < 1.5 * peaks[0]
-
-
-def test_a_reduced_batch_comes_back_from_a_pickle() -> None:
-    made = run(rms, lanes=3)
-    assert pickle.loads(pickle.dumps(made)) == made  # noqa: S301
 
 
 def test_signals_are_not_reduced_where_none_is_wanted() -> None:

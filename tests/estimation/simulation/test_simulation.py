@@ -13,16 +13,10 @@ from scipy.integrate import solve_ivp
 from axisid import (
     ModelError,
     build,
-    derive,
     load_axis,
     simulate,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.codegen.artefacts.texts import axis_artefacts
-from axisid.codegen.lowering.loop_settings import LoopSettings, LoopStart
-from axisid.codegen.native.native import Native
-from axisid.codegen.printers import with_c_loop
-from axisid.codegen.runtime.virtual_loop import VirtualLoop
 from axisid.control import MEASURED_POSITION
 from axisid.elements import Drive
 from axisid.estimation import simulate_batch
@@ -304,17 +298,6 @@ def test_batch_is_the_simulations_one_by_one(threads: int, rng: np.random.Genera
             assert np.array_equal(batch[field][:, lane], getattr(single, field)), field
 
 
-def test_shared_and_strided_signals_need_no_copy(rng: np.random.Generator) -> None:
-    axis = built("offset")
-    theta = np.tile(axis.nominal, (5, 1))
-    wide = np.repeat(motion_of(axis)[:, None], 10, axis=1)
-    whole = simulate_batch(axis, theta, motion_of(axis), PERIOD)["position"]
-    strided = simulate_batch(axis, theta, wide[:, ::2], PERIOD)["position"]
-    by_lane = simulate_batch(axis, theta, np.asfortranarray(wide[:, :5]), PERIOD)["position"]
-    assert np.array_equal(whole, strided)
-    assert np.array_equal(whole, by_lane)
-
-
 @pytest.mark.slow
 def test_failing_lane_does_not_end_the_others() -> None:
     axis = build(replace(AXES["offset"], drive=Drive(gain=35.15)))
@@ -349,47 +332,6 @@ def test_runaway_loop_ends_with_sample_and_parameters(native: bool) -> None:
     axis = build(replace(AXES["offset"], drive=Drive(gain=-35.15)), native=native)
     with refuses("loop-diverges", says=r"leaves the range at sample \d+ \(.* s\) with M ="):
         simulate(axis, axis.nominal, motion_of(axis), PERIOD)
-
-
-@pytest.mark.slow
-def test_endless_events_end_with_an_error_not_a_hang(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With one event allowed, the reversal that sticks and leaves within a sample is too many."""
-    axis = built("continuous")
-    text = with_c_loop(axis_artefacts(derive(AXES["continuous"]))["native.c"])
-    guarded = Native(text.replace("SIDES ? 4096 : 20", "1"), axis.functions)
-    settings_ = LoopSettings(period=PERIOD, resolution=0.0, allowed=10.0, substeps=1)
-    assert axis.native.library() is not None  # tested against the virtual machine as it is
-    monkeypatch.setattr("axisid.codegen.runtime.virtual_loop._MOST_EVENTS", (1, 1))
-    library = guarded.library()
-    reference, theta = sine(5.0, 2e-3, 0.5), np.array([100.2, 236.9, 24.8])
-    at_rest = LoopStart(position=0.0)
-    status, stopped, _ = library.simulate(reference, None, None, theta, at_rest, settings_)
-    loop = VirtualLoop(axis.functions, theta, settings_)
-    again, where, _ = loop.run(reference, None, None, at_rest)
-    assert (status, stopped) == (again, where) == (3, stopped)
-    still = dict.fromkeys(("position", "velocity"), np.zeros(8))
-    monkeypatch.setattr(
-        "axisid.codegen.native.native.NativeLibrary.simulate", lambda *_: (3, 7, still)
-    )
-    with refuses("loop-diverges", says="changes the friction direction without end at sa"):
-        simulate(axis, theta, reference, PERIOD)
-
-
-def test_lanes_take_their_own_steps_whatever_lies_beside_them() -> None:
-    axis = built("offset")
-    nominal = axis.nominal
-    theta = np.array(
-        [nominal, [1.0, 4000.0, 20.0, 0.0], np.full(4, np.nan), [0.0, 1, 1, 1], [-100.0, 1, 1, 1]]
-    )
-    reference = motion_of(axis)
-    batch = simulate_batch(axis, theta, reference, PERIOD)
-    assert set(batch.failures) == {2, 3, 4}
-    assert "M = nan, Fv = nan, Fc = nan, F0 = nan. Give finite parameters" in batch.failures[2]
-    assert all("no positive inertia" in batch.failures[lane] for lane in (3, 4))
-    assert np.all(np.isnan(batch["position"][:, 2:]))
-    for lane in (0, 1):
-        single = simulate(axis, theta[lane], reference, PERIOD)
-        assert np.array_equal(batch["position"][:, lane], single.position)
 
 
 def test_fields_of_packed_records_are_read_right() -> None:

@@ -10,7 +10,6 @@ import pytest
 import sympy
 
 from axisid import (
-    Axis,
     Constant,
     Coordinate,
     EstimationError,
@@ -18,7 +17,6 @@ from axisid import (
     Record,
     build,
     identify,
-    load_axis,
     simulate,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
@@ -32,10 +30,7 @@ from axisid.estimation.simulation import (
     most_substeps,
     simulate_loop,
 )
-from axisid.estimation.simulation.steps import at_rest, substeps_at_start
 from tests.axes.bodies import body, q, rotor, turn
-from tests.axes.lagging import lagging
-from tests.axes.remembering import bristle
 from tests.refusals import refuses
 
 PERIOD = 1e-3
@@ -171,38 +166,6 @@ def test_stiffness_of_a_continuous_law_counts_alone_and_in_a_batch() -> None:
     assert np.array_equal(batch["position"][:, 1], alone)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "declared",
-    [
-        *(load_axis(name) for name in ("pendulum", "valve", "balanced_slide")),
-        lagging(lag=2e-3, delay=1e-3),
-        bristle(),
-    ],
-    ids=lambda axis: axis.name,
-)
-def test_compiled_start_judges_as_the_functions_themselves(declared: Axis) -> None:
-    """Of waves, sides, recorded signals, a drive that lags, internal states."""
-    axis, virtual = build(declared), build(declared, native=False)
-    library = axis.native.library()
-    rng, lanes = np.random.default_rng(3), 40
-    sets = axis.nominal * rng.choice([-1.0, 1.0, 10.0], (lanes, len(axis.nominal)))
-    sets[0, 0], sets[1, 0] = 0.0, np.nan
-    start, signals = rng.normal(size=lanes), rng.normal(size=(lanes, len(declared.signals)))
-    got, _ = library.from_rest(start, signals, sets)
-    for case, (force, direction) in enumerate(((1, 0), (0, 0), (0, 1), (0, -1))):
-        still = np.zeros(lanes)
-        motion = (start, still, still + force, still + direction, *signals.T)
-        (wanted,) = axis.evaluate("direct_dynamics", *motion, sets)
-        assert np.array_equal(got[:, case], wanted[:, 0], equal_nan=True)
-    (has_mass, held, _), there = (at_rest(each, sets, start, signals.T) for each in (axis, virtual))
-    assert np.array_equal(has_mass, there[0])
-    assert np.array_equal(held, there[1])
-    steps = [substeps_at_start(each, sets, start, 1e-2, signals.T) for each in (axis, virtual)]
-    assert np.array_equal(*steps)
-    assert 0 < has_mass.sum() < lanes
-
-
 INERTIA = Parameter("J", "kg m^2", nominal=2.0)
 TORQUE = Parameter("c", "N m", nominal=3.0)
 C, ANGLE, SPEED = TORQUE.symbol, turn.symbol, turn.velocity * Constant(1.0, "s").symbol
@@ -255,12 +218,6 @@ def test_axis_whose_force_at_rest_no_motion_starts_from_is_refused_by_the_term(
     assert set(batch.failures) == {0}
     with pytest.raises(EstimationError, match=says):
         raise EstimationError(batch.failures[0])
-
-
-def test_axis_whose_force_is_finite_where_it_starts_is_simulated() -> None:
-    axis = loaded(C * sympy.log(ANGLE))
-    loop = simulate(axis, axis.nominal, 2.0 + REST, PERIOD)
-    assert np.isfinite(loop.position).all()
 
 
 def test_axis_without_inertia_is_told_of_its_inertia_and_not_of_a_force() -> None:
@@ -328,16 +285,6 @@ def test_simulations_of_one_search_share_their_steps_and_the_last_is_refused_by_
     with pytest.raises(EstimationError, match=said):
         simulate_loop(axis, axis.nominal, inputs, budget=budget)
     simulate_loop(axis, axis.nominal, inputs)
-
-
-@pytest.mark.slow
-def test_a_simulation_may_take_the_steps_that_are_left_when_it_begins() -> None:
-    axis = wavy(sympy.sin(5e4 * q.symbol / LENGTH))
-    inputs = LoopInputs(reference=SINE, period=PERIOD, start=LoopStart(position=0.0))
-    budget = StepBudget(left=128 * len(SINE))
-    found = simulate_loop(axis, axis.nominal, inputs, budget=budget)
-    alone = simulate_loop(axis, axis.nominal, inputs)
-    np.testing.assert_array_equal(found.position, alone.position)
 
 
 @pytest.mark.slow

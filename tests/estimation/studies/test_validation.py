@@ -15,7 +15,6 @@ from axisid import (
     identify,
     load_axis,
     load_result,
-    read_record,
     simulate,
     twin_record,
     validate,
@@ -105,22 +104,6 @@ def test_samples_that_the_estimates_were_made_from_are_told(emps2015: GeneratedA
     assert "of its samples" not in str(apart)
 
 
-@pytest.mark.slow
-def test_windows_of_one_file_are_known_by_their_times(
-    emps2015: GeneratedAxis, tmp_path: Path
-) -> None:
-    log = twin_record(emps2015).write(tmp_path / "log.csv", emps2015)
-    first, second, other = (
-        read_record(log, emps2015, windows=[w]) for w in [(None, 4), (3, None), (4, None)]
-    )
-    result = identify(emps2015, first, methods=["idm-ls"])
-    (file := tmp_path / "result.json").write_text(json.dumps(result.to_dict()))
-    for each in (result, load_result(file)):
-        assert validate(each, second).known_share == pytest.approx(1001 / 4801)
-        assert validate(each, other).known_share == pytest.approx(1 / 3801)
-        assert not validate(each, other).same_record
-
-
 @pytest.mark.parametrize(("error", "holds"), [(9.0, True), (11.0, False)])
 def test_a_small_error_holds_even_if_it_is_many_times_its_own(error: float, holds: bool) -> None:
     one = MethodValidation(
@@ -185,23 +168,6 @@ def test_what_the_filter_leaves_open_suits_the_second_record(emps2015: Generated
     raw = identify(emps2015, first, Prefilter(hold="zoh"), ["idm-ls"])
     as_raw = validate(replace(raw, requested=Prefilter(hold="raw")), measured)["idm-ls"]
     assert found == pytest.approx(as_raw.equation_error_percent, rel=1e-12)
-
-
-@pytest.mark.slow
-def test_command_line_prints_and_writes_the_validation(
-    emps2015: GeneratedAxis, tmp_path: Path
-) -> None:
-    file, out = tmp_path / "second.csv", tmp_path / "result.json"
-    twin_record(emps2015, seed=3).write(file, emps2015)
-    arguments = ["identify", "emps2015", "--validate", str(file)]
-    done = CliRunner().invoke(cli, [*arguments, "--json", str(out)])
-    assert done.exit_code == 0, done.output
-    assert "validation" in re.findall(r"^pass +(.*)", done.output, re.MULTILINE)[0]
-    methods = json.loads(out.read_text())["validation"]["methods"]
-    assert [m["method"] for m in methods] == ["idm-ls", "ddm-ls", "idm-iv", "ddm-iv", "didim"]
-    assert all(m["tracking_error_percent"] > 0 for m in methods)
-    assert CliRunner().invoke(cli, [*arguments, "--json", str(file)]).exit_code == 2
-    assert file.read_text().startswith("# axisid.record")
 
 
 def test_a_failed_validation_is_a_line_of_the_verdict_and_of_the_file(

@@ -1,7 +1,5 @@
 """What columns make of errors that follow one another is what the whole matrix makes of them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.linalg import toeplitz
@@ -25,19 +23,6 @@ def test_the_covariance_of_columns_is_that_of_the_whole_matrix(rows: int) -> Non
     np.testing.assert_allclose(
         found, columns.T @ whole @ columns, rtol=0, atol=1e-11 * np.abs(found).max(initial=0.0)
     )
-
-
-def test_an_order_beyond_short_stretches_has_its_uncertainty(rng: np.random.Generator) -> None:
-    pieces = [0.5 * np.sin(np.arange(30) / 3 + a) for a in rng.uniform(0, 6, 200)]
-    model = autoregression_of(pieces, 1e-4)
-    longer = replace(
-        model,
-        coefficients=np.r_[1.0, -0.5, np.zeros(78)][:, None, None],
-        covariances=0.5 ** np.arange(80.0)[:, None, None] / 0.75,
-        variance=np.eye(1),
-    )
-    assert longer.order > 2 * max(map(len, pieces))
-    assert np.isfinite(longer.uncertainty(pieces, 6000))
 
 
 def test_how_sure_a_variance_of_one_output_is_follows_from_its_errors() -> None:

@@ -58,11 +58,6 @@ def test_what_is_no_noise_of_the_twins_is_seen_by_the_scores(rng: np.random.Gene
     np.testing.assert_allclose(claimed, scatter, rtol=0.4)
 
 
-def test_without_noise_the_scores_alone_tell(rng: np.random.Generator) -> None:
-    errors = _noise(rng, 1)[:, 0]
-    assert np.all(_claimed(errors, np.zeros((_ROWS, 48))) > 0)
-
-
 def test_a_sum_is_as_sure_as_its_larger_parts() -> None:
     """Degrees of freedom by Satterthwaite's equation; what is known has no end of them."""
     one = Scattering(matrix=np.diag([4.0, 1.0]), freedom=np.array([10.0, 10.0]))

@@ -46,15 +46,6 @@ def test_columns_make_of_errors_what_their_covariances_say() -> None:
     np.testing.assert_allclose(found.coloured(columns), columns.T @ whole @ columns, rtol=1e-9)
 
 
-def test_how_sure_a_variance_is_follows_from_how_many_errors_tell_it() -> None:
-    column = np.random.default_rng(2).normal(size=600).cumsum()
-    found = [_found([_errors(2_000, seed)]) for seed in range(60)]
-    variances = np.array([each.coloured(column[:, None])[0, 0] for each in found])
-    scatter = float(variances.var(ddof=1) / variances.mean() ** 2)
-    claimed = float(np.mean([each.uncertainty([column], 4_000) for each in found]))
-    assert claimed == pytest.approx(scatter, rel=0.5)
-
-
 @pytest.mark.parametrize("other", [0.0, 1.0, -3.0])
 def test_an_output_that_is_a_function_of_another_tells_nothing_more(other: float) -> None:
     e = _errors(4_000, 4)[::2].copy()

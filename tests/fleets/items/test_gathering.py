@@ -126,12 +126,6 @@ def test_a_log_of_two_machines_is_two_items_with_results_of_their_own(tmp_path: 
     assert result_names(items[::-1]) == [second, first]
 
 
-def test_what_a_manifest_tells_of_a_log_holds_before_its_bare_path(tmp_path: Path) -> None:
-    file = tmp_path / "manifest.csv"
-    file.write_text("log,serial\na.csv,X\n")
-    assert [i.serial for i in gather_items([tmp_path / "a.csv", file], tmp_path)] == ["X"]
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [

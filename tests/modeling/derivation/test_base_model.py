@@ -13,7 +13,6 @@ from axisid.elements import G, asymmetric_coulomb
 from axisid.modeling import Experiment, Move
 from axisid.modeling.declaration.variants import read_fixed
 from axisid.modeling.derivation.base_model import base_model
-from axisid.modeling.derivation.base_terms import reduced_rows
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.wording.identifiability import (
     describe_undetermined,
@@ -68,14 +67,6 @@ def test_pendulum_of_a_mass_and_a_rod() -> None:
     assert base.axis.experiment.truth == pytest.approx(
         {"m_l": 3.0 * 0.4, "J_plus_m_l2": 0.02 + 3 * 0.4**2, "fc": 0.5}
     )
-
-
-def test_null_space_of_the_pendulum_leaves_the_base_parameters() -> None:
-    base = base_model(PENDULUM)
-    (unidentifiable,) = base.unidentifiable
-    assert unidentifiable == {m.symbol: m.symbol, l.symbol: -l.symbol, J.symbol: m * l.symbol**2}
-    for value in base.expressions:
-        assert sympy.expand(sum(value.diff(s) * w for s, w in unidentifiable.items())) == 0
 
 
 def test_what_must_be_known_of_a_chain_of_masses_is_said_at_once() -> None:
@@ -338,12 +329,3 @@ def test_force_is_that_of_as_few_base_parameters_as_its_weights_have_rank(
         assert float(np.dot(columns, beta)) + known == pytest.approx(force, rel=1e-9, abs=1e-9)
         rows.append(columns)
     assert np.linalg.matrix_rank(np.array(rows)) == rank
-
-
-@given(st.lists(st.lists(st.integers(-5, 5), min_size=4, max_size=4), min_size=1, max_size=5))
-def test_echelon_form_is_that_of_sympy(rows: list[list[int]]) -> None:
-    found, pivots = reduced_rows([[Fraction(v) for v in row] for row in rows])
-    expected, places = sympy.Matrix(rows).rref()
-    assert tuple(pivots) == places
-    for got, row in zip(found, expected.tolist(), strict=False):
-        assert [sympy.Rational(v.numerator, v.denominator) for v in got] == row

@@ -111,36 +111,11 @@ def test_names_of_the_direct_models_parameters_are_taken(names: tuple[str, ...])
         [Parameter(name, "kg") for name in names]
 
 
-def test_friction_that_is_not_affine_in_its_direction_is_refused() -> None:
-    sign = sympy.sign(q.velocity)
-    with refuses("force-jumps", says=r"exp\(direction\) is not linear"):
-        derive(body(Fc * sympy.exp(sign), parameters=(M, Fc)))
-
-
-def test_one_sided_friction_is_affine_in_its_direction() -> None:
-    squared = sympy.Heaviside(q.velocity) ** 2
-    model = derive(body(Fc * squared, parameters=(M, Fc)))
-    assert sympy.expand(model.idm.columns[1] - (1 + DIRECTION) / 2) == 0
-
-
 def test_inertia_that_cancels_out_is_refused() -> None:
     with refuses("force-jumps", says="needs an inertia"):
         x = q.symbol / Constant(1.0, "m")
         rest = (x - 1) * (x + 1) - x**2
         derive(body(M * rest * q.acceleration, parameters=(M,)))
-
-
-def test_inertias_that_only_add_up_are_one_base_parameter() -> None:
-    model = derive(body(viscous(Fv, q), inertia=M + 4 * J, parameters=(M, J, Fv)))
-    assert not isinstance(model.parameter_map, Missing)
-    assert len(model.parameter_map.inverse) == 2
-    assert [describe_direction(h) for h in model.base.unidentifiable] == ["M -4, J +1"]
-
-
-def test_friction_that_no_motion_separates_is_reported() -> None:
-    other = Parameter("Fx", "N")
-    model = derive(body(coulomb(Fc, q), coulomb(other, q), parameters=(M, Fc, other)))
-    assert [describe_direction(h) for h in model.base.unidentifiable] == ["Fc -1, Fx +1"]
 
 
 def test_configuration_dependent_inertia_has_no_direct_regressor_and_says_why() -> None:
@@ -150,26 +125,6 @@ def test_configuration_dependent_inertia_has_no_direct_regressor_and_says_why() 
     assert isinstance(model.ddm, Missing)
     assert "depends on phi" in model.ddm.reason
     assert len(model.idm.columns) == 2
-
-
-def test_crank_has_the_velocity_term_of_its_changing_inertia() -> None:
-    inertia = J * sympy.sin(angle.symbol) ** 2
-    crank = energetic(coordinate=angle, inertia=inertia, parameters=(J,))
-    s, c = sympy.sin(angle.symbol), sympy.cos(angle.symbol)
-    expected = s**2 * angle.acceleration + s * c * angle.velocity**2
-    assert sympy.expand(derive(crank).idm.columns[0] - expected) == 0
-
-
-def test_powers_of_the_friction_direction_are_reduced() -> None:
-    sign = sympy.sign(q.velocity)
-    model = derive(body(Fc * sign**3, tau0 * sign**2, parameters=(M, Fc, tau0)))
-    assert model.idm.columns[1:] == (DIRECTION, sympy.S.One)
-
-
-def test_quadratic_drag_stays_continuous() -> None:
-    drag = Parameter("Fq", "N/(m/s)^2")
-    model = derive(body(drag * q.velocity * sympy.Abs(q.velocity), parameters=(M, drag)))
-    assert model.idm.columns[1] == q.velocity * sympy.Abs(q.velocity)
 
 
 @pytest.mark.parametrize(
@@ -231,11 +186,6 @@ def test_hidden_linearity_is_found() -> None:
 def test_force_not_linear_in_acceleration_is_refused() -> None:
     with refuses("force-jumps", says="not linear in the acceleration"):
         derive(body(M * q.acceleration**2 / Constant(1.0, "m/s^2"), parameters=(M,)))
-
-
-def test_other_jumps_with_velocity_are_refused() -> None:
-    with refuses("force-jumps", says=r"sign\(dq - 1\) jumps with the velocity"):
-        derive(body(Fc * sympy.sign(q.velocity - 1), parameters=(M, Fc)))
 
 
 def test_narrow_gaussian_is_a_column_like_any_other() -> None:

@@ -117,49 +117,6 @@ def test_command_prints_or_writes_what_its_schema_says(
     assert run("compare-results", *files, "--json", files[0])[0] == 2
 
 
-def drop(name: str) -> Callable[[dict[str, Any]], None]:
-    return lambda content: content.pop(name)
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (None, "cannot be read"),
-        ("time,position\n", "is not JSON"),
-        ("[1]", "it has no schema, not 'axisid.identification/1'"),
-        ('{"schema": "axisid.stream/1"}', "no longer read; identify the log again"),
-        ('{"schema": "axisid.sweep/1"}', "its schema is 'axisid.sweep/1'"),
-        (
-            '{"schema": "axisid.identification/1"}',
-            "lacks what its schema promises: object missing required field axis",
-        ),
-        (b"\xff\xfe\x00", "is not JSON"),
-    ],
-)
-def test_files_that_are_no_results_are_refused_in_a_sentence(
-    run: Run, files: tuple[Path, Path], tmp_path: Path, content: Any, message: str
-) -> None:
-    file = tmp_path / "x.json"
-    if content is not None:
-        file.write_bytes(content if isinstance(content, bytes) else content.encode())
-    code, out, err = run("compare-results", files[0], file)
-    assert (code, out) == (3, "")
-    assert message in err
-    assert err.count("\n") == 1
-
-
-def test_a_result_with_holes_is_refused(files: tuple[Path, Path], tmp_path: Path) -> None:
-    def lose(content: dict[str, Any]) -> None:
-        del content["estimates"][0]["parameters"]["M"]["sd_hac"]
-
-    def hush(content: dict[str, Any]) -> None:
-        content["verdict"][0].update(status="fail", meaning=None)
-
-    for change in (lose, hush):
-        with refuses("broken-schema"):
-            compare_results(files[0], spoiled(files[0], tmp_path, change))
-
-
 @pytest.mark.parametrize(
     ("value", "code", "says"),
     [

@@ -172,21 +172,6 @@ def test_the_command_line_takes_several_logs(logs: list[str], tmp_path: Path) ->
     assert written["declared_gain"] == 35.15
 
 
-@pytest.mark.slow
-def test_a_log_that_cannot_be_read_is_named_and_can_be_skipped(logs: list[str]) -> None:
-    axis, first, second, bad = logs
-    refused = _run(axis, first, bad, second)
-    assert "1 of 3 records cannot be used" in refused
-    assert "go on without them" in refused
-    told = _run(axis, first, bad, second, "--skip-bad", "--known", "m_add=0,7,20")
-    assert "set aside  1 record" in told
-    assert "m_add = 20 kg" in told
-    told = " ".join(_run(axis, first, bad, "--skip-bad", "--known", "m_add=0,20").split())
-    assert "Without it drive_gain is not identified, as 1 record does not tell it" in told
-    alone = _run(axis, first, "--skip-bad", "--method", "idm-ls")  # as a glob may give
-    assert "record     run1.csv" in alone
-
-
 @pytest.mark.parametrize(
     ("options", "said"),
     [

@@ -111,13 +111,7 @@ def test_identification_with_everything(checker: Draft202012Validator, run: Any)
 def test_identification_with_a_second_record(
     checker: Draft202012Validator, run: Any, tmp_path: Path, twin: Record
 ) -> None:
-    import numpy as np
-
-    path = tmp_path / "second.csv"
-    assert twin.reference is not None
-    assert twin.control is not None
-    table = np.column_stack([twin.time, twin.position, twin.reference, twin.control])
-    np.savetxt(path, table, delimiter=",", header="time,position,reference,control", comments="")
+    path = twin.write(tmp_path / "second.csv", load_axis("emps2015"))
     _, out, _ = run("identify", "emps2015", "--validate", str(path), "--json", "-")
     written = json.loads(out)
     _check(checker, written)

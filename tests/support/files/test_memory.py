@@ -2,7 +2,6 @@
 
 import gzip
 import io
-import re
 import tracemalloc
 import zipfile
 from collections.abc import Callable
@@ -15,7 +14,6 @@ from scipy.io import savemat
 
 from axisid import read_record
 from axisid.support.files import memory
-from axisid.support.files.memory import machine_memory, room_for
 from tests.bounded import within
 from tests.refusals import refuses
 
@@ -177,42 +175,6 @@ def test_more_samples_than_can_be_identified_are_refused_unless_the_user_allows_
     assert "parts of one regression with a verdict" in str(refused.value)
     assert len(read_record(file, windows=[(0.0, 20.0)])) == 20_001
     assert len(read_record(file, max_memory=1e9)) == 60_000
-
-
-@pytest.mark.parametrize("given", [0, -1.0, float("nan"), "4e9", True])
-def test_room_is_a_positive_number(given: Any) -> None:
-    with refuses("bad-max-memory"):
-        room_for("log.csv", given)
-
-
-def test_room_is_half_of_what_machine_or_container_have(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    limit = tmp_path / "memory.max"
-    monkeypatch.setattr(memory, "_LIMITS", (limit,))
-    whole = machine_memory()
-    assert whole > 1e8
-    assert room_for("log.csv", None).limit == whole / 2
-    limit.write_text("max\n")
-    assert machine_memory() == whole
-    limit.write_text(f"{64 << 20}\n")
-    assert machine_memory() == 64 << 20
-    room = room_for("log.csv", None)
-    assert room.left == 32 << 20
-    with refuses("memory", says=re.escape("0.0336 GB of memory, half of what there is")):
-        room.take(room.left + 1)
-
-
-def test_lack_of_memory_is_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file = tmp_path / "log.csv"
-    file.write_text("time,position\n0,1\n1,2\n2,4\n")
-
-    def exhausted(*_: object, **__: object) -> None:
-        raise MemoryError
-
-    monkeypatch.setattr("axisid.estimation.logs.reading.read_text", exhausted)
-    with refuses("memory"):
-        read_record(file)
 
 
 def test_lack_of_memory_exits_3(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:

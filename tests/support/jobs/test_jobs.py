@@ -43,21 +43,6 @@ def test_a_process_says_nothing_of_its_arithmetic(capfd: pytest.CaptureFixture[s
     assert capfd.readouterr().err == ""
 
 
-def test_no_more_processes_are_started_than_there_are_items(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    asked: list[int] = []
-
-    def on_processes(function: Any, places: Any, *, jobs: int, limit: Any) -> Any:
-        asked.append(jobs)
-        return (Outcome(place=place, value=2 * item) for place, item in places)
-
-    monkeypatch.setattr("axisid.support.jobs.run.on_processes", on_processes)
-    outcomes([1, 2, 3], jobs=1000)
-    outcomes([1, 2, 3], jobs=2)
-    assert asked == [3, 2]
-
-
 def test_threads_are_left_behind_that_take_too_long() -> None:
     with ThreadPoolExecutor(2) as executor:
         assert kinds(outcomes([1, HANGS, 3], executor=executor, limit=0.1)) == [2, "time", 6]

@@ -9,7 +9,7 @@ import pytest
 from axisid import Identification, Prefilter, Record, build, identify, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd, cascade_pd_difference
-from axisid.estimation.checks import Check, Levels
+from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import belief
 from axisid.estimation.diagnostics.estimates import (
     FORMS,
@@ -125,24 +125,6 @@ def test_forms_far_apart_fail_where_no_instruments_tell(every: Identification) -
     assert belief([far.name]) == "not believed"
 
 
-def test_levels_say_from_when_on_estimates_part_and_that_matters(every: Identification) -> None:
-    apart = {FORMS: found(12.0, p=1e-3, joint=1e-3)}
-    told = [
-        forms_check(apart, every.estimates, levels)
-        for levels in (Levels(), Levels(level=1e-4), Levels(least_share=0.5))
-    ]
-    said = [(each.status, " 0.01 %" in each.source) for each in told if isinstance(each, Check)]
-    assert said == [("fail", False), ("pass", True), ("note", False)]
-
-
-def test_what_could_not_be_compared_says_why(every: Identification) -> None:
-    weak = Missing("the instruments are too weak to tell")
-    told = method_check(
-        every["idm-iv"], every.estimates, {SECOND_OPINION: weak}, NO_STEPS, law_passed=True
-    )
-    assert told is weak
-
-
 def biased(ls: Estimate, deviations: float) -> Mapping[str, Estimate]:
     bias = deviations * np.sqrt(np.diag(ls.covariance))
     return {"idm-ls": ls.with_inference(bias=bias)}
@@ -156,13 +138,6 @@ def test_least_squares_alone_is_held_against_its_twins(
     check = method_check(estimates["idm-ls"], estimates, {}, NO_STEPS, law_passed=True)
     assert check.status == status
     assert ("(idm-iv)" in check.meaning) is (status == "note")
-
-
-def test_an_estimate_alone_of_which_nothing_tells_is_not_compared(every: Identification) -> None:
-    alone = every["idm-iv"]
-    assert isinstance(
-        method_check(alone, {"idm-iv": alone}, {}, NO_STEPS, law_passed=True), Missing
-    )
 
 
 @pytest.mark.slow

@@ -130,23 +130,6 @@ def test_a_constant_is_no_other_than_another_start_of_an_integral() -> None:
     assert check.passed
 
 
-@pytest.mark.slow
-def test_a_control_that_is_logged_late_is_named() -> None:
-    record = _record(P_PI)
-    check = check_law(_axis(P_PI), record.shifted(control=1))
-    assert not check.passed
-    assert "1 sample" in check.meaning
-
-
-def test_a_flipped_control_is_said_to_have_the_other_sign() -> None:
-    record = _record(P_PI)
-    check = check_law(_axis(P_PI), replace(record, control=-record.control))
-    assert not check.passed
-    assert "its sign is opposite to the law's" in check.meaning
-    assert "% of the control" in check.meaning
-    assert "no change of its gains" not in check.meaning
-
-
 @cache
 def _behind_encoder(step: float) -> tuple[GeneratedAxis, Record]:
     axis = cascaded()

@@ -143,14 +143,6 @@ def test_a_vague_gain_allows_the_factor_that_it_makes_of_the_drive(twin: Record)
     assert factors[-BRAKE] < factors[0.0] < factors[BRAKE]
 
 
-def test_a_gain_that_is_declared_as_vague_allows_a_factor(twin: Record) -> None:
-    axis = load_axis("emps2015")
-    vague = build(replace(axis, drive=replace(axis.drive, relative_sd=0.05)))
-    record = replace(twin, force=1.1 * GAIN * twin.control)
-    check = force_check(vague, record)
-    assert check.status == "pass"
-
-
 def test_a_force_behind_a_gear_is_no_factor(emps2015: GeneratedAxis, twin: Record) -> None:
     """A load cell lacks the motor's share of inertia and friction: not a factor of the control."""
     commanded = GAIN * twin.control

@@ -103,12 +103,6 @@ def test_what_a_spreadsheet_could_not_work_out_is_no_comment(cell: str, row: int
         table.columns["a"].read()
 
 
-def test_first_row_of_a_stamp_alone_is_no_header() -> None:
-    rows = b"t;q;u\n1.2.2026 00:41:24.6;;\n1.2.2026 00:41:25.2;1.5;2\n1.2.2026 00:41:26;2;3\n"
-    with refuses("time-stamp-for-header", says=r"2: the time stamp '1\.2\.2026 00:41:24\.6'"):
-        read_text("log.csv", rows)
-
-
 def test_decimal_mark_may_come_after_a_long_rest(tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
     rows = [f"{k};0;0" for k in range(600)]

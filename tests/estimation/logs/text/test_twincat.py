@@ -162,27 +162,6 @@ def test_export_that_ends_early_is_told(tmp_path: Path) -> None:
     assert "its samples end 0.019 s before the end that its head gives" in cut.provenance.assumed
 
 
-def test_encoding_of_an_export_is_told(tmp_path: Path) -> None:
-    file = tmp_path / "scope.csv"
-    file.write_text(export(CHANNELS), encoding="utf-16")
-    record = read_record(file, columns=COLUMNS)
-    assert "encoding utf-16" in record.provenance.assumed
-
-
-def test_channels_of_other_rates_are_resampled_on_request_only(tmp_path: Path) -> None:
-    text = export([CHANNELS[0], ("Axis.SetPos", "mm (Length)", TARGET[::5], 5)])
-    file = log(tmp_path, text)
-    with refuses("different-lengths", says=r"position 60, reference 12") as refused:
-        read_record(file, columns=COLUMNS)
-    assert refused.value.code == "different-lengths"
-    assert "resample" in str(refused.value.remedy)
-    record = read_record(file, columns=COLUMNS, repairs=Repairs(resample="auto"))
-    assert record.period == pytest.approx(1e-3)
-    assert len(record) == 56  # up to the last sample of the slower channel
-    assert record.reference == pytest.approx(1e-3 * TARGET[:56], abs=1e-2)
-    assert record.provenance.repairs[0].count == 56
-
-
 def test_unit_none_is_no_unit_and_a_scale_factor_is_told(tmp_path: Path) -> None:
     text = export([("Axis.ActPos", "(None)", ACTUAL, 1)]).replace(
         "ScaleFactor\t1", "ScaleFactor\t-1"
@@ -222,12 +201,3 @@ def test_sample_that_lacks_its_value_is_told_and_counted(tmp_path: Path, cell: s
         read_record(file)
     record = read_record(file, repairs=Repairs(resample="auto"))
     assert "position 1" in record.provenance.repairs[0].text
-
-
-def test_end_that_is_asked_to_be_left_out_is_told_to_be_kept(tmp_path: Path) -> None:
-    file = log(tmp_path, export(CHANNELS))
-    record = read_record(file, columns=COLUMNS, repairs=Repairs(tail="drop"))
-    assert len(record) == len(read_record(file, columns=COLUMNS))
-    (repair,) = record.provenance.repairs
-    assert (repair.kind, repair.count) == ("tail", 0)
-    assert "delimited text alone" in repair.text

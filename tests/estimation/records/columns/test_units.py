@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import UsageError, load_axis, read_record
+from axisid import UsageError, read_record
 from axisid.estimation import Repairs
 from axisid.modeling.declaration.axis import Axis
 from axisid.modeling.declaration.drive import Drive
@@ -76,14 +76,6 @@ def test_unit_that_is_not_known_is_refused_by_any_name_of_its_column(
     assert record.position == pytest.approx(1e-3 * VALUES)
 
 
-def test_columns_whose_names_differ_by_the_unit_only_are_all_there(rotary: Axis) -> None:
-    log = {"time": TIME, "angle [deg]": VALUES, "angle [rad]": 7 * VALUES}
-    record = read_record(log, rotary, columns={"position": "angle [deg]"})
-    assert record.position == pytest.approx(np.radians(VALUES))
-    with refuses("no-column", says=r"Did you mean 'angle \[deg\]' or 'angle \[rad\]'"):
-        read_record(log, rotary, columns={"position": "angle"})
-
-
 @pytest.mark.parametrize(
     ("columns", "code", "says"),
     [
@@ -112,12 +104,6 @@ def test_unit_of_another_kind_is_refused(
 ) -> None:
     with refuses(code, says):
         read_record({"time": TIME, "q": VALUES, "u": VALUES}, rotary, columns=columns)
-
-
-def test_unit_of_another_kind_in_the_file_is_a_data_error() -> None:
-    log = {"t": TIME, "qm [deg]": VALUES, "qg": VALUES, "vir": VALUES}
-    with refuses("other-unit", says="'deg', but the position of axis 'emps' is measured in m"):
-        read_record(log, load_axis("emps"))
 
 
 def modulus(text: str, axis: Axis | None) -> float:
