@@ -16,11 +16,6 @@ from .independence import (
     where_zero as where_zero,
     without as without,
 )
-from .kernel import (
-    Polynomial as Polynomial,
-    TooManyProductsError as TooManyProductsError,
-    kernel as kernel,
-)
 from .multiplied_out import multiplied_out as multiplied_out
 from .point_value import CANNOT as CANNOT, value_at as value_at, vanishes as vanishes
 from .products import (

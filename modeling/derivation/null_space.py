@@ -6,20 +6,22 @@ nothing. No experiment separates them then: only combinations of them are identi
 
 import contextlib
 import math
-from collections.abc import Mapping, Sequence, Set as AbstractSet
+from collections.abc import Iterator, Mapping, Sequence, Set as AbstractSet
 from fractions import Fraction
+from functools import reduce
 from typing import TypeAlias
 
 import sympy
+from sympy import QQ
+from sympy.polys.domains import PolynomialRing
+from sympy.polys.matrices import DomainMatrix
+from sympy.polys.rings import PolyElement
 
 from axisid.modeling.algebra import (
     CANNOT,
     Expansion,
     NotRealError,
-    Polynomial,
-    TooManyProductsError,
     exact,
-    kernel,
 )
 from axisid.modeling.quantities import DIRECTION, Coordinate, Parameter, signals_in
 
@@ -35,6 +37,7 @@ Point: TypeAlias = Mapping[sympy.Symbol, sympy.Expr]
 _PLACES, _STEPS = 101, (37, 59)  # a prime, and how two points walk through its fractions
 _MOST = 3  # motions that determine a direction in symbols
 _NEAR = 1e-9
+_MOST_PRODUCTS = 20_000  # of one term of each sum, above which no direction is found in symbols
 _MOST_NODES, _MOST_SYMBOLS, _MOST_ROOTS = 150, 8, 12  # of weights that are written as quotients
 
 
@@ -61,44 +64,44 @@ def null_space(
     tuple of dict
         In the parameters; with numbers at a point near the nominal one where that is too large.
     """
-    free = [j for j, p in enumerate(parameters) if p.symbol not in known]
-    symbols = [p.symbol for p in parameters]
-    sums = [{e: weight for e, weight in zip(monomials, row, strict=True) if weight} for row in rows]
-    try:
-        found = kernel(sums, len(symbols), free)
-    except TooManyProductsError:
-        point = [Fraction(x.p, x.q) for x in generic_points(parameters)[0].values()]
-        slopes = [[_slope_at(total, point, j) for j in free] for total in sums]
-        return _null_space_of_numbers(slopes, [symbols[j] for j in free])
-    return tuple(
-        _direction({symbols[j]: _in_symbols(weight, symbols) for j, weight in vector.items()})
-        for vector in found
-    )
+    free = [p.symbol for p in parameters if p.symbol not in known]
+    ring = QQ[tuple(p.symbol for p in parameters)]
+    sums = [
+        ring.ring.from_dict(
+            {e: QQ(w.numerator, w.denominator) for e, w in zip(monomials, row, strict=True) if w}
+        )
+        for row in rows
+    ]
+    slopes = [[total.diff(ring.from_sympy(p)) for p in free] for total in sums]
+    if math.prod(map(len, sums)) <= _MOST_PRODUCTS:
+        return tuple(map(_direction, _kernel(slopes, free, ring)))
+    point = [Fraction(x.p, x.q) for x in generic_points(parameters)[0].values()]
+    return _null_space_of_numbers([[_at(slope, point) for slope in row] for row in slopes], free)
 
 
-def _slope_at(total: Polynomial, point: Sequence[Fraction], j: int) -> Fraction:
-    """Derivative of a polynomial by a variable at a point."""
+def _at(polynomial: PolyElement, point: Sequence[Fraction]) -> Fraction:
+    """The value of a polynomial at a point."""
     terms = (
-        weight
-        * powers[j]
+        Fraction(int(weight.numerator), int(weight.denominator))
         * math.prod(x**e for x, e in zip(point, powers, strict=True) if e)
-        / point[j]
-        for powers, weight in total.items()
-        if powers[j]
+        for powers, weight in polynomial.terms()
     )
     return sum(terms, Fraction(0))
 
 
-def _in_symbols(polynomial: Polynomial, symbols: Sequence[sympy.Symbol]) -> sympy.Expr:
-    return sympy.Add(
-        *(
-            sympy.Mul(
-                sympy.Rational(weight.numerator, weight.denominator),
-                *(s**e for s, e in zip(symbols, powers, strict=True)),
-            )
-            for powers, weight in polynomial.items()
-        )
-    )
+def _kernel(
+    rows: Sequence[Sequence[PolyElement]], symbols: Sequence[sympy.Symbol], ring: PolynomialRing
+) -> Iterator[Direction]:
+    """What rows of polynomials map to nothing, in polynomials that share no factor."""
+    field = ring.get_field()
+    table = [[field.convert_from(slope, ring) for slope in row] for row in rows]
+    basis = DomainMatrix(table, (len(table), len(symbols)), field).to_sparse().nullspace()
+    for vector in basis.to_dense().rep.to_list():
+        shared = reduce(ring.lcm, (weight.denom for weight in vector))
+        whole = [weight.numer * shared.exquo(weight.denom) for weight in vector]
+        common = reduce(ring.gcd, whole)
+        weights = (ring.to_sympy(weight.exquo(common)) for weight in whole)
+        yield dict(zip(symbols, weights, strict=True))
 
 
 def _null_space_of_numbers(
