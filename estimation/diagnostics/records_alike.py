@@ -239,7 +239,7 @@ def rows_alike(
 ) -> Alike | Missing:
     """Hold each record against the others, by the rows of an estimate of all.
 
-    Chance is what twins of the records make of them, or HAC without any.
+    Chance is what twins of the records make of them, or HAC of too few.
     """
     if estimate.is_direct:
         return Missing("the rows of a direct model are accelerations")
@@ -254,7 +254,7 @@ def rows_alike(
         regressor = checked_columns(np.hstack([X, columns]), every, neighbours=estimate.neighbours)
         Z_of_all = factor(np.hstack([Z, instruments]), every)
         found = instrumental_variables(weights * estimate.net_residuals, regressor, Z_of_all)
-        if left is not None:
+        if left is not None and left.shape[1] / 2 - columns.shape[1] + 1 >= _FEWEST:
             moved = found.influence.T @ (weights[:, None] * left)
             return found.theta, np.atleast_2d(np.cov(moved)), np.full(len(moved), left.shape[1] / 2)
         applied = Hac().applied(found)
