@@ -69,18 +69,6 @@ _AUTUMN = datetime(2026, 10, 25, 0, 59, 59, tzinfo=UTC)
 _SUMMER = timezone(timedelta(hours=2))
 
 
-def _long() -> str:
-    columns = columns_of_a_log()
-    rows = zip(*(map(float, v) for v in columns.values()), strict=True)
-    names = [*columns]
-    lines = (
-        f"{row[0]:.6f},{name},{x!r}"
-        for row in rows
-        for name, x in zip(names[1:], row[1:], strict=True)
-    )
-    return "\n".join(["time,name,value", *lines])
-
-
 _BERLIN = ZoneInfo("Europe/Berlin")
 #: Name, start, zone as it is written, the clock that the stamps are of, and what is said.
 _OF_ZONES = (

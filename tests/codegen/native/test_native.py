@@ -124,11 +124,6 @@ def test_cache_is_private_and_the_library_is_reused(cache: Path) -> None:
     assert again is not None
     assert again.path.stat().st_mtime_ns == built
     assert cached_library(text_of("emps")) == library.path
-
-
-@pytest.mark.slow
-def test_nothing_but_the_library_its_digest_and_its_lock_stay_in_the_cache(cache: Path) -> None:
-    fresh().native.library()
     assert {p.suffix for p in cache.iterdir()} == {".so", ".sha256", ".lock"}
 
 
@@ -430,26 +425,6 @@ def test_c_compiler_of_zig_serves_where_there_is_no_other(monkeypatch: pytest.Mo
     monkeypatch.setenv("PATH", "")
     monkeypatch.delenv("CC", raising=False)
     assert find_compiler().command[1:] == ("-m", "ziglang", "cc")
-
-
-def test_library_of_another_axis_in_its_place_is_found(cache: Path) -> None:
-    emps, other = (placed_library(text_of(name), cache) for name in ("emps", "emps2015"))
-    emps.write_bytes(other.read_bytes())
-    emps.with_suffix(".sha256").write_text(other.with_suffix(".sha256").read_text())
-    assert cached_library(text_of("emps")) is None
-
-
-@pytest.mark.slow
-def test_library_that_does_not_load_is_built_again(cache: Path) -> None:
-    path = placed_library(text_of("emps"), cache)
-    path.write_bytes(b"junk")
-    path.with_suffix(".sha256").write_text(_digest(path, path.name))
-    assert cached_library(text_of("emps")) == path
-    axis = fresh()
-    assert axis.evaluate("idm_regressor", 0.0, 1.0, 2.0, 1.0)[0].tolist() == [[2.0, 1.0, 1.0, 1.0]]
-    library = axis.native.library()
-    assert library is not None
-    assert library.simulate
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@
 
 import pytest
 
-from axisid.estimation.checks import told_or, unless_faulty
+from axisid.estimation.checks import unless_faulty
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 
@@ -29,18 +29,6 @@ def test_fault_is_said_with_what_it_was() -> None:
 def test_refusal_keeps_its_reason() -> None:
     found = unless_faulty(lambda: _raising(EstimationError("too few rows are left.")))
     assert found == Missing("too few rows are left.")
-
-
-def test_what_is_found_is_given() -> None:
-    assert unless_faulty(lambda: 3.0) == 3.0
-    assert unless_faulty(lambda: None) is None
-    assert told_or(0.0, lambda: 3.0) == 3.0
-
-
-@pytest.mark.usefixtures("quiet")
-def test_what_stands_for_nothing_is_given_after_a_fault() -> None:
-    assert told_or(0.0, lambda: _raising(KeyError("x"))) == 0.0
-    assert told_or(0.0, lambda: Missing("not there")) == 0.0
 
 
 def test_fault_is_raised_where_tracebacks_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:

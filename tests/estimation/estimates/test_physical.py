@@ -11,7 +11,6 @@ from scipy.optimize import least_squares
 from axisid import (
     Axis,
     Constant,
-    Identification,
     Parameter,
     Prefilter,
     Record,
@@ -129,14 +128,6 @@ def test_known_mass_gives_the_others_in_closed_form(
         assert found.covariances[name] == pytest.approx(slopes @ whole @ slopes.T, rel=1e-8)
     assert values["J"].sd_hac == pytest.approx(np.sqrt(found.covariances["hac"][2, 2]))
     assert (found.dof, found.p_value, found.undetermined) == (0, None, ())
-
-
-@pytest.mark.slow
-def test_exactly_known_mass_has_no_deviation(pendulum: GeneratedAxis, record: Record) -> None:
-    found, estimate = physical(pendulum, record, m=1.2)
-    assert (found.parameters["m"].value, found.parameters["m"].sd_hac) == (1.2, 0.0)
-    length = found.parameters["l"]
-    assert length.sd == pytest.approx(estimate.parameters["m_l"].sd / 1.2, rel=1e-9)
 
 
 def swinging(rng: np.random.Generator) -> Record:
@@ -359,15 +350,6 @@ def test_the_root_of_a_negative_estimate_is_not_given() -> None:
     assert "no values of the physical parameters give" in found.undetermined[-1]
 
 
-def test_estimate_of_the_physical_parameters_has_no_others(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    result: Identification = identify(emps2015, twin, methods="idm-ls")
-    assert result.physical == {}
-    assert fixed_check(result["idm-ls"]) is None
-    assert "physical parameters  " not in result.summary(every=True)
-
-
 def test_all_methods_agree_and_the_summary_has_one_table(
     pendulum: GeneratedAxis, record: Record
 ) -> None:
@@ -381,46 +363,6 @@ def test_all_methods_agree_and_the_summary_has_one_table(
     assert "and to m = 1.2 +- 0.01 kg, declared as known (minimum distance)" in words
     assert "m = 1.2 kg, l = 0.45 m" in words
     assert "m_l = 0.54 kg m, J_plus_m_l2 = 0.273 kg m^2" in words
-
-
-@pytest.mark.slow
-def test_products_beside_a_parameter_that_enters_nonlinearly(emps2015: GeneratedAxis) -> None:
-    """The drive gain moves the sum of masses, not the Stribeck velocity."""
-    axis = emps2015.axis
-    v, (mass, drag, dry) = axis.coordinate.velocity, axis.parameters
-    ratio = Parameter("n", "1", nominal=2.0)
-    rotor = Parameter("Mr", "kg", nominal=20.0)
-    peak, speed = Parameter("Fs", "N", nominal=10.0), Parameter("vs", "m/s", 0.05, 0.001, 1.0)
-    geared = replace(
-        axis,
-        name="geared",
-        parameters=(mass, ratio, rotor, drag, dry, peak, speed),
-        force=(mass + ratio.symbol**2 * rotor) * axis.coordinate.acceleration
-        + drag * v
-        + (dry + peak * sympy.exp(-((v / speed.symbol) ** 2))) * sympy.sign(v),
-        drive=replace(axis.drive, relative_sd=0.01),
-        experiment=replace(
-            axis.experiment,
-            truth={
-                "M": 20.0,
-                "n": 2.0,
-                "Mr": 20.0,
-                "Fv": 237.0,
-                "Fc": 25.0,
-                "Fs": 15.0,
-                "vs": 0.03,
-            },
-        ),
-    )
-    built = build(fix(geared, n=2.0, Mr=(20.0, 0.5)))
-    result = identify(built, twin_record(built), methods="idm-ls")
-    estimate, values = result["idm-ls"], result.physical["idm-ls"].parameters
-    total = estimate.parameters["M_plus_n2_Mr"]
-    assert values["M"].value == pytest.approx(total.corrected - 80.0, rel=1e-8)
-    assert values["M"].sd_hac == pytest.approx(np.hypot(total.sd_hac, 4 * 0.5), rel=1e-8)
-    assert values["M"].sd_gain == pytest.approx(0.01 * total.value, rel=1e-8)
-    assert values["vs"].sd_gain == pytest.approx(0.0, abs=1e-9)
-    assert values["vs"].value == pytest.approx(0.03, rel=0.1)
 
 
 @pytest.mark.slow

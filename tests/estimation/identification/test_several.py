@@ -28,16 +28,11 @@ from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import (
     bound_records,
-    layout_for,
-    layout_without,
     shared_records,
 )
 from axisid.estimation.parameters import GAIN
 from axisid.estimation.records.record import record_labels
-from axisid.support.remedy import Note
-from tests.axes.leaning import leaning
 from tests.axes.stage import TRUTH, generated, stage, stage_record
-from tests.refusals import refuses
 
 METHOD = ["idm-iv"]
 
@@ -83,17 +78,6 @@ def test_three_records_agree_with_each_and_are_more_precise(plain, three) -> Non
 
 
 @pytest.mark.slow
-def test_the_order_of_the_records_changes_nothing(plain, three) -> None:  # type: ignore[no-untyped-def]
-    one = identify(plain, three, methods=METHOD)
-    other = identify(plain, [three[2], three[0], three[1]], methods=METHOD)
-    assert _values(one) == pytest.approx(_values(other), rel=1e-10)
-    deviations = [r["idm-iv"].covariances["hac"] for r in (one, other)]
-    np.testing.assert_allclose(*deviations, rtol=1e-6)
-    statuses = [{c.name: c.status for c in r.verdict} for r in (one, other)]
-    assert statuses[0] == statuses[1]
-
-
-@pytest.mark.slow
 def test_a_record_given_twice_halves_the_variance_and_is_told(plain, three) -> None:  # type: ignore[no-untyped-def]
     once, twice = (identify(plain, [three[0]] * n, methods=METHOD, bootstrap=0) for n in (1, 2))
     assert _values(once) == pytest.approx(_values(twice), rel=1e-10)
@@ -133,6 +117,8 @@ def test_records_are_weighted_by_their_noise_which_pays(plain) -> None:  # type:
 
 @pytest.mark.slow
 def test_a_known_payload_tells_the_drive_gain(loaded: Identification) -> None:
+    output_error = loaded["didim"].parameters["drive_gain"]
+    assert abs(output_error.value - 35.15 * 1.02) < 3 * output_error.deviation
     values = loaded["idm-iv"].parameters
     gain = values["drive_gain"]
     assert gain.unit == "N/V"
@@ -152,10 +138,6 @@ def test_a_gain_of_the_other_sign_is_a_known_value_of_another_record() -> None:
     assert failed is not None
     assert failed.status == "fail"
     assert "in the order of the records" in failed.meaning
-    nearby = SimpleNamespace(parameters={GAIN: _gain(17.5)})
-    near = gain_check(cast(Estimate, nearby), Drive(gain=18.0, unit="A"))
-    assert near is not None
-    assert near.status == "note"
 
 
 def _gain(value: float) -> Value:
@@ -305,20 +287,6 @@ def test_what_is_each_records_own_is_of_the_one_that_is_left() -> None:
     result = identify(generated(), records, methods=["idm-ls"], local="tau0", skip_bad=True)
     assert "tau0" in result["idm-ls"].parameters
     assert "tau0 is of the 1 record that is left" in str(*result.set_aside.values())
-
-
-def test_angles_that_are_left_alike_tell_no_weight_from_an_offset() -> None:
-    axis, known = leaning(), {"angle": [0.0, 0.5, 0.5]}
-    whole = layout_for(axis, 3, (), known, commanded=False)
-    why = {"flat": Note("it is short.")}
-    found = layout_without(axis, whole, (1, 2), why, (), known, commanded=False)[-1]
-    assert "nothing tells" in str(found["flat"])
-    assert "apart" in str(found["flat"])
-
-
-def test_one_record_has_nothing_of_its_own() -> None:
-    with refuses("local-of-one", "tau0"):
-        identify(generated(), stage_record(1), local="tau0")
 
 
 def test_nothing_to_identify_from_is_refused(plain) -> None:  # type: ignore[no-untyped-def]

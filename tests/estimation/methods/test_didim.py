@@ -1,9 +1,6 @@
 """DIDIM: on the EMPS record, on twins with known truth, and through all that serves a method."""
 
-import json
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,30 +10,19 @@ from axisid import (
     Prefilter,
     Record,
     build,
-    compare,
-    export,
     identify,
     load_axis,
-    load_result,
     read_record,
     simulate,
-    sweep,
     twin_record,
     validate,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference
-from axisid.estimation.methods.pace import Pace
-from axisid.presentation.plots import sweep_plot
-from axisid.presentation.plots.estimate import convergence_plot, force_plot
-from axisid.presentation.plots.plot import Plot
-from axisid.presentation.report.page import report_html
+from axisid.presentation.plots.estimate import force_plot
 from benchmarks.machines import Machine, records, white
 from tests.axes.stage import generated, stage_record
 from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
-from tests.refusals import refuses
-
-Run = Callable[..., tuple[int, str, str]]
 
 #: The paper's, of the published record.
 PUBLISHED = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
@@ -68,18 +54,6 @@ def test_emps_lands_on_the_instruments_without_the_filters_bias(
     deviations = np.array([value.deviation for value in didim.parameters.values()])
     assert np.all(np.abs(didim.corrected - iv.corrected) < 0.3 * deviations)
     assert checks_of(result)["method"] == "pass"
-
-
-def test_an_iteration_that_falls_steadily_is_ended_by_its_rate(
-    emps: GeneratedAxis, emps_record: Record, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Each step is a tenth of the one before: with a loop less the estimate is the same."""
-    quick = identify(emps, emps_record, methods="didim")["didim"]
-    monkeypatch.setattr(Pace, "_beyond", lambda _, goal, __: goal)
-    plain = identify(emps, emps_record, methods="didim")["didim"]
-    assert len(quick.iterates) == len(plain.iterates) - 1 == 4
-    deviations = np.sqrt(np.diag(plain.covariance))
-    assert np.all(np.abs(quick.physical - plain.physical) < 1e-3 * deviations)
 
 
 @pytest.mark.parametrize("mass", [5.0, 100.0, 400.0, 1000.0])
@@ -249,60 +223,12 @@ def test_several_records_are_one_regression() -> None:
     assert "fail" not in checks_of(judged).values()
 
 
-def test_a_known_payload_tells_the_drive_gain() -> None:
-    records = [stage_record(3), stage_record(4, m_add=20.0)]
-    found = identify(generated(), records, methods="didim", known={"m_add": [0.0, 20.0]})
-    value = found.preferred.parameters["drive_gain"]
-    assert abs(value.value - 35.15) < 3 * value.deviation
-    assert value.deviation < 0.01 * value.value
-
-
 def test_a_record_with_a_gap_serves(emps2015: GeneratedAxis, twin: Record) -> None:
     parted = twin.windowed((None, 3.0), (3.5, None))
     found = identify(emps2015, parted, methods=["idm-iv", "didim"])
     for name, value in found["didim"].parameters.items():
         assert abs(value.corrected - twin.provenance.truth[name]) < 3 * value.deviation
     assert checks_of(found)["method"] == "pass"
-
-
-def test_what_was_written_is_read_again(
-    emps2015: GeneratedAxis, result: Identification, tmp_path: Path
-) -> None:
-    file = tmp_path / "result.json"
-    file.write_text(json.dumps(result.to_dict()))
-    saved = load_result(file, axis=emps2015.axis)
-    assert saved["didim"].physical == pytest.approx(result["didim"].physical, rel=1e-12)
-    assert saved["didim"].covariance == pytest.approx(result["didim"].covariance, rel=1e-12)
-    assert [c.name for c in saved.verdict] == [c.name for c in result.verdict]
-    assert "didim" in export(saved, "csv")
-
-
-def test_page_and_figures_have_it(result: Identification, alone: Identification) -> None:
-    page = report_html(result)
-    assert "DIDIM" in page
-    convergence = convergence_plot(alone["didim"])
-    assert isinstance(convergence, Plot)
-    assert convergence.title == "Convergence of the output error"
-
-
-def test_code_is_exported_with_its_numbers(alone: Identification) -> None:
-    text = export(alone, "python")
-    assert "Parameters by DIDIM" in text
-    assert f"{alone.preferred.parameters['M'].corrected:.4f}"[:6] in text
-
-
-@pytest.mark.slow
-def test_a_sweep_draws_it_beside_the_instruments(emps2015: GeneratedAxis, twin: Record) -> None:
-    found = sweep(emps2015, twin, [40.0, 60.0], methods=["idm-ls", "idm-iv", "didim"])
-    drawn = {series.label: series.dashed for series in sweep_plot(found).panels[0].series}
-    assert drawn == {"IDM-LS": True, "IDM-IV": False, "DIDIM": False}
-    only = sweep(emps2015, twin, [40.0, 50.0, 60.0], methods="didim")
-    assert only.methods == ("didim",)
-
-
-def test_models_are_not_compared_by_it(emps2015: GeneratedAxis, twin: Record) -> None:
-    with refuses("no-comparison-by", says="'didim', whose loop is simulated with all rows"):
-        compare([emps2015, emps2015.axis], twin, method="didim")
 
 
 def test_a_second_record_is_estimated_anew_by_its_own_loops_rows(
@@ -328,27 +254,3 @@ def test_another_load_on_the_second_record_is_named(
     assert held.reestimate is not None
     assert held.reestimate.changed == ("M",)
     assert held.reestimate.physical[0] == pytest.approx(110.0, rel=2e-3)
-
-
-def test_without_reference_or_law_it_says_what_it_needs(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    with refuses("no-reference", says="from which the closed loop is simulated"):
-        identify(emps2015, replace(twin, reference=None), methods="didim")
-    lawless = build(replace(emps2015.axis, control=None))
-    with refuses("no-control-law", says="its closed loop cannot be simulated"):
-        identify(lawless, twin, methods="didim")
-
-
-@pytest.mark.slow
-def test_the_command_runs_it_where_it_is_named(run: Run) -> None:
-    code, out, _ = run("identify", "emps2015", "--method", "idm-iv", "--method", "didim", "--all")
-    assert code == 0
-    assert "IDM-IV" in out
-    assert "DIDIM" in out
-    code, out, _ = run("identify", "emps2015", "--method", "didim", "--start", "nominal", "--all")
-    assert code == 0
-    assert "from nominal" in out
-    code, _, err = run("identify", "emps2015", "--method", "all", "--method", "didim")
-    assert code == 2
-    assert "--method all is by itself" in err

@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 
-from axisid import Prefilter, Record, compare, identify, sweep
+from axisid import Prefilter, Record, identify, sweep
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation import choices
 from axisid.estimation.methods import METHODS
 from axisid.estimation.methods.methods import method_of
 from axisid.presentation.plots import sweep_plot
-from axisid.presentation.report.page import report_html, report_sweep
 from tests.recipes import commands_with, recipe_blocks
-from tests.refusals import refuses
 
 NAME, RECIPE = "idm-wls", "Add a method of estimation"
 MODULE = "axisid.estimation.methods.weighted"
@@ -33,21 +31,6 @@ def added(monkeypatch: pytest.MonkeyPatch) -> None:
     row = eval(written, dict(vars(choices)))  # noqa: S307
     monkeypatch.setattr(choices, "METHOD_ROWS", (*choices.METHOD_ROWS, row))
     monkeypatch.setitem(METHODS, NAME, method_of(row))
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("added")
-def test_one_file_and_one_row_add_a_method(emps2015: GeneratedAxis, twin: Record) -> None:
-    result = identify(emps2015, twin, Prefilter())
-    assert list(result) == [*METHODS]
-    assert NAME in result.estimates
-    alone = identify(emps2015, twin, Prefilter(), NAME)
-    assert alone.preferred.method == NAME
-    for each in (result, alone):
-        written = json.loads(json.dumps(each.to_dict()))
-        assert NAME in [e["method"] for e in written["estimates"]]
-        assert "IDM-WLS" in each.summary(every=True)
-        assert "IDM-WLS" in report_html(each)
 
 
 @pytest.mark.usefixtures("added")
@@ -74,12 +57,6 @@ def test_checks_of_the_loop_say_that_the_method_simulates_none(
     assert verdict["simulation"].meaning == "the method simulates no loop"
 
 
-def test_no_method_is_known_but_those_of_the_table(emps2015: GeneratedAxis, twin: Record) -> None:
-    with refuses("unknown-method", says="'idm-wls'"):
-        identify(emps2015, twin, methods=[NAME])
-    assert list(METHODS) == [method.name for method in METHODS.values()]
-
-
 @pytest.mark.slow
 @pytest.mark.usefixtures("added")
 def test_a_sweep_is_drawn_with_the_methods_that_are_there(
@@ -94,21 +71,6 @@ def test_a_sweep_is_drawn_with_the_methods_that_are_there(
     assert len({s.tone for s in drawn}) == len(drawn)
     assert [s.dashed for s in drawn[:4]] == [True, True, True, False]
     assert "IDM-WLS M" in str(every)
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("added")
-def test_the_sweep_of_a_report_has_the_new_method(emps2015: GeneratedAxis, twin: Record) -> None:
-    result = identify(emps2015, twin, Prefilter(), ["idm-ls", "ddm-ls", NAME])
-    assert report_sweep(result).methods == ("idm-ls", NAME)
-
-
-@pytest.mark.usefixtures("added")
-def test_models_are_compared_by_methods_whose_row_says_so(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    with refuses("no-comparison-by", says="'idm-wls'; choose idm-ls or idm-iv"):
-        compare([emps2015, emps2015.axis], twin, method=NAME)
 
 
 @pytest.mark.slow

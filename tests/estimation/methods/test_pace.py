@@ -20,22 +20,6 @@ def test_pace_comes_to_rest_where_whole_steps_swing(slope: float) -> None:
     assert at == pytest.approx(1.0, abs=2 * CONVERGED.value)
 
 
-def test_pace_takes_whole_steps_where_they_do() -> None:
-    pace, at, one = Pace(), np.array([5.0]), np.ones(1)
-    for _ in range(8):
-        goal = 1.0 - 0.3 * (at - 1.0)
-        pace.step(at, goal, one)
-        at = goal
-    assert pace.share == 1.0
-
-
-def test_pace_without_noise_counts_digits() -> None:
-    pace = Pace()
-    assert pace.step(np.array([1.0, 0.0]), np.array([1.0, 0.0]), np.zeros(2))[0] == 0.0
-    assert pace.step(np.ones(1), 1 + 1e-10 * np.ones(1), np.zeros(1))[0] <= CONVERGED.value
-    assert pace.step(np.ones(1), 1 + 1e-6 * np.ones(1), np.zeros(1))[0] > CONVERGED.value
-
-
 @given(scale=st.floats(1e-6, 1e6), slopes=st.lists(st.floats(-3.0, 1.0), min_size=1, max_size=3))
 def test_pace_is_the_same_in_any_unit(scale: float, slopes: list[float]) -> None:
     """The pace of parameters in millimetres is that of the same in metres."""
@@ -63,13 +47,6 @@ def test_the_first_steps_may_swing() -> None:
     assert found == [1.0, 1.0, 1.0, 0.5, 0.25, 0.125, 0.125, 0.125]
 
 
-def test_a_step_back_that_is_half_the_last_does_not_swing() -> None:
-    pace = Pace()
-    for k in range(8):
-        pace.step(np.zeros(1), np.array([(-0.49) ** k]), np.ones(1))
-    assert pace.share == 1.0
-
-
 def test_steps_that_fall_steadily_are_known_where_they_lead_to() -> None:
     pace, at, unit = Pace(), np.array([1.0 + 4.0, 2.0 - 0.4]), np.array([1.0, 0.1])
     for _ in range(2):
@@ -78,13 +55,3 @@ def test_steps_that_fall_steadily_are_known_where_they_lead_to() -> None:
         at = goal
     assert size == pytest.approx(0.36)
     assert further == pytest.approx([1.0, 2.0], abs=1e-12)
-
-
-@pytest.mark.parametrize("slope", [0.5, -0.5, 0.01, 0.0])
-def test_no_step_goes_further_that_hardly_falls_or_is_the_last_but_one(slope: float) -> None:
-    pace, at = Pace(), np.array([5.0])
-    for _ in range(6):
-        goal = 1.0 + slope * (at - 1.0)
-        _, further = pace.step(at, goal, np.ones(1))
-        assert further == goal
-        at = goal

@@ -5,44 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import UsageError, build, fix, load_axis
+from axisid import UsageError, build, fix
 from axisid.estimation.parameters.known import known_of
-from axisid.estimation.parameters.layout import GAIN, layout_of
+from axisid.estimation.parameters.layout import layout_of
 from axisid.support.remedy import as_options
 from tests.axes.leaning import leaning
 from tests.axes.stage import generated, stage
 from tests.refusals import refuses
-
-
-def test_a_payload_is_taken_off_what_it_is_added_to_and_tells_the_gain() -> None:
-    axis = generated()
-    assert axis.names == ("M_plus_m_add", "Fv", "Fc", "tau0")
-    found = layout_of(axis, 2, known_of({"m_add": [0.0, 20.0]}, 2), (), commanded=True)
-    assert [p.name for p in found.parameters] == ["M", "Fv", "Fc", "tau0", GAIN]
-    assert found.gain == 35.15
-    # With the gain twice the declared one, kappa is a half and so are the scaled parameters.
-    physical, _ = found.physical(np.array([50.0, 1.0, 2.0, 3.0, 0.5]))
-    assert physical[-1] == pytest.approx(2 * 35.15)
-    assert found.own(physical, 0) == pytest.approx([50.0, 1.0, 2.0, 3.0])
-    assert found.own(physical, 1) == pytest.approx([60.0, 1.0, 2.0, 3.0])
-
-
-def test_one_payload_in_all_records_does_not_tell_the_gain() -> None:
-    for known in ([20.0, 20.0], [0.0, 0.0]):
-        told = known_of({"m_add": known}, 2)
-        assert layout_of(generated(), 2, told, (), commanded=True).gain is None
-    different = known_of({"m_add": [0.0, 20.0]}, 2)
-    assert layout_of(generated(), 2, different, (), commanded=False).gain is None
-
-
-def test_a_local_parameter_is_one_of_each_record() -> None:
-    told = known_of({"m_add": [0.0, 0.0, 0.0]}, 3)
-    found = layout_of(generated(), 3, told, ("tau0",), commanded=True)
-    assert found.local == {"tau0": ("tau0_1", "tau0_2", "tau0_3")}
-    theta = np.array([100.0, 1.0, 2.0, 3.0, 4.0, 5.0])
-    assert [p.name for p in found.parameters][3:] == ["tau0_1", "tau0_2", "tau0_3"]
-    for i in range(3):
-        assert found.own(theta, i) == pytest.approx([100.0, 1.0, 2.0, 3.0 + i])
 
 
 def test_two_angles_tell_a_weight_from_an_offset() -> None:
@@ -57,14 +26,6 @@ def test_two_angles_tell_a_weight_from_an_offset() -> None:
     assert constant == pytest.approx(1.0 + 10.0 * np.sin(0.5))
     alike = layout_of(axis, 2, known_of({"angle": [0.5, 0.5]}, 2), (), commanded=True)
     assert len(alike.parameters) == 2
-
-
-def test_gains_of_the_law_are_each_records_own() -> None:
-    axis = build(load_axis("emps2015"))
-    found = layout_of(axis, 2, known_of({"kp": [160.18, 120.0]}, 2), (), commanded=True)
-    laws = [member.axis.axis.control for member in found.members]
-    assert [law.gains["kp"] for law in laws if law is not None] == [160.18, 120.0]
-    assert [p.name for p in found.parameters] == ["M", "Fv", "Fc"]
 
 
 @pytest.mark.parametrize(

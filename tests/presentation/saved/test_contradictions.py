@@ -57,6 +57,10 @@ CONTRADICTIONS = {
         _ls("gain_slopes", value={"M": 1.0}),
         "slopes by the drive gain of idm-ls are of other parameters",
     ),
+    "more by the gain than its slope": (
+        _ls("parameters", "M", "sd_gain", value=1.0),
+        "what the drive gain adds to M by",
+    ),
     "a covariance of fewer": (_ls("covariance", value=[[1.0]]), "are not of its 3 parameters"),
     "a ragged covariance": (_ls("covariance", 1, value=[1.0]), "is not of 3 parameters"),
     "a negative variance": (_ls("covariance_hac", 0, 0, value=-1.0), "has a negative variance"),

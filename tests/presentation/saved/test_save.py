@@ -25,11 +25,6 @@ def test_what_is_saved_is_loaded_and_saved_again_the_same(
     assert read.save(tmp_path / "again.json").read_bytes() == file.read_bytes()
 
 
-def test_a_fit_is_saved_and_loaded(emps2015: GeneratedAxis, tmp_path: Path) -> None:
-    fitted = fit(emps2015, twin_record(emps2015))
-    assert load_result(fitted.save(str(tmp_path / "fit.json"))).to_dict() == fitted.to_dict()
-
-
 def test_a_validation_of_a_fit_is_printed_saved_and_loaded(
     emps2015: GeneratedAxis, twin: Record, tmp_path: Path
 ) -> None:

@@ -158,27 +158,6 @@ def test_functions_of_the_parameters_are_those_of_the_live_estimate(pair: Pair) 
                 ), (function, name)
 
 
-@pytest.mark.slow
-def test_what_moves_against_the_gain_does_so_in_a_function(written: Path, tmp_path: Path) -> None:
-    content = json.loads(written.read_text())
-    first = _first(content)
-    first["gain_relative_sd"], values = (
-        0.01,
-        {n: v["value"] for n, v in first["parameters"].items()},
-    )
-    first["gain_slopes"] = {**values, "M": -values["M"]}
-    for name, value in first["parameters"].items():
-        value["sd_gain"] = 0.01 * abs(values[name])
-    file = tmp_path / "against.json"
-    file.write_text(json.dumps(content))
-    found = load_result(file)[first["method"]].derive("M/Fv")
-    assert found.sd_gain == pytest.approx(0.02 * abs(found.value))
-    first["gain_slopes"]["M"] *= 2
-    file.write_text(json.dumps(content))
-    with refuses("contradictory-result", says="what the drive gain adds to M by"):
-        load_result(file)
-
-
 def test_what_the_prefilter_left_open_is_chosen_anew_for_another_record(
     emps2015: Any, twin: Any, tmp_path: Path
 ) -> None:
@@ -299,13 +278,6 @@ def written(tmp_path_factory: pytest.TempPathFactory, emps2015: Any, twin: Any) 
     return file
 
 
-@pytest.mark.slow
-def test_ends_that_were_cut_off_stay_so(written: Path) -> None:
-    saved = load_result(written)
-    assert saved.prefilter.drop == (30, 40)
-    assert saved.sampling.excluded_samples == 0
-
-
 def _changed(change: Callable[[dict[str, Any]], object]) -> Callable[[str], str]:
     def made(text: str) -> str:
         content = json.loads(text)
@@ -345,17 +317,6 @@ def test_a_file_that_is_no_result_is_refused_in_a_sentence(
     assert str(file) in str(refused.value)
 
 
-def test_a_covariance_that_is_not_registered_is_no_contradiction(
-    written: Path, tmp_path: Path
-) -> None:
-    content = json.loads(written.read_text())
-    _first(content)["chosen_covariance"] = "mine"
-    file = tmp_path / "x.json"
-    file.write_text(json.dumps(content))
-    with refuses("unknown-saved-covariance", says="'mine'"):
-        load_result(file)
-
-
 def test_a_name_of_a_later_version_is_passed_over(written: Path, tmp_path: Path) -> None:
     content = json.loads(written.read_text())
     content["later"] = {"a": 1}
@@ -363,12 +324,6 @@ def test_a_name_of_a_later_version_is_passed_over(written: Path, tmp_path: Path)
     file = tmp_path / "x.json"
     file.write_text(json.dumps(content))
     assert load_result(file).summary() == load_result(written).summary()
-
-
-def test_an_absent_file_and_a_folder_are_told(tmp_path: Path) -> None:
-    for path in (tmp_path / "absent.json", tmp_path):
-        with pytest.raises(DataError, match="cannot be read"):
-            load_result(path)
 
 
 def test_what_repeats_and_the_bands_are_read_back(emps2015: GeneratedAxis, tmp_path: Path) -> None:
