@@ -1,12 +1,12 @@
 """Declare an axis by a force balance or by its energies, whose inertia is positive."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import sympy
 
-from axisid.modeling.algebra import CANNOT, slope, value_at, vanishes
+from axisid.modeling.algebra import float_at, slope, vanishes
 from axisid.modeling.quantities import (
     Coordinate,
     Parameter,
@@ -234,7 +234,7 @@ def _check_inertia(
     nominal = all(inside.values())
     points = [{p.symbol: v for p, v in inside.items()}] if nominal else _positive(inside)
     values = [
-        _value(inertia, {**point, coordinate.symbol: place})
+        float_at(with_numbers(inertia), {**point, coordinate.symbol: place})
         for point in points
         for place in _PLACES
     ]
@@ -256,11 +256,3 @@ def _positive(parameters: Iterable[Parameter]) -> list[dict[sympy.Symbol, float]
         }
         for sizes in _SIZES
     ]
-
-
-def _value(inertia: sympy.Expr, point: Mapping[sympy.Symbol, float]) -> float:
-    """An inertia at a point; NaN where it has none."""
-    try:
-        return float(value_at(with_numbers(inertia), point))
-    except CANNOT:
-        return math.nan
