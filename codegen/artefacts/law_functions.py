@@ -1,7 +1,6 @@
 """CasADi functions of a control law by itself, its gains as arguments."""
 
 from collections.abc import Mapping
-from functools import lru_cache
 from typing import Any
 
 import sympy
@@ -28,9 +27,4 @@ def law_functions(law: ControlLaw, signals: tuple[sympy.Symbol, ...]) -> Mapping
     programs = law_by_gains(law, signals)
     names = "".join(f'    "{program.name}": {program.name},\n' for program in programs)
     texts = "\n\n".join(map(print_function, programs))
-    return _executed(f"import casadi\n\n\n{texts}\n\nFUNCTIONS = {{\n{names}}}\n")
-
-
-@lru_cache(maxsize=64)
-def _executed(text: str) -> Mapping[str, Any]:
-    return execute(text, "law")
+    return execute(f"import casadi\n\n\n{texts}\n\nFUNCTIONS = {{\n{names}}}\n", "law")

@@ -7,7 +7,7 @@ another gain needs no compiler, and many can be tried side by side.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import casadi
@@ -68,7 +68,7 @@ class LoopByGains:
         The loop's step takes the gains behind the parameters, the law's functions as their last
         argument.
         """
-        return _executed(self._texts[0], self.model.axis.name)
+        return execute(self._texts[0], self.model.axis.name)
 
     @cached_property
     def native(self) -> Native:
@@ -95,11 +95,6 @@ class LoopByGains:
             if name in self.__dict__:
                 changed.__dict__[name] = self.__dict__[name]
         return changed
-
-
-@lru_cache(maxsize=32)
-def _executed(text: str, name: str) -> Mapping[str, Any]:
-    return execute(text, name)
 
 
 def _bound(function: Any, gains: Array, behind: str = "") -> Any:

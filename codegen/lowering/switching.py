@@ -16,7 +16,7 @@ from functools import partial, reduce
 import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from axisid.modeling.algebra import CANNOT, multiplied_out, value_at
+from axisid.modeling.algebra import float_at, multiplied_out
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import Signal, at_start, signals_in, with_numbers
@@ -282,8 +282,5 @@ def demanding_term(
 def _size(value: sympy.Expr, point: dict[sympy.Symbol, float]) -> float:
     """Amount at a point, away from jumps; 0 where it has none."""
     smooth = value.replace(sympy.DiracDelta, lambda *_: sympy.S.Zero)
-    try:
-        size = abs(float(value_at(smooth, point)))
-    except CANNOT:
-        return 0.0
-    return size if math.isfinite(size) else 0.0
+    size = abs(float_at(smooth, point))
+    return 0.0 if math.isnan(size) else size

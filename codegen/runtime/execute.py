@@ -2,9 +2,11 @@
 
 import linecache
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 
+@lru_cache(maxsize=64)  # of loops by gains and laws it is asked again and again
 def execute(text: str, name: str) -> Mapping[str, Any]:
     """Build the CasADi functions of a generated ``functions.py``.
 

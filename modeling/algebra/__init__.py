@@ -17,7 +17,12 @@ from .independence import (
     without as without,
 )
 from .multiplied_out import multiplied_out as multiplied_out
-from .point_value import CANNOT as CANNOT, value_at as value_at, vanishes as vanishes
+from .point_value import (
+    CANNOT as CANNOT,
+    float_at as float_at,
+    value_at as value_at,
+    vanishes as vanishes,
+)
 from .products import (
     Algebra as Algebra,
     Number as Number,

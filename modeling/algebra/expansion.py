@@ -74,19 +74,6 @@ class Expansion:
             self._made[expression] = self._expanded(expression)
         return self._made[expression]
 
-    def number(self, expression: sympy.Basic) -> Number:
-        """The number that an expression is where all its symbols have one.
-
-        Raises
-        ------
-        NotRealError
-            It is none.
-        """
-        number = number_in(self._inside(expression))
-        if number is None:
-            raise NotRealError(f"{expression} is no number.")
-        return number
-
     def free(self, symbol: sympy.Symbol) -> Sum:
         """A symbol itself, also one with a number in its place."""
         return self.algebra.single(Factor("symbol", symbol, frozenset({symbol})))

@@ -6,6 +6,7 @@ the other. Each such function counts as unknown, with a number of its own at eac
 """
 
 import hashlib
+import math
 import operator
 from collections.abc import Callable, Mapping, Set as AbstractSet
 from typing import Any
@@ -121,6 +122,15 @@ def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
     values = _ActualValues(0)
     values.values.update({s: _exactly(numbers.mpmathify(x)) for s, x in point.items()})
     return values.real(expression)
+
+
+def float_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> float:
+    """The same as a float; NaN where it has none."""
+    try:
+        value = float(value_at(expression, point))
+    except CANNOT:
+        return math.nan
+    return value if math.isfinite(value) else math.nan
 
 
 def _value_there(expression: sympy.Expr, turn: int) -> _Value:

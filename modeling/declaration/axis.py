@@ -143,6 +143,16 @@ class Axis:
         return tuple(signal.symbol for signal in self.signals)
 
     @property
+    def taken_names(self) -> set[str]:
+        """Names, in lower case, that no further parameter may have."""
+        q = self.coordinate
+        names = {str(s) for s in (q.symbol, q.velocity, q.acceleration)}
+        names |= {p.name for p in self.parameters}
+        names |= set(self.control.names if self.control else ())
+        names |= {name for s in self.signals for name in (s.name, s.rate_name, "signals")}
+        return {name.lower() for name in names}
+
+    @property
     def states(self) -> tuple[State, ...]:
         """What its friction remembers, by name; they stand in the force."""
         return states_in(self.force)

@@ -1,13 +1,12 @@
 """Declare an axis by a force balance or by its energies, whose inertia is positive."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import sympy
 
-from axisid.modeling.algebra import Expansion, NotRealError, Number, slope, vanishes
+from axisid.modeling.algebra import float_at, slope, vanishes
 from axisid.modeling.quantities import (
     Coordinate,
     Parameter,
@@ -233,9 +232,9 @@ def _check_inertia(
     found = {p: p.nominal if p.known is None else p.known for p in parameters}
     inside = {p: value for p, value in found.items() if p.symbol in inertia.free_symbols}
     nominal = all(inside.values())
-    points = [{p.symbol: Fraction(v) for p, v in inside.items()}] if nominal else _positive(inside)
+    points = [{p.symbol: v for p, v in inside.items()}] if nominal else _positive(inside)
     values = [
-        _value(inertia, coordinate, {**point, coordinate.symbol: place})
+        float_at(with_numbers(inertia), {**point, coordinate.symbol: place})
         for point in points
         for place in _PLACES
     ]
@@ -248,22 +247,12 @@ def _check_inertia(
         )
 
 
-def _positive(parameters: Iterable[Parameter]) -> list[dict[sympy.Symbol, Number]]:
+def _positive(parameters: Iterable[Parameter]) -> list[dict[sympy.Symbol, float]]:
     """Positive numbers of several sizes, or the bound where it is lower."""
     return [
         {
-            p.symbol: Fraction(min(max(sizes[i % 2], p.lower), p.upper))
+            p.symbol: min(max(float(sizes[i % 2]), p.lower), p.upper)
             for i, p in enumerate(parameters)
         }
         for sizes in _SIZES
     ]
-
-
-def _value(
-    inertia: sympy.Expr, coordinate: Coordinate, point: Mapping[sympy.Symbol, Number]
-) -> float:
-    """An inertia at a point; NaN where it has none."""
-    try:
-        return float(Expansion(coordinate.velocity, point).number(inertia))
-    except (NotRealError, OverflowError):
-        return math.nan

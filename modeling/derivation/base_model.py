@@ -16,7 +16,7 @@ from axisid.modeling.quantities import (
     Parameter,
     check_size,
     fresh_name,
-    parse_unit,
+    product_of_powers,
     rounded,
     with_numbers,
 )
@@ -185,7 +185,7 @@ def _reduced(
     """The axis declared in its base parameters; `leads` are their monomials of weight 1."""
     axis = base.declared
     declared = {p.symbol: p for p in axis.parameters}
-    taken = _taken(axis)
+    taken = axis.taken_names
     parameters = tuple(
         declared[value] if value in declared else _combined(base, i, leads[i], taken)
         for i, value in enumerate(base.expressions)
@@ -211,16 +211,6 @@ def _truth(base: BaseModel, parameters: Sequence[Parameter]) -> dict[str, float]
     return dict(zip([p.name for p in parameters], values, strict=True))
 
 
-def _taken(axis: Axis) -> set[str]:
-    """Names, in lower case, that a base parameter must not have."""
-    q = axis.coordinate
-    names = {str(s) for s in (q.symbol, q.velocity, q.acceleration)}
-    names |= {p.name for p in axis.parameters}
-    names |= set(axis.control.names if axis.control else ())
-    names |= {name for s in axis.signals for name in (s.name, s.rate_name, "signals")}
-    return {name.lower() for name in names}
-
-
 def _combined(base: BaseModel, i: int, lead: Exponents, taken: set[str]) -> Parameter:
     """A base parameter that is none of the declared ones."""
     declared = base.declared.parameters
@@ -228,7 +218,7 @@ def _combined(base: BaseModel, i: int, lead: Exponents, taken: set[str]) -> Para
     lower, upper = _bounds(base, i)
     return Parameter(
         fresh_name(_name(base, i), taken),
-        _unit(lead, declared),
+        str(product_of_powers((p.unit, e) for p, e in zip(declared, lead, strict=True) if e)),
         nominal=base.at(start)[i],
         lower=lower,
         upper=upper,
@@ -259,12 +249,3 @@ def _name(base: BaseModel, i: int) -> str:
                 f"{name}{e if e > 1 else ''}" for name, e in zip(names, powers, strict=True) if e
             )
     return text if len(text) <= _LONGEST_NAME else text.replace("_plus_", "_")[:_LONGEST_NAME]
-
-
-def _unit(exponents: Exponents, parameters: Sequence[Parameter]) -> str:
-    """Of the leading monomial, whose weight is 1."""
-    units = [parse_unit(p.unit) ** e for p, e in zip(parameters, exponents, strict=True) if e]
-    total = units[0]
-    for unit in units[1:]:
-        total = total * unit
-    return str(total)

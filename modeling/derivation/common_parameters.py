@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from axisid.modeling.declaration import Axis
-from axisid.modeling.quantities import Parameter, fresh_name, parse_unit
+from axisid.modeling.quantities import Parameter, fresh_name, product_of_powers
 
 from .base_terms import reduced_rows
 
@@ -85,10 +85,7 @@ def _made(
         float(weight) * math.prod(declared[n].nominal ** e for n, e in powers)
         for weight, (powers, _) in terms
     )
-    units = [parse_unit(declared[n].unit) ** e for n, e in lead[0]]
-    unit = units[0]
-    for other in units[1:]:
-        unit = unit * other
+    unit = product_of_powers((declared[n].unit, e) for n, e in lead[0])
     return Parameter(
         fresh_name(name[:_LONGEST_NAME], taken), str(unit), nominal=nominal, description=said
     )

@@ -13,7 +13,7 @@ import sympy
 
 from axisid.modeling.algebra import multiplied_out, vanishes, where_zero, without
 from axisid.modeling.declaration import Axis, check_axis
-from axisid.modeling.quantities import Coordinate, Parameter, fresh_name, number, with_numbers
+from axisid.modeling.quantities import Parameter, fresh_name, number, with_numbers
 from axisid.support.errors import ModelError
 
 from .base_terms import Terms, force_terms, reduced_rows
@@ -116,7 +116,8 @@ def _laws(
     stribeck: float | None,
 ) -> dict[str, list[_Term]]:
     """What each rung adds to what stays."""
-    q, taken = axis.coordinate, _taken(axis, kept)
+    q = axis.coordinate
+    taken = axis.taken_names | {str(s).lower() for term in kept for s in term.free_symbols}
     speed, sign = q.velocity, sympy.sign(q.velocity)
     force, rate = str(q.force_unit), f"{q.unit}/s"
     ahead, back = (1 + sign) / 2, (1 - sign) / 2
@@ -199,17 +200,6 @@ def _declared(axis: Axis, friction: list[sympy.Expr], factor: sympy.Expr) -> Par
         if own and not _terms(axis, rest, tuple(rest.free_symbols & symbols)).monomials:
             return p
     return None
-
-
-def _taken(axis: Axis, kept: list[sympy.Expr]) -> set[str]:
-    """Names, in lower case, that a new parameter must not have."""
-    q: Coordinate = axis.coordinate
-    names = {str(s) for term in kept for s in term.free_symbols}
-    names |= {str(s) for s in (q.symbol, q.velocity, q.acceleration)}
-    names |= {p.name for p in axis.parameters}
-    names |= set(axis.control.names if axis.control else ())
-    names |= {name for s in axis.signals for name in (s.name, s.rate_name, "signals")}
-    return {name.lower() for name in names}
 
 
 def _one_way(parameter: Parameter, suffix: str, taken: set[str]) -> Parameter:

@@ -19,9 +19,9 @@ from sympy.polys.rings import PolyElement
 
 from axisid.modeling.algebra import (
     CANNOT,
-    Expansion,
     NotRealError,
     exact,
+    value_at,
 )
 from axisid.modeling.quantities import DIRECTION, Coordinate, Parameter, signals_in
 
@@ -196,12 +196,9 @@ def _in_parameters(
     weights = {p: sympy.Float(weight) for p, weight in direction.items()}
     if len(direction) - 1 > _MOST or not all(_is_tame(columns[p]) for p in direction):
         return weights
-    expansion = Expansion(
-        coordinate.velocity, {symbol: Fraction(x.p, x.q) for symbol, x in point.items()}
-    )
     with contextlib.suppress(sympy.PolynomialError, *CANNOT):
         closed = _from_motions([exact(columns[p]) for p in direction], coordinate)
-        values = [float(expansion.number(weight)) for weight in closed]
+        values = [float(value_at(weight, point)) for weight in closed]
         if any(values) and all(
             math.isclose(value, weight * values[-1], rel_tol=_NEAR)
             for value, weight in zip(values, map(float, direction.values()), strict=True)

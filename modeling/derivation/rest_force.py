@@ -1,11 +1,10 @@
 """The equation of motion at rest, term by term: what a motion starts from, and comes back to."""
 
-import math
 from collections.abc import Sequence
 
 import sympy
 
-from axisid.modeling.algebra import CANNOT, value_at
+from axisid.modeling.algebra import float_at
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import at_start, with_numbers
 
@@ -29,14 +28,6 @@ def forces_at_rest(
     point |= dict(zip(axis.signal_symbols, recorded, strict=True))
     point |= {q.symbol: position, q.velocity: 0.0, q.acceleration: 0.0}
     return tuple(
-        (str(term), _value(with_numbers(at_start(term)), point))
+        (str(term), float_at(with_numbers(at_start(term)), point))
         for term in sympy.Add.make_args(axis.force)
     )
-
-
-def _value(term: sympy.Expr, point: dict[sympy.Symbol, float]) -> float:
-    try:
-        value = float(value_at(term, point))
-    except CANNOT:
-        return math.nan
-    return value if math.isfinite(value) else math.nan

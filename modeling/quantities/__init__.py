@@ -65,4 +65,9 @@ from .symbols import (
     listed as listed,
     several as several,
 )
-from .units import Unit as Unit, angle_power as angle_power, parse_unit as parse_unit
+from .units import (
+    Unit as Unit,
+    angle_power as angle_power,
+    parse_unit as parse_unit,
+    product_of_powers as product_of_powers,
+)

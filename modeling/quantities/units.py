@@ -5,9 +5,12 @@ the traps of general unit parsers: `Nm` is a newton metre, and an angle is in ra
 counts as a number.
 """
 
+import operator
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import reduce
 
 from axisid.support.errors import ModelError
 from axisid.support.user_values import quoted
@@ -86,6 +89,11 @@ def parse_unit(text: str) -> Unit:
     if rest:
         raise _malformed(text, rest[0])
     return Unit(" ".join(text.split()), exponents)
+
+
+def product_of_powers(powers: Iterable[tuple[str, int]]) -> Unit:
+    """The product of units to powers, one at least; one alone stays as it is written."""
+    return reduce(operator.mul, (parse_unit(text) ** power for text, power in powers))
 
 
 def angle_power(unit: Unit) -> Fraction | int:
