@@ -31,6 +31,8 @@ from axisid.support.missing import Missing
 
 from .estimate import Estimate, alike_corrected
 
+#: Of the denominator of Hotelling's F, from which on it tells what is chance.
+FEWEST_FREEDOM = 5.0
 NOTICEABLE = 0.5  # deviations: up to there a 95 % interval holds the truth in 92 % of cases
 
 
@@ -124,9 +126,9 @@ def _scatter(one: Estimate, other: Estimate) -> tuple[Array, Array]:
     """Covariance of the difference by chance, (p, p), and its degrees of freedom, (p,)."""
     off, others = one.inference.twins_off, other.inference.twins_off
     if off is not None and others is not None and off.shape == others.shape:
-        return np.cov((off - others).T).reshape(off.shape[1], -1), np.full(
-            off.shape[1], len(off) / 2
-        )
+        count, k = off.shape
+        if count / 2 - k + 1 >= FEWEST_FREEDOM:
+            return np.cov((off - others).T).reshape(k, k), np.full(k, count / 2)
     scores = np.subtract(*_scores(one, other))
     model = other.covariance_model if isinstance(other.covariance_model, Hac) else Hac()
     # What parts two fits of the same rows is a direction that neither took: the kernel alone.

@@ -124,8 +124,11 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     whole = with_disturbances(1.0)
     if not (chain.position_step and whole.disturbances):
         return whole
-    share = _share(found, power_of_twins(whole), known, rows.counts)
-    return with_disturbances(share) if share > 0 else chain
+    # A loop hunts over the steps of its encoder the more, the more it is disturbed: not in
+    # proportion, so that of what was found it takes less to leave the same in the rows.
+    added = np.maximum(power_of_twins(whole) - known, 0.0)
+    share = likeliest_variances(found, added[None], known, rows.counts)[0] if added.any() else 1.0
+    return with_disturbances(float(share)) if share > 0 else chain
 
 
 def control_step(record: Record) -> float:
@@ -163,16 +166,6 @@ def likeliest_variances(found: Array, units: Array, known: Array, counts: Array)
         up, down = counts * found / expected**2, counts / expected
         variances = variances * (units @ up) / (units @ down)
     return variances
-
-
-def _share(found: Array, made: Array, known: Array, counts: Array) -> float:
-    """By how much less variance what was found takes than the twins' that made so much, (b,) each.
-
-    A loop hunts over the steps of its encoder the more, the more it is disturbed, noise dithers
-    them, and the law feeds it back: not in proportion.
-    """
-    added = np.maximum(made - known, 0.0)
-    return float(likeliest_variances(found, added[None], known, counts)[0]) if added.any() else 1.0
 
 
 def _expected(variances: Array, found: Array, units: Array, known: Array) -> Array:
@@ -225,9 +218,11 @@ def _position_noise(
     position, jitter = map(float, np.sqrt(both if likelier else without))
     rounding = _ROUNDING * float(np.abs(data.record.position).max())
     fast = float(speed.max())
+    # Noise dithers the steps, and the law feeds it back: not in proportion, as above.
     noisy = replace(chain, position=position, jitter=jitter)
     if made := [power(each) for each in twins_of(data, physical, noisy, _TWINS)]:
-        share = math.sqrt(_share(seen[0], np.mean(made, axis=0), known, counts))
+        more, found = (float(counts @ (each - known)) for each in (np.mean(made, axis=0), seen[0]))
+        share = math.sqrt(max(found, 0.0) / more) if more > 0 else 1.0
         position, jitter = share * position, share * jitter
     return position * (position > rounding), jitter * (jitter * fast > rounding)
 

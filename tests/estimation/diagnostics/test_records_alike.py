@@ -43,12 +43,12 @@ def test_right_records_are_alike(plain: GeneratedAxis) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("odd", [0, 2])
+@pytest.mark.parametrize(("odd", "twins"), [(0, 32), (2, 8)])
 def test_the_record_that_differs_is_named_with_the_parameter(
-    plain: GeneratedAxis, odd: int
+    plain: GeneratedAxis, odd: int, twins: int
 ) -> None:
     records = [stage_record(s, M=100.2 * (1 + 0.03 * (i == odd))) for i, s in enumerate((1, 2, 3))]
-    result = identify(plain, records, methods=METHOD)
+    result = identify(plain, records, methods=METHOD, bootstrap=twins)
     found = _check(result)
     assert found.status == "fail"
     assert found.meaning.startswith(f"run {odd + 1} speaks against the rest: ")

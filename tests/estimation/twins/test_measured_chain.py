@@ -49,11 +49,12 @@ def test_nothing_is_measured_where_nothing_is() -> None:
     [
         (Chain(position=4e-6), 0.05),
         (Chain(position_step=5e-6), 0.05),
+        (Chain(position=1.5e-6, position_step=5e-6), 0.05),
         (Chain(position=2e-6, jitter=6e-5), 0.1),
         (Chain(position_step=1e-6, disturbances=((0.0, 0.05),)), 0.15),
         (Chain(position_step=1e-6, disturbances=((0.03, 0.05),)), 0.3),
     ],
-    ids=["noise", "steps", "jitter", "white force", "coloured force"],
+    ids=["noise", "steps", "dithered steps", "jitter", "white force", "coloured force"],
 )
 def test_the_chain_of_a_twin_is_its_chain(chain: Chain, slack: float) -> None:
     axis = build(load_axis("emps2015"))
