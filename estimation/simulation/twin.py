@@ -125,7 +125,7 @@ def twin_record(
     if not (is_real(deviation) and 0 <= deviation < math.inf):
         raise UsageError(
             f"the position noise is {quoted(deviation)}; give its deviation, 0 or more.",
-            code="twin-noise",
+            code="twin-position-noise",
         )
     generator = np.random.default_rng(chosen)
     loop = plan.loop(lambda count: generator.normal(0.0, deviation, count))
