@@ -6,7 +6,7 @@ antiresonances), says what it is, and which element declares it.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -63,7 +63,7 @@ class Along:
     spans: Sequence[Span]
     row_period: float
     rows: NDArray[np.int64] | None = None
-    reduce: Callable[[Array], Array] = np.asarray
+    reduce: Callable[[Array], Array] = field(default_factory=lambda: np.asarray)
     middle: float = 0.0
 
     @property

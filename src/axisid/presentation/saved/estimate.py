@@ -39,22 +39,28 @@ class SavedForm:
 class SavedEstimate(Presentable, Exact):
     """An estimate that was read from a file, with the names of `Estimate`.
 
+    What is not listed is as of an `Estimate`.
+
     Attributes
     ----------
     document : WrittenEstimate
         What the file holds of it.
     row_period : float
         Time from one row of the regression to the next, s.
-    parameters, ddm_parameters : NamedValues
-        Physical parameters by name, and those of the direct model; none for an inverse model.
+    parameters : NamedValues
+        Physical parameters by name.
+    ddm_parameters : NamedValues
+        Those of the direct model; none for an inverse model.
     quantities, ddm_quantities : tuple of Quantity
         The same without values, p and m of them; base parameters with what they are made of.
     started : str
         Where the iteration started; empty for least squares, and in older files.
     iterates : tuple of Iterate
         The start and every iterate; empty for least squares.
-    covariances, ddm_covariances : mapping of str to array
-        Of `parameters`, (p, p), and of `ddm_parameters`, (m, m), by name.
+    covariances : mapping of str to array
+        Of `parameters`, (p, p), by name.
+    ddm_covariances : mapping of str to array
+        Of `ddm_parameters`, (m, m), by name.
     freedom : mapping of str to array
         Degrees of freedom of the variances of `parameters`, (p,), of the chosen covariance.
     curvatures : (p,) array
@@ -62,10 +68,6 @@ class SavedEstimate(Presentable, Exact):
     gain_slopes, theta_gain_slopes : array or None
         Of the physical parameters by the logarithm of the gain, (p,), where it is not exact; and
         of the regression's own parameters, (k,).
-    method, chosen, covariance_names, correlation, residual_tests, remarks
-        As of an `Estimate`.
-    equation_error_percent, simulation_error_percent, condition_number, gain_relative_sd
-        As of an `Estimate`.
     """
 
     document: WrittenEstimate

@@ -60,9 +60,10 @@ class SavedOutputFit(Checked, Presentable, Exact):
         With unit, deviations and 95 % interval, by name.
     covariance : (P, P) array
         The one that was chosen; infinite where nothing shows a parameter.
-    error, error_percent : float
-        Root mean square of what is left, in the output's unit and of the recorded output; of
-        several records the largest.
+    error : float
+        Root mean square of what is left, in the output's unit.
+    error_percent : float
+        The same of the recorded output; of several records the largest.
     records : tuple of SavedRecord
         What it is of, without samples.
     levels : Levels
