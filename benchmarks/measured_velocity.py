@@ -81,9 +81,9 @@ def _moved(name: str, seed: int) -> Record:
 
 #: With what has to be found beyond what it may be.
 WRONG: dict[str, tuple[Callable[[str, int], Record], str]] = {
-    "gain 1.05": (_scaled, "scaled"),
-    "3 samples late": (lambda name, seed: _twin(name, seed).shifted(velocity=3), "late"),
-    "offset 3 %": (_moved, "moved"),
+    "gain 1.05": (_scaled, "factor"),
+    "3 samples late": (lambda name, seed: _twin(name, seed).shifted(velocity=3), "delay"),
+    "offset 3 %": (_moved, "offset"),
 }
 
 
@@ -96,7 +96,7 @@ def alarms(runs: int) -> dict[str, dict[str, float]]:
         }
     for kind, (make, cause) in WRONG.items():
         found[kind] = {
-            n: _share([getattr(_compared(make(n, s)), cause) > 1 for s in _seeds(runs)])
+            n: _share([_compared(make(n, s)).distances[cause] > 1 for s in _seeds(runs)])
             for n in AXES
         }
     return found

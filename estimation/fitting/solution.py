@@ -193,6 +193,8 @@ class FitSolution:
     @cached_property
     def chains(self) -> tuple[Chain | None, ...]:
         """The noise of each record; None where it cannot be measured."""
+        if self.axis.states:  # friction that remembers has no rows that tell it
+            return (None,) * len(self.records)
         return tuple(None if isinstance(of, Missing) else of.chain for of in self._loops)
 
     @cached_property
