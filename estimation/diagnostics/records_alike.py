@@ -19,7 +19,7 @@ from functools import partial
 import numpy as np
 
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
-from axisid.estimation.estimates import FEWEST_FREEDOM, Estimate, part_of
+from axisid.estimation.estimates import Estimate, part_of
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import (
     Hac,
@@ -35,6 +35,7 @@ from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
 _OWN_PART = 1e-3  # of a column, below which others span it: slopes by differences are as exact
+_FEWEST = 5.0  # degrees of freedom from which scores tell what is chance
 _LOAD_UNITS = ("kg", "kg m^2", "kg*m^2")
 
 
@@ -253,7 +254,7 @@ def rows_alike(
         regressor = checked_columns(np.hstack([X, columns]), every, neighbours=estimate.neighbours)
         Z_of_all = factor(np.hstack([Z, instruments]), every)
         found = instrumental_variables(weights * estimate.net_residuals, regressor, Z_of_all)
-        if left is not None and left.shape[1] / 2 - columns.shape[1] + 1 >= FEWEST_FREEDOM:
+        if left is not None and left.shape[1] / 2 - columns.shape[1] + 1 >= _FEWEST:
             moved = found.influence.T @ (weights[:, None] * left)
             return found.theta, np.atleast_2d(np.cov(moved)), np.full(len(moved), left.shape[1] / 2)
         applied = Hac().applied(found)
@@ -414,7 +415,7 @@ def _tested(
         return Missing.of(error.note)
     record, q = records[number], len(own)
     freedom = float(np.min(freedoms[-q:]))
-    if freedom - q + 1 < FEWEST_FREEDOM:
+    if freedom - q + 1 < _FEWEST:
         return Missing("too few of the residuals are independent to tell what is chance")
     chosen = [alone[j] for j in own]
     to_own = np.eye(len(change))[-q:]

@@ -12,7 +12,6 @@ from .estimate import (
     NotSimulated as NotSimulated,
 )
 from .hausman import (
-    FEWEST_FREEDOM as FEWEST_FREEDOM,
     NOTICEABLE as NOTICEABLE,
     HausmanTest as HausmanTest,
     hausman as hausman,

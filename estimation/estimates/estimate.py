@@ -98,10 +98,8 @@ class Inference(Exact):
         What filter and noise move the physical parameters by, as twins tell; None without twins.
     chains : tuple of Chain
         The noise of each record, as its twins have it; none without twins.
-    twins_off : (R, p) array or None
-        What the physical parameters of each twin are off by; None without twins that scatter.
     twins_residuals : (n, R) array or None
-        What the estimator leaves of each.
+        What the estimator leaves of each twin; None without twins that scatter.
     """
 
     covariances: Mapping[str, Array]
@@ -114,7 +112,6 @@ class Inference(Exact):
     noise_free: Array | None = None
     bias: Array | None = None
     chains: tuple[Chain, ...] = ()
-    twins_off: Array | None = None
     twins_residuals: Array | None = None
 
 

@@ -1,11 +1,11 @@
 """Two estimates of the same records, held against each other and against chance.
 
-What chance makes of their difference, both make of the same twins. Without twins, either is linear
-in the residuals of its rows, so that their difference has the scores ``A_1 e_1 - A_2 e_2``, row by
-row; its covariance is theirs, consistent with autocorrelation. Unlike Hausman's own, which
-subtracts two covariances, it is never negative and supposes neither estimator to be efficient. Two
-estimates of one equation have one error, which is taken from the regression with the columns of
-both, as in Durbin, Wu and Hausman's: else what parts the two would hide itself.
+Either is linear in the residuals of its rows, so that their difference has the scores
+``A_1 e_1 - A_2 e_2``, row by row; its covariance is theirs, consistent with autocorrelation. Unlike
+Hausman's own, which subtracts two covariances, it is never negative and supposes neither estimator
+to be efficient. Two estimates of one equation have one error, which is taken from the regression
+with the columns of both, as in Durbin, Wu and Hausman's: else what parts the two would hide itself.
+Twins would not do: they know of noise, and not of a loop that starts elsewhere than the record.
 """
 
 from collections.abc import Mapping
@@ -31,8 +31,6 @@ from axisid.support.missing import Missing
 
 from .estimate import Estimate, alike_corrected
 
-#: Of the denominator of Hotelling's F, from which on it tells what is chance.
-FEWEST_FREEDOM = 5.0
 NOTICEABLE = 0.5  # deviations: up to there a 95 % interval holds the truth in 92 % of cases
 
 
@@ -45,7 +43,7 @@ class HausmanTest:
     difference : float
         In the parameter's unit; without the bias of filter and noise where both know theirs.
     deviation : float
-        Of the difference, as twins scatter, or HAC.
+        Of the difference, HAC.
     p_value : float
         Of a difference of none, Student's distribution.
     joint_p_value : float
@@ -124,11 +122,6 @@ def parted(
 
 def _scatter(one: Estimate, other: Estimate) -> tuple[Array, Array]:
     """Covariance of the difference by chance, (p, p), and its degrees of freedom, (p,)."""
-    off, others = one.inference.twins_off, other.inference.twins_off
-    if off is not None and others is not None and off.shape == others.shape:
-        count, k = off.shape
-        if count / 2 - k + 1 >= FEWEST_FREEDOM:
-            return np.cov((off - others).T).reshape(k, k), np.full(k, count / 2)
     scores = np.subtract(*_scores(one, other))
     model = other.covariance_model if isinstance(other.covariance_model, Hac) else Hac()
     # What parts two fits of the same rows is a direction that neither took: the kernel alone.

@@ -76,7 +76,6 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
     if part.by_output_error and Z is not None:
         X, Z = Z, None
     by_gain = None if part.gain_slopes is None else slopes @ part.gain_slopes
-    off = part.inference.twins_off
     made = part.distribution.through(axis.parameters, physical, slopes)
     return replace(
         part,
@@ -95,5 +94,4 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
         gain_slopes=by_gain,
         theta_gain_slopes=by_gain,
         bias=made.bias,
-        twins_off=None if off is None else off @ slopes.T,
     )

@@ -249,7 +249,7 @@ class _FittedPoint:
             if isinstance(found, str):
                 names[_PIVOT] += found
                 chains: tuple[Chain, ...] = ()
-                bias = off = left = None
+                bias = left = None
             else:
                 twins, told = found
                 known = np.zeros_like(own[_PIVOT]) if self.known is None else self.known
@@ -260,7 +260,6 @@ class _FittedPoint:
                 left = _own_rows(told.residuals, self.problem.row_weights)
                 if told.count > 1:
                     freedom[_PIVOT] = np.full(len(told.own_scale), float(told.freedom))
-                    off = told.off
                 chains, bias = twins.chains, told.bias
                 if quiet is not None:
                     quiet = left.mean(axis=1)
@@ -276,8 +275,7 @@ class _FittedPoint:
                 theta_gain_slopes=theta_by_gain,
                 noise_free=quiet,
                 bias=bias,
-                twins_off=off,
-                twins_residuals=None if off is None else left,
+                twins_residuals=None if left is None or left.shape[1] < 2 else left,
                 chains=chains,
             )
 

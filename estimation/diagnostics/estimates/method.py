@@ -17,7 +17,7 @@ from axisid.support.remedy import Remedy
 _FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
 _WORST: tuple[Status, ...] = ("fail", "note", "pass")
 _HAUSMAN = (
-    "largest difference of two estimates in deviations of the other; counts where a test of "
+    "largest difference of two estimates in deviations of the other; counts where a HAC test of "
     "all differences at once (Hausman, Hotelling, the p-value) rejects at {level:g} %; a failure "
     "where it is more than {share:g} % of the value and more than either 95 % interval allows for"
 )

@@ -66,8 +66,8 @@ def test_draws_agree_with_the_delta_method_where_the_map_is_straight(
     for method in ("idm-iv", "ddm-iv"):
         for name, value in result[method].parameters.items():
             drawn = result[method].propagate(name, draws=40_000)
-            assert drawn.interval == pytest.approx(value.interval, abs=0.05 * value.sd_hac)
-            assert drawn.median == pytest.approx(value.corrected, abs=0.05 * value.sd_hac)
+            assert drawn.interval == pytest.approx(value.interval, abs=0.1 * value.sd_hac)
+            assert drawn.median == pytest.approx(value.corrected, abs=0.1 * value.sd_hac)
 
 
 def test_draws_without_inertia_are_counted_and_left_out(result: Identification) -> None:

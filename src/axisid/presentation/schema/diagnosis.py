@@ -135,7 +135,7 @@ class WrittenHausmanTest(JsonObject, frozen=True, kw_only=True):
     """One estimate less another, one parameter."""
 
     difference: Annotated[float, about("Both less the bias of filter and noise where it is known.")]
-    deviation: Annotated[float, about("Of the difference, as twins scatter, or HAC.")]
+    deviation: Annotated[float, about("HAC, of the difference.")]
     p_value: Annotated[float | None, about("Hausman, of this parameter.")]
     joint_p_value: Annotated[float | None, about("The same of all parameters at once.")]
     shift: Annotated[float, about("In deviations of the other estimate.")]

@@ -143,7 +143,7 @@ def _instruments(preferred: SavedEstimate, tests: InstrumentTests | None) -> Tab
 
 
 def _differences(diagnosis: Diagnosis, units: Mapping[str, str]) -> Table | Paragraph:
-    title = "Estimates less another, Hausman"
+    title = "Estimates less another, Hausman, HAC"
     if not diagnosis.differences:
         return paragraph(
             "not tested: no two are of the same rows, or instruments are weak", title=title
