@@ -121,7 +121,8 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
     def __getstate__(self) -> dict[str, Any]:
         """With what twins tell, and without them: many times what the records hold."""
         names = (*(each.name for each in fields(self)), *_JUDGED_BY, "chains", "lacks", "noise")
-        kept = {name: getattr(self.evaluated(), name) for name in names}
+        judged = self.evaluated()
+        kept = {name: getattr(judged, name) for name in names}
         without = {"rests": Rests(), "doubts": ()}
         return kept | without | {"judged_scores": replace(self.judged_scores, twins=None)}
 
