@@ -65,7 +65,7 @@ from .judgement import judged
 from .rests import Rests
 from .result import OutputFit
 from .solution import Doubt
-from .spread import scores_of, twins_errors
+from .spread import scores_of
 from .starting import (
     FitStart,
     Searched,
@@ -305,7 +305,6 @@ class _Asked:
             self.loss,
             self.weights,
             are_starts(whose.form),
-            self.seed,
             self.progress,
             Rests() if self.keeps_rests else Rests.of(whose.axes, records, into),
         )
@@ -370,7 +369,6 @@ class _FitRun:
     loss: str
     given: tuple[float, ...]  # weights of the outputs, NaN where they are found
     of_start: NDArray[np.bool_]  # (P,)
-    seed: int
     progress: Progress | None
     rests: Rests
 
@@ -522,9 +520,7 @@ class _FitRun:
         if not self.unknowns.has_prior.any():
             return None
         known = self.weighing, self.unknowns, self.predictions, self.records
-        at = self.predictions, found.physical, self.seed
-        twins = twins_errors(*at) if self.axes[0].states else None
-        return scores_of(found, *known, self.unknowns.free, twins).effects()
+        return scores_of(found, *known, self.unknowns.free).effects()
 
     def _weigh(self, errors: Array, effects: Array | None = None) -> None:
         """Weigh the rows of each output of each record by the inverse of what is left of them.

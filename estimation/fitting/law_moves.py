@@ -11,14 +11,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law
 from axisid.estimation.predictions import Predictions, record_rows
-from axisid.estimation.records import Record
-from axisid.estimation.signals import FilteredRecord, Prefilter
-from axisid.estimation.twins import Chain, twins_of
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
+
+from .twins import RecordLoops
 
 _PERCENT = 0.01
 _TWINS = 8
@@ -59,12 +57,7 @@ def moves_of_all(of_records: Sequence[Mapping[str, Array]]) -> Mapping[str, Arra
 
 
 def factors_in_twins(
-    law: LawCheck | Missing,
-    axis: GeneratedAxis,
-    record: Record,
-    physical: Array,
-    found: FoundGains,
-    chain: Chain | None,
+    law: LawCheck | Missing, loops: RecordLoops | Missing, found: FoundGains
 ) -> list[Mapping[str, float]]:
     """Factors that the law has in twins, which are under the declared one; none without twins.
 
@@ -74,20 +67,16 @@ def factors_in_twins(
     Parameters
     ----------
     law : LawCheck or Missing
-    axis : GeneratedAxis
+    loops : RecordLoops or Missing
         Of the record.
-    record : Record
-    physical : (p,) array
-        Its parameters.
     found : FoundGains
-    chain : Chain or None
-        The record's noise.
     """
-    if not isinstance(law, LawCheck) or not law.factors or chain is None:
+    if not isinstance(law, LawCheck) or not law.factors:
         return []
-    data = FilteredRecord.bind(axis, record, Prefilter())
-    twins = twins_of(data.by_position or data, physical, chain, _TWINS)
-    checked = (check_found_law(axis, twin.record, found) for twin in twins)
+    if isinstance(loops, Missing) or loops.chain.is_silent:
+        return []
+    twins = loops.twins(loops.chain, _TWINS, paired=False)
+    checked = (check_found_law(loops.data.axis, twin, found) for twin in twins)
     every = [each.factors for each in checked if isinstance(each, LawCheck)]
     told: list[Mapping[str, float]] = [f for f in every if f.keys() == law.factors.keys()]
     return told if 2 * len(told) >= _TWINS else []

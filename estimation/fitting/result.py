@@ -259,13 +259,10 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
     @cached_property
     def law_shift(self) -> tuple[Array, Array] | Missing | None:
         """What the law as the records have it would move them by, with deviations, (P,) each."""
-        every = zip(self._laws, self.axes, self.records, self.own, self.chains, strict=True)
 
         def moved() -> tuple[Array, Array] | None:
-            twins = [
-                factors_in_twins(law, axis, record, own, self.found_gains, chain)
-                for law, axis, record, own, chain in every
-            ]
+            every = zip(self._laws, self.loops, strict=True)
+            twins = [factors_in_twins(law, loops, self.found_gains) for law, loops in every]
             return move_by_record(self._moves_of_records, self._laws, twins)
 
         return unless_faulty(moved)
@@ -314,9 +311,7 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
         What white noise of the position makes in the loop, as the record has it, or what nothing
         before it tells of an error, whichever is more.
         """
-        return noise_left(
-            self.predictions, self.physical, self.judged_scores, self.weighing.weights
-        )
+        return noise_left(self.judged_scores, self.weighing.weights, self.by_position)
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import unless_faulty
+from axisid.estimation.checks import told_or, unless_faulty
 from axisid.estimation.choices import SQUARES
 from axisid.estimation.parameters import Unknowns, are_starts, axis_at, least_within
 from axisid.estimation.predictions import Predictions
@@ -27,7 +27,7 @@ from axisid.estimation.told_by_outputs import (
 )
 from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, EstimationError, ModelError
+from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Note
 
@@ -38,11 +38,11 @@ from .spread import (
     Scores,
     moved_by_start,
     scores_of,
-    twins_errors,
 )
 from .starting import Searched
-from .twins import FitTwins, RecordLoops, calibrated_covariance, fit_twins
+from .twins import RecordLoops, calibrated_covariance, outputs_by_noise
 
+_OF_POSITION = 16  # twins with noise of the position alone
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
 
 
@@ -141,44 +141,47 @@ class FitSolution:
             self.predictions,
             self.records,
             chosen,
-            self.errors_by_noise,
         )
 
-    @cached_property
-    def errors_by_noise(self) -> Array | None:
-        """What noise of the position makes of the errors, (n, B), where friction remembers."""
-        if not self.axis.states:
-            return None
-        return twins_errors(self.predictions, self.best.physical, self.seed)
-
     @property
-    def twins(self) -> FitTwins | None:
-        """Of the loops where the search ended; None without."""
+    def twins(self) -> Array | None:
+        """What noise makes of the outputs where the search ended, (n, R); None without."""
         return None if isinstance(self.twins_or_why, str) else self.twins_or_why
 
     @cached_property
-    def twins_or_why(self) -> FitTwins | str:
+    def twins_or_why(self) -> Array | str:
         """With the noise of the records; or why there are none, empty where none were asked for.
 
-        Friction that remembers is not asked: noise of a dwell is not that of a swing.
+        Windows have the noise of what is measured alone: forces beside the control move their
+        errors in proportion, which is no bias, and what their parameters scatter by is seen from
+        window to window.
         """
-        if not self.bootstrap or self.axis.states:
+        if not self.bootstrap:
             return ""
         if self.loss != SQUARES:
             return "errors count by their size, and outliers are no noise of a loop"
-        try:
-            return fit_twins(
-                self._loops,
-                self.best.physical,
-                self.predictions,
-                self.bootstrap,
-                by_instruments=self.horizon is not None,
-            )
-        except (ModelError, DataError, EstimationError) as error:
-            return error.problem.rstrip("; ")
+        found = unless_faulty(
+            lambda: self._by_noise(self.bootstrap, disturbed=self.horizon is None, paired=True)
+        )
+        if isinstance(found, Missing):
+            return found.reason
+        return found if found.any() else "no noise that is measured reaches what is followed."
+
+    def _by_noise(self, count: int, *, disturbed: bool, paired: bool) -> Array:
+        at = self.best.physical, self.predictions
+        return outputs_by_noise(self.loops, *at, count, disturbed=disturbed, paired=paired)
 
     @cached_property
-    def _loops(self) -> tuple[RecordLoops | Missing, ...]:
+    def by_position(self) -> Array:
+        """What noise of what is measured makes of the outputs, (n, B); 0 where it is not known.
+
+        A chain takes for forces what the model lacks.
+        """
+        none = np.zeros((len(self.weighing.weights), 1))
+        return told_or(none, lambda: self._by_noise(_OF_POSITION, disturbed=False, paired=False))
+
+    @cached_property
+    def loops(self) -> tuple[RecordLoops | Missing, ...]:
         """The loops of each record where the search ended, with its noise."""
         form, physical = self.whose.form, self.best.physical
         return tuple(
@@ -193,9 +196,7 @@ class FitSolution:
     @cached_property
     def chains(self) -> tuple[Chain | None, ...]:
         """The noise of each record; None where it cannot be measured."""
-        if self.axis.states:  # friction that remembers has no rows that tell it
-            return (None,) * len(self.records)
-        return tuple(None if isinstance(of, Missing) else of.chain for of in self._loops)
+        return tuple(None if isinstance(of, Missing) else of.chain for of in self.loops)
 
     @cached_property
     def why_no_twins(self) -> str:
@@ -213,14 +214,14 @@ class FitSolution:
         return are_starts(self.whose.form)
 
     @property
-    def _scattered(self) -> FitTwins | None:
+    def _scattered(self) -> Array | None:
         """Twins that tell deviations; None where windows do, or nothing but the errors."""
         return self.twins if self.horizon is None else None
 
     @property
     def errors_in_common(self) -> Array | None:
         """What noise makes of the errors in the mean, (n,), where twins tell it."""
-        return None if self.twins is None else self.twins.changed.mean(axis=1)
+        return None if self.twins is None else self.twins.mean(axis=1)
 
     @cached_property
     def moved(self) -> Array | None:
@@ -327,8 +328,8 @@ class FitSolution:
         """
         if self.twins is None or self._scattered is not None:
             return np.zeros((len(scores.inverse), len(scores.inverse)))
-        moved = self._influence(scores) @ self.twins.changed
-        alike = moved[:, : self.twins.count // 2 * 2].reshape(len(moved), -1, 2).mean(axis=2)
+        moved = self._influence(scores) @ self.twins
+        alike = moved[:, : moved.shape[1] // 2 * 2].reshape(len(moved), -1, 2).mean(axis=2)
         return np.asarray(np.cov(alike).reshape(len(moved), -1) / alike.shape[1])
 
     @cached_property
@@ -360,7 +361,7 @@ class FitSolution:
         """Degrees of freedom of each variance that is told, (P,)."""
         found, freedom = np.full(len(self.scale), np.inf), self.coloured.freedom
         if self._scattered is not None:
-            freedom = np.full(len(freedom), self._scattered.count / 2)  # of pairs of opposite ones
+            freedom = np.full(len(freedom), self._scattered.shape[1] / 2)  # of pairs
         found[self.unknowns.free] = freedom
         return found
 
@@ -397,11 +398,9 @@ class FitSolution:
     def judged_scores(self) -> Scores:
         """Of the parameters that are free and not at a bound, less what noise makes in the mean."""
         found = replace(self.scores, errors=self.errors_left)
-        if self.twins is None:
+        if self.twins is None or not any(each and each.is_uneven for each in self.chains):
             return found
-        changed = self.twins.by_position
-        twins = found.counts[:, None] * changed if changed.any() else None
-        return replace(found, twins=twins, remembers=False)
+        return replace(found, twins=found.counts[:, None] * self.by_position)
 
     @cached_property
     def elsewhere(self) -> Elsewhere | None:
@@ -424,10 +423,10 @@ class FitSolution:
             for j in map(int, np.flatnonzero(prior))
         }
 
-    def _by_twins(self, scores: Scores, twins: FitTwins) -> Array:
+    def _by_twins(self, scores: Scores, twins: Array) -> Array:
         """Covariance of the parameters of scores by twins, (k, k)."""
-        changed, weights = twins.changed, self.weighing.weights[:, None]
-        apart = changed - changed.mean(axis=1, keepdims=True)
+        weights = self.weighing.weights[:, None]
+        apart = twins - twins.mean(axis=1, keepdims=True)
         moved = -self._influence(scores) @ apart
         left = weights * apart + scores.jacobian @ moved
         return calibrated_covariance(scores, self.errors_left, moved, left)

@@ -8,8 +8,8 @@ with alternating signs; what the model lacks lasts. Both are told by an autoregr
 
 as the prediction-error method has it for errors that are not white [Ljung1999]_ (9.42). C is of
 errors that were under way before a stretch begins, so that short stretches count as long ones do.
-Friction that remembers answers to noise otherwise at rest than in motion: there C is of no one
-colour, and twins with noise tell it too, see `uneven`.
+Steps of an encoder make errors of no one colour: what twins with noise of the position make of the
+parameters counts there where it is more.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from axisid.estimation.parameters import Unknowns
-from axisid.estimation.predictions import Predictions, record_rows, whole_lanes
+from axisid.estimation.predictions import Predictions, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.searches import Found, Weighing
 from axisid.estimation.thresholds import MIN_SHOWN
@@ -33,16 +33,12 @@ from axisid.estimation.told_by_outputs import (
     by_colour,
     by_windows,
     larger,
-    uneven,
 )
 from axisid.support.arrays import Array
 
 MIN_MOVED_BY_START = 1.0  # deviations by the start of a loop, were that free, which then count
-_FEWEST_TWINS = 16.0  # with noise, or pairs of opposite ones: a deviation is known to 18 % then
 
 _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
-_TWINS, _SEED = 8, 0  # of the noise that is left
-_FEWEST_OF_MANY, _MOST, _VALUES = 48, 144, 5_000_000  # a deviation is known to 10 or 6 % then
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,10 +64,8 @@ class Scores:
     outputs : int
         Whose rows of a sample are neighbours.
     twins : (n, B) array or None
-        What noise makes of the weighted errors where no autoregression tells that.
-    remembers : bool
-        Whether that is so of friction that remembers, whose scores are held against twins in place
-        of autoregressions; else the larger of both tells the variance.
+        What noise of the position makes of the weighted errors where that is of no one colour; the
+        larger of both tells the variance.
     """
 
     jacobian: Array
@@ -83,7 +77,6 @@ class Scores:
     periods: tuple[float, ...]
     outputs: int = 1
     twins: Array | None = None
-    remembers: bool = True
 
     @property
     def counted(self) -> NDArray[np.bool_]:
@@ -118,7 +111,7 @@ class Scores:
         )
 
     def coloured(self) -> Scattering:
-        """Covariance for errors that follow autoregressions, or are as twins', (k, k)."""
+        """Covariance for errors that follow autoregressions and, as twins', no less, (k, k)."""
         columns, found = self.jacobian @ self.inverse, []
         for r, rows in enumerate(map(record_rows, self.spans)):
             curved = self.curvature[rows, None] * self.jacobian[rows]
@@ -128,8 +121,6 @@ class Scores:
     def _of_record(self, columns: Array, r: int, taken: float) -> Scattering:
         """Of columns (n, j) and a record's errors, of which a fit took so many degrees."""
         spans, twins = self.spans[r], self.twins
-        if twins is not None and self.remembers:
-            return uneven(columns, self.errors, twins, spans, self.periods[r], self.outputs)
         used = int(self.counted[record_rows(spans)].sum())
         found = by_colour(columns, self.autoregressions[r], spans, used, taken)
         return found if twins is None else larger(found, columns, twins, spans)
@@ -191,22 +182,6 @@ class Scores:
         return np.asarray((found + found.T) / 2)
 
 
-def twins_errors(predictions: Predictions, physical: Array, seed: int) -> Array | None:
-    """What noise of the position makes of the outputs, (n, B).
-
-    None where too few of the twins can be simulated.
-    """
-    count = _many(predictions)
-    with np.errstate(all="ignore"):
-        errors = whole_lanes(predictions.by_noise(physical, count, np.random.default_rng(seed)))
-    return errors if errors.shape[1] >= _FEWEST_TWINS else None
-
-
-def _many(predictions: Predictions) -> int:
-    """How many twins tell a scatter: fewer of a long record, whose outputs would fill memory."""
-    return max(_FEWEST_OF_MANY, min(_MOST, _VALUES // len(predictions.measured)))
-
-
 def scores_of(
     found: Found,
     weighing: Weighing,
@@ -214,12 +189,8 @@ def scores_of(
     predictions: Predictions,
     records: Sequence[Record],
     chosen: NDArray[np.bool_],
-    twins: Array | None = None,
 ) -> Scores:
-    """Of the chosen parameters, (P,), where a search of the records' outputs ended.
-
-    Twins are what noise makes of the outputs, (n, B), of an axis whose friction remembers.
-    """
+    """Of the chosen parameters, (P,), where a search of the records' outputs ended."""
     weighed = weighing.weights * found.slopes.errors
     z = (weighed / weighing.tuning) ** 2
     _, first, second = weighing.counted(z)
@@ -232,13 +203,10 @@ def scores_of(
         spans=predictions.spans,
         periods=tuple(record.period for record in records),
         outputs=len(predictions.units),
-        twins=None if twins is None else (first * weighing.weights)[:, None] * twins,
     )
 
 
-def noise_left(
-    predictions: Predictions, physical: Array, scores: Scores, weights: Array
-) -> tuple[float, ...]:
+def noise_left(scores: Scores, weights: Array, by_position: Array) -> tuple[float, ...]:
     """Root mean square of what is noise in what is left, by record and output, in its unit.
 
     What errors of the measured position make in the loop, or what nothing before it tells of an
@@ -246,18 +214,12 @@ def noise_left(
 
     Parameters
     ----------
-    predictions : Predictions
-    physical : (P,) array
-        The estimate.
     scores : Scores
     weights : (n,) array
+    by_position : (n, B) array
+        What noise of the position makes of the outputs.
     """
-    twins = scores.twins
-    if twins is None:
-        with np.errstate(all="ignore"):
-            noise = predictions.by_noise(physical, _TWINS, np.random.default_rng(_SEED))
-        twins = weights[:, None] * whole_lanes(noise)
-    found = []
+    twins, found = weights[:, None] * by_position, []
     for model, spans in zip(scores.autoregressions, scores.spans, strict=True):
         for place, variance in enumerate(model.innovations):
             rows = record_rows(spans, place, scores.outputs)

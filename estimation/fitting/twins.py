@@ -19,8 +19,6 @@ from axisid.support.missing import Missing
 
 from .spread import Scores
 
-_OF_POSITION = 16
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordLoops:
@@ -50,7 +48,9 @@ class RecordLoops:
         EstimationError
             There are too few rows, or its loops cannot be simulated.
         """
-        data = FilteredRecord.bind(axis, record, Prefilter())
+        # Friction that remembers has no rows near turns that others would do without.
+        prefilter = Prefilter(reversals="keep" if axis.states else None)
+        data = FilteredRecord.bind(axis, record, prefilter)
         data = data.by_position or data
         loops = recorded_loops(data, physical)
         chain, quiet = measured_chain(data, physical, loops), noise_free_record(data, loops).record
@@ -64,37 +64,16 @@ class RecordLoops:
         return [each.record for each in drawn]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FitTwins:
-    """What noise makes of the outputs of a fit.
-
-    Attributes
-    ----------
-    changed : (n, R) array
-        Outputs of the twins, less those of the loops without noise.
-    by_position : (n, B) array
-        The same of some with the noise of the position alone, where that is of no one colour; a
-        chain takes for forces what the model lacks.
-    """
-
-    changed: Array
-    by_position: Array
-
-    @property
-    def count(self) -> int:
-        """How many there are."""
-        return int(self.changed.shape[1])
-
-
-def fit_twins(
+def outputs_by_noise(
     records: Sequence[RecordLoops | Missing],
     physical: Array,
     predictions: Predictions,
     count: int,
     *,
-    by_instruments: bool,
-) -> FitTwins:
-    """Simulate the loops of records at a fit with their noise.
+    disturbed: bool,
+    paired: bool,
+) -> Array:
+    """What the noise of records makes of the outputs of a fit, (n, R).
 
     Parameters
     ----------
@@ -103,26 +82,24 @@ def fit_twins(
     predictions : Predictions
         Of the records, settled there.
     count : int
-    by_instruments : bool
-        Whether twins have the noise of what is measured alone, not the forces beside the control,
-        for predictions that begin anew in windows: forces move their errors in proportion, which
-        is no bias, and what their parameters scatter by is seen from window to window.
+    disturbed : bool
+        Whether twins have the forces beside the control, or the noise of what is measured alone.
+    paired : bool
+        Whether they come in pairs of opposite noise.
 
     Raises
     ------
     EstimationError
-        A record's noise could not be measured, more than half of the twins cannot be simulated, or
-        no noise reaches what is followed.
+        A record's noise could not be measured, or more than half of the twins cannot be simulated.
     """
     twins: list[list[Record]] = []
-    by_position: list[list[Record]] = []
+    quiet: list[Record] = []
     for of in records:
         if isinstance(of, Missing):
             raise EstimationError(of.reason, code="noise-not-measured")
-        measured = replace(of.chain, disturbances=())
-        alone = measured if of.chain.is_uneven else Chain()
-        twins.append(of.twins(measured if by_instruments else of.chain, count, paired=True))
-        by_position.append(of.twins(alone, _OF_POSITION, paired=False))
+        chain = of.chain if disturbed else replace(of.chain, disturbances=())
+        twins.append(of.twins(chain, count, paired=paired))
+        quiet.append(of.quiet)
     fewest = min(map(len, twins))
     if 2 * fewest < count:
         raise EstimationError(
@@ -130,23 +107,13 @@ def fit_twins(
             "the bootstrap out.",
             code="bootstrap-lost",
         )
-    quiet = [of.quiet for of in records if not isinstance(of, Missing)]
     still = predictions.outputs_of(quiet, physical)
-
-    def changed(made: list[list[Record]]) -> Array:
-        """As many of each record as the one with the fewest has, (n, R)."""
-        rows = [
-            still if all(map(is_, each, quiet)) else predictions.outputs_of(each, physical)
-            for each in zip(*made, strict=False)
-        ]
-        return np.reshape(rows, (-1, len(still))).T - still[:, None]
-
-    found = changed(twins)
-    if not found.any():
-        raise EstimationError(
-            "no noise that is measured reaches what is followed.", code="no-noise"
-        )
-    return FitTwins(changed=found, by_position=changed(by_position))
+    # As many of each record as the one with the fewest has.
+    rows = [
+        still if all(map(is_, each, quiet)) else predictions.outputs_of(each, physical)
+        for each in zip(*twins, strict=False)
+    ]
+    return np.reshape(rows, (-1, len(still))).T - still[:, None]
 
 
 def calibrated_covariance(scores: Scores, errors: Array, moved: Array, left: Array) -> Array:

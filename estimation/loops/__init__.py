@@ -33,7 +33,6 @@ from .start import (
     first_velocity as first_velocity,
     loop_starts as loop_starts,
     moved_start as moved_start,
-    noise_along as noise_along,
     position_noise as position_noise,
     start_of_law as start_of_law,
     unlimited as unlimited,

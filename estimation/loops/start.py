@@ -368,20 +368,6 @@ def position_noise(position: Array) -> float:
     return float(np.sqrt(np.mean(np.diff(some, order) ** 2) / math.comb(2 * order, order)))
 
 
-def noise_along(position: Array) -> float:
-    """Deviation of the noise of measured positions, (N,): of stretches as at the start, the median.
-
-    The start alone tells it to 8 %, by which a right model's output seems to leave what is no
-    noise; and reversals, or an axis that rests, are in few stretches.
-    """
-    count = len(position) // _NOISE
-    if count < _FEWEST_STRETCHES:
-        return position_noise(position)
-    stretches = position[: count * _NOISE].reshape(count, _NOISE)
-    squares = np.mean(np.diff(stretches, _ORDER, axis=1) ** 2, axis=1)
-    return float(np.sqrt(np.median(squares) / math.comb(2 * _ORDER, _ORDER)))
-
-
 def _coefficient(values: Array, noise: float, degree: int, power: int) -> tuple[float, float]:
     """Coefficient of a polynomial at its first sample, and its deviation."""
     weights, size = _weights(len(values), degree, power)

@@ -7,7 +7,6 @@ Knows nothing of how parameters are searched for.
 from .lanes import (
     Predictions as Predictions,
     record_rows as record_rows,
-    whole_lanes as whole_lanes,
 )
 from .loop_predictions import LoopPredictions as LoopPredictions, measured_output as measured_output
 from .slopes import Slopes as Slopes, slopes_of as slopes_of

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.records import Record, in_own_order
+from axisid.estimation.records import Record
 from axisid.estimation.regression import Form
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
@@ -30,11 +30,6 @@ class Lanes:
 
     errors: Array
     failures: Mapping[int, str]
-
-
-def whole_lanes(lanes: Array) -> Array:
-    """Those of lanes (n, B) that could be simulated to their end."""
-    return np.asarray(lanes[:, np.isfinite(lanes).all(axis=0)])
 
 
 class Predictions(ABC):
@@ -77,10 +72,6 @@ class Predictions(ABC):
         """Errors of the rows of a piece with parameters (B, P), and why lanes failed."""
 
     @abstractmethod
-    def _noise(self, place: int, physical: Array, count: int, random: np.random.Generator) -> Array:
-        """What errors of the measured position change in the rows of a piece, (n, B)."""
-
-    @abstractmethod
     def settle(self, physical: Array) -> None:
         """Settle at parameters (P,) what is to be the same for all lanes about them.
 
@@ -109,16 +100,6 @@ class Predictions(ABC):
         if self._slope_by_time is not None:
             errors += np.outer(self._slope_by_time, physical[:, -1] - self._time)
         return Lanes(errors=errors, failures=failures)
-
-    def by_noise(self, physical: Array, count: int, random: np.random.Generator) -> Array:
-        """What errors of the measured position, as the records have them, change, (n, B).
-
-        NaN of twins whose loop cannot be simulated.
-        """
-        made = {}
-        for place in in_own_order(self._records, self._of_records):
-            made[place] = self._noise(place, physical, count, random)
-        return np.concatenate([made[place] for place in range(len(made))])
 
     def slopes_by_start(
         self,

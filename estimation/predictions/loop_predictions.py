@@ -4,7 +4,6 @@ Several outputs are of one simulation, and the rows of a sample are neighbours: 
 control, position, and so on.
 """
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -14,15 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, build
-from axisid.codegen.lowering import LoopStart
 from axisid.estimation.choices import CONTROL, FORCE
 from axisid.estimation.loops import (
     LawTicks,
     applied_terms,
     law_memory,
     loop_starts,
-    moved_start,
-    noise_along,
     state_at_rest,
     two_clocks,
 )
@@ -45,7 +41,7 @@ from axisid.estimation.simulation import (
     settled_substeps,
     simulate_lanes,
 )
-from axisid.support.arrays import Array, covered, in_few_digits
+from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.remedy import Remedy, Setting
 
@@ -133,10 +129,6 @@ class Stretch:
         The recorded outputs, a row for each output of each sample.
     counted : (n,) array of bool
         Which rows are measurements.
-    noise : float
-        Standard deviation of the recorded position's noise.
-    step : float
-        Of the encoder; 0 where nothing is known of it.
     substeps : int or None
         Of a sample, once they are settled.
     """
@@ -148,8 +140,6 @@ class Stretch:
     outputs: tuple[str, ...]
     measured: Array
     counted: NDArray[np.bool_]
-    noise: float
-    step: float
     substeps: int | None = None
 
     @property
@@ -234,7 +224,7 @@ class LoopPredictions(Predictions):
         self.spans = tuple(tuple(rows for each, rows in pairs if each.record == i) for i in numbers)
         self.measured = np.concatenate([each.measured for each in self.stretches])
         self.counted = np.concatenate([each.counted for each in self.stretches]).astype(float)
-        self.step = max(each.step for each in self.stretches)
+        self.step = max(sensor_steps(*pair).position for pair in zip(axes, records, strict=True))
 
     def outputs_of(
         self,
@@ -271,9 +261,6 @@ class LoopPredictions(Predictions):
                     code="fit-too-stiff",
                 )
             each.substeps = max(steps, each.substeps or 1)
-
-    def _noise(self, place: int, physical: Array, count: int, random: np.random.Generator) -> Array:
-        return _changed_by_noise(*self._settled(self.stretches[place], physical), count, random)
 
     def _settled(self, stretch: Stretch, physical: Array) -> tuple[Stretch, Array]:
         """A stretch as parameters (P,) make it, and those of its axis, (p,)."""
@@ -371,8 +358,6 @@ def _stretches(
             outputs=tuple(each.signal for each in measured),
             measured=interleaved([each.values[rows] for each in measured]),
             counted=np.repeat(counted[rows], len(measured)),
-            noise=noise_along(record.position[rows]),
-            step=sensor_steps(axis, record).position,
         )
 
 
@@ -438,62 +423,3 @@ def _smooth(axis: GeneratedAxis, *, native: bool) -> GeneratedAxis:
     logged = drive.logged if others or drive.logged != "applied" else "command"
     smooth = replace(drive, quantisation=0.0, logged=logged)
     return build(replace(axis.declared, drive=smooth), native=native)
-
-
-def _changed_by_noise(
-    stretch: Stretch, own: Array, count: int, random: np.random.Generator
-) -> Array:
-    """What errors of the measured position change in the loop, (n, B), in so many twins.
-
-    An encoder's are those of its steps, which begin anywhere: they are silent at rest, and shake
-    nothing there, as white noise of their size would. What a record has besides is white.
-
-    A simulation begins at the first position as it was measured: a twin's axis is as far from there
-    as its noise says, and its law reads that position.
-
-    Parameters
-    ----------
-    stretch : Stretch
-    own : (p,) array
-        Parameters of its axis.
-    count : int
-    random : Generator
-    """
-    inputs, step = stretch.inputs, stretch.step
-    declared = stretch.axis.axis.parameters
-    # Rounding may lead a parameter at a bound beyond it, with which nothing is simulated.
-    own = np.clip(in_few_digits(own), [p.lower for p in declared], [p.upper for p in declared])
-    quiet = stretch.simulated(own[None, :], inputs)
-    white = float(in_few_digits(math.sqrt(max(stretch.noise**2 - step**2 / 12, 0.0))))
-    noise = random.normal(scale=white, size=(stretch.samples, count))
-    away = step * random.uniform(-0.5, 0.5, size=count)
-    first = [float(values[0]) for values in inputs.signals]
-    starts = [
-        moved_start(stretch.axis, inputs.start, float(inputs.reference[0]), first, float(each))
-        for each in away
-    ]
-    start = LoopStart(
-        position=float(inputs.start.position) - noise[0],
-        velocity=inputs.start.velocity,
-        memory=None if inputs.start.memory is None else np.array([s.memory for s in starts]),
-    )
-    batch = stretch.simulated(
-        np.tile(own, (count, 1)),
-        replace(
-            inputs,
-            reference=inputs.reference[:, None] + away,
-            start=start,
-            noise=away + (noise if inputs.clocks is None else inputs.clocks.held(noise)),
-            resolution=step,
-        ),
-    )
-
-    def changed(name: str) -> Array:
-        out = batch[name]
-        if name == "position":
-            out = out + noise
-            if step:
-                out = np.floor((out + away) / step + 0.5) * step - away
-        return out - quiet[name]
-
-    return np.where(stretch.counted[:, None], stretch.rows(changed), 0.0)

@@ -15,7 +15,6 @@ from numpy.polynomial.polynomial import polyfit
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.codegen.lowering import LoopStart
-from axisid.estimation.loops import noise_along
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form
 from axisid.estimation.signals import acting_control, recorded_signals
@@ -62,8 +61,6 @@ class _Windows:
     counted : (N, w) array
         1 for samples that are measurements, 0 for others.
     signals : tuple of (N, w) array
-    noise : float
-        Standard deviation of the position's noise.
     first_states : (2, w) array
         Positions and velocities that they start from.
     basis : (w, N, 2) array
@@ -80,7 +77,6 @@ class _Windows:
     control: Array
     counted: Array
     signals: tuple[Array, ...]
-    noise: float
     first_states: Array
     basis: Array
     substeps: int | None = None
@@ -303,18 +299,6 @@ class WindowPredictions(Predictions):
             found = max(found, reach / (step * len(w.position) * w.period))
         return found
 
-    def _noise(
-        self,
-        place: int,
-        physical: Array,  # noqa: ARG002
-        count: int,
-        random: np.random.Generator,
-    ) -> Array:
-        """White noise of the position."""
-        w = self._windows[place]
-        noise = random.normal(scale=w.noise, size=(len(w.position), count, w.count))
-        return w.rows(noise * w.counted[:, None, :])
-
 
 def default_horizon(records: Sequence[Record]) -> float:
     """Length of windows of which records have enough that their scatter tells deviations, s."""
@@ -442,7 +426,6 @@ def _windows(
             control=cut[1],
             counted=cut[2],
             signals=tuple(cut[3:]),
-            noise=noise_along(record.position[first:last]),
             first_states=parabolas[:2],
             basis=np.zeros((count, size, 2)),
         )

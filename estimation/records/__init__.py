@@ -14,7 +14,6 @@ from .reading import read_record as read_record
 from .record import (
     Record as Record,
     check_record as check_record,
-    in_own_order as in_own_order,
     record_labels as record_labels,
 )
 from .repairs import Repairs as Repairs

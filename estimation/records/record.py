@@ -462,19 +462,3 @@ def record_labels(records: Sequence[Record]) -> tuple[str, ...]:
         source if sources.count(source) == 1 else f"{source} (record {i})"
         for i, source in enumerate(sources, 1)
     )
-
-
-def in_own_order(records: Sequence[Record], of: Sequence[int] | None = None) -> list[int]:
-    """Places of records, or of pieces of them, in an order that is the samples' own.
-
-    What is drawn for one after the other in it is the same however the records are given.
-
-    Parameters
-    ----------
-    records : sequence of Record
-    of : sequence of int, optional
-        Place of the record that each piece is of; every record is one piece by default.
-    """
-    digests = [record.digest for record in records] if len(records) > 1 else [""]
-    pieces = range(len(records)) if of is None else of
-    return sorted(range(len(pieces)), key=lambda piece: digests[pieces[piece]])

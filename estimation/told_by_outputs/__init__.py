@@ -5,12 +5,11 @@ Knows nothing of how parameters are searched for.
 """
 
 from .colour import Autoregression as Autoregression, autoregression_of as autoregression_of
-from .uneven import (
+from .scattering import (
     Scattering as Scattering,
     added as added,
     by_colour as by_colour,
     by_windows as by_windows,
     larger as larger,
-    uneven as uneven,
 )
 from .unseen import Unseen as Unseen, unseen_directions as unseen_directions

@@ -8,9 +8,6 @@ import pytest
 
 from axisid import Record, build, fit, identify, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.predictions import WindowPredictions
-from axisid.estimation.records import in_own_order
-from axisid.estimation.regression import InverseForm
 from axisid.support.arrays import Array
 
 
@@ -33,16 +30,6 @@ def _either_way(
     records: Sequence[Record], found: Callable[[list[Record]], Array]
 ) -> tuple[Array, Array]:
     return found([*records]), found([*reversed(records)])
-
-
-def test_pieces_stay_together_in_an_order_that_no_list_changes(records: Sequence[Record]) -> None:
-    first, last = records
-    order = in_own_order(records)
-    assert sorted(order) == [0, 1]
-    assert [records[i] for i in order] == [[last, first][i] for i in in_own_order([last, first])]
-    pieces = in_own_order(records, [0, 0, 1, 1])
-    assert pieces == [0, 1, 2, 3] if order == [0, 1] else [2, 3, 0, 1]
-    assert in_own_order([first], [0, 0, 0]) == [0, 1, 2]
 
 
 @pytest.mark.slow
@@ -79,18 +66,3 @@ def test_fits_and_their_deviations_are_the_same(
 
     one, other = _either_way(records, found)
     assert other == pytest.approx(one, rel=1e-5)
-
-
-def test_noise_of_windows_is_of_their_own_record(
-    pendulum: GeneratedAxis, records: Sequence[Record]
-) -> None:
-    axes, physical = [pendulum] * 2, np.array([0.0626, 0.12, 0.02, 0.09])
-
-    def found(given: list[Record]) -> Array:
-        windows = WindowPredictions(InverseForm(pendulum), axes, given, 0.2)
-        windows.settle(physical)
-        return windows.by_noise(physical, 3, np.random.default_rng(0))
-
-    one, other = _either_way(records, found)
-    rows = len(one) // 2
-    assert np.array_equal(np.roll(other, rows, axis=0), one)

@@ -131,25 +131,3 @@ def test_the_steps_of_a_drive_are_not_simulated(logged: str) -> None:
     )
     assert np.array_equal(found, smooth)
     assert np.any(found)
-
-
-def test_a_twin_with_noise_begins_where_its_noise_puts_it(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    """Its position as measured is the record's first, so that it begins to differ only then."""
-    predictions = _predictions(emps2015, "position", twin)
-    changed = predictions.by_noise(THETA, 8, np.random.default_rng(0))
-    np.testing.assert_allclose(changed[0], 0.0, atol=1e-15)
-    assert np.all(changed[1:50].std(axis=1) > 0)
-
-
-def test_noise_changes_the_same_on_every_machine_whatever_the_last_digit_of_a_parameter(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    coarse = replace(twin, position=5e-6 * np.round(twin.position / 5e-6))
-    predictions = _predictions(emps2015, "position", coarse)
-    here, there = (
-        predictions.by_noise(THETA * (1 + rounding), 2, np.random.default_rng(0))
-        for rounding in (0.0, 1e-14)
-    )
-    assert np.array_equal(here, there)

@@ -1,30 +1,14 @@
-"""Errors whose colour changes on the way, as those of an axis whose friction remembers.
-
-Such friction is a spring at rest and a damper in motion, so that noise of the position comes back
-otherwise in a dwell than in a swing, and a start that is a little off stays until the axis slides.
-An autoregression has one colour for all of it. Two others ask for none: what twins make of it that
-are simulated with such noise, and the products of neighbouring scores, as [NeweyWest1987]_ has
-them, which also see what is no noise of the position, from fewer independent errors. The larger
-counts.
-"""
+"""Covariances of what columns make of errors: by their colour, by windows, by twins."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from axisid.estimation.regression import Hac, score_products, widened
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.regression import widened
 from axisid.support.arrays import Array
 
 from .colour import Autoregression
-
-# s, over which errors are held against each other where friction remembers: measured, deviations
-# of a LuGre axis by half of it are 0.5 to 0.9 of their scatter, by all of it 0.6 to 1.0; twins
-# have the rest
-_SCORES_ALIKE = 0.4
-
-_FEWEST_ROWS = 4  # for each lag
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,41 +37,6 @@ def added(found: Sequence[Scattering]) -> Scattering:
     unsure = np.sum([np.diag(each.matrix) ** 2 / each.freedom for each in found], axis=0)
     freedom = np.divide(whole**2, unsure, out=np.full(len(whole), np.inf), where=unsure > 0)
     return Scattering(matrix=matrix, freedom=freedom)
-
-
-def uneven(
-    columns: Array,
-    errors: Array,
-    twins: Array,
-    spans: Sequence[slice],
-    period: float,
-    outputs: int = 1,
-) -> Scattering:
-    """Of columns (n, k) and errors (n,), by twins and by the scores, whichever is more.
-
-    Parameters
-    ----------
-    columns : (n, k) array
-    errors : (n,) array
-    twins : (n, B) array
-        What noise makes of the errors, B draws.
-    spans : sequence of slice
-        The record's stretches.
-    period : float
-        s
-    outputs : int
-        Whose rows of a sample are neighbours: their scores are of one time.
-    """
-    k = columns.shape[1]
-    scores = [
-        (columns[rows] * errors[rows, None]).reshape(-1, outputs, k).sum(axis=1) for rows in spans
-    ]
-    pieces = Neighbours.joined([Neighbours.consecutive(len(each)) for each in scores])
-    whole = np.concatenate(scores)
-    lags = min(round(_SCORES_ALIKE / period), len(whole) // _FEWEST_ROWS)
-    long_run = Hac(lags).long_run(lambda most: score_products(whole, pieces, most), len(whole))
-    told = Scattering(matrix=long_run.matrix, freedom=long_run.freedom)
-    return larger(told, columns, twins, spans)
 
 
 def by_colour(
