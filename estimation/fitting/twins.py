@@ -97,7 +97,7 @@ def outputs_by_noise(
     for of in records:
         if isinstance(of, Missing):
             raise EstimationError(of.reason, code="noise-not-measured")
-        chain = of.chain if disturbed else replace(of.chain, disturbances=())
+        chain = of.chain if disturbed else replace(of.chain.likeliest, disturbances=())
         twins.append(of.twins(chain, count, paired=paired))
         quiet.append(of.quiet)
     fewest = min(map(len, twins))

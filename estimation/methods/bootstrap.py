@@ -19,10 +19,6 @@ from .methods import METHODS
 
 TOO_FEW = "more than half of the loops with its noise cannot be simulated, or estimated from"
 _FOLLOWS_NOT = "the loop does not follow the record"
-_ROUNDS = 4
-_MEASURED = 2  # rounds that measure the chains: at the estimate, and less a first bias
-_CLOSE = 1e-7  # of a parameter: what hardly moves a bias
-_SETTLED = 0.3  # deviations by which the parameters of the twins' loops still move
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +60,7 @@ class Bootstrap:
                 fit = METHODS[method].fit(self.problem)
                 fit = with_loops(self.problem, fit)
                 if fit.follows or self.has_laws():
-                    twins = self._settled(fit)
+                    twins = self._less_bias(fit)
                     if fit.follows or isinstance(twins, str) or self._leave_as_much(twins, fit):
                         return twins
                 why = _FOLLOWS_NOT
@@ -74,27 +70,28 @@ class Bootstrap:
                 why = error.problem.rstrip("; ")
         return why
 
-    def _settled(self, fit: Fit) -> Twins | str:
-        form, solution, problem, loops = fit.form, fit.solution, self.problem, fit.loops
-        physical = at = fit.physical
-        model, kinds = Hac(), self._kinds
-        deviations = np.sqrt(np.diag(model.matrix(solution)))
-        chains: tuple[Chain, ...] = ()
-        for number in range(_ROUNDS):
-            chains = self._chains(fit, at, loops) if number < _MEASURED else chains
-            twins = Twins(
-                problem=problem, form=form, at=at, chains=chains, count=self.count, kinds=kinds
-            )
-            found = calibrated(twins, form, fit.solver, solution, model)
-            if found is None:
-                return TOO_FEW
-            before, at = at, physical - found.bias
-            apart = np.abs(form.regressed(at) - form.regressed(before))
-            near = _SETTLED * found.own_scale * deviations + _CLOSE * np.abs(form.regressed(at))
-            if np.all(apart <= near):
-                return twins
-            loops = _at(problem, form, at)
-        return "the parameters of their loops do not settle"
+    def _less_bias(self, fit: Fit) -> Twins | str:
+        """At an estimate, or less the bias that it has there where that is beyond a deviation."""
+        form, model = fit.form, Hac()
+        first = self._twins(fit, fit.physical, fit.loops)
+        found = calibrated(first, form, fit.solver, fit.solution, model)
+        if found is None:
+            return TOO_FEW
+        at = fit.physical - found.bias
+        deviations = found.own_scale * np.sqrt(np.diag(model.matrix(fit.solution)))
+        if np.all(np.abs(form.regressed(at) - form.regressed(fit.physical)) <= deviations):
+            return first
+        return self._twins(fit, at, _at(self.problem, fit.form, at))
+
+    def _twins(self, fit: Fit, at: Array, loops: tuple[Simulation, ...]) -> Twins:
+        return Twins(
+            problem=self.problem,
+            form=fit.form,
+            at=at,
+            chains=self._chains(fit, at, loops),
+            count=self.count,
+            kinds=self._kinds,
+        )
 
     def _leave_as_much(self, twins: Twins, fit: Fit) -> bool:
         """Whether the loop leaves as much of twins' force as of the records'."""

@@ -156,7 +156,7 @@ def noise_of(given: object, twin: GeneratedAxis) -> Chain:
             "give its resolution, or leave it out.",
             code="twin-anywhere",
         )
-    return noise
+    return noise.likeliest
 
 
 def declared_chain(

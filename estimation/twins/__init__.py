@@ -5,7 +5,12 @@ twins, and by them the estimate's bias and deviations. Knows nothing of methods 
 """
 
 from .calibration import Calibration as Calibration, calibrated as calibrated
-from .chain import Autoregressions as Autoregressions, Chain as Chain, Draws as Draws
+from .chain import (
+    Autoregressions as Autoregressions,
+    Chain as Chain,
+    Draws as Draws,
+    MeasuredChain as MeasuredChain,
+)
 from .measured_chain import measured_chain as measured_chain
 from .twins import (
     DEFAULT_COUNT as DEFAULT_COUNT,

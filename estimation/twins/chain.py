@@ -1,7 +1,7 @@
 """The chain: what stands between a motion and its log, and what acts beside the drive."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 
 import numpy as np
@@ -41,6 +41,10 @@ class Draws:
     def normal(self, size: int) -> Array:
         """Standard normal, (size,)."""
         return self.sign * self.rng.standard_normal(size)
+
+    def place(self, count: int) -> int:
+        """One of so many, the same of the opposite numbers."""
+        return int(self.rng.integers(count))
 
     def of_a_step(self) -> float:
         """Uniform, where a step begins as a share of one."""
@@ -113,6 +117,11 @@ class Chain:
         if experiment is None:
             return cls()
         return cls(position=experiment.position_noise, position_step=experiment.resolution)
+
+    @property
+    def likeliest(self) -> "Chain":
+        """As it is told and written: of one that was measured, what that makes the likeliest."""
+        return self
 
     @property
     def is_silent(self) -> bool:
@@ -192,6 +201,35 @@ class Chain:
         return record.with_motion(columns) if columns else record
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredChain(Chain):
+    """The noise of a record, as surely as it was measured.
+
+    Attributes
+    ----------
+    drawn : tuple of Autoregressions
+        What the disturbances may be as well, of which each twin has one.
+    """
+
+    drawn: tuple[Autoregressions, ...] = ()
+
+    @property
+    def likeliest(self) -> Chain:
+        """See `Chain.likeliest`."""
+        return Chain(**{each.name: getattr(self, each.name) for each in fields(Chain)})
+
+    @property
+    def is_silent(self) -> bool:
+        """See `Chain.is_silent`."""
+        return not self.drawn and self.likeliest.is_silent
+
+    def drawn_disturbance(self, rng: Draws, samples: int, period: float) -> Array:
+        """See `Chain.drawn_disturbance`."""
+        if not self.drawn:
+            return self.likeliest.drawn_disturbance(rng, samples, period)
+        return _drawn(self.drawn[rng.place(len(self.drawn))], rng, samples, period)
+
+
 _SENSORS = ("velocity", "acceleration")
 _SIZES = ("position_step", "control_step", "position", "velocity_step", "jitter", *_SENSORS)
 _AUTOREGRESSIONS = ("control", "disturbances")
@@ -231,7 +269,7 @@ def _drawn(parts: Autoregressions, rng: Draws, samples: int, period: float) -> A
     return np.fft.irfft(np.fft.rfft(noise) * _response(parts, period, m), m)[:samples]
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=32)
 def _response(parts: Autoregressions, period: float, samples: int) -> Array:
     """What makes white noise of these autoregressions, by frequency."""
     power = np.zeros(samples // 2 + 1)

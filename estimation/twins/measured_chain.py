@@ -16,7 +16,7 @@ from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
-from .chain import CORRELATION_TIMES, Chain, spectrum
+from .chain import CORRELATION_TIMES, Autoregressions, Chain, MeasuredChain, spectrum
 from .twins import twins_of
 
 # of a control in its whole range; half of one is then 0.05 %: measured on a quiet axis, 64 steps
@@ -42,7 +42,9 @@ _HIGHEST = 0.6  # of the frequencies of rows: what the filter leaves as it is
 _LONGEST = 8.0  # times that a correlation time has to fit into a record
 
 
-def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simulation]) -> Chain:
+def measured_chain(
+    data: FilteredRecord, physical: Array, loops: Sequence[Simulation]
+) -> MeasuredChain:
     """Measure the noise of a record.
 
     Steps are those of the grids of what was logged. White noise of the position is what its second
@@ -51,7 +53,9 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     of given correlation times, whose variances are the likeliest by Whittle for the rows of the
     inverse model, without all that the model's columns explain when they may change with time,
     place, speed and direction, and beside what twins with noise and steps of the position have
-    there; nothing is told of these where friction remembers, which has no rows.
+    there; nothing is told of these where friction remembers, which has no rows. How a loop hunts
+    over the steps of its encoder is an accident of where it begins, so that twins have disturbances
+    that are the likeliest beside the power of one such loop or another.
 
     Parameters
     ----------
@@ -63,7 +67,7 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
 
     Returns
     -------
-    Chain
+    MeasuredChain
 
     Raises
     ------
@@ -72,7 +76,7 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     """
     quiet = noise_free_record(data, loops)
     sensors = sensor_steps(data.axis, data.record)
-    chain = Chain(
+    chain = MeasuredChain(
         position_step=sensors.position,
         anywhere=sensors.position > 0,
         velocity_step=sensors.velocity,
@@ -95,40 +99,42 @@ def measured_chain(data: FilteredRecord, physical: Array, loops: Sequence[Simula
     found = rows.power(left)
 
     def power_of_twins(noise: Chain) -> Array:
-        twins = [
-            _residuals(twin, physical, moving) - by_filter
-            for twin in twins_of(data, physical, noise, _TWINS)
-        ]
-        return rows.power(np.column_stack(twins)) if twins else np.zeros_like(found)
+        """Of each, (m, b)."""
+        twins = twins_of(data, physical, noise, _TWINS)
+        made = [rows.power(_residuals(each, physical, moving) - by_filter) for each in twins]
+        return np.reshape(made, (-1, len(found))) if made else np.zeros((1, len(found)))
 
-    known = power_of_twins(chain)
+    steps = power_of_twins(chain)
+    known = steps.mean(axis=0)
     if rows.counts @ found < _LEAST_FOUND * (rows.counts @ known):
         raise EstimationError(
             "its position has noise at the highest frequencies that is not white: there is less "
             "in its rows.",
             code="noise-not-white",
         )
+    if np.linalg.norm(left) <= _ROUNDING * np.linalg.norm(moving.reduce(moving.signals.force)):
+        return chain  # rounding alone
     times = [t for t in CORRELATION_TIMES if _LONGEST * t <= data.period * len(data)]
     units = rows.power_of_disturbances(moving, times)
-    variances = likeliest_variances(found, units, known, rows.counts)
-    # What makes a thousandth of no band is none; nor is what rounding leaves of the equation.
-    there = np.any(variances[:, None] * units > _SMALLEST * found, axis=1)
-    if np.linalg.norm(left) <= _ROUNDING * np.linalg.norm(moving.reduce(moving.signals.force)):
-        there[:] = False
+    beside = np.vstack([known, steps]) if chain.position_step else known[None]
+    every = likeliest_variances(found, units, beside, rows.counts)
 
-    def with_disturbances(share: float) -> Chain:
-        sizes = map(float, np.sqrt(share * variances))
-        listed = zip(times, sizes, there, strict=True)
-        return replace(chain, disturbances=tuple((time, sd) for time, sd, is_ in listed if is_))
+    def disturbances(variances: Array) -> Autoregressions:
+        # What makes a thousandth of no band is none.
+        there = np.any(variances[:, None] * units > _SMALLEST * found, axis=1)
+        sizes = map(float, np.sqrt(variances))
+        return tuple((t, sd) for t, sd, is_ in zip(times, sizes, there, strict=True) if is_)
 
-    whole = with_disturbances(1.0)
-    if not (chain.position_step and whole.disturbances):
-        return whole
-    # A loop hunts over the steps of its encoder the more, the more it is disturbed: not in
-    # proportion, so that of what was found it takes less to leave the same in the rows.
-    added = np.maximum(power_of_twins(whole) - known, 0.0)
-    share = likeliest_variances(found, added[None], known, rows.counts)[0] if added.any() else 1.0
-    return with_disturbances(float(share)) if share > 0 else chain
+    mean = every.mean(axis=0)
+    if chain.position_step and (listed := disturbances(mean)):
+        # It hunts the more, the more it is disturbed: not in proportion, so that of what was found
+        # it takes less to leave the same in the rows.
+        whole = power_of_twins(replace(chain, disturbances=listed)).mean(axis=0)
+        added = np.maximum(whole - known, 0.0)[None]
+        if added.any():
+            every = likeliest_variances(found, added, beside, rows.counts) * mean
+    told, *others = map(disturbances, every)
+    return replace(chain, disturbances=told, drawn=tuple(others))
 
 
 def control_step(record: Record) -> float:
@@ -141,7 +147,7 @@ def control_step(record: Record) -> float:
 
 
 def likeliest_variances(found: Array, units: Array, known: Array, counts: Array) -> Array:
-    """Variances, (m,), for which powers by band are the likeliest, by Whittle.
+    """Variances, (..., m), for which powers by band are the likeliest, by Whittle.
 
     Parameters
     ----------
@@ -149,7 +155,7 @@ def likeliest_variances(found: Array, units: Array, known: Array, counts: Array)
         Mean power by band.
     units : (m, b) array
         What is expected of each variance of 1.
-    known : (b,) array
+    known : (..., b) array
         What is there besides.
     counts : (b,) array
         Independent powers of each band, of two degrees of freedom each.
@@ -159,12 +165,12 @@ def likeliest_variances(found: Array, units: Array, known: Array, counts: Array)
     By multiplicative updates, which keep what is not negative so.
     """
     if not (found.any() and len(units)):
-        return np.zeros(len(units))
+        return np.zeros((*known.shape[:-1], len(units)))
     variances: Array = found.mean() / units.mean(axis=1) / len(units)
     for _ in range(_ROUNDS):
         expected = _expected(variances, found, units, known)
         up, down = counts * found / expected**2, counts / expected
-        variances = variances * (units @ up) / (units @ down)
+        variances = variances * (up @ units.T) / (down @ units.T)
     return variances
 
 

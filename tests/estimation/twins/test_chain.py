@@ -1,11 +1,18 @@
 """Noise that is drawn has the deviation and the correlation that its chain says."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from axisid.estimation.twins.chain import CORRELATION_TIMES, Chain, Draws, spectrum
+from axisid.estimation.twins.chain import (
+    CORRELATION_TIMES,
+    Chain,
+    Draws,
+    MeasuredChain,
+    spectrum,
+)
 from tests.refusals import refuses
 
 PERIOD = 1e-3
@@ -30,6 +37,24 @@ def test_a_disturbance_is_the_sum_of_its_autoregressions() -> None:
     assert later == pytest.approx(np.exp(-lag * PERIOD / 0.05), abs=0.06)
     # One end is no neighbour of the other.
     assert abs(np.mean(noise[:, 0] * noise[:, -1])) < 2.5
+
+
+def test_twins_of_a_measured_chain_have_any_of_its_disturbances_and_opposite_ones_the_same() -> (
+    None
+):
+    sizes = (1.0, 10.0, 100.0)
+    chain = MeasuredChain(disturbances=((0.0, 1.0),), drawn=tuple(((0.0, sd),) for sd in sizes))
+    assert chain.likeliest == Chain(disturbances=((0.0, 1.0),))
+    found = set()
+    for seed in range(30):
+        noise, opposite = (
+            chain.drawn_disturbance(Draws(np.random.default_rng(seed), sign), 4000, PERIOD)
+            for sign in (1.0, -1.0)
+        )
+        np.testing.assert_array_equal(noise, -opposite)
+        found.add(round(float(noise.std()), -int(np.log10(noise.std()))))
+    assert found == set(sizes)
+    assert not replace(chain, disturbances=()).is_silent
 
 
 @pytest.mark.parametrize("time", [0.02, 1.0, 1e5])

@@ -259,7 +259,7 @@ def written_estimate(
         theta_ddm_covariances=_further(estimate.ddm_covariances, estimate.chosen, _NAMED_DIRECT),
         correlation=matrix(estimate.correlation),
         covariance_names=dict(estimate.covariance_names),
-        chains=estimate.inference.chains or UNSET,
+        chains=tuple(each.likeliest for each in estimate.inference.chains) or UNSET,
         chosen_covariance=cast(Any, estimate.chosen),
         equation_error_percent=estimate.equation_error_percent,
         simulation_error_percent=estimate.simulation_error_percent,
