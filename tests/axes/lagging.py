@@ -47,7 +47,6 @@ def lagging(**timing: Any) -> Axis:
 
 def noisy(axis: Axis, deviation: float, seed: int = 1) -> Axis:
     """The same with a noise of the position in its twin."""
-    assert axis.experiment is not None
     return replace(axis, experiment=replace(axis.experiment, position_noise=deviation, seed=seed))
 
 

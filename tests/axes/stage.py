@@ -15,7 +15,6 @@ TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8, "tau0": 0.0, "m_add": 0.0}
 def stage() -> Axis:
     """The paper's axis with an offset and a payload, which one record does not tell from M."""
     axis = load_axis("emps2015")
-    assert axis.experiment is not None
     payload, offset = Parameter("m_add", "kg", lower=0.0), Parameter("tau0", "N")
     return replace(
         axis,
@@ -38,7 +37,6 @@ def stage_record(seed: int, gain: float = 35.15, **truth: float) -> Record:
     """A twin of the stage; equal arguments give one record."""
     axis = generated(gain)
     experiment = stage().experiment
-    assert experiment is not None
     values = {**TRUTH, **truth}
     base = axis.base.at([values[p.name] for p in stage().parameters])
     named: dict[str, Any] = dict(zip((p.name for p in axis.axis.parameters), base, strict=True))

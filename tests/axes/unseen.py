@@ -18,7 +18,6 @@ def with_term(
 ) -> Axis:
     """The paper's axis with one more term, and what other parameters it has."""
     axis, more = load_axis("emps2015"), {parameter: truth, **(others or {})}
-    assert axis.experiment is not None
     told = {**axis.experiment.truth, **{p.name: value for p, value in more.items()}}
     return replace(
         axis,

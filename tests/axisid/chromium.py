@@ -1,6 +1,5 @@
 """Drive Chromium over its DevTools pipe with the standard library alone."""
 
-import base64
 import json
 import os
 import select
@@ -74,15 +73,6 @@ class Browser:
             "Emulation.setEmulatedMedia",
             features=[{"name": "prefers-color-scheme", "value": scheme}],
         )
-
-    def screenshot(self) -> bytes:
-        """Return a PNG of the whole page."""
-        answer = self.send("Page.captureScreenshot", captureBeyondViewport=True)
-        return base64.b64decode(answer["data"])
-
-    def pdf(self) -> bytes:
-        """Return the page as printed."""
-        return base64.b64decode(self.send("Page.printToPDF", printBackground=True)["data"])
 
     def send(self, method: str, **parameters: Any) -> dict[str, Any]:
         """Send a command and return its answer; note what the page says meanwhile."""

@@ -15,11 +15,3 @@ def test_a_right_law_passes_and_a_wrong_gain_is_named(log: str) -> None:
     assert (figures.runs, figures.failed) == (1, 0)
     assert set(figures.named) == {f"{g} {off} %" for g in ("kp", "kv", "tn") for off in (5, 10)}
     assert figures.noticed == figures.changed
-
-
-def test_every_ready_law_is_in_the_study() -> None:
-    shipped = {name.partition(",")[0] for name in study.LAWS}
-    assert shipped >= {
-        *("cascade_pd_averaged", "cascade_p_pi", "pid", "pid_ideal", "impedance"),
-        *("state_feedback", "dynamixel_position"),
-    }

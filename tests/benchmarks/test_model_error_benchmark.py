@@ -8,12 +8,6 @@ import pytest
 study: Any = import_module("model_error")
 
 
-def test_strokes_have_the_speeds_of_the_public_record() -> None:
-    reference = study.strokes()
-    assert reference.max() == pytest.approx(0.246, abs=1e-3)
-    assert abs(reference[-1]) < 1e-6
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("shape", "motion"), [("sine of 0.2 m", "moves")])
 def test_the_band_holds_what_the_interval_misses(shape: str, motion: str) -> None:

@@ -4,35 +4,9 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-import numpy as np
 import pytest
 
-from axisid import simulate
-from benchmarks.machines import records
-
 study: Any = import_module("output_error")
-
-
-@pytest.mark.slow
-def test_a_machine_with_a_tachometer_moves_as_the_papers_axis() -> None:
-    axis, reference = study.declared("white noise"), study.reference()[:1500]
-    quiet = study.replace(study.CASES["white noise"].machine, position_noise=None)
-    loop = simulate(axis, [*study.TRUTH.values()], reference, quiet.period)
-    (columns,) = records(quiet, reference, 1, seed=1)
-    np.testing.assert_allclose(columns["position"], loop.position, atol=1e-8)
-    np.testing.assert_allclose(columns["control"], loop.control, atol=2e-3)
-
-
-@pytest.mark.slow
-def test_two_runs_are_counted_by_method() -> None:
-    shares = study.written(study.figures_of("coarse encoder", runs=2, seed=1))
-    assert shares["runs"] == 2
-    assert shares["failed"] == {}
-    assert [*shares["methods"]] == [*study.METHODS]
-    didim = shares["methods"]["didim"]
-    assert max(abs(bias) for bias in didim["bias_percent"].values()) < 0.4
-    assert abs(shares["methods"]["idm-ls"]["bias_percent"]["M"]) < 5  # 42 % before it is taken off
-    assert sum(shares["method"].values()) == 2
 
 
 @pytest.mark.slow

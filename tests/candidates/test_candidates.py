@@ -48,7 +48,6 @@ def test_it_is_named_with_what_to_declare(
     said = re.match(
         r"a spring that hardens, ([+]\S+) \+- .* declare offset\(kc\*q\*\*3\)", check.meaning
     )
-    assert said is not None
     assert float(said[1]) == pytest.approx(1e5, rel=0.02)
 
 

@@ -37,29 +37,6 @@ def test_options_reach_the_fit(run: Run, log: Path) -> None:
     assert not err
 
 
-@pytest.mark.slow
-def test_a_parameter_is_fixed_as_in_identify(run: Run, log: Path) -> None:
-    _, out, _ = run("fit", "emps2015", log, "--fix", "M=100", "--json", "-")
-    written = json.loads(out)["parameters"]["M"]
-    assert written["fixed"]
-    assert written["value"] == 100.0
-
-
-@pytest.mark.slow
-def test_the_summary_is_printed_and_the_file_is_written_anew(
-    run: Run, log: Path, tmp_path: Path
-) -> None:
-    file = tmp_path / "fit.json"
-    for _ in range(2):
-        code, out, _ = run("fit", "emps2015", log, "--json", file)
-        assert code == 0
-        assert "verdict" in out
-    file.write_text("mine")
-    code, _, err = run("fit", "emps2015", log, "--json", file)
-    assert code == 2
-    assert "did not write it" in err
-
-
 @pytest.mark.parametrize(
     ("axis", "option", "value", "says"),
     [

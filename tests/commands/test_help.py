@@ -30,7 +30,6 @@ WITH_LOGS_ALONE = ("fleet", "trend")
 
 
 def examples(command: click.Command) -> list[str]:
-    assert command.epilog is not None
     said = command.epilog.removeprefix("Examples: ").removeprefix("Example: ")
     return [part.strip() for part in re.split(r", or |\. In ", said) if part.startswith("axisid")]
 
@@ -68,20 +67,6 @@ def test_the_examples_run_and_print_plain_ascii(
             assert out or "-o" in words or target, line
         ran += 1
     assert ran or name in WITH_LOGS_ALONE
-
-
-@pytest.mark.parametrize("name", ["identify", "export"])
-def test_help_that_lists_rows_needs_no_stage(name: str) -> None:
-    program = (
-        "import sys\nfrom axisid.commands.main import main\n"
-        f"sys.argv = ['axisid', {name!r}, '--help']\n"
-        "try:\n    main()\nexcept SystemExit:\n"
-        "    print(sorted({'numpy', 'sympy', 'casadi', 'scipy'} & set(sys.modules)))\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
-    assert done.stdout.splitlines()[-1] == "[]"
 
 
 def completed(*words: str) -> list[str]:

@@ -37,7 +37,6 @@ def test_every_scaffold_shows_generates_and_identifies_its_twin_within_its_inter
     code, out, err = run(*identify, "--method", "idm-iv", "--json", "-")
     assert (code, err) == (0, "")
     axis = load_axis(file)
-    assert axis.experiment is not None
     (estimate,) = json.loads(out)["estimates"]
     for name, value in estimate["parameters"].items():
         low, high = value["interval_95"]
@@ -78,12 +77,3 @@ def test_bad_names_are_refused(run: Run, here: Path, arguments: list[str], messa
     assert (code, out) == (2, "")
     assert message in err
     assert list(here.iterdir()) == []
-
-
-def test_mistakes_of_a_toml_file_are_listed_under_one_headline(run: Run, here: Path) -> None:
-    text = scaffold("mine", newton=True, toml=True)
-    Path("mine.toml").write_text(text.replace('"b*dx"', '"b*v"').replace("gain = ", "gian = "))
-    code, out, err = run("identify", "mine.toml")
-    assert (code, out) == (4, "")
-    places = ("newton.resistance[1]: column 3", "drive.gian", "drive.gain")
-    assert all(f"\n  {place}:" in err for place in places)

@@ -10,7 +10,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from axisid import (
@@ -273,44 +272,3 @@ def test_physical_parameters_from_known_values_are_exported(tmp_path: Path) -> N
         assert f"arm,idm-iv,l,m,{value.value!r}," in table
         assert "$l$ & $\\mathrm{m}$" in export(source, "latex", axis=given)
         assert "\nl = { value = " in export(source, "toml", axis=given)
-
-
-def test_deviations_are_those_that_the_intervals_are_of(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    result = identify(emps2015, twin, methods="idm-ls", covariance="iid")
-    mass = result["idm-ls"].parameters["M"]
-    assert mass.sd != pytest.approx(mass.sd_hac, rel=0.1)
-    code, table = export(result, "c"), export(result, "latex")
-    assert f"+- {mass.sd:.3g}, {mass.interval[0]:.6g} to {mass.interval[1]:.6g} (95 %)" in code
-    assert with_deviation(mass) in table
-    assert json.loads(export(result, "json"))["parameters"]["idm-ls"]["M"][
-        "interval_covariance"
-    ] == ("iid")
-
-
-@pytest.mark.slow
-def test_exported_python_takes_numbers_and_arrays_of_numpy(library_axis: GeneratedAxis) -> None:
-    """Scalars of any kind, arrays of any shape, and none of them changed."""
-    result = identify(library_axis, twin_record(library_axis), methods=["idm-ls"])
-    module: dict[str, Any] = {}
-    exec(export(result, "python"), module)
-    name, recorded = library_axis.axis.name, [2.0] * len(library_axis.axis.signals)
-    for exported in (module[f"{name}_feedforward"], module[f"{name}_control"]):
-
-        def function(*motion: Any, exported: Any = exported) -> Any:
-            return exported(*motion, *recorded)
-
-        plain = function(0.1, -0.2, 0.3)
-        for kind in (np.float64, np.float32, np.array):
-            motion = [kind(value) for value in (0.1, -0.2, 0.3)]
-            assert float(function(*motion)) == pytest.approx(plain, rel=1e-5)
-        whole = [function(kind(1), kind(-1), kind(2)) for kind in (int, np.int64, np.int8)]
-        assert whole == [whole[0]] * 3
-        columns = np.array([[0.1, 0.2], [-0.3, 0.0]])
-        given = columns.copy()
-        made = function(columns, 0.0, columns)
-        assert made.shape == (2, 2)
-        assert made[0, 0] == function(0.1, 0.0, 0.1)
-        assert np.array_equal(columns, given)
-        assert function([0.1, 0.2], 0.0, 0.0)[1] == function(0.2, 0.0, 0.0)

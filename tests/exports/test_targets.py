@@ -77,10 +77,3 @@ def test_one_file_and_one_row_add_a_target_to_the_command(folder: Path) -> None:
     assert "const tau = emps2015_feedforward(q, dq, ddq);" in text
     assert "return (" in text
     assert (folder / "emps2015.js").read_text() == text
-
-
-@pytest.mark.slow
-def test_one_file_and_one_row_add_a_target_to_the_function(folder: Path) -> None:
-    then = "from axisid import export; print(export('result.json', 'js', axis='emps2015'), end='')"
-    text = run(folder, f"{commands(EXPORT)}\n{then}")
-    assert text == 2 * text[: len(text) // 2]

@@ -68,28 +68,24 @@ def _write(file: Path, record: Record) -> None:
 
 def _scaled_force(folder: Path) -> list[object]:
     record = twin_record(load_axis("emps2015"))
-    assert record.control is not None
     _write(folder / "log.csv", replace(record, force=1.1 * _GAIN * record.control))
     return ["identify", "emps2015", "log.csv"]
 
 
 def _shifted_force(folder: Path) -> list[object]:
     record = twin_record(load_axis("emps2015"))
-    assert record.control is not None
     _write(folder / "log.csv", replace(record, force=_GAIN * record.control + 3.0))
     return ["identify", "emps2015", "log.csv"]
 
 
 def _beyond_the_limit(folder: Path) -> list[object]:
     record = twin_record(load_axis("emps2015"))
-    assert record.control is not None
     _write(folder / "log.csv", replace(record, control=4 * record.control))
     return ["identify", "emps2015", "log.csv"]
 
 
 def _offset(folder: Path) -> list[object]:
     record = twin_record(load_axis("emps2015"))
-    assert record.control is not None
     _write(folder / "log.csv", replace(record, control=record.control + 0.1))
     return ["identify", "emps2015", "log.csv"]
 

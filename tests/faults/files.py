@@ -25,8 +25,6 @@ _RESULT = '{"schema": "axisid.identification/1"}\n'
 @functools.cache
 def columns_of_a_log() -> dict[str, np.ndarray]:
     record = twin_record(load_axis("emps2015"))
-    assert record.reference is not None
-    assert record.control is not None
     return {
         "time": record.time,
         "reference": record.reference,

@@ -22,10 +22,9 @@ from axisid import (
     read_record,
 )
 from axisid.estimation.monte_carlo import twin_of
-from axisid.fleets import Fleet, FleetRow
+from axisid.fleets import Fleet
 from axisid.fleets.items import gather_items
-from axisid.fleets.ledger import FleetValue
-from axisid.fleets.table import columns_of, units_of
+from axisid.fleets.table import columns_of
 from axisid.modeling.declaration import back_and_forth
 from axisid.twins import TwinMachines, write_twins
 
@@ -124,54 +123,6 @@ def test_columns_tell_their_units(made: Fleet, tmp_path: Path) -> None:
     assert "M [kg],M.sd [kg],M.low [kg],M.high [kg],Fv [N/(m/s)]" in heads
     with np.load(made.write(tmp_path / "table.npz")) as arrays:
         assert json.loads(str(arrays["axisid.units"]))["Fc.high"] == "N"
-
-
-def test_a_name_of_two_units_has_them_in_its_rows() -> None:
-    def row(name: str, unit: str) -> FleetRow:
-        value = FleetValue(value=1.0, sd=0.1, interval_95=(0.8, 1.2), unit=unit)
-        conditions = {"load [kg]": 3.0, "shift": "late"}
-        return FleetRow(
-            name=name,
-            log=name,
-            axis=name,
-            conditions=conditions,
-            status="ok",
-            parameters={"M": value},
-        )
-
-    rows = [row("stage", "kg"), row("table", "kg m^2")]
-    assert columns_of(rows, ())["M.unit"] == ["kg", "kg m^2"]
-    assert "M" not in units_of(rows)
-    assert units_of(rows)["condition.load [kg]"] == "kg"
-    assert "condition.shift" not in units_of(rows)
-
-
-def test_results_are_told_by_their_verdicts_with_the_logs_and_the_reason() -> None:
-    def row(name: str, *failing: str) -> FleetRow:
-        doubt = f"what {failing[0]} says" if failing else ""
-        return FleetRow(name=name, log=name, axis="s", status="ok", failing=failing, doubt=doubt)
-
-    bad = [row(f"bad{i}", "control law", "bounds") for i in range(7)]
-    made = Fleet(folder="", rows=(row("good"), row("vague", "precision"), *bad))
-    assert [row.verdict for row in made.rows[:3]] == ["believed", "with care", "not believed"]
-    assert "1 believed, 1 with care, 7 not believed" in made.summary()
-    assert columns_of(made.rows, ())["verdict"][2] == "not believed"
-    worst = made["bad0"].checks[0]
-    assert (worst.name, worst.meaning) == ("control law", "what control law says")
-    shares = {check.name: check.status for check in made.checks}
-    assert shares == dict.fromkeys(("precision", "control law", "bounds"), "fail") | {
-        "outlying logs": "pass"
-    }
-    assert made.belief == "not believed"
-
-
-def test_a_row_of_no_such_log_is_refused_with_those_that_there_are() -> None:
-    made = Fleet(folder="", rows=(FleetRow(name="a", log="a.csv", axis="s", status="failed"),))
-    for name in ("b", 0):
-        with pytest.raises(UsageError, match=r"name one of a, or take one of fleet\.rows"):
-            made[name]  # type: ignore[index]
-    assert made["a"].verdict == ""
-    assert made["a"].belief == "not believed"
 
 
 def test_what_is_no_file_is_told_beside_others_and_not_waited_for(

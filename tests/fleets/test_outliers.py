@@ -141,18 +141,6 @@ def test_a_machine_that_differs_is_named_by_all_its_logs() -> None:
     assert "sd between machines" in found.summary()
 
 
-def test_a_log_whose_machine_is_not_told_leaves_the_others_as_machines() -> None:
-    rows = repeated(20, 4, 7)
-    untold = replace(rows_of(1, 3)[0], name="untold", serial="")
-    before, after = (Fleet(folder="", rows=tuple(each)) for each in (rows, [*rows, untold]))
-    (group,) = after.groups
-    assert (group.machines, group.untold) == (20, 1)
-    assert group.outliers == before.groups[0].outliers
-    assert (
-        "81 logs of 20 machines, 1 without a serial number and so not compared" in after.summary()
-    )
-
-
 def test_logs_of_one_machine_are_held_against_one_another() -> None:
     rows = [replace(row, serial="17") for row in rows_of(60, 2, np.array([0.0, 0.0, 12.0]))]
     (group,) = groups_of(rows)

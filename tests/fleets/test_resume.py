@@ -73,19 +73,6 @@ def test_a_trend_takes_each_machine_of_a_log_of_two() -> None:
     assert last_results(rows) == {"px", "py"}
 
 
-def test_a_log_of_two_machines_goes_on_as_two(place: Path) -> None:
-    log = str(place / "x" / "a.csv")
-    items = [FleetItem(log=log, serial=s, columns={"position": s}) for s in ("px", "py")]
-
-    def again(*of: FleetItem) -> list[str]:
-        made = fleet(of, "emps2015", place / "out", jobs=0, native=False, resume=True)
-        return [f"{row.serial} {row.status}" for row in made]
-
-    assert again(items[0]) == ["px ok"]
-    assert again(*items) == ["px skipped", "py ok"]
-    assert again(*items) == ["px skipped", "py skipped"]
-
-
 def test_lines_that_are_broken_are_told_and_their_logs_made_again(place: Path) -> None:
     run(place, "x", "y")
     ledger = place / "out" / "fleet.jsonl"
@@ -95,16 +82,6 @@ def test_lines_that_are_broken_are_told_and_their_logs_made_again(place: Path) -
     assert sorted(row.status for row in again) == ["ok", "skipped"]
     assert "1 line of" in again.notes[0]
     assert again.notes[0] in " ".join(again.summary().split())
-
-
-def test_results_of_logs_that_are_no_part_of_the_fleet_are_told(place: Path) -> None:
-    run(place, "x")
-    whole = '{"schema": "axisid.identification/1"}'
-    for name, text in (("a", whole), ("old", whole), ("note", "{}"), ("cut", whole[:9])):
-        (place / "out" / f"{name}.json").write_text(text)
-    (note,) = run(place, "x", resume=False).notes
-    assert "1 result is in the folder" in note
-    assert ": old." in note
 
 
 @pytest.mark.parametrize("left", ["", "{", "[]"])

@@ -3,7 +3,6 @@
 import importlib
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -13,7 +12,6 @@ import pytest
 import sympy
 
 from axisid import Identification, Prefilter, identify, load_axis, sweep, validate
-from axisid.estimation.signals import SampledFilter
 
 ROOT = Path(__file__).resolve().parents[2]
 AXIS = ROOT / "examples" / "dfki_pendulum.py"
@@ -221,20 +219,6 @@ def slow(records: Any) -> dict[str, Any]:
     return {name: records[name] for name in ("direct collocation", "DDP")}
 
 
-def test_spike_at_the_start_of_what_is_kept_does_not_move_the_estimate(
-    study: ModuleType, data: Any, swept: dict[float, Identification]
-) -> None:
-    """Named ends of 10.3 Hz begin at a spike; by default the record is filtered before."""
-    settings = study.prefilter(data.run, 10.3)
-    named = replace(settings, drop=SampledFilter(settings, data.run.period).dropped)
-    whole, cut = (
-        identify(study.axis, data.run, chosen, ["idm-iv"])["idm-iv"].physical[1]
-        for chosen in (settings, named)
-    )
-    assert whole == pytest.approx(swept[10.0]["idm-iv"].physical[1], rel=0.06)
-    assert cut > 1.25 * whole
-
-
 @pytest.mark.slow
 def test_sweep_recommends_what_the_document_says(study: ModuleType, data: Any) -> None:
     base = Prefilter(hold="raw", reversals="keep")
@@ -289,17 +273,3 @@ def test_instruments_hold_the_documented_masses_and_not_the_published(
             low, high = swept[cutoff]["idm-iv"].parameters[name].interval
             assert low < study.DOCUMENTED[name] < high
             assert not low < study.PUBLISHED[i] < high or (name, cutoff) == ("mc", 8.0)
-
-
-def test_shaking_alone_pulls_the_recipe_down_and_not_the_instruments(
-    study: ModuleType,
-    data: Any,
-    swept: dict[float, Identification],
-) -> None:
-    truth = swept[15.0]["idm-iv"].physical
-    shaken = study.twin(data, truth, 0, spiked=False)
-    theta, _ = study.authors_recipe(shaken.run, shaken.velocity["identification run"])
-    result = identify(study.axis, shaken.run, study.prefilter(shaken.run, 15.0), ["idm-iv"])
-    assert theta[:2] == pytest.approx([0.046, 0.065], abs=2e-3)
-    moved = np.abs(result["idm-iv"].physical[:2] - truth[:2])
-    assert np.all(moved < [v.sd_hac for v in list(swept[15.0]["idm-iv"].parameters.values())[:2]])

@@ -82,6 +82,7 @@ def test_simulated_loop_follows_the_machine(emps: GeneratedAxis, emps_record: Re
         assert relative_error_percent((simulated - measured)[49:], measured[49:]) <= most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("cutoff", "decimate", "raw", "aligned"), [(100.0, 10, 231.1, 234.6), (180.0, 3, 233.5, 237.4)]
 )
@@ -113,12 +114,3 @@ def test_half_a_sample_of_the_hold_is_seen_in_viscous_friction(
         )
         estimate = identify(emps, record, prefilter, ["idm-ls"])["idm-ls"]
         assert estimate.parameters["Fv"].value == pytest.approx(expected, abs=1.0)
-
-
-def test_alignment_moves_viscous_friction_on_the_real_record(
-    emps: GeneratedAxis, emps_record: Record
-) -> None:
-    prefilter = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="zoh", reversals="keep")
-    estimate = identify(emps, emps_record, prefilter, ["idm-ls"])["idm-ls"]
-    assert estimate.physical[:3] == pytest.approx([94.963, 207.883, 20.064], rel=2e-4)
-    assert estimate.equation_error_percent == pytest.approx(4.007, abs=2e-3)

@@ -53,15 +53,6 @@ def test_without_terms_it_is_the_published_model(models: ModuleType) -> None:
     assert axis.control is None
 
 
-def test_every_term_adds_its_parameters_with_units(models: ModuleType) -> None:
-    axis = models.axis_with([*models.TERMS])
-    names = [p.name for p in axis.parameters]
-    assert len({*names}) == len(names) == 4 + sum(len(t.parameters) for t in models.TERMS.values())
-    assert {p.symbol for p in axis.parameters} <= axis.force.free_symbols
-    assert axis.unchecked_terms == ()
-    assert {*models.FRICTION} <= {*models.TERMS}
-
-
 def test_friction_at_a_scale_of_one_is_what_it_was(models: ModuleType) -> None:
     terms = ("direction", "slope", "friction slope")
     values = {"M": 95.0, "tau0": -0.5, "k": 2.0, **FRICTION}
@@ -77,15 +68,6 @@ def test_friction_at_a_scale_of_one_is_what_it_was(models: ModuleType) -> None:
     assert forces[0] == pytest.approx(forces[1], rel=1e-12)
     friction = -20.0 - 20.0 + 0.1 * -35.0 + 3.0 * (0.2 - 0.1232)
     assert forces[2] - forces[1] == pytest.approx(0.1 * friction, rel=1e-9)
-
-
-def test_what_is_held_out_is_not_fitted(study: ModuleType) -> None:
-    for splits in (study.leave_one_out(), study.halves()):
-        for split in splits:
-            for begin, end in split.held:
-                assert all(end <= first or last <= begin for first, last in split.fitted)
-        total = sum(end - begin for split in splits for begin, end in split.held)
-        assert total == pytest.approx(24.84, abs=0.01)
 
 
 @pytest.mark.slow

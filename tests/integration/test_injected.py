@@ -148,19 +148,6 @@ def test_validation_reckons_with_it_and_misses_it(
 
 
 @pytest.mark.slow
-def test_a_force_without_a_control_shows_a_missing_signal_in_the_position(
-    stage: GeneratedAxis,
-) -> None:
-    def forced(columns: dict[str, np.ndarray]) -> Record:
-        kept = {name: columns[name] for name in ("time", "reference", "position")}
-        return read_record({**kept, "force": QUIET.gain * columns["control"]}, stage)
-
-    plain = identify(stage, forced(driven("", seed=4)))
-    missed = " ".join(str(validate(plain, forced(driven("control", seed=5)))).split())
-    assert "loop is far further from it than from its own" in missed
-
-
-@pytest.mark.slow
 def test_the_command_line_takes_it_and_the_file_says_where_it_entered(
     run: Callable[..., tuple[int, str, str]], emps2015: GeneratedAxis, tmp_path: Path
 ) -> None:

@@ -45,6 +45,7 @@ def test_nearly_all_95_percent_intervals_of_the_library_hold_the_truth() -> None
     assert sum(map(len, missed.values())) <= 0.05 * intervals, missed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LIBRARY)
 def test_intervals_are_of_use(name: str) -> None:
     for value in identified(name)["idm-iv"].parameters.values():
@@ -55,15 +56,6 @@ def test_intervals_are_of_use(name: str) -> None:
 def test_twins_stay_within_what_their_drive_can_do(name: str) -> None:
     axis, record = load_axis(name), twin_record(load_axis(name))
     assert np.abs(record.control).max() < 0.9 * axis.drive.limit
-
-
-@pytest.mark.parametrize("name", NO_DIRECT_MODEL)
-def test_axes_with_an_inertia_of_the_position_do_without_the_direct_model(name: str) -> None:
-    result = identified(name)
-    assert set(result.skipped) == {"ddm-ls", "ddm-iv"}
-    assert "depends on q" in result.skipped["ddm-iv"].text
-    error = result["idm-iv"].simulation_error_percent
-    assert error < 10
 
 
 @pytest.mark.slow

@@ -1,9 +1,6 @@
 """Logs with a measured velocity, and with nothing else of the motion, from file to result."""
 
-import json
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +11,6 @@ from axisid import (
     build,
     identify,
     load_axis,
-    load_result,
     twin_record,
     validate,
 )
@@ -22,24 +18,12 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.loops import loop_starts
 from tests.refusals import refuses
 
-Run = Callable[..., tuple[int, str, str]]
-
 SIZE = 0.08  # m/s, of the velocity
 
 
 @pytest.fixture(scope="module")
 def record(emps: GeneratedAxis) -> Record:
     return twin_record(emps, velocity_noise=0.002 * SIZE)
-
-
-@pytest.fixture(scope="module")
-def log(record: Record, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    file = tmp_path_factory.mktemp("logs") / "log.csv"
-    table = [record.time, record.position, 1e3 * np.asarray(record.velocity)]
-    table += [np.asarray(record.reference), np.asarray(record.control)]
-    head = "t,qm,v,qg,vir"
-    np.savetxt(file, np.column_stack(table), delimiter=",", header=head, comments="", fmt="%.12g")
-    return file
 
 
 def misses(result: Identification, record: Record, method: str = "idm-iv") -> list[str]:
@@ -131,32 +115,6 @@ class TestVelocityAlone:
         result = identify(emps, cut)
         assert not misses(result, record)
         assert "fail" not in {check.status for check in result.verdict}
-
-
-@pytest.mark.slow
-def test_a_log_is_identified_from_the_command_line(run: Run, log: Path, tmp_path: Path) -> None:
-    file, page = tmp_path / "result.json", tmp_path / "page.html"
-    columns = "time=t,position=qm,velocity=v:mm/s,reference=qg,control=vir"
-    outputs = ("--json", str(file), "--report", str(page), "--no-sweep", "--all")
-    code, out, _ = run("identify", "emps", str(log), "--columns", columns, *outputs)
-    assert code == 0
-    assert "Position and measured velocity low-passed" in " ".join(out.split())
-    written = json.loads(file.read_text())
-    assert written["record"]["motion"] == ["position", "velocity"]
-    assert "measured velocity" in page.read_text()
-    saved = " ".join(load_result(file).summary(every=True).split())
-    assert "Position and measured velocity low-passed" in saved
-
-
-@pytest.mark.slow
-def test_a_wrong_velocity_is_named_first_with_what_to_do(run: Run, log: Path) -> None:
-    columns = "time=t,position=qm,velocity=v:mm/s,reference=qg,control=vir"
-    given = ("identify", "emps", str(log), "--columns", columns, "--shift", "velocity=3")
-    code, out, _ = run(*given)
-    assert code == 0
-    text = " ".join(out.split())
-    assert "before this is mended: loop." in text
-    assert "(--shift velocity=-3)" in text
 
 
 @pytest.mark.slow

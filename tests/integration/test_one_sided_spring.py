@@ -73,16 +73,6 @@ def test_a_potential_with_a_kink_is_shown_generated_and_identified(
         assert found["M"] == pytest.approx(6.2, rel=0.01), estimate["method"]
 
 
-def test_a_step_is_no_theta_and_says_its_value_at_zero(run: Run, tmp_path: Path) -> None:
-    file = tmp_path / "bumper.toml"
-    file.write_text(AXIS.format(potential="k*max(x, rest)", unit="N", truth=9.0))
-    text = " ".join(run("show", file)[1].split())
-    assert "Heaviside(x), a step, is 0 for x < 0, 1 for x > 0 and 1/2 at 0" in text
-    latex = run("show", file, "--format", "latex")[1]
-    assert r"\theta\left(" not in latex
-    assert r"\mathrm{step}" in latex
-
-
 def test_a_potential_that_jumps_is_refused(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "bumper.toml"
     file.write_text(AXIS.format(potential="k*sign(x - rest)", unit="J", truth=1.0))

@@ -322,12 +322,3 @@ def test_virtual_machine_stays_the_virtual_machine(elsewhere: Pool) -> None:
         warnings.simplefilter("error")
         assert axis.native.library() is None
     assert axis.native.refusal == "it was switched off"
-
-
-def test_mappings_of_a_declaration_do_not_change() -> None:
-    law = load_axis("emps").control
-    for gains in (law.gains, copy.deepcopy(law.gains)):
-        assert gains == dict(gains)
-        assert repr(gains) == repr(dict(gains))
-        with pytest.raises(TypeError):
-            gains["kp"] = 1.0  # type: ignore[index]

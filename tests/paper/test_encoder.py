@@ -3,16 +3,14 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from axisid import Record, UsageError
+from axisid import UsageError
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Chain
 from axisid.estimation.monte_carlo.twins import twins
-from axisid.paper import encoder
 from axisid.paper.encoder import (
     ENCODER_FILES,
     NOISE,
@@ -21,9 +19,7 @@ from axisid.paper.encoder import (
     run_encoder_study,
     write_encoder_study,
 )
-from axisid.support.errors import EstimationError
 from tests.estimation.monte_carlo.short import study as study_of
-from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -35,14 +31,11 @@ def study() -> EncoderStudy:
 
 def test_twins_have_the_encoder_in_the_loop_and_in_the_record(emps2015: GeneratedAxis) -> None:
     experiment = emps2015.axis.experiment
-    assert experiment is not None
     assert experiment.position_noise == NOISE
     step = REVOLUTION / 200
     noise = Chain(position=NOISE, position_step=step, anywhere=True)
     plan = study_of(2, "idm-ls", noise=noise).plan
     one, other = (record for _, record in twins(plan, [0, 1]))
-    assert isinstance(one, Record)
-    assert isinstance(other, Record)
     for twin in (one, other):
         counts = twin.position / step
         assert counts == pytest.approx(np.rint(counts), abs=1e-9)
@@ -74,15 +67,6 @@ def test_runs_and_counts_are_whole_numbers(runs: int, counts: tuple[int, ...]) -
     with pytest.raises(UsageError) as refused:
         run_encoder_study(runs, counts)
     assert refused.value.code == "encoder-study"
-
-
-def test_what_no_twin_is_to_blame_for_ends_the_study(monkeypatch: pytest.MonkeyPatch) -> None:
-    def failing(*_: Any, **__: Any) -> None:
-        raise EstimationError("the runs 0 to 1 failed.", code="monte-carlo-worker")
-
-    monkeypatch.setattr(encoder, "monte_carlo", failing)
-    with refuses("monte-carlo-worker"):
-        run_encoder_study(2, (1000,))
 
 
 def test_jobs_are_of_many_twins(run: Run) -> None:

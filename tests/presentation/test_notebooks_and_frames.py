@@ -2,9 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
 
 from axisid import (
@@ -14,7 +12,6 @@ from axisid import (
     friction_ladder,
     identify,
     load_result,
-    read_record,
     sweep,
     twin_record,
     validate,
@@ -102,31 +99,3 @@ def test_every_figure_is_drawn_on_axes_that_are_given(result: Identification, wh
         result.plot(what, ax=figure.subplots(panels + 1, 1))
     with refuses("no-axes"):
         result.plot(what, ax="here")
-
-
-@pytest.mark.parametrize("library", ["pandas", "polars"])
-def test_dataframes_are_read(library: str) -> None:
-    module: Any = pytest.importorskip(library)
-    time = 1e-3 * np.arange(300)
-    columns = {"time": time, "position": np.sin(20 * time), "control": np.cos(20 * time)}
-    record = read_record(module.DataFrame(columns))
-    assert np.array_equal(record.position, columns["position"])
-
-
-def test_what_pandas_has_of_its_own_is_read() -> None:
-    pd = pytest.importorskip("pandas")
-    time = 1e-3 * np.arange(300)
-    stamps = pd.date_range("2026-10-25 00:59:59.9", periods=300, freq="ms", tz="UTC")
-    frame = pd.DataFrame(
-        {
-            "time": stamps.tz_convert("Europe/Berlin"),
-            "position": pd.array(np.sin(20 * time), dtype="Float64"),
-            "control": np.cos(20 * time),
-        }
-    )
-    record = read_record(frame)
-    assert record.time == pytest.approx(time, abs=1e-9)
-    assert record.position == pytest.approx(np.sin(20 * time))
-    frame.columns = ["time", "position", "position"]
-    with refuses("damaged-dataframe"):
-        read_record(frame)

@@ -2,7 +2,6 @@
 
 import ast
 import inspect
-import pickle
 from collections.abc import Iterator
 from functools import reduce
 from pathlib import Path
@@ -12,7 +11,7 @@ import pytest
 
 import axisid
 from axisid.commands.main import cli
-from axisid.support.remedy import ARGUMENTS, Note, Remedy, Setting, as_arguments, as_options
+from axisid.support.remedy import ARGUMENTS, Setting, as_arguments, as_options
 
 RESAMPLE, SPLIT = Setting("resample", "auto"), Setting("gaps", "split")
 UNNAMED = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
@@ -87,18 +86,6 @@ def test_settings_are_worded_as_options_and_as_arguments(
 ) -> None:
     assert as_options(settings) == options
     assert as_arguments(settings) == arguments
-
-
-def test_notes_go_on_in_one_another() -> None:
-    cut = Note("there is a gap: ", Remedy.of("cut it (", SPLIT, ")"))
-    whole = Note.of("log: ", cut, "; ", "look again", Note("."))
-    assert whole.text == "log: there is a gap: "
-    assert whole.worded(as_options) == "log: there is a gap: cut it (--gaps split); look again."
-    assert Note.of("plain", None, " text") == Note("plain text")
-    assert Note.joined("; ", [cut, Note("b"), cut]).worded(as_options) == (
-        "there is a gap: cut it (--gaps split); b"
-    )
-    assert pickle.loads(pickle.dumps(whole)) == whole  # noqa: S301
 
 
 @pytest.mark.slow

@@ -34,29 +34,6 @@ def test_a_log_is_read_back_to_the_last_bit_without_options(name: str, tmp_path:
     check_read_back(build(load_axis(name)), tmp_path / "twin.csv")
 
 
-def test_a_log_of_parquet_has_its_units_in_its_fields(tmp_path: Path) -> None:
-    from pyarrow import parquet
-
-    check_read_back(build(load_axis("emps2015")), tmp_path / "twin.parquet")
-    schema = parquet.read_schema(tmp_path / "twin.parquet")
-    units = {field.name: field.metadata[b"unit"].decode() for field in schema}
-    assert units == {"time": "s", "position": "m", "reference": "m", "control": "V"}
-    assert b"true values M = 100.2 kg" in schema.metadata[b"about"]
-
-
-@pytest.mark.parametrize(
-    "columns",
-    [
-        {"position": "pos [mm]", "reference": "ref:mm", "control": "cmd"},
-        {"time": "Zeit [ms]", "position": Column("axis.1", unit="mm", scale=-1)},
-        {"position": Column("q", scale="2.5mm", offset="1mm")},
-    ],
-)
-def test_columns_are_as_the_axis_declares_them(columns: dict[str, object], tmp_path: Path) -> None:
-    axis = named(load_axis("emps2015"), columns)
-    check_read_back(axis, tmp_path / "twin.csv", within=1e-12)
-
-
 def test_counts_of_an_encoder_are_whole(tmp_path: Path) -> None:
     joint = load_axis("servo_joint")
     column = Column("inc", resolution=COUNTS, gear=GEAR)

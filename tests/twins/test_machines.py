@@ -1,6 +1,5 @@
 """Machines whose true values scatter and drift, and their logs in a folder."""
 
-import csv
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -77,14 +76,6 @@ def test_a_manifest_tells_a_fleet_what_is_true(short: GeneratedAxis, tmp_path: P
     assert items[3].conditions["date"] == "2026-01-02"
     assert items[3].conditions["true M [kg]"] == machines.truth(1, 1)["M"]
     assert is_same(read_record(items[3].log, short), machines.record(1, 1))
-
-
-def test_an_axis_file_is_named_as_from_the_folder(short: GeneratedAxis, tmp_path: Path) -> None:
-    for given, told in (("my.toml", "../my.toml"), ("my.py:stage", "../my.py:stage")):
-        place = tmp_path / given
-        manifest = write_twins(TwinMachines(axis=short), tmp_path / "logs", axis=str(place))
-        with manifest.open(newline="") as file:
-            assert next(csv.DictReader(file))["axis"] == told
 
 
 def test_nothing_is_left_where_a_twin_cannot_be_simulated(

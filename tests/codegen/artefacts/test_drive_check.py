@@ -10,7 +10,6 @@ import sympy
 
 from axisid import ModelError, build, load_axis
 from axisid.elements import Drive
-from axisid.modeling import LIBRARY
 from axisid.modeling.declaration.axis import Axis
 from axisid.modeling.quantities.symbols import CONTROL, FORCE
 from tests.refusals import refuses
@@ -93,14 +92,6 @@ def test_a_constant_that_is_no_number_is_refused_by_name(cube: object) -> None:
 def test_a_plain_drive_of_any_size_is_right(gain: float, limit: float) -> None:
     axis = build(driven(Drive(gain=gain, limit=limit)), native=False)
     assert axis.evaluate("drive_force", 1.0, 0.0, 0.0)[0][0, 0] == gain
-
-
-@pytest.mark.parametrize("name", LIBRARY)
-def test_the_drives_of_the_library_are_right(name: str) -> None:
-    axis = build(load_axis(name), native=False)
-    gain = axis.axis.drive.gain
-    (control,) = axis.evaluate("drive_control", gain, 0.0, 0.0, *(1.0 for _ in axis.axis.signals))
-    assert control[0, 0] == pytest.approx(1.0, rel=1e-15)
 
 
 @pytest.mark.parametrize("slope", [None, 0.999, -1.0])

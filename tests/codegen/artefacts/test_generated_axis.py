@@ -152,16 +152,6 @@ def test_closed_loop_step_is_law_then_plant(emps: GeneratedAxis, rng: np.random.
         assert [float(x) for x in got] == [float(x) for x in expected]
 
 
-def test_rows_of_column_results_are_sample_by_sample(rng: np.random.Generator) -> None:
-    law_inputs = [*rng.normal(size=(3, 4)), np.array([5.0, 7.0])]
-    for native in (True, False):
-        axis = build(load_axis("emps"), native=native)
-        axis.native.library()
-        control, state = axis.evaluate("control_law", *law_inputs)
-        assert control.shape == (4, 1)
-        assert np.array_equal(state, np.column_stack([law_inputs[1], np.full(4, 5.0)]))
-
-
 @pytest.mark.slow
 def test_signature_follows_the_declaration_not_the_number_type() -> None:
     axis = load_axis("emps")

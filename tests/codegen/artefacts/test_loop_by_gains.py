@@ -22,7 +22,6 @@ OTHER = {"kp": 140.0, "kv": 260.0}
 
 def _declared_anew(axis: GeneratedAxis, *, native: bool = True) -> GeneratedAxis:
     law = axis.declared.control
-    assert law is not None
     return build(replace(axis.declared, control=replace(law, gains=OTHER)), native=native)
 
 

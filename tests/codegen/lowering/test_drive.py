@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Prefilter, build, derive, identify, load_axis, twin_record
+from axisid import build, derive, load_axis
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import feed_forward
 from axisid.codegen.printers.python import print_python
 from axisid.modeling import LIBRARY
-from axisid.modeling.quantities import CONTROL
 from tests.axes.drives import BRAKE, braked
 from tests.axes.lagging import TRUTH, lagging
 from tests.recipes import recipe_blocks
@@ -80,27 +79,6 @@ def test_the_loop_applies_the_force_that_the_drive_makes(braked_emps: GeneratedA
     found = dict(zip(step.name_out(), step.call(arguments), strict=True))
     control, tau = float(found["control"]), float(found["tau"])
     assert tau == pytest.approx(braked_emps.axis.drive.gain * control - BRAKE * dq, rel=1e-14)
-
-
-@pytest.mark.slow
-def test_an_axis_is_identified_under_the_force_that_its_drive_makes(
-    emps2015: GeneratedAxis, braked_emps: GeneratedAxis
-) -> None:
-    """As a gain alone, the drive would take its own braking for 40 N/(m/s) of friction."""
-    record = twin_record(braked_emps, seed=3)
-    methods = ["idm-ls", "idm-iv"]
-    right = identify(braked_emps, record, Prefilter(cutoff=60.0), methods=methods)
-    wrong = identify(emps2015, record, Prefilter(cutoff=60.0), methods=["idm-ls"])
-    for name in emps2015.names:
-        truth = record.provenance.truth[name]
-        assert right["idm-iv"].parameters[name].value == pytest.approx(truth, rel=5e-3)
-    apart = wrong["idm-ls"].parameters["Fv"].value - right["idm-ls"].parameters["Fv"].value
-    assert apart == pytest.approx(BRAKE, rel=0.02)
-
-
-def test_the_generated_text_knows_its_drive(emps2015: GeneratedAxis) -> None:
-    assert emps2015.signature != build(braked(emps2015.declared)).signature
-    assert CONTROL in emps2015.axis.drive.force.free_symbols
 
 
 def test_the_recipes_drive_makes_the_force_that_it_says(rng: np.random.Generator) -> None:

@@ -37,7 +37,7 @@ from tests.axes.recorded import UNRECORDED, fed_law, recorded_axis
 from tests.axes.simulated import AXES
 from tests.codegen.lowering.test_lower import VALUES, X, Y, program_of, run_program
 from tests.codegen.oracle import Oracle, UndecidedError
-from tests.codegen.structured_text import StructuredText, StructuredTextError
+from tests.codegen.structured_text import StructuredText
 from tests.estimation.methods.test_partially_linear import stribeck_axis
 from tests.refusals import refuses
 from tests.strategies.expressions import expressions, operations
@@ -316,19 +316,3 @@ def test_a_drive_whose_inverse_cannot_be_formed_is_refused_truly() -> None:
     model = derive(replace(load_axis("emps"), drive=Odd(gain=35.0)))
     with refuses("symbol-without-value", says="heat"):
         feed_forward(model, {p.name: (1.0, "") for p in model.axis.parameters})
-
-
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("FUNCTION f : LREAL VAR_INPUT x_ : LREAL; END_VAR f := x_; END_FUNCTION", "no identifier"),
-        ("FUNCTION f : LREAL VAR_INPUT R : LREAL; END_VAR f := R; END_FUNCTION", "no identifier"),
-        ("FUNCTION f : LREAL VAR_INPUT x : LREAL; END_VAR f := x < x; END_FUNCTION", "no LREAL"),
-        ("FUNCTION f : LREAL VAR_INPUT x : LREAL; END_VAR f := x + 1.0; END_FUNCTION", "no token"),
-        ("FUNCTION f : LREAL VAR_INPUT x : LREAL; END_VAR f := y; END_FUNCTION", "no value"),
-        ("FUNCTION f : LREAL VAR_INPUT x, X : LREAL; END_VAR f := x; END_FUNCTION", "in place of"),
-    ],
-)
-def test_the_evaluator_of_structured_text_is_strict(text: str, reason: str) -> None:
-    with pytest.raises(StructuredTextError, match=reason):
-        StructuredText(text)("f", 1.0)

@@ -203,9 +203,7 @@ def test_what_is_no_regular_file_in_the_cache_is_not_read(
     begin = time.monotonic()
     assert cached_library(text()) is None
     library = build(load_axis("emps")).native.library()
-    assert library is not None
     assert time.monotonic() - begin < 200
-    assert library.path is not None
     assert stat.S_ISREG(library.path.stat().st_mode)
 
 

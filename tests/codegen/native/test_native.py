@@ -37,6 +37,8 @@ from tests.axes.simulated import AXES
 from tests.codegen.native.placed import placed_library
 
 DECLARED = {**{name: load_axis(name) for name in LIBRARY}, **AXES}
+#: Of one method that simulates, without twins, which the virtual machine is slow with.
+QUICK = ("--method", "idm-iv", "--bootstrap", "0")
 STRICT = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-std=c11"]
 
 
@@ -116,12 +118,10 @@ def test_generated_c_compiles_without_a_warning(
 @pytest.mark.slow
 def test_cache_is_private_and_the_library_is_reused(cache: Path) -> None:
     library = fresh().native.library()
-    assert library is not None
     assert library.path.parent == cache
     assert stat.S_IMODE(cache.stat().st_mode) == 0o700
     built = library.path.stat().st_mtime_ns
     again = fresh().native.library()
-    assert again is not None
     assert again.path.stat().st_mtime_ns == built
     assert cached_library(text_of("emps")) == library.path
     assert {p.suffix for p in cache.iterdir()} == {".so", ".sha256", ".lock"}
@@ -132,8 +132,6 @@ def test_edited_axis_never_meets_old_code(cache: Path) -> None:
     axis = load_axis("emps")
     old = fresh().native.library()
     edited = fresh(replace(axis, drive=Drive(gain=70.0, limit=10.0))).native.library()
-    assert old is not None
-    assert edited is not None
     assert old.path != edited.path
     gains = [*axis.control.gains.values()] if axis.control else []
     step = [np.zeros(1), np.zeros(1), np.zeros(2), *np.zeros((4, 1)), np.ones(1)]
@@ -144,16 +142,6 @@ def test_edited_axis_never_meets_old_code(cache: Path) -> None:
         for lib in (old, edited)
     ]
     assert forces[1] / forces[0] == pytest.approx(70.0 / axis.drive.gain)
-
-
-@pytest.mark.slow
-def test_changed_nominal_value_needs_no_new_code(cache: Path) -> None:
-    axis = load_axis("emps")
-    heavier = replace(axis, parameters=(Parameter("M", "kg", nominal=200.0), *axis.parameters[1:]))
-    first, second = fresh().native.library(), fresh(heavier).native.library()
-    assert first is not None
-    assert second is not None
-    assert first.path == second.path
 
 
 @pytest.mark.slow
@@ -247,7 +235,7 @@ def test_no_working_compiler_means_the_virtual_machine_and_one_line(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv("CC", "absent-cc")
-    code, out, err = run("identify", "emps2015", "--method", "idm-iv")
+    code, out, err = run("identify", "emps2015", *QUICK)
     assert code == 0
     assert "CC='absent-cc' is not found" in err
     assert "the CasADi virtual machine simulates" in err
@@ -259,7 +247,7 @@ def test_no_working_compiler_means_the_virtual_machine_and_one_line(
 def test_no_native_switch_compiles_nothing_and_says_nothing(
     cache: Path, run: Callable[..., tuple[int, str, str]]
 ) -> None:
-    code, _, err = run("identify", "emps2015", "--no-native")
+    code, _, err = run("identify", "emps2015", "--no-native", *QUICK)
     assert code == 0
     assert err == ""
     assert not cache.exists()
@@ -288,8 +276,6 @@ def test_unwritable_cache_means_one_folder_for_the_user_and_nothing_else(
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("AXISID_CACHE", str(tmp_path / "file" / "cache"))
     library = fresh().native.library()
-    assert library is not None
-    assert library.path is not None
     assert library.path.parent == temporary / f"axisid-{os.getuid()}"
     built = library.path.stat().st_mtime_ns
     context = multiprocessing.get_context("spawn")
@@ -330,7 +316,6 @@ def test_read_only_cache_still_serves_what_is_in_it(cache: Path) -> None:
     cache.chmod(0o500)
     try:
         library = fresh().native.library()
-        assert library is not None
         assert library.path == path
         other = fresh(load_axis("emps2015")).native.library()
         assert other is not None
@@ -344,7 +329,6 @@ def test_cache_that_others_can_write_to_is_not_trusted(cache: Path) -> None:
     cache.chmod(0o777)
     assert cached_library(text_of("emps")) is None
     library = fresh().native.library()
-    assert library is not None
     assert library.path != path
 
 
@@ -371,7 +355,6 @@ def test_library_of_something_else_under_the_right_name_is_built_again(cache: Pa
 @pytest.mark.slow
 def test_library_that_computes_wrong_values_is_refused(cache: Path) -> None:
     loop = fresh().loop
-    assert loop is not None
     wrong = text_of("emps").replace("row_out[1] = dq_;", "row_out[1] = 1.0000001 * dq_;")
     assert wrong != text_of("emps")
     native = Native(wrong, loop.functions)
@@ -428,15 +411,6 @@ def test_c_compiler_of_zig_serves_where_there_is_no_other(monkeypatch: pytest.Mo
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seconds", ["abc", "", "nan", "-1", "1e300"])
-def test_senseless_time_limits_are_ignored(
-    cache: Path, seconds: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("AXISID_COMPILE_SECONDS", seconds)
-    assert fresh().native.library() is not None
-
-
-@pytest.mark.slow
 def test_compiler_that_leaves_a_child_behind_does_not_hold_us_up(
     cache: Path, tmp_path: Path
 ) -> None:
@@ -447,32 +421,3 @@ def test_compiler_that_leaves_a_child_behind_does_not_hold_us_up(
     out, err = in_process(CC=str(script)).communicate(timeout=240)
     assert out.strip().endswith(".so"), err
     assert time.monotonic() - begin < 200  # not the 250 s of the child
-
-
-@pytest.mark.slow
-def test_relative_cache_and_compiler_paths_work(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("AXISID_CACHE", ".")
-    wrapper = tmp_path / "my cc"
-    wrapper.write_text(f'#!/bin/sh\nexec {shlex.join(find_compiler().command)} "$@"\n')
-    wrapper.chmod(0o755)
-    monkeypatch.setenv("CC", "'./my cc' -g0")
-    tmp_path.chmod(0o700)
-    library = fresh().native.library()
-    assert library is not None
-    assert library.path.parent == tmp_path
-
-
-@pytest.mark.slow
-def test_no_home_means_a_folder_for_the_user(
-    temporary: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def homeless(_: str) -> Path:
-        raise RuntimeError("could not determine the home directory")
-
-    monkeypatch.delenv("AXISID_CACHE")
-    monkeypatch.setattr("axisid.codegen.native.library_cache.user_cache_path", homeless)
-    assert cached_library(text_of("emps")) is None
-    assert fresh().native.library() is not None

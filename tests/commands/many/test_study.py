@@ -98,14 +98,3 @@ def test_what_makes_no_sense_is_refused(run: Run, arguments: list[str], said: st
     code, _, err = run("study", "emps2015", *arguments)
     assert code == 2
     assert said in err
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("short")
-def test_fits_are_methods_and_options_of_identify_are_nothing_to_them(run: Run) -> None:
-    words = ("study", "emps2015", "--runs", "2", "--method", "fit:control")
-    code, out, _ = run(*words)
-    assert (code, "fit:control" in out, "coloured errors" in out) == (0, True, True)
-    for option in (("--covariance", "iid"), ("--cutoff", "60"), ("--start", "nominal")):
-        code, _, err = run(*words, *option)
-        assert (code, f"{option[0]} is of identify" in err) == (2, True)

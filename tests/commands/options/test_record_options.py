@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from jsonschema import Draft202012Validator
 
 from axisid import Record
 
@@ -75,35 +74,6 @@ def test_log_in_other_units_and_another_dialect_gives_the_same_estimates(
         "position: mm -> m",
         "control: mV -> V",
     ]
-
-
-@pytest.mark.slow
-def test_repairs_are_printed_and_in_the_json(
-    run: Run, root: Path, tmp_path: Path, columns: dict[str, np.ndarray]
-) -> None:
-    kept = np.ones(len(columns["t"]), dtype=bool)
-    kept[1400:1600] = False
-    gapped = {name: v[kept] for name, v in columns.items()}
-    file = write(tmp_path / "log.csv", gapped)
-    code, _, err = run("identify", "emps2015", file, "--columns", CHOSEN)
-    assert code == 3
-    assert "--gaps split" in err
-    options = (file, "--columns", CHOSEN, "--gaps", "split", "--mask", "clipped")
-    result = estimates(run, *options)
-    schema = json.loads((root / "docs" / "schema" / "results-1.json").read_text())
-    Draft202012Validator(schema).validate(result)
-    kinds = [(repair["kind"], repair["count"]) for repair in result["record"]["repairs"]]
-    assert kinds == [("clipped", 0), ("gaps", 1)]
-    assert result["record"]["segments"] == [[0, 1400], [1400, 2800]]
-    code, out, _ = run("identify", "emps2015", *options, *FILTER, "--all")
-    assert code == 0
-    told = " ".join(out.split())
-    assert "cut at 1 gap (0.2 s are missing) into 2 segments" in told
-    assert "in 2 segments: " in told
-    for command in (("sweep", "emps2015", "--points", "2"), ("compare", "--ladder", "emps2015")):
-        code, out, _ = run(*command, *options)
-        assert code == 0
-        assert "cut at 1 gap" in " ".join(out.split())
 
 
 @pytest.mark.parametrize(

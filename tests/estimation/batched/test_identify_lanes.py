@@ -1,6 +1,5 @@
 """Lanes that are identified side by side are what each record gives alone."""
 
-import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +9,7 @@ from axisid import Estimate, Prefilter, UsageError, build, identify, load_axis
 from axisid.codegen import GeneratedAxis
 from axisid.codegen.native import Native
 from axisid.estimation import LaneEstimates, RecordLanes, identify_lanes, simulate_batch
-from axisid.estimation.batched.block import Block
-from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation.twin import trajectory
-from axisid.support.arrays import covered
 
 TRUTH = np.array([100.2, 236.9, 24.8])
 PERIOD = 1e-3
@@ -30,7 +26,6 @@ def axis() -> GeneratedAxis:
 @pytest.fixture(scope="module")
 def lanes(axis: GeneratedAxis) -> RecordLanes:
     experiment = axis.axis.experiment
-    assert experiment is not None
     reference = trajectory(experiment.moves, PERIOD)[:5000].copy()
     noise = 1e-6 * np.random.default_rng(3).normal(size=(len(reference), 3))
     sets = np.tile(TRUTH, (3, 1))
@@ -77,29 +72,6 @@ def test_without_a_compiler_lanes_are_identified_alone(
     np.testing.assert_allclose(plain.deviations["hac"], compiled.deviations["hac"], rtol=1e-7)
 
 
-def test_reversals_and_what_is_left_without_them_are_those_of_a_record(
-    axis: GeneratedAxis, lanes: RecordLanes
-) -> None:
-    template = FilteredRecord.bind(axis, lanes.record(0), replace(Prefilter(), reversals="keep"))
-    block = Block(axis=axis, lanes=lanes, template=template)
-    q, dq, ddq = block.motion
-    dq[100:400, 1] = 0.0  # a rest
-    slow = np.array([0.0, 1e-3, 2e-2])
-    near = block.turns(block.motion)
-    assert 0 < near[:, 0].sum() < near[:, 1].sum() < len(near)
-    for lane, found in enumerate(zip(*block.information(near, slow), strict=True)):
-        own = tuple(np.ascontiguousarray(each[:, lane]) for each in (q, dq, ddq))
-        turns = covered(template.sampling.turns(own[1]), len(near))
-        assert np.array_equal(near[:, lane], turns)
-        columns, _ = axis.evaluate("idm_regressor", *own, np.sign(own[1]))
-        for products, chosen in zip(found, (np.abs(own[1]) > slow[lane], ~turns), strict=True):
-            some = columns[template.kept & chosen]
-            plain = some.T @ some
-            np.testing.assert_allclose(
-                products, plain, rtol=1e-10, atol=1e-12 * np.abs(plain).max()
-            )
-
-
 def test_a_lane_is_the_same_to_the_last_bit_in_any_company(
     axis: GeneratedAxis, lanes: RecordLanes
 ) -> None:
@@ -133,11 +105,3 @@ def test_lanes_of_other_shapes_are_refused(axis: GeneratedAxis, lanes: RecordLan
     with pytest.raises(UsageError) as shapes:
         replace(lanes, control=lanes.control[:, :2])
     assert shapes.value.code == "lane-shapes"
-
-
-def test_lanes_and_their_estimates_can_be_sent_to_another_process(
-    axis: GeneratedAxis, lanes: RecordLanes
-) -> None:
-    found = identify_lanes(axis, lanes, prefilter=PUBLISHED)
-    for each in (lanes, found):
-        assert pickle.loads(pickle.dumps(each)) == each  # noqa: S301

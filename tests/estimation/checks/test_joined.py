@@ -12,7 +12,6 @@ FAILED = replace(PASSED, status="fail", meaning="there is one: ", remedy=Remedy.
 
 def test_the_worst_of_several_checks_is_told_with_its_record() -> None:
     found = joined([PASSED, replace(FAILED, figure=9.0), replace(FAILED, figure=3.0)], "abc")
-    assert isinstance(found, Check)
     assert (found.status, found.figure) == ("fail", 9.0)
     assert str(found.note) == "b and c: there is one: go on"
 
@@ -20,7 +19,6 @@ def test_the_worst_of_several_checks_is_told_with_its_record() -> None:
 def test_other_records_that_fail_otherwise_are_named_too() -> None:
     other = replace(FAILED, meaning="there are two", remedy=None)
     found = joined([PASSED, replace(FAILED, figure=9.0), other], "abc")
-    assert isinstance(found, Check)
     assert str(found.note) == "b: there is one: go on; it fails of c too"
 
 
@@ -28,7 +26,6 @@ def test_what_passes_everywhere_passes_and_what_cannot_be_told_says_so() -> None
     assert joined([PASSED, PASSED], "ab") == PASSED
     missing = Check.not_evaluated("lack of fit", Missing("there is none"))
     half = joined([PASSED, missing], "ab")
-    assert isinstance(half, Check)
     assert half.meaning == "nothing (not evaluated of b)"
     assert joined([missing, None], "ab") == missing
     assert joined([None, None], "ab") is None

@@ -8,12 +8,10 @@ import pytest
 from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.checks.check import Check, Status
-from axisid.estimation.checks.kinds import KINDS, Kind
 from axisid.estimation.diagnostics.diagnose import (
     DIAGNOSTICS,
     Diagnostic,
     belief,
-    by_weight,
     conclusion,
 )
 from axisid.presentation.report.page import report_html
@@ -60,12 +58,6 @@ def test_the_gravest_failure_decides(checks: tuple[Check, ...], said: str) -> No
     assert found == next(starts[begin] for begin in starts if said.startswith(begin))
 
 
-def test_checks_of_one_weight_keep_their_order() -> None:
-    names = ["b", "a", "bounds", "precision"]
-    found = by_weight([check(name, "fail") for name in names])
-    assert [c.name for c in found] == ["bounds", "precision", "b", "a"]
-
-
 def test_a_right_model_on_a_good_record_is_believed(emps2015: GeneratedAxis, twin: Record) -> None:
     result = identify(emps2015, twin, Prefilter(cutoff=40.0, decimate=20))
     assert conclusion(result.verdict).startswith("Nothing")
@@ -88,10 +80,3 @@ def test_one_file_and_one_row_add_a_diagnostic(
     assert '<th class="text">turns</th>' in report_html(result)
     written = json.loads(json.dumps(result.to_dict()))
     assert [c["meaning"] for c in written["verdict"] if c["name"] == "turns"] == [found.meaning]
-
-
-def test_a_grave_diagnostic_decides_what_is_believed(monkeypatch: pytest.MonkeyPatch) -> None:
-    row = Kind(name="heavy", line="heavy", grave=True, rank=-1)
-    monkeypatch.setitem(KINDS, "heavy", row)
-    checks = (check("control law", "fail"), check("heavy", "fail"))
-    assert conclusion(checks).endswith(": heavy.")

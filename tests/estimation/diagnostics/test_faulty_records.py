@@ -2,11 +2,9 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from axisid import (
-    Parameter,
     Record,
     compare,
     friction_ladder,
@@ -31,14 +29,6 @@ def test_negative_mass_is_out_of_bounds(emps2015: GeneratedAxis, twin: Record) -
     assert "bounds" in failing(result.verdict)
     (check,) = (c for c in result.verdict if c.name == "bounds")
     assert "M = -" in check.meaning
-
-
-def test_axis_without_bounds_says_so(twin: Record) -> None:
-    axis = load_axis("emps2015")
-    free = replace(axis, parameters=tuple(replace(p, lower=-np.inf) for p in axis.parameters))
-    (check,) = (c for c in identify(free, twin, methods="idm-ls").verdict if c.name == "bounds")
-    assert check.status == "not evaluated"
-    assert not Parameter("p", "kg").is_bounded
 
 
 @pytest.mark.slow

@@ -102,11 +102,3 @@ def test_a_signal_in_another_unit_is_told_where_its_coefficient_is_known(
     found = _check(_scaled(_record("pressure", known=True), factor), "pressure", known=True)
     assert found.status == "fail"
     assert said in found.remedy.worded(as_options)
-
-
-def test_an_axis_without_signals_has_no_such_check() -> None:
-    from axisid import load_axis
-
-    axis = build(load_axis("emps"))
-    result = identify(axis, twin_record(axis), methods=["idm-ls"])
-    assert FAULT not in {check.name for check in result.verdict}

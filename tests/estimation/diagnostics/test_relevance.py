@@ -28,8 +28,9 @@ def off(result: Identification) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("methods", [None, ["idm-ls"], ["idm-iv"]])
-@pytest.mark.parametrize("share", [0.0, 0.01])
+@pytest.mark.parametrize(
+    ("methods", "share"), [(None, 0.0), (None, 0.01), (["idm-ls"], 0.01), (["idm-iv"], 0.01)]
+)
 def test_nothing_fails_on_a_record_that_is_right(
     library_axis: GeneratedAxis, methods: Sequence[str] | None, share: float
 ) -> None:

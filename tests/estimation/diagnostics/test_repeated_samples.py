@@ -41,14 +41,6 @@ def test_records_of_one_log_that_overlap_are_told_with_the_times(absolute: bool)
     assert "1000 samples in common" in check.meaning
 
 
-def test_a_record_within_another_is_told() -> None:
-    whole = log()
-    (found,) = overlaps([whole, cut(whole, 500, 700, absolute=False)])
-    assert not found.is_whole
-    assert int(found.samples[0].sum()) == 200
-    assert bool(found.samples[1].all())
-
-
 def test_a_record_given_three_times_counts_so() -> None:
     records = [log()] * 3
     found = overlaps(records)

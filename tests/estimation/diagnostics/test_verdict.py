@@ -19,7 +19,6 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import stribeck
 from axisid.paper.study import APPROPRIATE, INAPPROPRIATE
-from axisid.support.missing import Missing
 
 
 def statuses(result: Identification) -> dict[str, str]:
@@ -71,16 +70,6 @@ def test_real_record_has_another_viscous_friction_in_each_direction(
     assert check.meaning.startswith("viscous friction that differs with the direction, ")
     assert re.search(r"-7[1-9]\.\d \+- ", check.meaning)
     assert "declare asymmetric_viscous(" in check.meaning
-
-
-@pytest.mark.slow
-def test_delay_is_measured_by_instruments_where_noise_biases_least_squares(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    alignment = identify(emps2015, twin, INAPPROPRIATE).diagnosis.alignment
-    assert not isinstance(alignment, Missing)
-    assert alignment.by_instruments
-    assert alignment.best == pytest.approx(0.5, abs=0.2)
 
 
 @pytest.mark.slow

@@ -1,8 +1,5 @@
 """What intervals, draws and tests assume of the residuals is the user's choice."""
 
-import json
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from scipy.special import stdtrit
@@ -33,14 +30,6 @@ def test_intervals_draws_and_correlation_are_of_the_chosen_covariance(
         )
         assert estimate.derive("M").deviation == pytest.approx(np.sqrt(covariance[0, 0]))
     assert result.to_dict()["estimates"][0]["chosen_covariance"] == chosen
-
-
-@pytest.mark.slow
-def test_intervals_of_the_command_are_of_it(run: Callable[..., tuple[int, str, str]]) -> None:
-    _, text, _ = run("identify", "emps2015", "--covariance", "iid", "--json", "-")
-    value = json.loads(text)["estimates"][0]["parameters"]["M"]
-    low, high = value["interval_95"]
-    assert (high - low) / 2 == pytest.approx(1.963 * value["sd"], rel=2e-3)
 
 
 def test_another_covariance_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:

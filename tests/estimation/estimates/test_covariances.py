@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 
-from axisid import Identification, Record, export, identify, load_result
+from axisid import Identification, Record, identify, load_result
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation import choices
 from axisid.estimation.estimates import COVARIANCES
-from tests.recipes import commands_with, recipe_blocks
+from tests.recipes import recipe_blocks
 from tests.refusals import refuses
 
 NAME, RECIPE = "hc3", "Add a covariance"
@@ -53,22 +53,6 @@ def test_one_class_and_one_row_add_a_covariance(result: Identification) -> None:
     assert "HC3" in result.summary(full=True)
 
 
-def test_its_deviations_are_written_and_read_back(result: Identification, tmp_path: Path) -> None:
-    file = tmp_path / "result.json"
-    file.write_text(json.dumps(result.to_dict()))
-    saved = load_result(file)
-    for method, estimate in result.estimates.items():
-        for name, value in estimate.parameters.items():
-            assert saved[method].parameters[name] == value
-        assert saved[method].covariances[NAME] == pytest.approx(estimate.covariances[NAME])
-        if estimate.is_direct:
-            assert saved[method].ddm_covariances[NAME] == pytest.approx(
-                estimate.ddm_covariances[NAME]
-            )
-    assert saved.summary() == result.summary()
-    assert "HC3" in export(file, "latex", axis="emps2015")
-
-
 @pytest.mark.usefixtures("added")
 def test_a_file_of_a_covariance_that_is_not_there_is_refused(
     result: Identification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -78,20 +62,3 @@ def test_a_file_of_a_covariance_that_is_not_there_is_refused(
     monkeypatch.delitem(COVARIANCES, NAME)
     with refuses("unknown-saved-covariance", says="'hc3'"):
         load_result(file)
-
-
-@pytest.mark.slow
-def test_one_file_and_one_row_add_a_covariance_to_the_command(tmp_path: Path) -> None:
-    done = commands_with(
-        tmp_path,
-        RECIPE,
-        f"identify emps2015 --method idm-ls --covariance {NAME} --json result.json",
-        "identify --help",
-        module=MODULE,
-        table="axisid.estimation.choices",
-        rows="COVARIANCE_ROWS",
-    )
-    assert done.returncode == 0, done.stderr
-    (estimate,) = json.loads((tmp_path / "result.json").read_text())["estimates"]
-    assert estimate["chosen_covariance"] == NAME
-    assert "[hac|robust|iid|hc3]" in " ".join(done.stdout.split())

@@ -49,13 +49,6 @@ def test_interval_is_that_of_draws_from_the_covariance(
     assert tau.interval == pytest.approx((low, high), abs=0.1 * tau.sd_hac)
 
 
-def test_parameter_is_a_function_of_itself(estimate: Estimate) -> None:
-    for name, value in estimate.parameters.items():
-        again = estimate.derive(name)
-        assert again.unit == value.unit
-        assert (again.value, again.sd_hac) == pytest.approx((value.value, value.sd_hac), rel=1e-14)
-
-
 def test_text_sympy_and_declared_parameters_are_the_same(estimate: Estimate) -> None:
     M, Fv = Parameter("M", "kg"), Parameter("Fv", "N/(m/s)")
     assert estimate.derive("M/Fv") == estimate.derive(M / Fv)
@@ -171,9 +164,3 @@ def test_function_that_bends_within_the_uncertainty_warns(estimate: Estimate) ->
         warnings.simplefilter("error")
         loose.derive("3*Fv")
         estimate.derive("1/Fv")
-
-
-def test_an_estimate_gives_a_parameter_by_its_name(estimate: Estimate) -> None:
-    assert estimate["M"] == estimate.parameters["M"]
-    with refuses("no-such-value", says="there is no 'm'; choose from M, Fv, Fc"):
-        estimate["m"]

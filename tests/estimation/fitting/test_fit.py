@@ -1,7 +1,5 @@
 """Fits of the loop's output: right where the law is, and saying so where it is not."""
 
-import pickle
-import re
 from dataclasses import replace
 from importlib import import_module
 from typing import Any
@@ -25,11 +23,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.lacking import Lack
-from axisid.estimation.searches import Found, Search
-from axisid.support.arrays import Array
-from axisid.support.missing import Missing
 from tests.axes.cascaded import cascaded
-from tests.axes.stage import stage
 from tests.axes.unseen import with_bump, with_bump_somewhere
 from tests.refusals import refuses
 
@@ -46,7 +40,6 @@ def found(emps2015: GeneratedAxis, twin: Record) -> OutputFit:
 def _lacks(result: OutputFit) -> tuple[Lack, ...]:
     """Of its one record."""
     (found,) = result.lacks
-    assert not isinstance(found, Missing)
     return found
 
 
@@ -57,25 +50,8 @@ def _status(result: OutputFit) -> dict[str, str]:
 def _with_gains(axis: Axis, **factors: float) -> GeneratedAxis:
     """The axis with a law whose gains are others."""
     law = axis.control
-    assert law is not None
     gains = {name: value * factors.get(name, 1.0) for name, value in law.gains.items()}
     return build(replace(axis, control=replace(law, gains=gains)))
-
-
-def _record(
-    axis: GeneratedAxis, theta: list[float], noise: float = 3.8e-6, seed: int = 1
-) -> Record:
-    """The twin's record with other parameters."""
-    whole = twin_record(axis)
-    assert whole.reference is not None
-    white = np.random.default_rng(seed).normal(scale=noise, size=len(whole)) if noise else None
-    loop = simulate(axis, theta, whole.reference, whole.period, position_noise=white)
-    return Record(
-        time=whole.time,
-        position=loop.measured_position,
-        reference=whole.reference,
-        control=loop.control,
-    )
 
 
 @pytest.mark.parametrize("output", ["control", "position"])
@@ -142,18 +118,6 @@ def test_an_estimate_is_a_start(emps2015: GeneratedAxis, twin: Record, found: Ou
     np.testing.assert_allclose(result.physical, found.physical, rtol=1e-6)
 
 
-def test_friction_of_nothing_is_at_its_bound(emps2015: GeneratedAxis) -> None:
-    result = fit(emps2015, _record(emps2015, [100.2, 300.0, 0.0], seed=3))
-    value = result["Fc"]
-    assert value.value < 0.2
-    assert value.interval[0] <= 0.0 <= value.interval[1]
-    assert result["Fv"].value == pytest.approx(300.0, rel=0.02)
-    if result.at_bound:
-        assert result.at_bound == {"Fc": "lower"}
-        assert value.interval[0] == 0.0
-        assert value.deviation == 0.0
-
-
 def test_vague_parameters_of_a_few_samples_fail_and_the_rows_are_told(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -166,27 +130,11 @@ def test_vague_parameters_of_a_few_samples_fail_and_the_rows_are_told(
     assert "11 rows for 3 parameters are few" in checks["rows"].meaning
 
 
-def test_friction_that_hardly_acts_may_be_vague(emps2015: GeneratedAxis) -> None:
-    result = fit(emps2015, _record(emps2015, [100.2, 300.0, 0.05], seed=3), bounds={})
-    (check,) = (each for each in result.checks if each.name == "precision")
-    assert check.status == "pass"
-
-
 def test_fewer_samples_than_parameters_are_refused_with_their_number(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
     with refuses("fit-too-few", "3 values of the output"):
         fit(emps2015, twin.windowed((2.998, 3.0)))
-
-
-def test_friction_without_a_bound_starts_at_nothing(twin: Record, found: OutputFit) -> None:
-    model = load_axis("emps2015")
-    free = [
-        replace(p, nominal=0.0, lower=-np.inf) if p.name == "Fc" else p for p in model.parameters
-    ]
-    result = fit(replace(model, parameters=tuple(free)), twin, start="nominal")
-    assert result.started == "nominal"
-    np.testing.assert_allclose(result.physical, found.physical, rtol=1e-4)
 
 
 def test_what_a_bound_holds_leaves_the_others_as_unsure_as_without_it(
@@ -206,7 +154,6 @@ def test_what_a_bound_holds_leaves_the_others_as_unsure_as_without_it(
 def test_intervals_beside_bounds_hold_the_truth_within_a_move(emps2015: GeneratedAxis) -> None:
     """In 50 ms of a move nothing tells the frictions apart, and chance drives them to bounds."""
     model, bounded, held = emps2015.axis, 0, 0
-    assert model.experiment is not None
     for seed in range(100, 108):
         axis = replace(model, experiment=replace(model.experiment, seed=seed))
         result = fit(emps2015, twin_record(axis).windowed((1.2, 1.25)))
@@ -230,29 +177,6 @@ def test_bounds_hold_and_are_named(emps2015: GeneratedAxis, twin: Record) -> Non
     assert _status(result)["bounds"] == "fail"
     assert "deviations beyond" in result.summary()
     assert not result.believed
-
-
-def test_what_a_refuted_bound_leaves_is_no_term_that_the_model_lacks(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    result = fit(emps2015, twin, bounds={"Fv": (None, 200.0)})
-    status = _status(result)
-    assert (status["bounds"], status["missing terms"]) == ("fail", "note")
-    (check,) = [c for c in result.checks if c.name == "missing terms"]
-    assert check.meaning.endswith("The bound of Fv leaves such forces too: mend that first")
-
-
-@pytest.mark.slow
-def test_a_bound_by_which_chance_takes_it_is_noted_what_was_known_counted(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    known = {"M": (100.6, 0.03)}
-    free = fit(emps2015, twin, prior=known)["M"]
-    result = fit(emps2015, twin, prior=known, bounds={"M": (None, free.value - free.deviation)})
-    assert result.at_bound == {"M": "upper"}
-    assert result.beyond["M"] == pytest.approx(1.0, rel=0.15)
-    assert _status(result)["bounds"] == "note"
-    assert "one-sided" in result.summary()
 
 
 @pytest.mark.slow
@@ -289,31 +213,6 @@ def test_what_was_known_counts_beside_what_the_record_leaves_without_it(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("output", ["control", "position"])
-@pytest.mark.parametrize("known", [{"M": (200.0, 2.0)}, {"Fc": (50.0, 0.5)}], ids=str)
-def test_what_was_known_and_is_far_off_does_not_win(
-    emps2015: GeneratedAxis, twin: Record, output: str, known: dict[str, tuple[float, float]]
-) -> None:
-    """Wherever it starts, it ends by the record, as sure as that is beside what was known."""
-    ((name, (mean, sd)),) = known.items()
-    alone = fit(emps2015, twin, output)[name]
-    share = 1 / (1 + (sd / alone.deviations["coloured"]) ** 2)
-    for how in ({"starts": 4}, {"start": {name: mean}}):
-        result = fit(emps2015, twin, output, prior=known, **how)
-        both = alone.value + share * (mean - alone.value)
-        assert result[name].value == pytest.approx(both, abs=0.1 * sd)
-        assert conclusion(result.checks).startswith("Do not believe these numbers")
-
-
-@pytest.mark.slow
-def test_what_was_known_of_what_no_output_shows_is_weighed_as_it_was(twin: Record) -> None:
-    result = fit(with_bump(0.5), twin, prior={"Fb": (1.0, 0.1)})
-    assert result.without_prior == {}
-    assert result["Fb"].value == pytest.approx(1.0, abs=0.05)
-    assert _status(result)["what was known"] == "pass"
-
-
-@pytest.mark.slow
 def test_a_fit_that_shows_no_parameter_is_not_believed(emps2015: GeneratedAxis) -> None:
     record = twin_record(emps2015, seed=3).windowed((None, 2.0))
     result = fit(emps2015, record, "position", free=("kp", "kv"))
@@ -345,7 +244,6 @@ def test_what_was_known_is_weighed(emps2015: GeneratedAxis, twin: Record, found:
 def test_robust_losses_withstand_what_is_no_part_of_the_loop(
     emps2015: GeneratedAxis, twin: Record, loss: str
 ) -> None:
-    assert twin.control is not None
     spoiled = twin.control.copy()
     spoiled[1000:1040] += 4.0
     spoiled[5000:5040] += 4.0
@@ -370,7 +268,6 @@ def test_a_law_one_percent_wrong_is_named_with_what_it_moves(twin: Record) -> No
     assert check.status == "fail"
     assert "moves Fv by" in check.meaning
     # A right prediction of a large error, to the first order.
-    assert position.law_move is not None
     corrected = position["Fv"].value + position.law_move[1]
     assert abs(corrected / TRUTH["Fv"] - 1) < 0.1 * off
     assert abs(control["Fv"].value / TRUTH["Fv"] - 1) < 0.01
@@ -383,7 +280,6 @@ def test_a_law_one_percent_wrong_is_named_with_what_it_moves(twin: Record) -> No
 @pytest.mark.slow
 def test_a_control_that_is_scaled_by_a_fifth_is_not_believed(twin: Record) -> None:
     """Its factors explain it, and would be those of its scale, which every estimate has."""
-    assert twin.control is not None
     result = fit(load_axis("emps2015"), replace(twin, control=1.2 * twin.control))
     assert conclusion(result.checks).endswith("before this is mended: law.")
 
@@ -408,7 +304,6 @@ def test_a_flipped_control_is_named_and_nothing_is_reckoned_from_it(output: str)
     """Of a cascade, whose loop swings by itself with what the flipped control leads to."""
     axis = build(cascaded())
     record = twin_record(axis)
-    assert record.control is not None
     result = fit(axis, replace(record, control=-record.control), output)
     told = {check.name: check for check in result.checks}
     assert told["control law"].status == "fail"
@@ -426,21 +321,6 @@ def test_a_flipped_sign_of_the_gain_is_told_where_nothing_can_start(twin: Record
         fit(build(flipped), twin)
     assert told.value.code == "fit-start-lost"
     assert "estimate itself is M = -99.7" in str(told.value)
-
-
-@pytest.mark.slow
-def test_a_position_output_says_that_the_law_must_be_exact(
-    emps2015: GeneratedAxis, twin: Record, found: OutputFit
-) -> None:
-    by_position = fit(emps2015, twin, "position")
-    (told,) = (each for each in by_position.checks if each.name == "exact law")
-    assert told.status == "note"
-    (enough,) = re.findall(r"and ([\d.]+) % by its whole deviation", told.meaning)
-    value = by_position["Fv"]
-    assert told.figure is not None
-    relative = 100 * value.deviation / value.value
-    assert float(enough) == pytest.approx(relative / told.figure, rel=0.1)
-    assert _status(found)["exact law"] == "pass"
 
 
 def _offset_axis() -> GeneratedAxis:
@@ -511,22 +391,10 @@ def test_a_known_value_leaves_as_unsure_as_its_deviation_says(
 
 
 @pytest.mark.slow
-def test_a_known_value_of_zero_counts_by_its_deviation_in_any_unit(twin: Record) -> None:
-    """A payload is taken off the mass: what it is wrong by, the mass is wrong by."""
-    unit = 1e-6
-    drive = replace(stage().drive, gain=unit * stage().drive.gain)
-    nominal = tuple(replace(p, nominal=unit * p.nominal) for p in stage().parameters)
-    known = {"m_add": [(0.0, 2 * unit)], "tau0": [0.0]}
-    found = fit(build(replace(stage(), drive=drive, parameters=nominal)), twin, known=known)
-    assert found["M"].deviation == pytest.approx(2 * unit, rel=1e-2)
-
-
-@pytest.mark.slow
 def test_a_search_begins_at_the_start_that_leaves_less(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
     """Instruments of a control that is clipped half of its time are half of the truth."""
-    assert twin.control is not None
     limit = np.median(np.abs(twin.control))
     clipped = replace(twin, control=np.clip(twin.control, -limit, limit))
     model = emps2015.axis
@@ -535,22 +403,6 @@ def test_a_search_begins_at_the_start_that_leaves_less(
     assert result.started == "nominal"
     np.testing.assert_allclose(result.physical, [*TRUTH.values()], rtol=1e-2)
     assert fit(emps2015, clipped, "position").started == "instruments"
-
-
-@pytest.mark.slow
-def test_a_start_that_fails_is_told_only_where_another_had_to_be_taken(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    model = emps2015.axis
-    nominal = tuple(replace(p, nominal=1e-9 if p.name == "M" else 0.0) for p in model.parameters)
-    result = fit(build(replace(model, parameters=nominal)), twin)
-    assert result.started == "instruments"
-    assert not result.remarks
-    assert twin.control is not None
-    flipped = replace(twin, control=-twin.control)
-    other = fit(emps2015, flipped)
-    assert other.started != "instruments"
-    assert other.remarks
 
 
 @pytest.mark.slow
@@ -586,7 +438,6 @@ def test_what_the_start_of_a_loop_leaves_open_counts_and_names_what_finds_it(
 def test_a_record_that_is_cut_from_a_fast_move_is_believed(output: str) -> None:
     """Its law differences positions, of which those before the cut are in no log."""
     declared = load_axis("vertical_screw")
-    assert declared.experiment is not None
     whole = twin_record(declared, seed=1)
     result = fit(build(declared), whole.windowed((2.58, 6.0)), output)
     assert result.believed
@@ -638,8 +489,6 @@ def test_what_the_model_lacks_is_noise_to_twins_and_makes_nothing_surer(
 ) -> None:
     """A force of 5 N with a place, undeclared."""
     record = twin_record(emps2015)
-    assert record.control is not None
-    assert record.position is not None
     pushed = replace(record, control=record.control + 5.0 / 35.15 * np.sin(60 * record.position))
     quiet, result = (fit(emps2015, each, bootstrap=16) for each in (record, pushed))
     for name, value in result.parameters.items():
@@ -648,20 +497,13 @@ def test_what_the_model_lacks_is_noise_to_twins_and_makes_nothing_surer(
 
 def test_a_measured_force_is_followed(emps2015: GeneratedAxis, found: OutputFit) -> None:
     whole = twin_record(emps2015)
-    assert whole.control is not None
     measured = replace(whole, force=35.15 * whole.control)
     result = fit(emps2015, measured, "force")
     np.testing.assert_allclose(result.physical, found.physical, rtol=1e-5)
     assert result.unit == "N"
 
 
-def test_several_starts_end_alike(emps2015: GeneratedAxis, twin: Record, found: OutputFit) -> None:
-    result = fit(emps2015, twin, starts=4, seed=7)
-    np.testing.assert_allclose(result.physical, found.physical, rtol=1e-5)
-    assert len(result.ends) == 4
-    assert _status(result)["starts"] == "pass"
-
-
+@pytest.mark.slow
 def test_several_starts_leave_what_is_0_and_signs_that_are_allowed() -> None:
     """A force of the other sign about another place: about the start nothing leads there."""
     declared = with_bump_somewhere(0.02)
@@ -675,26 +517,6 @@ def test_several_starts_leave_what_is_0_and_signs_that_are_allowed() -> None:
     assert several.ends[0][0] > 1.2 * several.best.cost
     again = fit(axis, record, start=start, starts=8)
     np.testing.assert_array_equal(again.physical, several.physical)
-
-
-def test_a_search_that_is_lost_leaves_the_others(
-    emps2015: GeneratedAxis, twin: Record, found: OutputFit, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    searched, begun = Search.run, list[Array]()
-
-    def run(self: Search, start: Array) -> Found:
-        begun.append(start)
-        if len(begun) == 1:
-            raise EstimationError("it runs away.", code="fit-lane")
-        return searched(self, start)
-
-    monkeypatch.setattr(Search, "run", run)
-    result = fit(emps2015, twin, starts=2)
-    np.testing.assert_allclose(result.physical, found.physical, rtol=1e-5)
-    assert len(result.ends) == 1
-    begun.clear()
-    with refuses("fit-lane"):
-        fit(emps2015, twin)
 
 
 def test_a_constant_force_that_the_model_lacks_is_named(
@@ -796,16 +618,6 @@ def test_a_lag_of_the_drive_is_found_with_the_parameters(emps2015: GeneratedAxis
     assert _status(fit(emps2015, record))["missing terms"] == "fail"
 
 
-def test_progress_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
-    told: list[tuple[int, int, str]] = []
-    result = fit(emps2015, twin, progress=lambda *step: told.append(step))
-    counted = [step[0] for step in told]
-    assert len(counted) == len(result.steps)
-    # Each search counts its own: the last ones have the weights that the one before them left.
-    assert all(now in (0, before + 1) for before, now in zip([-1, *counted], counted, strict=False))
-    assert "error" in told[-1][2]
-
-
 def test_functions_of_what_was_fitted_have_its_deviations(found: OutputFit) -> None:
     own = found.derive("M")
     assert (own.value, own.deviation) == (found["M"].value, pytest.approx(found["M"].deviation))
@@ -826,19 +638,6 @@ def test_functions_of_what_is_at_a_bound_are_refused_and_those_of_others_are_not
     assert found.derive("2*M").deviation == pytest.approx(2 * found["M"].deviation)
     with refuses("derive-at-bound", says="Fv is at a bound"):
         found.derive("M/Fv")
-
-
-def test_a_saved_fit_of_a_position_has_no_twins_and_tells_the_same(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    found = fit(emps2015, replace(twin, position=np.round(twin.position, 5)), "position")
-    assert found.judged_scores.twins is not None
-    written = pickle.dumps(found)
-    again = pickle.loads(written)  # noqa: S301
-    assert again.judged_scores.twins is None
-    assert len(written) < 8 * len(pickle.dumps(twin))  # of 22 with them
-    assert again.to_dict() == found.to_dict()
-    assert again.summary() == found.summary()
 
 
 @pytest.mark.parametrize(
@@ -900,7 +699,6 @@ def test_a_narrow_place_in_a_flat_valley_is_told(emps2015: GeneratedAxis) -> Non
 def test_intervals_hold_the_truth_as_often_as_they_say(output: str) -> None:
     """95 % within what 100 runs leave to chance, each once back and forth at three speeds."""
     declared, held = load_axis("emps2015"), []
-    assert declared.experiment is not None
     moves = declared.experiment.moves
     once = replace(declared.experiment, moves=moves[: len(moves) // 3])
     axis = build(replace(declared, experiment=once))
@@ -928,8 +726,6 @@ def test_a_drive_with_a_lag_and_with_steps_is_fitted(steps: dict[str, float]) ->
 
 def test_free_gains_are_found_with_the_parameters(emps2015: GeneratedAxis, twin: Record) -> None:
     law, experiment = emps2015.axis.control, emps2015.axis.experiment
-    assert law is not None
-    assert experiment is not None
     wrong = emps2015.with_gains({"kp": 1.05 * law.gains["kp"]})
     found = fit(wrong, twin.windowed((None, 1.5)), free="kp", start="nominal")
     for name, value in found.parameters.items():

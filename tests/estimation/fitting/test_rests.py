@@ -23,7 +23,6 @@ field: Any = import_module("field")
 def dwelling(moves: tuple[Move, ...], resolution: float = 2e-6) -> tuple[GeneratedAxis, Record]:
     """The paper's axis behind an encoder, and its record."""
     axis = load_axis("emps2015")
-    assert axis.experiment is not None
     experiment = replace(axis.experiment, moves=moves, resolution=resolution, position_noise=0.0)
     generated = build(replace(axis, experiment=experiment))
     return generated, twin_record(generated)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from axisid import Parameter, Record, build, fit, identify, simulate
-from axisid.codegen.artefacts import generated_axis
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import dahl
 from axisid.support.arrays import Array
@@ -39,16 +38,6 @@ def test_methods_of_rows_refuse_what_no_record_has(how: dict[str, Any]) -> None:
         identify(axis, record, **how)
     with refuses("states-open-loop"):
         fit(axis, record, "open-loop")
-
-
-def test_an_axis_without_rows_is_refused_before_it_is_derived(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    axis = virtual("dahl")
-    record = _record(axis, axis.nominal, noise=0.0, samples=50)
-    monkeypatch.setattr(generated_axis, "build", lambda _: pytest.fail("it is built"))
-    with refuses("states-no-rows"):
-        identify(axis.declared, record)
 
 
 @pytest.mark.slow

@@ -18,15 +18,6 @@ def _declared(axis: Axis) -> GeneratedAxis:
     return cast(GeneratedAxis, SimpleNamespace(declared=axis))
 
 
-def test_an_open_loop_needs_no_law(emps2015: GeneratedAxis, twin: Record) -> None:
-    axis = _declared(replace(emps2015.axis, control=None))
-    gains, time = split_free("delay", axis, [twin], "open-loop")
-    assert time is not None
-    assert (tuple(gains), time.name) == ((), "delay")
-    with refuses("drive-timing-record", says="sampled law"):
-        split_free("delay", axis, [twin], "control")
-
-
 def test_an_open_loop_refuses_records_that_do_not_show_the_time(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

@@ -1,18 +1,12 @@
 """Twins of a drive with a lag and a delay: identified within their own intervals where declared."""
 
-from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 
-from axisid import Axis, Identification, Prefilter, build, identify, twin_record
-from axisid.control import cascade_pd_averaged
-from axisid.estimation import LawCheck, check_law
+from axisid import Axis, Identification, build, identify, twin_record
 from axisid.estimation.records import Record
-from axisid.estimation.regression import recorded_loops
-from axisid.estimation.signals import FilteredRecord
-from tests.axes.lagging import KP, KV, PERIOD, THETA, TRUTH, lagging, noisy
+from tests.axes.lagging import TRUTH, lagging, noisy
 
 CASES = [
     {"lag": 1e-3},
@@ -67,16 +61,6 @@ def test_with_noise_instruments_are_within_their_deviations(timing: dict[str, fl
 
 
 @pytest.mark.slow
-def test_loops_follow_a_record_without_its_reference() -> None:
-    axis = build(noisy(lagging(lag=8e-4, delay=1.35e-3, logged="applied"), 1e-6))
-    record = replace(twin_record(axis), reference=None)
-    data = FilteredRecord.bind(axis, record, Prefilter())
-    (loop,) = recorded_loops(data, THETA)
-    away = (loop.position - data.motion[0])[50:-100]
-    assert np.sqrt(np.mean(away**2)) < 8e-7  # without lag and delay it is 4e-7
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("timing", [{}, {"lag": 8e-4, "delay": 3.5e-4, "logged": "current"}])
 def test_a_declared_path_leaves_parameters_within_their_deviations(timing: dict[str, Any]) -> None:
     axis = build(noisy(lagging(**PATH, **timing), 1e-6, seed=7))
@@ -87,23 +71,6 @@ def test_a_declared_path_leaves_parameters_within_their_deviations(timing: dict[
     checks = {check.name: check for check in result.verdict}
     assert all(check.status != "fail" for check in checks.values())
     assert checks["control law"].figure < 1e-6
-
-
-@pytest.mark.slow
-def test_a_wrong_gain_is_found_behind_rate_limit_steps_and_dead_band() -> None:
-    right = noisy(lagging(**{**PATH, "quantisation": 0.5}, logged="applied"), 1e-6, seed=7)
-    assert right.experiment is not None
-    short = replace(right.experiment, moves=right.experiment.moves[:2])
-    record = twin_record(build(replace(right, experiment=short)))
-    assert len(np.unique(record.control)) < 40
-    found = check_law(build(right), record)
-    assert isinstance(found, LawCheck)
-    assert found.residual_percent == 0
-    law = cascade_pd_averaged(kp=1.1 * KP, kv=KV, period=PERIOD)
-    wrong = check_law(build(replace(right, control=law)), record)
-    assert isinstance(wrong, LawCheck)
-    assert not wrong.passed
-    assert "kp is 0.909" in wrong.meaning
 
 
 @pytest.mark.slow

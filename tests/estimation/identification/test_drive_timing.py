@@ -1,8 +1,6 @@
 """The lag or the delay of a drive from a record: right within its deviation, refused otherwise."""
 
-import json
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -11,14 +9,12 @@ from axisid import (
     Parameter,
     build,
     identify,
-    load_result,
     twin_record,
 )
 from axisid.estimation import estimate_drive_timing
 from axisid.estimation.identification import Identification
 from axisid.estimation.records import Record
 from axisid.modeling import back_and_forth
-from axisid.presentation.saved import SavedIdentification
 from tests.axes.lagging import TRUTH, lagging
 from tests.refusals import refuses
 
@@ -27,7 +23,6 @@ def _short(**timing: float) -> Axis:
     """The axis with a short experiment."""
     moves = back_and_forth(speeds=(0.06, 0.12), acceleration=0.8, seconds=0.4)
     axis = lagging(**timing)
-    assert axis.experiment is not None
     return replace(axis, experiment=replace(axis.experiment, moves=moves))
 
 
@@ -90,7 +85,6 @@ def test_a_lag_that_is_a_parameter_is_found_and_is_in_every_deviation(
     declared_to_be_found: Identification,
 ) -> None:
     result, found = declared_to_be_found, declared_to_be_found.drive_time
-    assert found is not None
     assert (found.name, found.parameter.name) == ("lag", "Tc")
     assert abs(found.value - 1e-3) < 2.5 * found.deviation
     assert found.interval[0] < 1e-3 < found.interval[1]
@@ -103,22 +97,6 @@ def test_a_lag_that_is_a_parameter_is_found_and_is_in_every_deviation(
             assert value.value == alone.value
             assert value.deviation > alone.deviation
             assert abs(value.value - truth) < 3 * value.deviation
-
-
-@pytest.mark.slow
-def test_it_is_written_and_read_as_it_was_found(
-    declared_to_be_found: Identification, tmp_path: Path
-) -> None:
-    path = tmp_path / "result.json"
-    path.write_text(json.dumps(declared_to_be_found.to_dict()))
-    axis = _estimated(lag=Parameter("Tc", "s", nominal=2e-4))
-    saved = load_result(path, axis=axis)
-    assert isinstance(saved, SavedIdentification)
-    assert saved.drive_time == replace(
-        declared_to_be_found.drive_time, parameter=Parameter("Tc", "s", nominal=2e-4)
-    )
-    assert saved.summary() == declared_to_be_found.summary()
-    assert "lag Tc = " in saved.summary()
 
 
 @pytest.mark.slow

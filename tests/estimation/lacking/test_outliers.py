@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Record, build, fit, identify, load_axis, twin_record
+from axisid import Record, build, identify, load_axis, twin_record
 from axisid.estimation.checks import Check
 
 
@@ -39,15 +39,3 @@ def test_several_are_named_with_their_sample_and_no_more_than_a_note_with_a_boun
     for sample in (3001, 3501, 4001):
         assert f"at sample {sample}, " in check.meaning
     assert _outliers("emps", record, loss="huber").status != "fail"
-
-
-@pytest.mark.slow
-def test_a_fit_names_them_too() -> None:
-    axis = build(load_axis("emps2015"))
-    twin = twin_record(axis)
-    spoilt = twin.position.copy()
-    spoilt[4130] += 0.001
-    checks = {c.name: c for c in fit(axis, replace(twin, position=spoilt)).checks}
-    assert checks["outliers"].status == "fail"
-    assert "the position leaves its course by +0.00" in checks["outliers"].meaning
-    assert "at sample 4131, " in checks["outliers"].meaning

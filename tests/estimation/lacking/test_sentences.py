@@ -2,7 +2,6 @@
 
 import math
 import re
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
@@ -118,21 +117,3 @@ def test_the_element_that_a_missing_term_names_is_declared(
     assert "declare" in said
     unit = term.unit.format(force="N", unit="m")
     assert _declared_alike(tmp_path, q, said, unit) == 1
-
-
-def test_no_share_beyond_all_of_the_force_is_shown(emps2015: GeneratedAxis) -> None:
-    lack = _lack(TERMS["resonance"])
-    sentences = [
-        sentence(replace(lack, at=31.0, share=share), emps2015, RECORD) for share in (0.25, 3.3)
-    ]
-    assert "(25 % of the force is this)" in sentences[0]
-    assert "330" not in sentences[1]
-
-
-def test_a_resonance_is_told_with_its_frequency_and_what_a_rigid_axis_holds_for(
-    emps2015: GeneratedAxis,
-) -> None:
-    lack = replace(_lack(TERMS["resonance"]), at=31.0)
-    said = sentence(lack, emps2015, RECORD)
-    assert re.search(r"resonance: an antiresonance near 31 Hz", said)
-    assert re.search(r"rigid axis does not hold beyond about 10 Hz: lower the cut-off", said)

@@ -5,15 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import load_axis
 from axisid.estimation.lacking.terms import (
     TERMS,
     Along,
-    Term,
     behind_spring,
-    said_of,
 )
-from axisid.support.arrays import Array
 
 _PERIOD = 1e-3
 
@@ -75,25 +71,4 @@ def test_waves_are_of_every_period_that_rows_can_tell() -> None:
     for true in (0.03, 0.0131, 0.051):
         at = float(periods[np.argmin(np.abs(1 / periods - 1 / true))])
         between = TERMS["place"].between
-        assert between is not None
         assert np.abs(between(periods, at) / true - 1).min() < 0.02
-
-
-@pytest.mark.parametrize("term", TERMS.values(), ids=lambda term: term.what[:30])
-def test_a_term_has_columns_at_each_of_its_places_and_words(term: Term) -> None:
-    s, axis = _along(), load_axis("pendulum")
-    places = term.places(s)[:3]
-    columns: Array = term.columns(s, places)
-    assert columns.shape[:2] == (3000, len(places))
-    assert np.any(columns)
-    assert all(said_of(term, float(places[0]), axis, 0.1))
-
-
-@pytest.mark.parametrize(("name", "declares"), [("valve", True), ("emps2015", False)])
-def test_friction_that_is_declared_is_told_by_what_it_may_be_instead(
-    name: str, declares: bool
-) -> None:
-    axis = load_axis(name)
-    assert axis.has_stribeck is declares
-    _, advice = said_of(TERMS["stribeck"], 0.01, axis)
-    assert ("declare stribeck" in advice) != declares

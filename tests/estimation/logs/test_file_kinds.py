@@ -1,7 +1,6 @@
 """A file of another kind than its ending says is told by its content, with what to do."""
 
 import gzip
-import json
 import os
 import zipfile
 from pathlib import Path
@@ -40,15 +39,6 @@ def test_kind_of_a_file_is_told_by_its_content(
     file = tmp_path / name
     file.write_bytes(content)
     with refuses("other-kind-of-file", says=message):
-        read_record(file)
-
-
-def test_result_is_no_log(tmp_path: Path) -> None:
-    file = tmp_path / "result.json"
-    file.write_text(json.dumps({"schema": "axisid.identification/1", "axis": "emps"}, indent=2))
-    with refuses(
-        "other-kind-of-file", says=r"a result of axisid in JSON.*the log that it was found"
-    ):
         read_record(file)
 
 
@@ -114,18 +104,3 @@ def test_text_compressed_by_zstd_is_read(tmp_path: Path) -> None:
     packed.write_bytes(bomb)
     with refuses("memory"):
         read_record(packed, max_memory=1e7)
-
-
-def test_without_a_library_zstd_is_told_with_what_to_install(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    import axisid.estimation.logs.packings as packings
-
-    def missing(*name: object) -> None:
-        raise DataError(f"{name} is not installed")
-
-    packed = tmp_path / "log.csv.zst"
-    packed.write_bytes(b"\x28\xb5\x2f\xfd" + bytes(20))
-    monkeypatch.setattr(packings, "library", missing)
-    with refuses("no-zstd"):
-        read_record(packed)

@@ -2,7 +2,6 @@
 
 import gzip
 import json
-import math
 import os
 import subprocess
 import sys
@@ -12,12 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import Record, identify, read_record
+from axisid import Record, identify
 from axisid.codegen import GeneratedAxis
-from axisid.estimation.logs import formats
-from axisid.estimation.logs.formats import FORMATS, Format
-from axisid.estimation.tables import Table, TableBuilder
-from axisid.support.files.memory import Room
+from axisid.estimation.logs.formats import FORMATS
 from tests.recipes import recipe_blocks
 
 #: Puts the recipe's file beside the other readers, its row below theirs, and runs command lines.
@@ -78,26 +74,6 @@ def test_one_file_and_one_row_add_a_format_to_the_command(
         (estimate,) = json.loads((folder / f"{log}.json").read_text())["estimates"]
         for name, parameter in estimate["parameters"].items():
             assert parameter["value"] == pytest.approx(wanted[name].value, rel=1e-9)
-
-
-def read_lines(file: Path, content: bytes, room: Room) -> Table:
-    """JSON lines: an object of numbers in each, which no first bytes tell from other text."""
-    rows = [json.loads(line) for line in content.decode().splitlines()]
-    found = TableBuilder(room=room)
-    for name in rows[0]:
-        found.add(name, np.array([row[name] for row in rows], dtype=float))
-    return found.table(str(file))
-
-
-def test_the_ending_of_a_row_without_a_signature_counts_for_text(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    lines = Format(name="JSON lines", endings=(".jsonl",), read=read_lines)
-    monkeypatch.setattr(formats, "FORMATS", (*FORMATS, lines))
-    rows = [{"time": 1e-3 * k, "position": math.sin(0.1 * k)} for k in range(60)]
-    file = tmp_path / "log.jsonl"
-    file.write_text("\n".join(map(json.dumps, rows)))
-    assert read_record(file).position == pytest.approx([row["position"] for row in rows])
 
 
 def test_every_format_is_in_the_documentation_with_its_endings_and_extra(root: Path) -> None:

@@ -114,11 +114,3 @@ def test_what_is_no_log_is_told(tmp_path: Path, name: str, text: str, said: str)
     file.write_text(text)
     with pytest.raises(DataError, match=said):
         read_record(file)
-
-
-def test_a_document_larger_than_the_room_is_refused_before_it_is_read(tmp_path: Path) -> None:
-    file = tmp_path / "log.json"
-    file.write_text(json.dumps(RECORDS * 100))
-    with pytest.raises(DataError) as refused:
-        read_record(file, max_memory=1e6)
-    assert "memory" in str(refused.value)

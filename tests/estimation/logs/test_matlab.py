@@ -140,17 +140,6 @@ def test_version_7_3_is_read(tmp_path: Path) -> None:
         read_record(file)
 
 
-def test_timeseries_of_version_7_3_is_explained_with_the_command(tmp_path: Path) -> None:
-    def fill(content: Any) -> None:
-        stored(content, "t", T)
-        data = stored(content, "pos", np.array([0xDD000000, 2, 1, 1, 1, 1], "u4"), "timeseries")
-        data.attrs["MATLAB_object_decode"] = np.int32(3)
-
-    file = hdf5(tmp_path / "log.mat", fill)
-    with refuses("no-column", says=r"x = squeeze\(pos\.Data\); save\('log\.mat', 't', 'x'"):
-        read_record(file)
-
-
 def opaque(name: str) -> bytes:
     """A v7 file with one object, as MATLAB writes a timeseries: an opaque element."""
 

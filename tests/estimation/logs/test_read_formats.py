@@ -1,6 +1,5 @@
 """Files written by each format's own library are read back; damaged ones are refused."""
 
-import gc
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -41,20 +40,6 @@ def test_numpy_archive_of_objects_is_refused_since_it_could_run_code(tmp_path: P
     assert np.array_equal(read_record(file).position, Q)
 
 
-def test_numpy_archive_takes_time_stamps_and_says_what_is_no_column(tmp_path: Path) -> None:
-    file = tmp_path / "log.npz"
-    np.savez(file, time=STAMPS, q=Q, name=np.array(["a", "b"]), z=Q + 1j)
-    record = read_record(file, columns={"position": "q"})
-    assert record.time == pytest.approx(T, abs=1e-12)
-    assert "time: time stamps counted from the first" in record.provenance.assumed
-    for name, held in (("name", "text"), ("z", "complex numbers")):
-        with refuses("no-numbers", says=f"{name!r} for the position holds {held}"):
-            read_record(file, columns={"position": name})
-    file.write_bytes(b"\0time, position\0")
-    with refuses("damaged-npz"):
-        read_record(file)
-
-
 def test_parquet_with_time_stamps_and_units_of_its_fields(tmp_path: Path) -> None:
     pa = pytest.importorskip("pyarrow")
     parquet = pytest.importorskip("pyarrow.parquet")
@@ -87,23 +72,6 @@ def test_any_dataframe_of_a_script(kind: str) -> None:
     record = read_record(frame, columns=NAMED)
     assert record.position == pytest.approx(1e-3 * Q, rel=1e-15)
     assert np.array_equal(record.control, U)
-
-
-@pytest.mark.parametrize("kind", ["mapping", "pandas", "parquet"])
-def test_names_that_differ_by_their_units_only_stay_apart(tmp_path: Path, kind: str) -> None:
-    log: Any = {"t [s]": T, "angle [deg]": np.degrees(Q), "angle [rad]": Q + 1}
-    if kind != "mapping":
-        pytest.importorskip("narwhals")
-        log = pytest.importorskip("pandas").DataFrame(log)
-    if kind == "parquet":
-        pytest.importorskip("pyarrow")
-        log.to_parquet(tmp_path / "log.parquet")
-        log = tmp_path / "log.parquet"
-    with refuses("no-column", says=r"'angle' .*found t, angle \[deg\], angle \[rad\]"):
-        read_record(log, columns={"time": "t", "position": "angle"})
-    for name, expected in (("angle [deg]", Q), ("angle [rad]", Q + 1)):
-        record = read_record(log, columns={"time": "t", "position": name})
-        assert record.position == pytest.approx(expected, abs=1e-12)
 
 
 def test_dataframe_without_one_name_for_each_column_is_explained() -> None:
@@ -154,27 +122,6 @@ def test_tdms_waveforms_keep_the_time_between_their_starts(tmp_path: Path) -> No
     assert record.control == pytest.approx(U[:-10], abs=1e-9)
     timeless = read_record(file, columns={"position": "q", "control": "v"})
     assert any("no wf_start_time" in note for note in timeless.provenance.assumed)
-
-
-def test_tdms_channels_of_time_stamps_and_odd_ones_beside_good_ones(tmp_path: Path) -> None:
-    odd = {
-        "NI_Number_Of_Scales": np.int32(1),
-        "NI_Scale[0]_Scale_Type": "Linear",
-        "NI_Scale[0]_Linear_Slope": 1.0,
-        "NI_Scale[0]_Linear_Y_Intercept": 0.0,
-        "NI_Scale[0]_Linear_Input_Source": np.int32(-1),  # of itself
-        "NI_Scaling_Status": "unscaled",
-    }
-    file = tdms(
-        tmp_path / "log.tdms",
-        t=(STAMPS, {"wf_increment": 0.0}),
-        q=(Q, {}),
-        odd=(np.arange(N), odd),
-    )
-    record = read_record(file, columns={"time": "t", "position": "q"})
-    assert record.time == pytest.approx(T, abs=1e-12)
-    with refuses("no-numbers", says="'odd' for the position holds what npTDMS cannot read"):
-        read_record(file, columns={"position": "odd"})
 
 
 def test_tdms_waveforms_have_their_own_time_and_unit(tmp_path: Path) -> None:
@@ -237,21 +184,6 @@ def test_mdf_samples_marked_as_invalid_are_told_and_counted(tmp_path: Path) -> N
     empty = record.provenance.repairs[0]
     assert (empty.kind, empty.count) == ("empty", 2)
     assert "q: 2 samples are marked as invalid" in record.provenance.assumed
-
-
-@pytest.mark.slow
-def test_damaged_mdf_is_explained_in_one_sentence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    time = np.arange(4000.0)
-    file = mdf(tmp_path / "log.mf4", [(np.sin(time), time, "q", "")])
-    file.write_bytes(file.read_bytes()[:-30_000])
-    more: list[object] = []
-    monkeypatch.setattr(sys, "unraisablehook", more.append)
-    with refuses("damaged-mdf"):
-        read_record(file)
-    gc.collect()
-    assert not more
 
 
 ENDINGS = {

@@ -127,27 +127,3 @@ def test_messages_out_of_the_order_of_their_times_are_sorted_and_counted(tmp_pat
     assert record.position[20:22] == pytest.approx(Q[[21, 20]])
     told = "time of the messages' headers; 4 of 50 came after later ones and were sorted"
     assert f"/js: {told}" in record.provenance.assumed
-
-
-def test_message_without_a_time_among_others_is_told_and_counted(tmp_path: Path) -> None:
-    def without(k: int) -> int:
-        return 0 if k == 7 else EPOCH + k * MILLISECOND
-
-    with refuses("empty-cells", says=r"position has no time in data row 8 \(1 of 50\)"):
-        stamped(tmp_path / "a", without)
-    record = stamped(tmp_path / "b", without, repairs=Repairs(resample="auto"))
-    assert "/js: time of the messages' headers; 1 of 50 have none" in record.provenance.assumed
-    assert record.provenance.repairs[0].kind == "empty"
-    assert record.position == pytest.approx(Q, abs=1e-3)
-
-
-def test_messages_without_an_effort_are_told_and_counted(tmp_path: Path) -> None:
-    messages = [
-        ("/js", EPOCH + k * MILLISECOND, EPOCH + k * MILLISECOND, [float(U[k])] if k % 10 else [])
-        for k in range(1, N)
-    ]
-    file = bag_of(tmp_path, messages)
-    with refuses("empty-cells", says=r"force is nan in data row 10 \(4 of 49"):
-        read_record(file, columns=COLUMNS)
-    record = read_record(file, columns=COLUMNS, repairs=Repairs(resample="auto"))
-    assert "force 4" in record.provenance.repairs[0].text

@@ -123,13 +123,6 @@ def test_a_wrong_law_is_still_found_out() -> None:
         assert not checked(build(replace(axis.axis, control=wrong)), record).passed
 
 
-def test_without_a_control_the_memory_is_the_declared_one() -> None:
-    record, _ = carried(0)
-    force = 35.15 * np.asarray(record.control)
-    (start,) = loop_starts(vertical(0), replace(record, control=None, force=force))
-    assert start.memory is None
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 1e-6])
 @pytest.mark.parametrize("name", ["vertical_screw", "belt_axis", "rotary_table", "servo_joint"])
@@ -147,7 +140,6 @@ def test_a_record_cut_from_a_fast_move_begins_with_what_its_law_remembers(
     record = whole.windowed((first * whole.period, (first + 4000) * whole.period))
     ticks = law_ticks(axis, record, (0, len(record))).first(START_SAMPLES)
     memory = first_memory(axis, record, (0, len(record)))
-    assert memory is not None
     there = control_along(axis, ticks, memory)
     np.testing.assert_allclose(there, record.control[:START_SAMPLES], rtol=1e-6)
     leap = control_along(axis, ticks, state_at_rest(axis, ticks))

@@ -1,19 +1,18 @@
 """A law whose clock is not the log's is simulated as it runs and sampled as the log is."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from axisid import ModelError, Record, build, identify, load_axis, newton, simulate
+from axisid import Record, build, identify, newton, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.codegen.lowering.loop_settings import LoopStart
 from axisid.control import BALANCED, ControlLaw, cascade_pd, cascade_pd_averaged
 from axisid.elements import Drive, coulomb, offset, viscous
 from axisid.estimation import check_law
 from axisid.estimation.loops.clocks import two_clocks
-from axisid.estimation.regression.simulated_rows import LoopDataError, simulated_loops
+from axisid.estimation.regression.simulated_rows import simulated_loops
 from axisid.estimation.simulation import LoopInputs, simulate_loop
 from axisid.estimation.simulation.twin import trajectory
 from axisid.estimation.simulation.two_clocks import TwoClocks
@@ -177,19 +176,6 @@ def test_a_faster_log_tells_when_its_law_is_evaluated(late: int) -> None:
 
 
 @pytest.mark.slow
-def test_a_period_that_nobody_confirms_is_still_refused() -> None:
-    axis = stage(cascade(0.25e-3))
-    record = replace(logged(axis, 1e-3), sample_period=None)
-    with pytest.raises(LoopDataError, match=r"sample in 4, confirm that by sample_period=0\.001"):
-        identify(axis, record, methods=["idm-iv"])
-    check = check_law(axis, record)
-    assert not check.passed
-    declared = replace(cascade(0.25e-3), reference_between="linear")
-    estimate = identify(stage(declared), record, methods=["idm-iv"])["idm-iv"]
-    assert estimate.physical == pytest.approx(THETA, rel=2e-3)
-
-
-@pytest.mark.slow
 def test_a_continuous_law_takes_any_log() -> None:
     law = cascade_pd(kp=160.18, kv=243.45, period=1e-3, continuous=True)
     axis = stage(law)
@@ -203,21 +189,3 @@ def test_a_continuous_law_takes_any_log() -> None:
     assert estimate.physical == pytest.approx(THETA, rel=2e-3)
     check = check_law(axis, record)
     assert check.passed
-
-
-def test_how_a_reference_runs_is_declared_in_a_file_too(tmp_path: Path) -> None:
-    text = """
-        name = "cart"
-        coordinate = { name = "z" }
-        parameters = { m = { unit = "kg", nominal = 2.0 } }
-        newton = { inertia = "m" }
-        drive = { gain = 2.0 }
-        control = { law = "cascade_pd", kp = 50.0, kv = 60.0, period = 1e-4, reference_between = "held" }
-    """  # noqa: E501
-    file = tmp_path / "cart.toml"
-    file.write_text(text)
-    law = load_axis(file).control
-    assert law.reference_between == "held"
-    file.write_text(text.replace('"held"', '"cubic"'))
-    with pytest.raises(ModelError, match="reference_between is 'cubic'; give spline"):
-        load_axis(file)

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 
-from axisid import Prefilter, Record, identify, sweep
+from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation import choices
 from axisid.estimation.methods import METHODS
 from axisid.estimation.methods.methods import method_of
-from axisid.presentation.plots import sweep_plot
 from tests.recipes import commands_with, recipe_blocks
 
 NAME, RECIPE = "idm-wls", "Add a method of estimation"
@@ -46,31 +45,6 @@ def test_what_the_recipe_estimates_is_that_of_statsmodels(
     assert found.covariances["robust"] == pytest.approx(robust, rel=1e-6)
     ratio = np.sqrt(np.diag(found.covariances["robust"]) / np.diag(found.covariances["iid"]))
     assert np.all((ratio > 0.5) & (ratio < 2)), "of one size, whatever the unit of the weights"
-
-
-@pytest.mark.usefixtures("added")
-def test_checks_of_the_loop_say_that_the_method_simulates_none(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    verdict = {c.name: c for c in identify(emps2015, twin, Prefilter(), NAME).verdict}
-    assert verdict["simulation"].status == "not evaluated"
-    assert verdict["simulation"].meaning == "the method simulates no loop"
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("added")
-def test_a_sweep_is_drawn_with_the_methods_that_are_there(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    alone = sweep(emps2015, twin, [40, 60.0], methods=[NAME])
-    alone.plot()
-    assert [s.label for s in sweep_plot(alone).panels[0].series] == ["IDM-WLS"]
-    every = sweep(emps2015, twin, [40, 60.0])
-    drawn = sweep_plot(every).panels[0].series
-    assert [s.label for s in drawn] == ["DDM-LS", "IDM-LS", "IDM-WLS", "IDM-IV", "DIDIM"]
-    assert len({s.tone for s in drawn}) == len(drawn)
-    assert [s.dashed for s in drawn[:4]] == [True, True, True, False]
-    assert "IDM-WLS M" in str(every)
 
 
 @pytest.mark.slow

@@ -38,15 +38,6 @@ def test_pace_is_the_same_in_any_unit(scale: float, slopes: list[float]) -> None
     assert all(0.125 <= share <= 1.0 for share in shares(1.0))
 
 
-def test_the_first_steps_may_swing() -> None:
-    """They come from the nominal values; from the fourth on a step that swings is halved."""
-    pace, found = Pace(), []
-    for k in range(8):
-        pace.step(np.zeros(1), np.array([(-1.0) ** k]), np.ones(1))
-        found.append(pace.share)
-    assert found == [1.0, 1.0, 1.0, 0.5, 0.25, 0.125, 0.125, 0.125]
-
-
 def test_steps_that_fall_steadily_are_known_where_they_lead_to() -> None:
     pace, at, unit = Pace(), np.array([1.0 + 4.0, 2.0 - 0.4]), np.array([1.0, 0.1])
     for _ in range(2):

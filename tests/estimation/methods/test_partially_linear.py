@@ -25,10 +25,8 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation import Comparison
 from axisid.estimation.methods import bound_record
-from axisid.estimation.problems.problem import Problem
 from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.regression.simulated_rows import simulated_loops, simulated_right
-from axisid.estimation.studies.held_out import HeldOut, contiguous_blocks, held_out_simulation
 from axisid.modeling import Experiment, back_and_forth
 from tests.axes.bodies import b, c, m, stage, x
 from tests.refusals import refuses
@@ -135,7 +133,6 @@ def test_instruments_solve_their_nonlinear_equations(
     axis: GeneratedAxis, record: Record, result: Identification
 ) -> None:
     iv = result["idm-iv"]
-    assert iv.Z is not None
     data = bound_record(axis, record, FILTER)
     reduced = InverseForm(axis).at(iv.physical).equations(data.signals).reduced(data)
     residuals = reduced.left - reduced.intercept - reduced.regressor @ iv.physical
@@ -229,36 +226,3 @@ def test_no_p_value_where_only_the_larger_model_has_a_velocity(compared: Compari
     assert "plain in Stribeck is not tested: Stribeck estimates v, of no meaning" in text
     assert "one linearised step from the whole record's" in text
     assert compared.recommended == "Stribeck"
-
-
-@pytest.mark.slow
-def test_parameters_that_no_test_judges_are_not_said_to_carry_information(
-    compared: Comparison,
-) -> None:
-    checks = {check.name: check for check in compared["Stribeck"].checks}
-    assert (checks["v"].p_value, checks["v"].informed) == (None, None)
-    assert checks["s"].p_value is None
-    assert checks["s"].not_tested == "at zero, v would mean nothing"
-    # Without the excess, and so without its velocity, the model is the one before it.
-    plain = compared["plain"].equation.error_percent
-    assert checks["s"].without_percent == pytest.approx(plain, rel=1e-9)
-    assert checks["s"].informed
-    assert all(checks[name].p_value is not None for name in ("m", "b", "c"))
-    text = " ".join(compared.summary().split())
-    assert "Every linear parameter of every candidate carries information" in text
-    assert "v of Stribeck is not judged: it enters nonlinearly" in text
-
-
-def test_blocks_are_simulated_within_the_bounds(
-    record: Record, result: Identification, compared: Comparison
-) -> None:
-    """A linearised step may leave them, where the loop cannot be simulated or means nothing."""
-    axis, estimate = bounded(0.05, 0.2, nominal=0.1), result["idm-ls"]
-    blocks = contiguous_blocks(len(estimate.y), compared.gap, 5)[:2]
-    beyond, at = (np.array([6.2, 14.0, 7.5, 4.0, value]) for value in (-0.3, 0.05))
-    problem = Problem(axis=axis, data=(bound_record(axis, record, FILTER),))
-    settings = problem, estimate, blocks
-    found, expected = (held_out_simulation(*settings, [theta] * 2) for theta in (beyond, at))
-    assert isinstance(found, HeldOut)
-    assert isinstance(expected, HeldOut)
-    assert found.squares == pytest.approx(expected.squares, rel=1e-12)

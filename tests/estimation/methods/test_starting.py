@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Record, build, identify, load_axis, load_result, sweep, twin_record
+from axisid import Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.modeling.declaration import Axis
-from axisid.support.files.json_text import json_text
 from tests.estimation.methods.test_instrumental import white
 from tests.refusals import refuses
 
@@ -61,25 +60,6 @@ def test_least_squares_whose_loop_does_not_follow_is_no_start_and_it_is_said(
         (said,) = [str(r) for r in estimate.remarks if "starts from the nominal values" in str(r)]
         assert "least squares" in said
     assert result["ddm-iv"].physical == pytest.approx(result["idm-iv"].physical, rel=1e-6)
-
-
-@pytest.mark.slow
-def test_the_start_is_told_and_kept(emps2015: GeneratedAxis, twin: Record, tmp_path) -> None:  # type: ignore[no-untyped-def]
-    result = identify(emps2015, twin, methods=["idm-ls", "idm-iv"])
-    assert "2 from LS" in result.summary(every=True)
-    assert "from nominal" in identify(emps2015, twin, methods=IV, start="nominal").summary(
-        every=True
-    )
-    (tmp_path / "result.json").write_text(json_text(result.to_dict()))
-    read = load_result(tmp_path / "result.json", emps2015.axis)
-    assert [read[method].started for method in read] == ["", "least-squares"]
-
-
-def test_a_sweep_starts_as_it_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
-    found = sweep(emps2015, twin, [60.0], methods=["idm-iv"], start="nominal")
-    (estimate,) = found.estimates("idm-iv")
-    assert estimate is not None
-    assert estimate.started == "nominal"
 
 
 @pytest.mark.parametrize("start", ["best", 3, None])

@@ -7,7 +7,7 @@ import pytest
 
 from axisid import EstimationError, UsageError, fit, fix, monte_carlo
 from axisid.estimation import MonteCarlo
-from axisid.estimation.monte_carlo import COLOURED, runs, stated_by
+from axisid.estimation.monte_carlo import COLOURED, runs
 from axisid.estimation.monte_carlo.twins import twins
 from axisid.estimation.records.record import Record
 from axisid.modeling.declaration import back_and_forth
@@ -45,20 +45,6 @@ def test_numbers_of_fits_are_the_same_in_any_blocks_threads_and_processes(made: 
 
 
 @pytest.mark.slow
-def test_intervals_and_checks_stand_in_the_tables_of_the_others(made: MonteCarlo) -> None:
-    assert {each.coverage[COLOURED].of for each in made if each.estimand.method in FITS} == {3}
-    assert stated_by("fit:control", "hac") == COLOURED
-    assert stated_by("idm-ls", "hac") == "hac"
-    names = {check.name for check in made.check_figures}
-    assert {"control law", "control law (fit:control)", "exact law (fit:position)"} <= names
-    assert made.judged == 1
-    said = made.summary()
-    assert "95 %, HAC and coloured errors" in said
-    assert "fit:control" in said
-    assert len(made.normalised(len(made.estimands) - 1)) == 3
-
-
-@pytest.mark.slow
 def test_a_value_that_is_known_with_an_error_has_no_coverage_in_fits() -> None:
     known = fix(axis().declared, M=(100.2, 0.5))
     (run,) = {each.runs for each in study(1, "fit:control", moves=MOVES)}
@@ -83,10 +69,3 @@ def test_fits_of_no_such_output_are_refused() -> None:
         study(1, "fit:speed")
     with pytest.raises(UsageError, match="there is no fit 'fit:force'"):
         study(1, "fit:force")  # twins log none
-
-
-def test_all_are_those_of_identify_and_fits_go_beside_them() -> None:
-    made = study(1, ("all", "fit:control"), moves=MOVES)
-    assert made.plan.methods == ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv", "didim", "fit:control")
-    with pytest.raises(UsageError, match="'all' methods are asked for beside others"):
-        study(1, ("all", "idm-ls"))

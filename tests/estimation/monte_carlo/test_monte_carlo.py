@@ -24,7 +24,7 @@ from axisid.estimation.records.record import Record
 from axisid.estimation.simulation.twin import twin_plan
 from axisid.modeling.declaration import Move
 from axisid.support.errors import EstimationError
-from tests.estimation.monte_carlo.short import FILTER, MOVES, axis, judged, study
+from tests.estimation.monte_carlo.short import FILTER, MOVES, axis, study
 from tests.refusals import refuses
 
 
@@ -177,18 +177,6 @@ def test_the_more_intervals_there_are_the_further_one_must_be_off() -> None:
         alone, numbers=replace(block, estimands=(*block.estimands, *others), numbers=whole)
     )
     assert many.miscovered(narrow=True) == ()
-
-
-def test_intervals_of_every_kind_are_there_and_truths_of_both_models() -> None:
-    made = judged()
-    kinds = {(each.method, each.kind) for each in made.estimands}
-    assert {("ddm-ls", "direct"), ("ddm-ls", "parameter"), ("idm-iv", "parameter")} <= kinds
-    assert np.isfinite(made.truths).all()
-    assert made.of("ddm-ls", "theta1").truth == pytest.approx(1 / 100.2)
-    assert np.isfinite(made.deviations("model")[0]).any()  # of the run that is judged
-    assert np.isnan(made.deviations("model")[1:]).all()
-    assert made.judged == 1
-    assert "precision" in {check.name for check in made.check_figures}
 
 
 @pytest.mark.slow

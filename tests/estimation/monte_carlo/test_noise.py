@@ -8,7 +8,7 @@ import numpy as np
 from axisid import identify
 from axisid.estimation import Chain
 from axisid.estimation.monte_carlo import declared_chain, declared_figures
-from axisid.estimation.monte_carlo.twins import DrawnChain, drawn_twin, twins
+from axisid.estimation.monte_carlo.twins import DrawnChain, twins
 from axisid.estimation.records.record import Record
 from axisid.estimation.simulation.twin import twin_plan
 from tests.estimation.monte_carlo.short import FILTER, axis, study
@@ -64,19 +64,6 @@ def test_a_chain_has_what_options_give_and_the_rest_of_the_experiment() -> None:
 def test_figures_of_several_disturbances_are_of_their_sum() -> None:
     figures = declared_figures(Chain(disturbances=((0.0, 3.0), (0.1, 4.0))))
     assert (figures["disturbance"], figures["correlation_time"]) == (5.0, 0.1)
-
-
-def test_a_record_has_all_that_a_chain_has() -> None:
-    plain, noisy = (
-        drawn_twin(twin_plan(axis()), chain, 1, 0)
-        for chain in (Chain(), Chain(velocity=1e-3, velocity_step=1e-2, control_step=0.01))
-    )
-    assert plain.velocity is None
-    assert noisy.acceleration is None
-    for values, step in ((noisy.velocity, 1e-2), (noisy.control, 0.01)):
-        counts = (values - values[0]) / step
-        np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
-    assert np.array_equal(plain.position, noisy.position)
 
 
 def test_a_study_takes_the_chain_of_a_record() -> None:

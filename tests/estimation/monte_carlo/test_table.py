@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 from pyarrow.parquet import read_schema as parquet_schema
 
-from axisid.estimation.monte_carlo.table import run_columns, write_runs
+from axisid.estimation.monte_carlo.table import write_runs
 from tests.estimation.monte_carlo.short import judged
 from tests.refusals import refuses
 
@@ -34,15 +34,6 @@ def test_npz_and_parquet_have_the_same_columns(tmp_path: Path) -> None:
     assert {name: unit.decode() for name, unit in units.items() if unit} == told["units"]
     assert (units["idm-iv.M"], units["idm-iv.Fc.hac.low"], units["run"]) == (b"kg", b"N", b"")
     assert units["ddm-ls.direct.theta1"] == b"1/kg"
-
-
-def test_columns_are_named_for_method_parameter_and_interval() -> None:
-    columns = run_columns(judged())
-    assert columns["run"].tolist() == list(range(10))
-    assert set(columns["status"]) == {"ok"}
-    assert columns["idm-iv.M"].tolist() == judged().values[:, 6].tolist()
-    assert {"ddm-ls.direct.theta1", "idm-iv.Fv.corrected", "idm-iv.Fc.hac.low"} <= columns.keys()
-    assert columns["check.precision"].tolist() == ["pass", *[""] * 9]
 
 
 @pytest.mark.parametrize("name", ["runs.csv", "runs"])

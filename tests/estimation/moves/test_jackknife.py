@@ -28,22 +28,6 @@ def test_estimates_without_a_group_are_those_of_the_other_rows(result: Identific
         assert all(b.groups == len(names) and b.by == by for b in bands.values())
 
 
-def test_the_widest_band_is_told(result: Identification) -> None:
-    ways = [*groupings(result.data, result["idm-ls"].rows.astype(np.intp))]
-    each = [bands_of(result["idm-ls"], [way]) for way in ways]
-    told = result.diagnosis.bands["idm-ls"]
-    for name, band in told.items():
-        widths = [bands[name].interval[1] - bands[name].interval[0] for bands in each if bands]
-        assert band.interval[1] - band.interval[0] == pytest.approx(max(widths))
-
-
-def test_a_direct_model_by_instruments_has_the_same_bands(emps: GeneratedAxis) -> None:
-    result = identify(emps, twin_record(emps, seed=3), methods=["idm-iv", "ddm-iv"])
-    inverse, direct = (result.diagnosis.bands[m] for m in ("idm-iv", "ddm-iv"))
-    for name, band in inverse.items():
-        assert direct[name].deviation == pytest.approx(band.deviation, rel=0.1)
-
-
 def test_two_groups_tell_nothing(result: Identification) -> None:
     labels = np.arange(len(result["idm-ls"].y)) % 2
     assert bands_of(result["idm-ls"], [("halves", labels)]) == {}

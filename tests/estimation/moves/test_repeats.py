@@ -16,9 +16,7 @@ ONCE = np.concatenate([move(1.0), 1.0 - move(0.4), 0.6 + move(0.3), 0.9 - move(0
 
 
 def found(reference: Array) -> Repeats:
-    repeats = repeats_of(reference, ((0, len(reference)),))
-    assert repeats is not None
-    return repeats
+    return repeats_of(reference, ((0, len(reference)),))
 
 
 def test_the_period_is_that_of_the_reference() -> None:
@@ -46,7 +44,6 @@ def test_last_digits_do_not_matter(rng: np.random.Generator) -> None:
         found(np.tile(ONCE, 3)),
         found(reference + 1e-6 * rng.normal(size=len(reference))),
     )
-    assert rounded.period is not None
     assert rounded.period == pytest.approx(len(ONCE), abs=2)
     assert np.mean(rounded.move >= 0) > 0.9 * np.mean(exact.move >= 0)
 

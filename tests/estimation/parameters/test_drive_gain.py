@@ -2,18 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from axisid import Axis, Record, build, fit, load_axis, load_result, newton, twin_record
+from axisid import Axis, Record, build, fit, load_axis, newton, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import CONTROL, DRIVE_GAIN, dahl, formula_drive, voltage_drive
 from axisid.estimation.parameters import with_drive_gain
 from axisid.estimation.predictions import LoopPredictions
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.studies import validate_fit
 from axisid.modeling.quantities import Constant, Parameter
 from tests.refusals import refuses
 
@@ -89,20 +87,6 @@ def test_what_the_drive_declares_of_its_gain_was_known_before(
     assert found.believed
     asked = fit(axis, twin, free="drive_gain", prior={"drive_gain": (36.0, 0.01)})
     assert asked["drive_gain"].value == pytest.approx(36.0, abs=1e-3)
-
-
-def test_a_fit_with_its_gain_is_held_against_another_record_and_saved(
-    emps2015: GeneratedAxis, twin: Record, tmp_path: Path
-) -> None:
-    other = twin_record(emps2015, seed=7)
-    found = fit(_off(emps2015.axis), twin, free="gain", fixed={"M": 100.2})
-    plain = fit(emps2015, twin)
-    assert validate_fit(found, other).error == pytest.approx(
-        validate_fit(plain, other).error, rel=1e-4
-    )
-    found.save(tmp_path / "fit.json")
-    again = load_result(tmp_path / "fit.json")
-    assert again["drive_gain"].value == found["drive_gain"].value
 
 
 def test_with_a_number_of_the_record_known_the_gain_is_that_of_all(

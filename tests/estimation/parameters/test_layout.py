@@ -61,14 +61,3 @@ def test_what_is_fixed_of_all_records_is_said_of_each() -> None:
     with refuses("fixed-of-several") as refused:
         layout_of(axis, 2, (), ("tau0",), commanded=True)
     assert "--known M=100.0+-1.0,100.0+-1.0" in refused.value.worded(as_options)
-    assert 'known={"M": [(100.0, 1.0), (100.0, 1.0)]}' in str(refused.value)
-    told = known_of({"M": [(100.0, 1.0), (100.0, 1.0)]}, 2)
-    found = layout_of(generated(), 2, told, ("tau0",), commanded=True)
-    assert found.known[0].name == "M"
-
-
-def test_a_drive_that_is_no_gain_keeps_what_is_declared() -> None:
-    axis = generated()
-    own = replace(axis, axis=replace(axis.axis, drive=replace(axis.axis.drive, gain=10.0)))
-    told = known_of({"m_add": [0.0, 20.0]}, 2)
-    assert layout_of(own, 2, told, (), commanded=True).gain == 10.0

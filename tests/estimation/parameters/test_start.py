@@ -17,7 +17,6 @@ BEGIN = 300  # where the axis is moving
 def _moving(axis: GeneratedAxis, seed: int, noise: float = 3.8e-6) -> tuple[Record, Array]:
     """A record that begins in motion, with the position and the velocity there."""
     whole = twin_record(axis)
-    assert whole.reference is not None
     white = noise * np.random.default_rng(seed).standard_normal(len(whole))
     loop = simulate(axis, [*TRUTH.values()], whole.reference, whole.period, position_noise=white)
     rows = slice(BEGIN, None)
@@ -44,14 +43,6 @@ def test_a_start_in_motion_is_found_with_the_parameters(emps2015: GeneratedAxis)
     assert "start_velocity" in found.summary()
     # It is a little less than what the start of the record leaves.
     assert found.error < fit(emps2015, record).error
-
-
-def test_without_noise_the_start_is_the_one_of_the_axis(emps2015: GeneratedAxis) -> None:
-    record, begun = _moving(emps2015, 1, noise=0.0)
-    found = fit(emps2015, record, ("control", "position"), free=("start", "kp"))
-    assert found.names[3:] == ("kp", "start_position", "start_velocity")
-    np.testing.assert_allclose(found.physical[-2:], begun, rtol=1e-5)
-    np.testing.assert_allclose(found.physical[:3], [*TRUTH.values()], rtol=1e-4)
 
 
 def test_each_record_has_a_start_of_its_own(emps2015: GeneratedAxis, twin: Record) -> None:

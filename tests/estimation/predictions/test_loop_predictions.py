@@ -1,7 +1,6 @@
 """Lanes of a record's loops are the loops that are simulated one by one."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -40,28 +39,9 @@ def test_a_law_with_another_clock_is_sampled_as_the_log_is(emps2015: GeneratedAx
     columns = {name: values[::2] for name, values in twin.channels().items()}
     slow = Record(**columns, sample_period=2e-3)
     found = _predictions(emps2015, "control", slow)(SETS)
-    assert slow.control is not None
     for lane, theta in enumerate(SETS):
         own = _alone(emps2015, slow, theta, "control") - slow.control
         np.testing.assert_allclose(found.errors[:, lane], own, rtol=0, atol=1e-9)
-
-
-def test_stretches_of_all_records_stand_one_after_the_other(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    cut = replace(twin, segments=((0, 3000), (3000, len(twin))), masked=((100, 120),))
-    predictions = _predictions(emps2015, "control", twin, cut)
-    assert [len(spans) for spans in predictions.spans] == [1, 2]
-    found = predictions(SETS)
-    assert len(found.errors) == len(predictions.measured) == 2 * len(twin)
-    own = _alone(emps2015, cut, THETA, "control")
-    rows = slice(predictions.spans[1][0].start, None)
-    kept = predictions.counted[rows] > 0
-    np.testing.assert_allclose(
-        (found.errors[:, 0] + predictions.measured)[rows][kept], own[kept], atol=1e-9
-    )
-    assert kept.sum() == len(kept) - 20
-    assert not np.any(found.errors[rows][~kept])
 
 
 def test_a_lane_that_fails_is_named_and_the_others_go_on(
@@ -73,19 +53,6 @@ def test_a_lane_that_fails_is_named_and_the_others_go_on(
     assert np.all(np.isnan(found.errors[:, 1]))
 
 
-def test_steps_of_a_sample_are_settled_for_all_lanes(library_axis: GeneratedAxis) -> None:
-    """As many as the loop by itself takes, so that the lanes are that loop."""
-    record = twin_record(library_axis)
-    assert record.control is not None
-    predictions = _predictions(library_axis, "control", record)
-    truth = np.array([record.provenance.truth[n] for n in library_axis.names])
-    predictions.settle(truth)
-    own = _alone(library_axis, record, truth, "control") - record.control
-    found = predictions(truth[None, :]).errors[:, 0]
-    size = np.linalg.norm(record.control)
-    assert np.linalg.norm(found - own) < 1e-6 * size
-
-
 def test_an_output_that_was_not_recorded_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
     with refuses("no-output", says="no force column"):
         _predictions(emps2015, "force", twin)
@@ -94,7 +61,6 @@ def test_an_output_that_was_not_recorded_is_refused(emps2015: GeneratedAxis, twi
 def test_slopes_by_the_law_are_those_of_another_law(twin: Record) -> None:
     declared = load_axis("emps2015")
     axis, law = build(declared), declared.control
-    assert law is not None
     predictions = _predictions(axis, "position", twin)
     slopes = predictions.slopes_by_law(THETA)
     assert {*slopes} == {"kp*kv", "kv"}
@@ -103,21 +69,6 @@ def test_slopes_by_the_law_are_those_of_another_law(twin: Record) -> None:
     other = _predictions(build(replace(declared, control=more)), "position", twin)
     slope = (other(THETA[None, :]).errors[:, 0] - here) / 1e-4
     assert np.linalg.norm(slopes["kp*kv"] - slope) < 1e-3 * np.linalg.norm(slope)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("timing", [{"lag": 8e-4}, {"lag": 2e-3, "logged": "current"}])
-def test_slopes_by_the_law_are_those_of_the_law_before_a_drive(timing: dict[str, Any]) -> None:
-    """The loop's memory has the drive's behind the law's; the terms are the law's all the same."""
-    axis = build(lagging(**timing), native=False)
-    record = twin_record(axis).windowed((None, 0.3))
-    predictions = _predictions(axis, "control", record)
-    slopes = predictions.slopes_by_law(LAGGING)
-    kp = axis.axis.control.gains["kp"]  # type: ignore[union-attr]
-    other = _predictions(axis.with_gains({"kp": 1.0001 * kp}), "control", record)
-    here, there = (each(LAGGING[None, :]).errors[:, 0] for each in (predictions, other))
-    slope = (there - here) / 1e-4
-    assert np.linalg.norm(slopes["kp*kv"] - slope) < 1e-2 * np.linalg.norm(slope)
 
 
 @pytest.mark.parametrize("logged", ["command", "applied"])

@@ -65,12 +65,6 @@ def test_resampled_it_is_drawn_likewise() -> None:
         assert np.asarray(record.velocity)[8:-8] == pytest.approx(even[8:-8], abs=1e-6)
 
 
-def test_empty_cells_are_refused_with_what_to_do() -> None:
-    with refuses("empty-cells") as refused:
-        read(EMPTY)
-    assert "between" in str(refused.value)
-
-
 def test_what_makes_no_sense_is_refused() -> None:
     with refuses("between-role"):
         Repairs(between={"control": "linear"})

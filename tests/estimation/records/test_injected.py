@@ -1,7 +1,6 @@
 """A recorded test signal: where it enters, its unit, and that it is treated as other columns."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -70,20 +69,6 @@ def test_the_axis_may_say_both_and_its_log_may_lack_the_column() -> None:
     assert "no test signal is reckoned with" in str(without.provenance.assumed)
     with refuses("axis-injected-at", says="'force'"):
         replace(axis, injected_at="force")
-
-
-def test_toml_says_it_among_the_columns(tmp_path: Path) -> None:
-    from axisid.modeling.text import load_axis as load
-
-    file = tmp_path / "cart.toml"
-    file.write_text(
-        'name = "cart"\ncoordinate = { name = "x", unit = "m" }\n'
-        'columns = { injected = "exc", injected_at = "reference" }\n'
-        '[parameters]\nm = { unit = "kg", nominal = 5.0 }\n[newton]\ninertia = "m"\n'
-        'resistance = []\n[drive]\ngain = 1.0\nunit = "A"\n'
-    )
-    axis = load(file)
-    assert (axis.columns["injected"], axis.injected_at) == ("exc", "reference")
 
 
 def test_a_reference_at_rest_is_no_fault_where_a_test_signal_moves_the_axis() -> None:

@@ -45,18 +45,6 @@ def test_a_velocity_has_a_unit_of_its_own_kind(unit: str, each: float) -> None:
     assert np.asarray(record.velocity) == pytest.approx(each * VELOCITY)
 
 
-def _emps(columns: dict[str, Any]) -> dict[str, Any]:
-    names = {role: role for role in ("time", "position", "control")}
-    return {**names, **columns}
-
-
-def test_a_column_that_only_the_axis_names_may_be_missing() -> None:
-    record = read_record(log(), load_axis("emps"), columns=_emps({}))
-    assert record.velocity is None
-    with refuses("no-column"):
-        read_record(log(), columns={"velocity": "tacho"})
-
-
 def test_they_are_shifted_cut_and_masked_with_the_others() -> None:
     record = read_record(
         log(),
@@ -109,10 +97,3 @@ class TestVelocityAlone:
             Record(time=TIME, control=TIME)
         with pytest.raises(DataError, match="differ in length"):
             Record(time=TIME, velocity=VELOCITY[:-1], control=TIME)
-
-
-def test_a_spike_of_the_velocity_is_told() -> None:
-    spiked = VELOCITY.copy()
-    spiked[700] += 15.0
-    (doubt,) = read_record(log(velocity=spiked), columns=NAMED).provenance.doubts
-    assert doubt.text.startswith("the velocity leaves its course")

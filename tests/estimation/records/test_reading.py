@@ -177,28 +177,6 @@ def test_log_without_the_reference_that_the_axis_names_serves_least_squares() ->
         read_record(log, axis, columns={"reference": "set"})
 
 
-def test_log_without_the_control_that_the_axis_names_does_with_a_force() -> None:
-    names = {"position": "q", "control": "u", "force": "f"}
-    axis = replace(load_axis("emps2015"), columns=names)
-    log = {"time": 1e-3 * np.arange(50), "q": np.sin(np.arange(50)), "f": np.cos(np.arange(50))}
-    record = read_record(log, axis)
-    told = "no column 'u' for the control, so the control law is not compared with the record"
-    assert told in record.provenance.assumed
-    with refuses("no-column", says="'u' for the control"):
-        read_record(
-            log | {"f": ["a"] * 50} | {"g": log["f"]}, axis, columns={"force": "g", "control": "u"}
-        )
-
-
-def test_all_columns_without_numbers_are_told_at_once() -> None:
-    log = {"time": np.arange(3.0), "position": ["a", "b", "c"], "control": [1j, 2j, 3j]}
-    told = r"'position' for the position holds text, the column 'control' for the control holds"
-    with refuses("no-numbers", says=f"{told} complex") as refused:
-        read_record(log)
-    assert refused.value.code == "no-numbers"
-    assert refused.value.remedy.settings == (Setting("columns", "position=NAME,control=NAME"),)
-
-
 @pytest.mark.parametrize("repairs", [{}, {"wrap": 1.0}, {"resample": 100.0}])
 def test_log_without_a_number_is_refused_whatever_is_asked_for(repairs: dict[str, Any]) -> None:
     for rows in (0, 9):

@@ -73,13 +73,3 @@ def test_record_with_another_motion_is_that_made_of_all_its_columns(twin: Record
     other = {"position": twin.position + 1e-3, "control": 0.5 * twin.control}
     assert twin.with_motion(other) == replace(twin, **other)
     assert not twin.with_motion(other).position.flags.writeable
-
-
-def test_other_motion_is_checked_as_every_column_is(twin: Record) -> None:
-    for values, code in (
-        (twin.position[1:], "record-lengths"),
-        (np.full(len(twin), np.nan), "value-not-finite"),
-        (np.zeros(len(twin)), "constant-column"),
-    ):
-        with refuses(code):
-            twin.with_motion({"position": values})

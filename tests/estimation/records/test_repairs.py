@@ -104,15 +104,6 @@ def test_resampling_invents_no_motion_in_a_gap() -> None:
     assert "0.036 s are missing" in record.provenance.repairs[1].text
 
 
-def test_force_that_keeps_its_extreme_is_clipped() -> None:
-    record = read_record(log(force=np.clip(CONTROL, -0.9, 0.9)), repairs=Repairs(mask="clipped"))
-    flat = np.zeros(N, dtype=bool)
-    for start, stop in record.masked:
-        flat[start:stop] = True
-    assert np.array_equal(flat, np.abs(CONTROL) >= 0.9)
-    assert record.provenance.repairs[0].count == flat.sum()
-
-
 @pytest.mark.parametrize(
     "settings",
     [{"resample": -1.0}, {"resample": "fast"}, {"gaps": "fill"}, {"mask": "all"}],
@@ -122,16 +113,6 @@ def test_settings_that_make_no_sense_are_refused(settings: dict[str, Any]) -> No
         Repairs(**settings)
 
 
-def test_nothing_is_repaired_unasked() -> None:
-    assert read_record(log()).provenance.repairs == ()
-
-
 def test_rate_that_would_fill_the_memory_is_refused() -> None:
     with refuses("resampling-rate"):
         read_record(log(), repairs=Repairs(resample=1e12))
-
-
-def test_log_that_is_no_text_has_no_end_to_leave_out_and_says_so() -> None:
-    (repair,) = read_record(log(), repairs=Repairs(tail="drop")).provenance.repairs
-    assert (repair.kind, repair.count) == ("tail", 0)
-    assert repair.text.startswith("nothing left out at the end")

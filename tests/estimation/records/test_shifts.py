@@ -56,12 +56,6 @@ def test_a_masked_sample_goes_with_its_column() -> None:
     assert record.shifted(control=2).masked == ((498, 499), (500, 501))
 
 
-def test_a_window_is_taken_of_what_was_moved() -> None:
-    record = read_record(log(), windows=[(0.2, 0.4)], repairs=Repairs(shift={"control": 5}))
-    assert len(record) == 201
-    assert np.asarray(record.control) == pytest.approx(np.cos(30 * (record.time - 5 * PERIOD)))
-
-
 def test_next_to_no_sample_is_no_shift() -> None:
     """A time without its unit, 1e-3 for 1ms, would else be taken and do nothing."""
     with refuses("part-of-a-sample"):
@@ -93,9 +87,3 @@ def test_part_of_a_sample_needs_resampling() -> None:
 def test_a_shift_that_cannot_be_made_is_refused(shift: Any, said: str) -> None:
     with pytest.raises(UsageError, match=said):
         read_record(log(), repairs=Repairs(shift=shift))
-
-
-def test_a_column_that_is_not_there_is_named() -> None:
-    with refuses("nothing-to-shift") as refused:
-        read_record(log(), repairs=Repairs(shift={"force": 1}))
-    assert refused.value.code == "nothing-to-shift"

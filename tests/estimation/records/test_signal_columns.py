@@ -1,6 +1,5 @@
 """Columns of recorded signals: by name, number and unit; with gaps, windows, shifts and clocks."""
 
-import pickle
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -124,14 +123,3 @@ def test_a_signal_of_its_own_clock_is_resampled_as_it_runs(between: str) -> None
     assert f"pressure {'held' if between == 'held' else 'by straight lines'}" in "".join(
         repair.text for repair in record.provenance.repairs
     )
-
-
-def test_a_record_with_signals_is_compared_pickled_and_hashed() -> None:
-    record = read_record(columns(), AXIS)
-    same = pickle.loads(pickle.dumps(record))  # noqa: S301
-    assert same == record
-    assert not same.signals["pressure"].flags.writeable
-    other = read_record(columns(pressure=PRESSURE + 1), AXIS)
-    assert other != record
-    assert other.digest != record.digest
-    assert "pressure" in repr(record)

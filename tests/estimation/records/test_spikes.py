@@ -59,16 +59,6 @@ def test_spikes_are_told_with_row_time_and_a_way_out(emps2015: GeneratedAxis, tw
     assert found == pytest.approx(right, rel=2e-3)
 
 
-def test_row_is_not_named_where_empty_rows_were_left_out(twin: Record) -> None:
-    columns = {role: values.copy() for role, values in twin.channels().items()}
-    columns["position"][4130] += 0.004
-    columns["position"][7] = np.nan
-    record = read_record(columns, repairs=Repairs(resample="auto"))
-    (told,) = record.provenance.doubts
-    assert "m or rad at 4.13 s:" in told.text
-    assert "data row" not in told.text
-
-
 @pytest.mark.slow
 def test_a_spike_is_named_with_its_signal_sample_and_size_and_nothing_else_is(
     emps: GeneratedAxis,

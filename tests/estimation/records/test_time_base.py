@@ -58,13 +58,6 @@ def test_every_result_fails_by_another_time(emps2015: GeneratedAxis, twin: Recor
     assert validate(right, twin).to_dict()["time_base"] is None
 
 
-def test_axis_without_a_law_declares_no_period(emps2015: GeneratedAxis, twin: Record) -> None:
-    free = build(replace(emps2015.axis, control=None))
-    said = in_words(check_law(free, timed(twin, 2.0)))
-    assert said.startswith("not evaluated: axis")
-    assert "has no control law" in said
-
-
 def test_log_of_another_rate_is_confirmed_by_the_period_beside_its_times(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

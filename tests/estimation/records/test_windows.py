@@ -67,16 +67,6 @@ def test_windows_are_cut_as_gaps_are_and_beside_them() -> None:
     assert [r.count for r in record.provenance.repairs if r.kind == "gaps"] == [1]
 
 
-def test_columns_with_clocks_of_their_own_are_cut_and_resampled(rng: np.random.Generator) -> None:
-    uneven = TIME + PERIOD * rng.uniform(-0.3, 0.3, N)
-    shaken = log(time=uneven, position=np.sin(30 * uneven), reference=np.sin(30 * uneven + 0.01))
-    record = read_record(
-        shaken, windows=[(10.5, 11.0), (11.001, 12.0)], repairs=Repairs(resample=1000.0)
-    )
-    assert len(record.segments) == 2
-    assert record.position == pytest.approx(np.sin(30 * record.time), abs=1e-4)
-
-
 def test_a_record_is_cut_as_its_log_is(twin: Record) -> None:
     log = dict(twin.channels())
     windows = [(0.2, 1.0), (1.4, 2.0)]
@@ -139,15 +129,3 @@ def test_the_figure_of_the_record_shades_the_rest(emps2015: GeneratedAxis, twin:
     for left_out in ((0.0, 0.5), (1.5, 2.0)):
         assert any(a <= left_out[0] and left_out[1] <= b for a, b in plot.shaded)
     assert "time of the log" in plot.x_label
-
-
-def test_what_lies_outside_is_kept_for_figures_and_cannot_be_changed() -> None:
-    import pickle
-
-    record = read_record(log(), windows=[(11.0, 12.5)])
-    whole = record.around["position"]
-    assert np.array_equal(whole.values, np.sin(30 * TIME))
-    with pytest.raises(ValueError, match="read-only"):
-        whole.values[0] = 1.0
-    assert pickle.loads(pickle.dumps(record)) == record  # noqa: S301
-    assert record != read_record(log(), windows=[(11.0, 12.4)])

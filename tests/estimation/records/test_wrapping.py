@@ -127,14 +127,6 @@ def test_wrapped_position_is_recognised_unasked() -> None:
     assert any("the position jumps by 1." in note.text for note in by_range.provenance.doubts)
 
 
-def test_a_jump_beside_a_rest_that_jitters_is_told() -> None:
-    axis = replace(load_axis("emps2015"), columns={})
-    ticking = np.where(TIME < 0.05, 1e-6 * (np.arange(N) // 4 % 2), 0.0)  # a rest that jitters
-    position = ticking + 0.01 * TIME + np.where(np.arange(N) < 100, 0.0, 0.9)
-    told = read_record(log(position), axis).provenance.doubts
-    assert told[0].text.startswith("the position jumps by 0.9 m before data row 101:")
-
-
 def test_motion_that_is_not_wrapped_says_nothing_of_jumps() -> None:
     outlier = TURNING.copy()
     outlier[77] += 20
@@ -172,14 +164,6 @@ def test_a_control_that_lost_its_sign_has_it_back(given: Any) -> None:
     assert both[0].control == pytest.approx(both[1].control, abs=1e-12)
     (repair,) = both[0].provenance.repairs
     assert repair.count == np.count_nonzero(np.round(CONTROL) < 0)
-
-
-def test_several_columns_have_moduli_of_their_own() -> None:
-    wrapped = log(np.mod(TURNING, TURN), control=_unsigned(CONTROL))
-    repairs = Repairs(wrap="position=360:deg,control=65536")
-    record = read_record(wrapped, repairs=repairs)
-    assert np.ptp(record.position) == pytest.approx(np.ptp(TURNING))
-    assert np.array_equal(record.control, np.round(CONTROL))
 
 
 @pytest.mark.parametrize("scale", [1.0, 10 / 32768])

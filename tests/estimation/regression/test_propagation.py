@@ -6,7 +6,6 @@ import pytest
 from axisid import Identification, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.estimates.estimate import Estimate
-from axisid.estimation.regression.propagation import root
 from tests.refusals import refuses
 
 
@@ -21,12 +20,6 @@ def widened(estimate: Estimate, factor: float) -> Estimate:
         ddm_covariances={n: factor**2 * c for n, c in estimate.ddm_covariances.items()},
         covariances={n: factor**2 * c for n, c in estimate.covariances.items()},
     )
-
-
-def test_inverse_model_is_regressed_in_the_physical_parameters_themselves(
-    result: Identification,
-) -> None:
-    assert result["idm-iv"].curvatures.tolist() == [0.0, 0.0, 0.0]
 
 
 def test_curvature_of_the_inertia_is_the_closed_form(result: Identification) -> None:
@@ -106,12 +99,6 @@ def test_misuse_is_explained(
 ) -> None:
     with refuses(code):
         result["ddm-ls"].propagate(**{"function": "M", **arguments})  # type: ignore[arg-type]
-
-
-def test_root_of_a_singular_covariance_is_one() -> None:
-    covariance = np.array([[4.0, 2e3, 0.0], [2e3, 1e6, 0.0], [0.0, 0.0, 0.0]])
-    factor = root(covariance)
-    assert factor @ factor.T == pytest.approx(covariance, abs=1e-6)
 
 
 def test_estimate_is_not_lost_where_nothing_can_be_drawn(result: Identification) -> None:

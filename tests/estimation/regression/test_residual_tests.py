@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from scipy.stats import jarque_bera as scipy_jarque_bera, norm
+from scipy.stats import jarque_bera as scipy_jarque_bera
 from statsmodels.stats.stattools import durbin_watson
 from statsmodels.tsa.stattools import ccf
 
@@ -92,13 +92,6 @@ def test_delayed_part_of_an_instrument_is_found_at_its_lag(rng: np.random.Genera
     assert tests.cross_p < 1e-6
 
 
-def test_plot_data_of_normal_residuals_is_a_straight_line(rng: np.random.Generator) -> None:
-    e = 3.0 * rng.normal(size=20_000)
-    tests = residual_tests(e, np.ones((20_000, 1)))
-    assert tests.residual_quantiles == pytest.approx(tests.normal_quantiles, abs=0.1)
-    assert tests.normal_quantiles == pytest.approx(norm.ppf((np.arange(99) + 0.5) / 99))
-
-
 def with_gaps(rng: np.random.Generator, rows: int) -> Neighbours:
     """Stretches of 5 to 40 rows, a few rows missing between them."""
     places, at = [], 0
@@ -154,10 +147,3 @@ def test_columns_that_act_at_the_ends_of_stretches_raise_no_alarm(
     assert np.mean([t.cross_z > t.cross_limit for t in tests]) < 0.05 + within
     outside = np.mean([np.abs(t.autocorrelation[1:]) > t.bound for t in tests])
     assert outside < 0.06
-
-
-def test_rows_that_are_all_alone_say_nothing_of_their_neighbours(rng: np.random.Generator) -> None:
-    tests = residual_tests(
-        rng.normal(size=100), np.ones((100, 1)), 10, Neighbours(1000 * np.arange(100))
-    )
-    assert np.isnan(tests.durbin_watson)

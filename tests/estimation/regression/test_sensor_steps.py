@@ -7,7 +7,6 @@ import pytest
 
 from axisid import Record, identify, simulate, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.lacking import lacking, scores_at
 from axisid.estimation.regression import sensor_steps
 
 TRUTH = (100.2, 236.9, 24.8)
@@ -16,7 +15,6 @@ STEP = 5e-6
 
 def stepped(axis: GeneratedAxis, twin: Record, place: float, step: float = STEP) -> Record:
     """A record with an encoder of a step, whose steps begin elsewhere each time."""
-    assert twin.reference is not None
     away = place * step
     noise = np.full(len(twin), away)
     loop = simulate(
@@ -58,11 +56,3 @@ def test_a_velocity_in_coarse_steps_is_reckoned_with_unless_its_noise_averages_t
     assert chain.velocity_step == pytest.approx(step, rel=1e-6)
     for value, true in zip(estimate.parameters.values(), TRUTH, strict=True):
         assert value.interval[0] < true < value.interval[1]
-
-
-def test_what_steps_leave_is_known_where_terms_are_looked_for(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    """A peak that they make at low speed is no Stribeck friction."""
-    result = identify(emps2015, stepped(emps2015, twin, 0.3, 5e-5), methods="idm-iv")
-    assert lacking(scores_at(result.data, result["idm-iv"]), result["idm-iv"]) == ()

@@ -1,8 +1,5 @@
 """What a filter leaves open follows the record's rate, in Python as from the command line."""
 
-import copy
-import pickle
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,22 +33,6 @@ def test_a_cutoff_alone_chooses_the_decimation_that_the_command_line_does(
     assert result.requested == by_command
     bound = FilteredRecord.bind(emps2015, twin, Prefilter(cutoff=cutoff))
     assert bound.prefilter == result.prefilter
-
-
-def test_what_is_given_stays() -> None:
-    given = Prefilter(cutoff=60.0, decimate=10)
-    assert given.at_rate_of(0.01) == given
-    assert Prefilter(decimate=3).at_rate_of(0.01).decimate == 3
-
-
-def test_what_is_open_stays_open_in_copies() -> None:
-    for made in (
-        copy.deepcopy(Prefilter()),
-        pickle.loads(pickle.dumps(Prefilter())),  # noqa: S301
-        replace(Prefilter(), hold="raw"),
-    ):
-        assert made.at_rate_of(0.01).cutoff == pytest.approx(20.0)
-    assert repr(Prefilter()).startswith("Prefilter(cutoff=60.0, order=4, decimate=10,")
 
 
 def test_a_log_of_100_hertz_is_identified_unasked(emps2015: GeneratedAxis, twin: Record) -> None:

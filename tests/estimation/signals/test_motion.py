@@ -88,19 +88,3 @@ def test_creeping_and_reversing_are_no_rests() -> None:
     for velocity in (creeping, reversing):
         n = len(velocity)
         assert resting(signals(velocity), [(0, n)], np.ones(n, dtype=bool)) < 0.1
-
-
-def test_a_rest_that_begins_and_ends_slowly_is_one() -> None:
-    fast, slow = strokes(0.3), np.linspace(0, 0.012, 40)
-    velocity = np.concatenate([fast, slow[::-1], np.zeros(200), slow, fast])
-    n = len(velocity)
-    assert resting(signals(velocity), [(0, n)], np.ones(n, dtype=bool)) > 280 / n
-
-
-def test_a_rest_ends_with_its_segment() -> None:
-    """Two halves of a rest in two segments are as long as the whole."""
-    velocity = strokes(0.3, rest=200)
-    n = len(velocity)
-    used = np.ones(n, dtype=bool)
-    whole = resting(signals(velocity), [(0, n)], used)
-    assert resting(signals(velocity), [(0, n - 100), (n - 100, n)], used) == pytest.approx(whole)

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from hypothesis import given, strategies as st
 
 from axisid import Prefilter, Record, identify, twin_record
@@ -61,21 +60,6 @@ def test_rows_left_out_of_a_record_part_their_neighbours(
     assert np.array_equal(np.diff(data.neighbours.places), steps / 10)
     kept = FilteredRecord.bind(emps2015, twin, Prefilter(reversals="keep"))
     assert kept.neighbours.whole
-
-
-@pytest.mark.parametrize("decimation", ["matlab", "scipy"])
-def test_segments_part_their_rows_whatever_their_lengths(
-    emps2015: GeneratedAxis, twin: Record, decimation: str
-) -> None:
-    segments = ((0, 2003), (2003, 4500), (4500, len(twin)))
-    data = FilteredRecord.bind(
-        emps2015,
-        replace(twin, segments=segments),
-        Prefilter(reversals="keep", decimation=decimation),  # type: ignore[arg-type]
-    )
-    breaks = np.searchsorted(data.row_numbers, [2003, 4500])
-    assert data.neighbours.breaks.tolist() == breaks.tolist()
-    assert np.diff(data.neighbours.places)[breaks - 1].min() >= len(data.row_numbers)
 
 
 def test_rows_of_shifted_segments_are_still_a_row_period_apart(emps2015: GeneratedAxis) -> None:

@@ -9,7 +9,6 @@ from axisid import (
     Prefilter,
     Record,
     build,
-    compare,
     friction_ladder,
     identify,
     load_axis,
@@ -85,17 +84,6 @@ def test_default_leaves_them_out_where_there_is_friction(
     assert FilteredRecord.bind(smooth, twin, Prefilter()).excluded == ()
 
 
-def test_default_keeps_them_where_hardly_anything_else_is_left(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    slow = FilteredRecord.bind(emps2015, twin, Prefilter(cutoff=3.0, decimate=100))
-    assert (slow.prefilter.reversals, slow.excluded) == ("keep", ())
-    asked = FilteredRecord.bind(
-        emps2015, twin, Prefilter(cutoff=3.0, decimate=100, reversals="leave-out")
-    )
-    assert asked.sampling.excluded_samples > 0.6 * len(twin)
-
-
 def test_what_is_silent_is_near_a_reversal_or_a_rest(emps2015: GeneratedAxis, twin: Record) -> None:
     data = bound_record(emps2015, twin, Prefilter(reversals="leave-out"))
     velocity = data.signals.velocity
@@ -131,20 +119,6 @@ def test_instruments_are_weighted_as_the_regressor_is(
     filter_ = Prefilter(reversals="leave-out")
     iv, direct = (identify(emps2015, twin, filter_)[m] for m in ("idm-iv", "ddm-iv"))
     assert iv.physical == pytest.approx(direct.physical, rel=1e-9)
-
-
-@pytest.mark.slow
-def test_candidates_of_a_comparison_share_their_rows(twin: Record) -> None:
-    axis = load_axis("emps2015")
-    bent = stribeck_axis()
-    record = twin_record(bent)
-    plain = next(iter(friction_ladder(bent).values()))
-    compared = compare({"plain": build(plain), "bent": build(bent)}, record)
-    assert compared.prefilter.reversals == "leave-out"
-    ladder = compare({k: build(a) for k, a in friction_ladder(axis).items()}, twin)
-    assert ladder.prefilter.reversals == "leave-out"
-    first = identify(axis, twin, ladder.prefilter, "idm-ls")["idm-ls"]
-    assert {len(c.estimate.y) for c in ladder.candidates} == {len(first.y)}
 
 
 def test_what_is_neither_kept_nor_left_out_is_refused() -> None:

@@ -130,16 +130,6 @@ def test_a_record_long_enough_for_check_is_long_enough_for_the_filters(
     assert np.all(np.isfinite(f.reduce(f.motion(position)[2])))
 
 
-def test_no_row_hangs_on_the_last_sample_by_default() -> None:
-    """The filters continue a record from its ends, which would give them much weight."""
-    last = np.zeros(2000)
-    last[-1] = 1.0
-    inner = np.roll(last, -700)
-    by_default, published = sampled(cutoff=60.0), sampled(cutoff=60.0, drop=(48, 0))
-    assert np.abs(by_default.reduce(last)).max() < np.abs(by_default.reduce(inner)).max()
-    assert np.abs(published.reduce(last)).max() > 5 * np.abs(by_default.reduce(last)).max()
-
-
 def test_what_is_wrong_at_the_ends_of_a_record_reaches_no_row() -> None:
     """The decimation filter is longer than the low-pass: it would carry the ends inwards."""
     samples = 4000

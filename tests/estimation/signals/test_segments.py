@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from axisid import Identification, Prefilter, Record, identify, sweep, validate
+from axisid import Identification, Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.signals import SampledFilter, Sampling
+from axisid.estimation.signals import SampledFilter
 from tests.refusals import refuses
 
 FILTER = Prefilter(cutoff=60.0, decimate=5)
@@ -70,19 +70,6 @@ def test_instruments_come_from_each_segments_own_loop(
     assert np.abs(left).max() < 1e-8 * np.abs(estimate.Z.T @ estimate.y).max()
 
 
-@pytest.mark.slow
-def test_gapped_record_serves_everything_else(
-    emps2015: GeneratedAxis, gapped: Record, twin: Record, identified: Identification
-) -> None:
-    held = validate(identified, gapped)
-    assert all(v.simulation_error_percent is not None for v in held)
-    assert all(v.reason is None for v in validate(identified, twin))
-    whole = identify(emps2015, twin, FILTER, ["idm-ls"])
-    assert all(v.reason is None for v in validate(whole, gapped))
-    assert len(sweep(emps2015, gapped, (40.0, 80.0), methods=["idm-ls"]).results) == 2
-    assert identified.diagnosis.law is not None
-
-
 def test_segments_that_are_all_too_short_are_refused(emps2015: GeneratedAxis, twin: Record) -> None:
     short = replace(cut(twin, 0, 120), segments=((0, 60), (60, 120)))
     with refuses("short-segment", says="record's longest segment has 60"):
@@ -127,17 +114,3 @@ def test_record_that_is_masked_everywhere_is_refused(emps2015: GeneratedAxis, tw
 
     with refuses("too-few-rows", says="0 rows are left"):
         identify(emps2015, replace(twin, masked=((0, len(twin)),)), FILTER, ["idm-ls"])
-
-
-def test_rest_is_a_share_of_the_largest_speed_of_the_whole_record() -> None:
-    """A creep that is rest beside a fast stroke is rest in a segment of its own too."""
-    time = 1e-3 * np.arange(6000)
-    position = np.where(time < 3.0, time, 3.0 + 2e-4 * (time - 3.0))
-    whole = Sampling(prefilter=Prefilter(), samples=6000, period=1e-3)
-    cut = replace(whole, segments=((0, 3000), (3000, 6000)))
-    for sampling in (whole, cut):
-        silent = np.zeros(6000, dtype=bool)
-        for start, stop in sampling.turns(sampling.motion(position)[1]):
-            silent[start:stop] = True
-        assert silent[3200:5800].all()
-        assert not silent[200:2800].any()

@@ -17,13 +17,12 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.elements import stribeck
 from axisid.estimation.signals.filtered_record import FilteredRecord
-from axisid.estimation.signals.without_turns import dependence, searches_friction
+from axisid.estimation.signals.without_turns import dependence
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import Move
 from tests.axes.bodies import stage
-from tests.axes.unseen import FS, with_stribeck
+from tests.axes.unseen import with_stribeck
 
 PERIOD = 1e-3
 TRUTH = (6.2, 14.0, 7.5)
@@ -55,15 +54,6 @@ def test_rests_are_left_out_however_long(rest: float, noise: float) -> None:
     assert result.prefilter.reversals == "leave-out"
     for estimate in result.estimates.values():
         assert estimate.physical == pytest.approx(TRUTH, rel=2e-3 if noise == 0 else 1e-2)
-
-
-def test_rests_that_are_kept_are_named_where_the_loop_does_not_follow() -> None:
-    axis = build(stage())
-    kept = Prefilter.suited(PERIOD, reversals="keep")
-    result = identify(axis, rested(axis, 1.0), kept, ["idm-ls", "idm-iv"])
-    (check,) = (c for c in result.verdict if c.name == "simulation")
-    assert check.status == "fail"
-    assert "the axis rests in 68 % of the samples that the fit has" in check.meaning
 
 
 @pytest.mark.slow
@@ -143,18 +133,3 @@ def test_a_partially_linear_axis_is_asked_by_its_jacobian(
     assert not axis.is_linear
     chosen = FilteredRecord.bind(axis, record, Prefilter.suited(record.period, cutoff=cutoff))
     assert chosen.prefilter.reversals == reversals
-
-
-def test_a_peak_of_friction_that_is_searched_for_leaves_the_reversals_out() -> None:
-    """The low-pass rounds the peak there, and the search would follow that."""
-    paper = load_axis("emps2015")
-    record = twin_record(paper)
-    speed = Parameter("vs", "m/s", nominal=0.01, lower=1e-3, upper=0.1)
-    force = paper.force + stribeck(FS, paper.coordinate, velocity=speed)
-    axis = build(
-        replace(paper, parameters=(*paper.parameters, FS, speed), force=force, experiment=None)
-    )
-    assert searches_friction(axis)
-    assert not searches_friction(build(paper))
-    chosen = FilteredRecord.bind(axis, record, Prefilter.suited(record.period, cutoff=20.0))
-    assert chosen.prefilter.reversals == "leave-out"

@@ -15,10 +15,8 @@ from axisid.estimation.simulation.batch import simulate_batch
 from axisid.estimation.simulation.simulated import (
     mean_force,
 )
-from axisid.estimation.simulation.twin import trajectory
 from tests.axes.bodies import body, force_law, x
 from tests.axes.lagging import GAIN, PERIOD, THETA, integrated, lagging
-from tests.axes.recorded import MOVES, TRUTH, recorded_axis, recorded_values
 from tests.refusals import refuses
 
 TIME = PERIOD * np.arange(420)
@@ -139,25 +137,6 @@ def test_a_simulation_goes_on_from_what_the_drive_remembers() -> None:
     loop = simulate(made, THETA, np.zeros(5), PERIOD, memory=pushed)
     assert loop.force[0] == 100.0
     assert loop.position[2] > 0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("timing", [{"lag": 6e-4}, {"delay": 4e-4}, {"lag": 6e-4, "delay": 1.4e-3}])
-@pytest.mark.parametrize("kind", ["pressure", "supply", "feed"])
-def test_with_recorded_signals_native_code_and_virtual_machine_agree(
-    kind: str, timing: dict[str, float]
-) -> None:
-    plain = recorded_axis(kind)
-    late = replace(plain, drive=replace(plain.drive, **timing))
-    values = {name: column[:1500] for name, column in recorded_values(kind).items()}
-    reference = trajectory(MOVES, PERIOD)[:1500]
-    theta = [TRUTH[p.name] for p in late.parameters]
-    native, virtual = (
-        simulate(build(late, native=native), theta, reference, PERIOD, signals=values).position
-        for native in (True, False)
-    )
-    assert np.max(np.abs(native - virtual)) < 1e-12
-    assert np.ptp(native) > 0.05
 
 
 @pytest.mark.slow

@@ -6,13 +6,8 @@ from scipy.integrate import solve_ivp
 
 from axisid import (
     Parameter,
-    Prefilter,
     build,
-    derive,
-    identify,
-    load_axis,
     simulate,
-    twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import end_stop
@@ -79,26 +74,3 @@ def test_restitution_is_what_the_docstring_says_for_small_dissipation() -> None:
     loop = simulate(bouncing(0.05), [MASS], FORCE, PERIOD, start=0.0, substeps=64)
     lost = 1 + loop.velocity[-1] / SPEED  # 1 - e
     assert 1.5 * lost / SPEED == pytest.approx(0.05, rel=0.05)
-
-
-def test_stop_is_known_and_silent_between_its_ends() -> None:
-    model = derive(bouncing(0.5).axis)
-    assert model.idm.columns == (x.acceleration,)
-    assert model.idm.intercept != 0
-    _, known = bouncing(0.5).evaluate(
-        "idm_regressor", [0.0, STOP, 0.2], [9.0] * 3, [0.0] * 3, [1.0] * 3
-    )
-    assert known[:2, 0].tolist() == [0, 0]
-    assert known[2, 0] > 0
-
-
-@pytest.mark.slow
-def test_record_that_stays_off_the_stops_gives_the_estimates_of_an_axis_without() -> None:
-    from dataclasses import replace
-
-    valve = load_axis("valve")
-    stops = sum(t for t in valve.force.args if "Max" in str(t))
-    free = replace(valve, name="free", force=valve.force - stops)
-    record, settings = twin_record(valve), Prefilter(cutoff=400.0, decimate=40, hold="zoh")
-    with_stops, without = (identify(a, record, settings, ["idm-iv"]) for a in (valve, free))
-    assert with_stops["idm-iv"].physical == pytest.approx(without["idm-iv"].physical, rel=1e-9)

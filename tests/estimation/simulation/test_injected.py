@@ -8,7 +8,6 @@ import pytest
 from axisid import build, load_axis, simulate
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.control import ControlLaw, cascade_pd
-from axisid.estimation import simulate_batch
 
 PERIOD = 1e-3
 TIME = PERIOD * np.arange(1500)
@@ -51,17 +50,6 @@ def test_what_is_added_comes_as_late_as_the_law_itself(loop_axis: GeneratedAxis)
     loop = simulate(late, late.nominal, SINE, PERIOD, injected=ADDED)
     now = _law(late, SINE, loop.position) + ADDED
     np.testing.assert_allclose(loop.control[2:], now[:-2], atol=1e-9)
-
-
-def test_one_signal_for_all_lanes_is_that_of_each(loop_axis: GeneratedAxis) -> None:
-    theta = np.tile(loop_axis.nominal, (3, 1))
-    shared = simulate_batch(loop_axis, theta, SINE, PERIOD, injected=ADDED)["position"]
-    own = np.repeat(ADDED[:, None], 3, axis=1)
-    assert np.array_equal(
-        shared, simulate_batch(loop_axis, theta, SINE, PERIOD, injected=own)["position"]
-    )
-    single = simulate(loop_axis, loop_axis.nominal, SINE, PERIOD, injected=ADDED)
-    assert np.array_equal(shared[:, 0], single.position)
 
 
 @pytest.mark.slow

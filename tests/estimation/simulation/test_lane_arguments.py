@@ -49,14 +49,3 @@ def test_lanes_of_several_lengths_are_refused(emps2015: GeneratedAxis) -> None:
     given: dict[str, Any] = {**TRUTH, "M": np.ones(2), "Fc": np.ones(3)}
     with refuses("parameter-shapes", says=r"M \(2,\), Fv \(\), Fc \(3,\)"):
         simulate_batch(emps2015, given, REFERENCE, 1e-3)
-
-
-@pytest.mark.parametrize(
-    "given",
-    [{**TRUTH, "M": True}, [100.0, True, 24.8], np.ones(3, dtype=bool), [[100.0, 230.0, False]]],
-)
-def test_truth_values_are_no_parameters(emps2015: GeneratedAxis, given: Any) -> None:
-    with refuses("parameter-truth"):
-        simulate_batch(emps2015, given, REFERENCE, 1e-3)
-    with refuses("parameter-truth"):
-        simulate(emps2015, given, REFERENCE, 1e-3)

@@ -1,13 +1,12 @@
 """Loops that start in motion, and drives that remember something at the start."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from axisid import ModelError, UsageError, build, load_axis, newton, simulate, twin_record
+from axisid import ModelError, UsageError, build, newton, simulate, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import (
     BALANCED,
@@ -245,31 +244,6 @@ def test_what_balances_stands_alone() -> None:
         p_pi(1 + BALANCED)
     with pytest.raises(ModelError, match="unknown symbols period"):
         p_pi(PERIOD)
-
-
-@pytest.mark.slow
-def test_a_toml_file_declares_a_memory_in_balance(tmp_path: Path) -> None:
-    text = """
-        name = "lift"
-        coordinate = { name = "z" }
-        parameters = { m = { unit = "kg", nominal = 2.0 }, w = { unit = "N", nominal = 3.0 } }
-        newton = { inertia = "m", resistance = ["w"] }
-        drive = { gain = 2.0 }
-        [control]
-        name = "PI"
-        period = 1e-3
-        gains = { kp = 500.0, ki = 4.0 }
-        output = "kp*(reference - measured_position) + total"
-        [control.memory.total]
-        following = "total + ki*(reference - measured_position)"
-        start = "balanced"
-    """
-    file = tmp_path / "lift.toml"
-    file.write_text(text)
-    axis = load_axis(file)
-    assert axis.control.memory[0].start == BALANCED
-    loop = simulate(axis, [2.0, 3.0], np.zeros(50), 1e-3)
-    assert np.all(loop.position == 0)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from axisid import UsageError, build, load_axis
+from axisid import build, load_axis
 from axisid.estimation import LaneBlock, simulate_batch
 from axisid.estimation.simulation import batch as batch_module
 from tests.refusals import refuses
@@ -42,11 +42,6 @@ def last(block: LaneBlock) -> dict[str, np.ndarray]:
     return {f"last_{name}": values[-1] for name, values in block.signals.items()}
 
 
-def tracking(block: LaneBlock) -> dict[str, np.ndarray]:
-    reference = block.reference if block.reference.ndim > 1 else block.reference[:, None]
-    return {"tracking": np.abs(block.signals["position"] - reference).max(axis=0)}
-
-
 @pytest.mark.usefixtures("small_blocks")
 def test_what_is_kept_of_blocks_is_that_of_the_whole() -> None:
     whole, kept = run(), run(rms, threads=1)
@@ -58,15 +53,6 @@ def test_what_is_kept_of_blocks_is_that_of_the_whole() -> None:
     with pytest.MonkeyPatch.context() as patch:  # the same bits with memory for all lanes at once
         patch.setattr(batch_module, "_KEPT", 2**40)
         assert run(rms) == kept
-
-
-@pytest.mark.usefixtures("small_blocks")
-def test_each_lane_has_its_own_reference_noise_and_test_signal() -> None:
-    reference = REFERENCE[:, None] * np.linspace(0.5, 1, LANES)
-    how = {"reference": reference, "injected": 0.1 * reference / 0.02}
-    whole, kept = run(**how), run(tracking, **how)
-    expected = np.abs(whole["position"] - reference).max(axis=0)
-    assert np.array_equal(kept["tracking"], expected)
 
 
 @pytest.mark.usefixtures("small_blocks")
@@ -99,15 +85,6 @@ def test_lanes_that_fail_are_not_a_number_and_keep_their_place() -> None:
         assert np.flatnonzero(np.isnan(values)).tolist() == [3, 66]
 
 
-@pytest.mark.usefixtures("small_blocks")
-def test_a_law_at_its_own_clock_is_reduced_at_the_samples_of_the_log() -> None:
-    slow = REFERENCE[::4]
-    whole = run(reference=slow, period=4 * PERIOD)
-    kept = run(tracking, reference=slow, period=4 * PERIOD)
-    error = np.abs(whole["position"] - slow[:, None]).max(axis=0)
-    assert np.array_equal(kept["tracking"], error)
-
-
 def test_memory_does_not_grow_with_the_lanes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(batch_module, "_KEPT", 1)
     axis, peaks = build(load_axis("emps2015")), []
@@ -138,11 +115,3 @@ def test_callables_that_give_other_names_or_shapes_of_other_blocks_are_refused()
         run(lambda block: {f"of_{block.first}": np.zeros(block.lanes)}, threads=1)
     with refuses("reduced-blocks"):
         run(lambda block: {"all": np.zeros((block.lanes, block.lanes))}, threads=1)
-
-
-def test_an_error_of_a_callable_is_the_users() -> None:
-    def wrong(_: LaneBlock) -> dict[str, np.ndarray]:
-        raise UsageError("no such thing")
-
-    with pytest.raises(UsageError, match="no such thing"):
-        run(wrong, lanes=3)

@@ -334,18 +334,6 @@ def test_runaway_loop_ends_with_sample_and_parameters(native: bool) -> None:
         simulate(axis, axis.nominal, motion_of(axis), PERIOD)
 
 
-def test_fields_of_packed_records_are_read_right() -> None:
-    axis = built("offset")
-    log = np.zeros(300, dtype=[("n", "<i4"), ("r", "<f8", (2,)), ("s", "<f8")])
-    log["r"] = motion_of(axis)[:300, None]
-    log["s"] = motion_of(axis)[:300]
-    theta = np.tile(axis.nominal, (2, 1))
-    plain = simulate_batch(axis, theta, np.array(log["r"]), PERIOD)["position"]
-    assert np.array_equal(simulate_batch(axis, theta, log["r"], PERIOD)["position"], plain)
-    assert np.array_equal(simulate_batch(axis, theta, log["s"], PERIOD)["position"], plain)
-    assert np.array_equal(simulate(axis, axis.nominal, log["s"], PERIOD).position, plain[:, 0])
-
-
 @pytest.mark.parametrize("native", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_rounding_moves_no_axis_from_rest(native: bool, rng: np.random.Generator) -> None:
     """Held at its friction to the last bit, its first step may end before it has begun."""
@@ -421,16 +409,6 @@ def test_impossible_delays_are_refused(changes: dict[str, Any]) -> None:
     law = load_axis("emps2015").control
     with pytest.raises(ModelError, match="delay"):
         replace(law, continuous="delay" in changes and changes["delay"] == 1, **changes)
-
-
-def test_arrays_given_are_not_changed() -> None:
-    axis = built("offset")
-    theta, reference = axis.nominal, motion_of(axis)
-    noise = np.full(len(reference), 1e-7)
-    before = [theta.copy(), reference.copy(), noise.copy()]
-    simulate(axis, theta, reference, PERIOD, position_noise=noise)
-    simulate_batch(axis, theta[None, :], reference, PERIOD, position_noise=noise[:, None])
-    assert all(np.array_equal(a, b) for a, b in zip(before, (theta, reference, noise), strict=True))
 
 
 @pytest.mark.slow

@@ -14,9 +14,7 @@ from axisid import (
     Coordinate,
     EstimationError,
     Parameter,
-    Record,
     build,
-    identify,
     simulate,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
@@ -27,7 +25,6 @@ from axisid.estimation import simulate_batch
 from axisid.estimation.simulation import (
     LoopInputs,
     StepBudget,
-    most_substeps,
     simulate_loop,
 )
 from tests.axes.bodies import body, q, rotor, turn
@@ -130,21 +127,6 @@ def test_axis_too_stiff_for_any_allowed_step_is_refused_by_name(*, uniform: bool
     assert np.all(np.isnan(batch["position"][:, 0]))
     alone = simulate(axis, theta[1], SINE, PERIOD)
     assert np.array_equal(batch["position"][:, 1], alone.position)
-
-
-@pytest.mark.parametrize(
-    ("mass", "damping"), [(5.0, 1250.0), (2.0, 1600.0), (1.0, 50.0), (1.0, 100.0), (3.0, 600.0)]
-)
-def test_round_numbers_take_the_same_steps_alone_and_in_a_batch(
-    mass: float, damping: float
-) -> None:
-    """Rate times period over the resolved step is a power of 2: rounding must not decide."""
-    axis = stiff(lambda x: x.velocity, 1.0)
-    theta = np.array([mass, damping])
-    alone = simulate(axis, theta, SINE, PERIOD)
-    for lanes in (1, 2, 40):
-        batch = simulate_batch(axis, np.tile(theta, (lanes, 1)), SINE, PERIOD)
-        assert np.array_equal(batch["position"][:, 0], alone.position)
 
 
 @pytest.mark.slow
@@ -288,24 +270,6 @@ def test_simulations_of_one_search_share_their_steps_and_the_last_is_refused_by_
 
 
 @pytest.mark.slow
-def test_several_records_have_steps_wherever_one_of_them_has(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    axis = wavy(sympy.sin(5e4 * q.symbol / LENGTH))
-    loop = simulate(axis, axis.nominal, LONG[:3000], PERIOD)
-    record = Record(
-        time=loop.time, position=loop.position, reference=LONG[:3000], control=loop.control
-    )
-    few = "axisid.estimation.methods.instrumental.STEPS_OF_SEARCH"
-    monkeypatch.setattr(few, 1000 * len(record))
-    one, two = (identify(axis, [record] * n, methods="idm-iv")["idm-iv"] for n in (1, 2))
-    np.testing.assert_allclose(two.physical, one.physical, rtol=1e-6)
-    monkeypatch.setattr(few, 600 * len(record))
-    with pytest.raises(EstimationError, match="other simulations of its search"):
-        identify(axis, record, methods="idm-iv")
-
-
-@pytest.mark.slow
 def test_an_axis_that_takes_many_steps_is_compiled_without_taking_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -313,13 +277,3 @@ def test_an_axis_that_takes_many_steps_is_compiled_without_taking_them(
     axis, before = wavy(*WAVES["p*sin(3000000.0*q/x0)"]), time.process_time()
     assert axis.native.library() is not None, axis.native.refusal
     assert time.process_time() - before < 10
-
-
-def test_a_long_log_may_take_as_many_steps_a_sample_as_a_contact_needs() -> None:
-    assert [most_substeps(n) for n in (100, 8192, 8193, 25_000, 10**6)] == [
-        1024,
-        1024,
-        512,
-        256,
-        64,
-    ]

@@ -26,7 +26,6 @@ from axisid.estimation.simulation import (
 from axisid.estimation.simulation.between import at_log_samples
 from axisid.estimation.simulation.recorded import lines
 from axisid.modeling import Experiment, back_and_forth
-from tests.axes.recorded import PERIOD_S, recorded_axis
 from tests.estimation.loops.test_two_clocks import LOG, cascade, cascade_p_pi, stage
 from tests.estimation.simulation.test_loop_start import THETA, by_events
 
@@ -113,7 +112,6 @@ def test_just_before_an_evaluation_an_axis_is_where_it_is_found_then(
         reference=plan.reference[rows], period=period, start=start, signals=loop.recorded
     )
     substeps = settled_substeps(plan.axis, plan.truth, inputs)
-    assert substeps is not None
     between = at_log_samples(plan.axis, plan.truth, signals, clocks, held, substeps)
     left = 1e-4 * period * loop.velocity[1 : count + 1]
     assert np.ptp(loop.position) > 0
@@ -135,24 +133,6 @@ def test_lanes_of_another_period_are_single_loops(ratio: float) -> None:
         alone = simulate(axis, lanes[lane], references[:, lane], LOG, position_noise=noise[:, lane])
         for name in ("position", "force", "control"):
             assert np.allclose(batch[name][:, lane], getattr(alone, name), rtol=1e-12, atol=1e-15)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("ratio", [4.0, 0.25])
-@pytest.mark.parametrize("between", ["linear", "held"])
-def test_recorded_signals_are_taken_to_the_law_s_clock(ratio: float, between: str) -> None:
-    """A pressure that does not change does what a constant does."""
-    axis = recorded_axis("pressure", between, noise=0.0)
-    own = build(replace(axis, control=replace(axis.control, period=PERIOD_S / ratio)))
-    theta = [90.0, 200.0, 20.0, -600.0, 1e-3]
-    with_signal = simulate(own, theta, WAVE, PERIOD_S, signals={"pressure": np.full(160, 5e5)})
-    shifted = [90.0, 200.0, 20.0, -100.0, 0.0]
-    without = simulate(own, shifted, WAVE, PERIOD_S, signals={"pressure": np.zeros(160)})
-    assert np.allclose(with_signal.position, without.position, atol=1e-12)
-    lanes = np.array([theta, shifted])
-    two = np.column_stack([np.full(160, 5e5), np.zeros(160)])
-    batch = simulate_batch(own, lanes, WAVE, PERIOD_S, signals={"pressure": two})
-    assert np.allclose(batch["position"].T, with_signal.position, atol=1e-12)
 
 
 @pytest.mark.slow

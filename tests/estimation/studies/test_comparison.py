@@ -19,7 +19,6 @@ from axisid import (
     build,
     compare,
     friction_ladder,
-    identify,
     load_axis,
     read_record,
     simulate,
@@ -29,8 +28,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive, spring
 from axisid.estimation import Comparison
 from axisid.estimation.signals import SampledFilter
-from axisid.estimation.studies.comparison import _recommend
-from axisid.estimation.studies.held_out import HeldOut, contiguous_blocks
+from axisid.estimation.studies.held_out import contiguous_blocks
 from benchmarks.machines import Machine, records, white
 from tests.axes.bodies import body
 from tests.refusals import refuses
@@ -137,15 +135,6 @@ def test_held_out_errors_are_those_of_a_run_by_hand(
 
 
 @pytest.mark.slow
-def test_by_instruments_too(ladder: dict[str, GeneratedAxis], twin: Record) -> None:
-    found = compare(ladder, twin, ZOH, "idm-iv")
-    assert found.recommended == "Coulomb"
-    estimate = identify(ladder["Coulomb"], twin, ZOH, ["idm-iv"])["idm-iv"]
-    assert np.array_equal(found["Coulomb"].estimate.physical, estimate.physical)
-    assert "Instruments are those" in found.summary()
-
-
-@pytest.mark.slow
 def test_candidates_that_cannot_be_told_apart_are_named(
     ladder: dict[str, GeneratedAxis],
 ) -> None:
@@ -157,21 +146,6 @@ def test_candidates_that_cannot_be_told_apart_are_named(
     assert "cannot tell" in found.reason
     for name in found.tied:
         assert name in found.reason
-
-
-def test_a_gain_below_one_percent_is_not_worth_a_parameter(symmetric: Comparison) -> None:
-    """However sure the blocks are of it."""
-    poorer, richer = symmetric.candidates[2:]
-    assert poorer.size < richer.size
-    for gain, chosen in ((1.005, poorer), (1.02, richer)):
-        squares = np.linspace(1.0, 1.001, 10)
-        pair = [
-            replace(poorer, equation=HeldOut(squares=gain**2 * squares, signal=1e3)),
-            replace(richer, equation=HeldOut(squares=squares, signal=1e3)),
-        ]
-        excess, deviation = pair[0].equation.excess(pair[1].equation)
-        assert excess > 10 * deviation
-        assert _recommend(pair, 10)[0] == chosen.name
 
 
 @pytest.mark.slow
@@ -202,18 +176,6 @@ def test_without_a_loop_only_the_equation_is_compared(
     assert "no simulation of viscous" in found.summary()
     with refuses("no-candidate-identified", says="no control law"):
         compare(free, twin, ZOH, "idm-iv")
-
-
-@pytest.mark.slow
-def test_one_law_in_two_parametrisations_is_told(
-    ladder: dict[str, GeneratedAxis], twin: Record
-) -> None:
-    axis = ladder["Coulomb"].axis
-    half = replace(axis, name="half", force=axis.force.subs(sympy.Symbol("Fc", real=True),
-                   2 * sympy.Symbol("Fc", real=True)))  # fmt: skip
-    found = compare([axis, half], twin, ZOH)
-    assert found.same == (("emps2015", "half"),)
-    assert "the same model in different parameters" in found.summary()
 
 
 def another(name: str, coordinate: Coordinate, drive: Drive) -> Axis:

@@ -6,7 +6,6 @@ import pytest
 from axisid import Prefilter
 from axisid.estimation.signals import Neighbours, SampledFilter
 from axisid.estimation.studies.held_out import HeldOut, Rows, contiguous_blocks, held_out_equation
-from tests.refusals import refuses
 
 
 def test_blocks_cover_all_rows_once_and_keep_their_gap() -> None:
@@ -19,11 +18,6 @@ def test_blocks_cover_all_rows_once_and_keep_their_gap() -> None:
         assert distance.min() == 13
         far = set(range(503)) - set(block.training.tolist())
         assert far == set(range(max(block.held_out[0] - 12, 0), min(block.held_out[-1] + 13, 503)))
-
-
-def test_too_few_rows_are_refused() -> None:
-    with refuses("too-few-to-hold-out", says="100"):
-        contiguous_blocks(100, 42, 4)
 
 
 @pytest.mark.parametrize(("cutoff", "decimate"), [(60.0, 10), (100.0, 4), (40.0, 1)])

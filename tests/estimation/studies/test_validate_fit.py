@@ -71,15 +71,6 @@ def test_a_horizon_is_a_positive_time(opened: OutputFit, twin: Record, horizon: 
         validate_fit(opened, twin, horizon=horizon)
 
 
-def test_what_was_known_of_the_records_is_not_taken_for_another(
-    opened: OutputFit, twin: Record
-) -> None:
-    """Not even where it was the same of all of them."""
-    known = replace(opened, known=("payload",))
-    with refuses("validated-fit-local"):
-        validate_fit(known, twin)
-
-
 def test_a_record_of_another_axis_is_told_by_what_it_shows(
     emps2015: GeneratedAxis, twin: Record, other: Record
 ) -> None:

@@ -23,7 +23,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.main import cli
 from axisid.estimation.signals import Neighbours, SampledFilter
 from axisid.estimation.studies.reestimate import least_mean_square
-from axisid.estimation.studies.validation import MethodValidation, Validation
+from axisid.estimation.studies.validation import Validation
 
 
 @pytest.mark.slow
@@ -102,20 +102,6 @@ def test_samples_that_the_estimates_were_made_from_are_told(emps2015: GeneratedA
     apart = validate(result, whole.windowed((5, None)))
     assert apart.known_share < 1e-3
     assert "of its samples" not in str(apart)
-
-
-@pytest.mark.parametrize(("error", "holds"), [(9.0, True), (11.0, False)])
-def test_a_small_error_holds_even_if_it_is_many_times_its_own(error: float, holds: bool) -> None:
-    one = MethodValidation(
-        method="idm-ls",
-        equation_error_percent=error,
-        own_equation_error_percent=1.0,
-        simulation_error_percent=None,
-        position_error_rms=None,
-        tracking_error_percent=None,
-        reason="",
-    )
-    assert one.holds is holds
 
 
 @pytest.mark.slow

@@ -35,15 +35,12 @@ from axisid.modeling.quantities.units import parse_unit
 )
 def test_factors(text: str, factor: float, coherent: str) -> None:
     found = label_unit(text)
-    assert found is not None
     assert found[0] == pytest.approx(factor, rel=1e-15)
     assert found[1].same_dimension(parse_unit(coherent))
 
 
 def test_newton_metre_and_nanometre_are_told_apart() -> None:
     torque, length = label_unit("Nm"), label_unit("nm")
-    assert torque is not None
-    assert length is not None
     assert torque[0] == 1.0
     assert length[0] == 1e-9
     assert not torque[1].same_dimension(length[1])

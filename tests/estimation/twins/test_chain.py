@@ -89,17 +89,3 @@ def test_noise_of_the_control_is_in_the_log_beside_its_steps() -> None:
 def test_noise_that_makes_no_sense_is_refused(given: dict[str, Any]) -> None:
     with refuses("twin-noise"):
         Chain(**given)
-
-
-def test_a_chain_is_told_with_its_units() -> None:
-    units = "m", "V"
-    chain = Chain(
-        position_step=2e-6,
-        jitter=5e-5,
-        control=((0.0, 0.3),),
-        disturbances=((0.0, 0.02), (0.1, 0.01)),
-    )
-    said = chain.told(*units)
-    for part in ("2e-06 m", "5e-05 s", "0.3 V", "0.02 V", "0.01 V", "0.1 s"):
-        assert part in said
-    assert Chain().told(*units)

@@ -84,14 +84,6 @@ def test_the_chain_of_a_machine_that_is_simulated_apart_is_measured() -> None:
     assert np.sqrt(sum(sd**2 for _, sd in slow)) * 35.15 == pytest.approx(1.5, rel=0.35)
 
 
-@pytest.mark.slow
-def test_a_rounded_control_is_told_with_its_step() -> None:
-    machine = Machine(control_step=0.02, force_noise=white(1.0))
-    case = field.Case(machine=machine, declared=machine)
-    (record,) = case.records(1, 7)
-    assert chain_of(case.axis, record).control_step == pytest.approx(0.02)
-
-
 def test_a_short_record_has_a_chain_too() -> None:
     axis = build(load_axis("emps2015"))
     record = twin_record(axis).windowed((0.3, 0.9))

@@ -96,13 +96,6 @@ def test_a_manifest_says_what_is_known_of_each_log(folder: Path, kind: str) -> N
     assert second.conditions == {"site": "south"}
 
 
-def test_a_condition_that_is_not_finite_is_missing(tmp_path: Path) -> None:
-    file = tmp_path / "manifest.csv"
-    file.write_text("log,temperature,load\na.csv,nan,2\n")
-    (item,) = gather_items(file, tmp_path)
-    assert item.conditions == {"load": 2.0}
-
-
 def test_results_of_logs_of_one_name_are_told_apart() -> None:
     items = [FleetItem(log=log) for log in ("x/a.csv", "y/A.csv", "b.csv.gz")]
     first, second, third = result_names(items)
@@ -156,15 +149,3 @@ def test_no_log_at_all_is_refused(tmp_path: Path) -> None:
         gather_items(str(tmp_path), tmp_path / "out")
     with pytest.raises(UsageError, match="a log is 3"):
         gather_items([3], tmp_path)  # type: ignore[list-item]
-
-
-def test_a_pattern_reads_a_manifest_as_its_name_does(folder: Path) -> None:
-    (folder / "list.csv").write_text("log,serial\na.csv,17\n")
-    found = gather_items(str(folder / "*.csv"), folder / "out")
-    assert {Path(item.log).name: item.serial for item in found} == {"a.csv": "17", "b.csv": ""}
-
-
-def test_a_log_that_names_itself_or_no_file_is_a_log(folder: Path) -> None:
-    for text in ("source,of\nown.csv,gone.csv\ntime,position\n0,1\n", "", "x\n"):
-        (folder / "own.csv").write_text(text)
-        assert names(folder, folder / "own.csv") == ["own.csv"]

@@ -26,7 +26,6 @@ def test_the_number_goes_back_with_all_its_digits(
     product: sympy.Expr, rest: sympy.Expr, zero: float
 ) -> None:
     joined = joined_exponential(product)
-    assert joined is not None
     factors, exponent = joined
     assert factors == rest
     (found,) = sympy.solve(exponent, x)

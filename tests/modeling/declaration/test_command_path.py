@@ -44,15 +44,6 @@ def test_a_continuous_law_has_no_samples_for_it() -> None:
             replace(lagging(**{name: value}), control=continuous)
 
 
-def test_only_a_limited_rate_is_remembered() -> None:
-    still, limited = lagging(deadband=0.3, quantisation=0.05), lagging(**PATH, lag=1e-3)
-    assert still.response is None
-    assert still.holds_force
-    assert limited.response is not None
-    assert limited.response.remembered == ("control_before", "force_of_command1", "force_now")
-    assert not limited.drive.is_immediate
-
-
 def test_a_control_behind_the_dead_band_may_be_what_is_recorded() -> None:
     assert lagging(deadband=0.3, logged="applied").drive.logs_what_acts
     with refuses("no-drive-delay"):

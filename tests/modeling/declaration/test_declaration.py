@@ -209,14 +209,6 @@ def test_division_by_a_gain_of_zero_is_refused() -> None:
         build(declare(control=law))  # type: ignore[arg-type]
 
 
-def test_declarations_are_frozen() -> None:
-    axis = load_axis("emps")
-    with pytest.raises(AttributeError):
-        axis.name = "other"  # type: ignore[misc]
-    with pytest.raises(TypeError):
-        axis.columns["time"] = "x"  # type: ignore[index]
-
-
 AXIS_FILE = """
 from axisid import Coordinate, Parameter, newton
 from axisid.elements import Drive

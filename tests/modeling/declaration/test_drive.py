@@ -48,7 +48,6 @@ def test_a_time_and_a_place_that_contradict_are_refused(given: dict[str, Any], c
 
 
 def _changed(axis: Axis, **control: Any) -> Axis:
-    assert axis.control is not None
     return replace(axis, control=replace(axis.control, **control))
 
 

@@ -16,7 +16,6 @@ from axisid import (
     Parameter,
     build,
     derive,
-    lagrange,
 )
 from axisid.elements import (
     G,
@@ -39,8 +38,7 @@ from axisid.elements import (
 )
 from axisid.modeling.declaration.axis import Axis
 from axisid.modeling.quantities.constants import with_numbers
-from axisid.modeling.quantities.symbols import DIRECTION
-from tests.axes.bodies import PUSH, M, body, q
+from tests.axes.bodies import body, q
 from tests.refusals import refuses
 
 theta = Coordinate("theta", unit="rad")
@@ -218,67 +216,6 @@ def test_element_is_a_regressor_column_in_generated_code(
     force = axis.evaluate("inverse_dynamics", x, v, 0.0 * x, np.sign(v), theta)[0][:, 0]
     expected = [closed(xi, vi) for xi, vi in zip(x, v, strict=True)]
     assert force == pytest.approx(expected, rel=1e-12, abs=1e-12)
-
-
-def test_newton_and_lagrange_give_the_same_columns_for_what_both_can_say() -> None:
-    k, k3, fv, fq = (
-        Parameter("k", "N/m"),
-        Parameter("k3", "N/m^3"),
-        Parameter("fv", "N/(m/s)"),
-        Parameter("fq", "N/(m/s)^2"),
-    )
-    ca, cb, rest, pitch = p("N", "ca"), p("N", "cb"), Constant(0.2, "m"), Constant(0.3, "m")
-    parameters = (M, fv, a, fq, k, k3, ca, cb)
-    by_newton = derive(
-        composed(
-            gravity(M),
-            viscous(fv, q),
-            coulomb(a, q),
-            quadratic(fq, q),
-            spring(k, q, rest=0.2),
-            cubic_spring(k3, q, rest=0.2),
-            cogging(ca, cb, q, period=0.3),
-            parameters=parameters[1:],
-        )
-    )
-    dq, stretch, angle = q.velocity, q - rest, 2 * sympy.pi * q / pitch
-    turn = pitch / (2 * sympy.pi)
-    by_lagrange = derive(
-        lagrange(
-            "composed",
-            coordinate=q,
-            parameters=parameters,
-            kinetic=M * dq**2 / 2,
-            potential=M * G * q.symbol
-            + k * stretch**2 / 2
-            + k3 * stretch**4 / 4
-            + turn * (ca * sympy.sin(angle) - cb * sympy.cos(angle)),
-            dissipation=fv * dq**2 / 2 + a * sympy.Abs(dq) + fq * sympy.Abs(dq) ** 3 / 3,
-            drive=PUSH,
-        )
-    )
-    arguments = [q.symbol, dq, q.acceleration, DIRECTION]
-    one, other = (
-        sympy.lambdify(arguments, list(m.idm.columns), "math") for m in (by_newton, by_lagrange)
-    )
-    for x, v in ((0.3, 0.7), (-0.2, -1.1)):
-        assert one(x, v, 0.4, sgn(v)) == pytest.approx(other(x, v, 0.4, sgn(v)), rel=1e-12)
-
-
-def test_unknown_in_a_nonlinear_place_is_accepted_and_named_by_the_derivation() -> None:
-    vs, d = Parameter("vs", "m/s", nominal=0.01), Parameter("d", "1", nominal=2.0)
-    axis = composed(
-        coulomb(a, q), stribeck(b, q, velocity=vs, exponent=d), parameters=(a, b, vs, d)
-    )
-    assert axis.unchecked_terms == ()
-    assert derive(axis).idm.nonlinear == (vs.symbol, d.symbol)
-
-
-def test_asymmetric_friction_beside_an_offset_is_told_to_be_one_too_many() -> None:
-    level = p("N", "level")
-    model = derive(composed(asymmetric_coulomb(a, b, q), offset(level), parameters=(a, b, level)))
-    assert len(model.base.unidentifiable) == 1
-    assert len(model.axis.parameters) == 3
 
 
 @pytest.mark.parametrize(

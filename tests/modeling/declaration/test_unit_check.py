@@ -1,12 +1,11 @@
 """The equation of motion in its units: what is caught, what passes, what is open and listed."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 import sympy
 
-from axisid import Constant, Coordinate, ModelError, Parameter, lagrange, load_axis
+from axisid import Constant, Coordinate, ModelError, Parameter, lagrange
 from axisid.elements import (
     Drive,
     G,
@@ -162,33 +161,6 @@ def test_a_known_load_of_the_motion_may_have_any_plain_factor(amount: Any) -> No
     for motion in (sympy.sign(q.velocity), q.symbol, q.velocity * sympy.Abs(q.velocity)):
         assert len(body(amount * motion).unchecked_terms) == 1
     assert len(rotary(amount * sympy.cos(theta.symbol)).unchecked_terms) == 1
-
-
-UNDRIVEN = """
-name = "test"
-coordinate = { name = "x", unit = "rad" }
-
-[parameters]
-m = { unit = "kg m^2", nominal = 1.0 }
-k = { unit = "N m" }
-
-[drive]
-gain = 1.0
-"""
-
-
-@pytest.mark.parametrize("half", ["1/2*", "2/4*", "0.5*", ".5*", "1./2*"])
-def test_halves_of_a_toml_declaration_excuse_nothing(tmp_path: Path, half: str) -> None:
-    file = tmp_path / "axis.toml"
-    energies = f'[lagrange]\nkinetic = "{half}m*dx**2"\npotential = "{half}k*x**2"\n'
-    balance = f'[newton]\ninertia = "m"\nresistance = ["{half}k*x"]\n'
-    for law in (energies, balance):
-        file.write_text(UNDRIVEN + law)
-        assert load_axis(file).unchecked_terms == ()
-        for right, wrong in (("kg m^2", "kg"), ("N m", "N")):
-            file.write_text(UNDRIVEN.replace(f'"{right}"', f'"{wrong}"') + law)
-            with refuses("declaration", says="but the drive of a rotary axis gives N m"):
-                load_axis(file)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from axisid.modeling.library import LIBRARY
 from axisid.modeling.wording.identifiability import (
     describe_undetermined,
 )
-from tests.axes.bodies import ROD, body, energetic, geared, rod, rotor, turn as q, x
+from tests.axes.bodies import ROD, body, energetic, rod, rotor, turn as q, x
 from tests.bounded import within
 from tests.refusals import refuses
 
@@ -63,7 +63,6 @@ def test_pendulum_of_a_mass_and_a_rod() -> None:
         )
         == 0
     )
-    assert base.axis.experiment is not None
     assert base.axis.experiment.truth == pytest.approx(
         {"m_l": 3.0 * 0.4, "J_plus_m_l2": 0.02 + 3 * 0.4**2, "fc": 0.5}
     )
@@ -79,53 +78,6 @@ def test_what_must_be_known_of_a_chain_of_masses_is_said_at_once() -> None:
     with within(1_000_000):
         (words,) = describe_undetermined(base_model(axis))
     assert "if 6 of them" in words
-
-
-def test_gear_adds_rotor_and_load() -> None:
-    base = base_model(geared())
-    ((parameter, value),) = base.combined
-    assert (parameter.name, parameter.unit) == ("m_plus_Jm", "kg")
-    assert parameter.nominal == pytest.approx(5.0 + 120.0**2 * 1e-4)
-    assert value == sympy.Symbol("m", real=True) + 14400 * sympy.Symbol("Jm", real=True)
-    weighed = base_model(geared(9.81 * sympy.Symbol("m", real=True)))
-    assert not weighed.changed
-
-
-def test_square_alone_and_beside_its_root() -> None:
-    squared = body(
-        3.0 * l.symbol**2 * x.velocity,
-        3.0 * l.symbol * x.symbol,
-        coordinate=x,
-        inertia=m,
-        parameters=(l,),
-    )
-    base = base_model(squared)
-    assert [p.name for p in base.axis.parameters] == ["m", "l", "l2"]
-    assert base.axis.parameters[:2] == (m, l)
-    assert base.unidentifiable == ()
-
-
-def test_sines_and_cosines_are_compared_as_waves() -> None:
-    """``J + M sin^2 + K cos^2`` has two base parameters, since sin^2 + cos^2 = 1."""
-    a, b = Parameter("a", "kg m^2"), Parameter("b", "kg m^2")
-    crank = energetic(
-        inertia=J + a * sympy.sin(q.symbol) ** 2 + b * sympy.cos(q.symbol) ** 2,
-        parameters=(J, a, b),
-    )
-    assert base_model(crank).expressions == (J + b.symbol, a - b.symbol)
-
-
-def test_the_modulus_of_the_velocity_is_velocity_times_direction() -> None:
-    a, b = Parameter("a", "N/(m/s)^2"), Parameter("b", "N/(m/s)^2")
-    v = x.velocity
-    drag = body(
-        a * v * sympy.Abs(v),
-        b * v**2 * sympy.sign(v),
-        coordinate=x,
-        inertia=m,
-        parameters=(a, b),
-    )
-    assert base_model(drag).expressions == (m.symbol, a + b.symbol)
 
 
 def test_products_rounded_by_the_user_are_still_products() -> None:
@@ -158,19 +110,6 @@ def test_a_small_weight_beside_large_ones_is_no_rounding(centre: int) -> None:
     assert [str(e) for e in base_model(more).expressions] == ["J", "a + d", "b", "c"]
 
 
-def test_wave_of_a_known_phase_is_a_sine_and_a_cosine() -> None:
-    a, b, c = (Parameter(name, "N m") for name in "abc")
-    waves = (sympy.sin(q.symbol + 0.5), sympy.sin(q.symbol), sympy.cos(q.symbol))
-    swing = rotor(
-        *(p * wave for p, wave in zip((a, b, c), waves, strict=True)),
-        inertia=J,
-        parameters=(a, b, c),
-    )
-    (unidentifiable,) = base_model(swing).unidentifiable
-    weights = [float(unidentifiable[p.symbol] / unidentifiable[a.symbol]) for p in (b, c)]
-    assert weights == pytest.approx([-np.cos(0.5), -np.sin(0.5)], rel=1e-12)
-
-
 @pytest.mark.parametrize("power", [Fraction(1), Fraction(2), Fraction(1, 2), Fraction(-1, 3)])
 def test_powers_of_the_speed_are_one_function_in_all_their_words(power: Fraction) -> None:
     speed, sign, less = sympy.Abs(x.velocity), sympy.sign(x.velocity), sympy.Rational(power)
@@ -184,22 +123,6 @@ def test_powers_of_the_speed_are_one_function_in_all_their_words(power: Fraction
         parameters=(one, two),
     )
     assert base_model(axis).unidentifiable == ({one.symbol: -1, two.symbol: 1},)
-
-
-def test_parameters_that_enter_otherwise_stay_as_they_are() -> None:
-    vs, fs = Parameter("vs", "m/s", nominal=0.1), Parameter("fs", "N")
-    stribeck = body(
-        3.0 * m.symbol * l * x.velocity,
-        fs * sympy.exp(-((x.velocity / vs.symbol) ** 2)) * sympy.sign(x.velocity),
-        coordinate=x,
-        inertia=m,
-        parameters=(l, fs, vs),
-    )
-    base = base_model(stribeck)
-    assert [p.name for p in base.axis.parameters] == ["m", "m_l", "fs", "vs"]
-    assert base.axis.parameters[3] is vs
-    product = sympy.Symbol("m_l", real=True)
-    assert sympy.expand(base.axis.force.subs(product, m * l) - stribeck.force) == 0
 
 
 def test_constants_stay_in_the_force_and_have_their_unit_checked() -> None:
@@ -216,22 +139,6 @@ def test_constants_stay_in_the_force_and_have_their_unit_checked() -> None:
     assert G.symbol in base.axis.force.free_symbols
     assert base.axis.unchecked_terms == weighed.unchecked_terms == ()
     assert base.unidentifiable == ()
-
-
-def test_new_names_are_free_and_allowed() -> None:
-    taken = Parameter("m_l", "N/m")
-    axis = body(
-        3.0 * m.symbol * l * x.velocity,
-        taken * x.symbol,
-        coordinate=x,
-        inertia=m,
-        parameters=(l, taken),
-    )
-    assert [p.name for p in base_model(axis).axis.parameters] == ["m", "m_l_2", "m_l"]
-    long = [Parameter(f"{letter}{'o' * 20}", "kg") for letter in "abc"]
-    total = sum((p.symbol for p in long), sympy.S.Zero)
-    axis = body(inertia=total, parameters=long)
-    assert len(base_model(axis).axis.parameters[0].name) <= 31
 
 
 def test_declaring_as_known_changes_nothing_that_is_generated() -> None:

@@ -2,12 +2,11 @@
 
 import re
 
-import numpy as np
 import pytest
 import sympy
 from sympy import Abs, And, Heaviside, Or, Piecewise, sign
 
-from axisid import Constant, Parameter, build, derive
+from axisid import Parameter, build, derive
 from axisid.modeling.derivation.friction_direction import with_direction
 from axisid.modeling.quantities.symbols import DIRECTION
 from tests.axes.bodies import rotor, turn
@@ -17,7 +16,6 @@ from tests.refusals import refuses
 Q, DQ, D = turn.symbol, turn.velocity, DIRECTION
 b1, b2, b3 = (Parameter(f"b{i}", "N m/(rad/s)", nominal=float(i)) for i in (1, 2, 3))
 F, G = Parameter("F", "N m", nominal=3.0), Parameter("Fg", "N m", nominal=5.0)
-S = Constant(1.0, "rad/s")
 B1, B2, A, B = b1.symbol, b2.symbol, F.symbol, G.symbol
 
 
@@ -140,16 +138,6 @@ def test_pieces_and_the_modulus_are_one_function() -> None:
     pieces = Piecewise((b1 * DQ, DQ > 0), (-b1 * DQ, True))
     model = derive(rotor(pieces, b2 * Abs(DQ), parameters=(b1, b2)))
     assert [str(e) for e in model.base.expressions] == ["J", "b1 + b2"]
-
-
-def test_three_pieces_with_products_of_parameters() -> None:
-    m = Parameter("m", "1", nominal=2.0)
-    pieces = Piecewise((m * F, Q < -1), (0, Q < 1), (-m * G, True))
-    model = derive(rotor(pieces, parameters=(m, F, G)))
-    assert [str(e) for e in model.base.expressions] == ["J", "Fg*m", "F*m"]
-    made = build(rotor(pieces, parameters=(m, F, G)), native=False)
-    rows, _ = made.evaluate("idm_regressor", [-2.0, 0.0, 2.0], 0.0, 0.0, 0.0)
-    assert np.array_equal(rows[:, 1:], [[0, 1], [0, 0], [-1, 0]])
 
 
 def test_a_place_that_is_a_parameter_enters_nonlinearly() -> None:

@@ -12,7 +12,6 @@ from axisid import (
     ModelError,
     Parameter,
     build,
-    fix,
     load_axis,
 )
 from axisid.elements import asymmetric_coulomb, asymmetric_viscous, quadratic, stribeck
@@ -86,57 +85,6 @@ def test_springs_gravity_and_what_depends_on_the_position_stay() -> None:
     assert str(pendulum["viscous"].parameters[-1].unit) == "N m/(rad/s)"
 
 
-def test_what_stays_is_not_multiplied_out() -> None:
-    power = (x.symbol - 2) ** 9
-    axis = stage(
-        k * power / 5 / x.symbol**8 * (1 + sympy.sign(x.velocity)),
-        (c + k * x.symbol) * (1 + sympy.sign(x.velocity)) * 2,
-        (b * x.velocity + c) * sympy.exp(-2),
-        3.5 * (x.symbol - 2) ** 9,
-        parameters=(k, c, b),
-    )
-    ladder = friction_ladder(axis)
-    assert names(ladder["Coulomb"]) == ["m", "k", "Fv", "Fc"]
-    force = ladder["viscous"].force
-    assert sum(node == power for node in sympy.preorder_traversal(force)) == 2
-    gone = {c.symbol: 0, b.symbol: 0, sympy.Symbol("Fv", real=True): 0}
-    assert sympy.expand(force.subs(gone) - axis.force.subs(gone)) == 0
-    assert not {b.symbol, c.symbol} & force.free_symbols
-
-
-def test_friction_whose_amount_is_known_but_not_its_velocity_gives_way() -> None:
-    known = Constant(3.0, "N") * sympy.exp(-((x.velocity / v.symbol) ** 2)) * sympy.sign(x.velocity)
-    axis = stage(known, b * x.velocity, k * x.symbol, parameters=(v, b, k))
-    assert names(friction_ladder(axis)["viscous"]) == ["m", "k", "b"]
-
-
-@pytest.mark.slow
-def test_velocity_terms_of_a_moving_inertia_stay() -> None:
-    crank = friction_ladder(AXES["crank"])["viscous"]
-    kept = AXES["crank"].force.subs(sympy.Symbol("fc", real=True), 0)
-    friction = crank.parameters[-1] * crank.coordinate.velocity
-    assert sympy.expand(crank.force - kept - friction) == 0
-
-
-def test_a_weight_tied_to_the_mass_and_known_friction_stay() -> None:
-    axis = stage(
-        m * sympy.Rational(981, 100),
-        3 * sympy.sign(x.velocity),
-        b * x.velocity,
-        parameters=(b,),
-    )
-    viscous = friction_ladder(axis)["viscous"]
-    assert viscous is axis
-    assert names(friction_ladder(axis)["offset"]) == ["m", "b", "Fc", "F0"]
-
-
-def test_new_names_avoid_those_that_are_taken() -> None:
-    taken = Parameter("fv", "N/m")
-    cubic = Parameter("c", "N/(m/s)^3")
-    axis = stage(taken * x.symbol, cubic * x.velocity**3, parameters=(taken, cubic))
-    assert names(friction_ladder(axis)["viscous"]) == ["m", "fv", "Fv_2"]
-
-
 @pytest.mark.parametrize("axis", AXES.values(), ids=AXES.keys())
 def test_every_rung_can_be_derived_with_fitting_units(axis: Axis) -> None:
     for rung in friction_ladder(axis, quadratic=True, stribeck=0.01).values():
@@ -170,14 +118,6 @@ def test_an_axis_that_differs_by_direction_is_the_directional_rung_by_its_own_na
     assert ladder["directional"] is axis
     assert names(ladder["offset"]) == ["m", "Fv", "Fc", "F0"]
     assert names(ladder["quadratic"]) == ["m", "Fvp", "Fvm", "Fcp", "Fcm", "Fq"]
-
-
-def test_one_direction_that_is_declared_keeps_its_name() -> None:
-    cm = Parameter("cm", "N")
-    axis = stage(b * x.velocity, asymmetric_coulomb(c, cm, x), parameters=(b, c, cm))
-    ladder = friction_ladder(axis)
-    assert ladder["offset"] is axis  # unequal levels are an equal one and an offset
-    assert names(ladder["directional"]) == ["m", "bp", "bm", "c", "cm"]
 
 
 SIGN, SPEED = sympy.sign(x.velocity), sympy.Abs(x.velocity)
@@ -234,23 +174,6 @@ def test_another_law_is_a_rung_of_its_own(
     ladder = friction_ladder(axis)
     assert tuple(ladder) == (*LAWS, "declared")
     assert ladder["declared"] is axis
-
-
-def test_what_is_known_of_an_undirected_parameter_is_not_known_of_its_halves() -> None:
-    ladder = friction_ladder(fix(load_axis("emps"), Fc=(20.4, 0.1)))
-    known = {law: {p.name: p.known for p in rung.parameters} for law, rung in ladder.items()}
-    assert known["Coulomb"]["Fc"] == known["offset"]["Fc"] == 20.4
-    assert not any(known["directional"].values())
-    assert all(p.known_sd == 0 for p in ladder["directional"].parameters)
-
-
-def test_what_is_known_of_one_direction_stays_known() -> None:
-    ladder = friction_ladder(fix(load_axis("belt_axis"), Fcp=(26.0, 0.5)), quadratic=True)
-    for law in ("directional", "quadratic"):
-        known = {p.name: (p.known, p.known_sd) for p in ladder[law].parameters}
-        assert known["Fcp"] == (26.0, 0.5)
-        assert known["Fcm"] == (None, 0.0)
-    assert ladder["Coulomb"].parameters[-1].known is None
 
 
 def test_an_axis_without_friction_gets_it() -> None:

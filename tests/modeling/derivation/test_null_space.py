@@ -110,17 +110,6 @@ def test_what_is_alike_at_one_point_only_is_not_hidden() -> None:
         assert derive(body(c.symbol, s * accident, parameters=(c, s, d))).unidentifiable == ()
 
 
-@pytest.mark.parametrize(
-    ("lower", "upper", "nominal"),
-    [(0, 0.1, 0), (-0.1, 0, 0), (2, 2.001, 2), (-5, 5, 0), (0, 1e-4, 1e-4), (-9, -3, -4)],
-)
-def test_generic_points_are_within_the_bounds(lower: float, upper: float, nominal: float) -> None:
-    bounded = Parameter("v", "m/s", nominal=nominal, lower=lower, upper=upper)
-    values = {point[v.symbol] for point in generic_points((M, bounded))}
-    assert len(values) == 2
-    assert all(lower < value < upper for value in values)
-
-
 def test_a_parameter_outside_the_domain_of_a_function_is_no_error() -> None:
     beyond = Parameter("b", "1", nominal=3.0)
     assert (

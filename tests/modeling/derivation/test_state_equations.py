@@ -1,6 +1,5 @@
 """What an internal state may follow, and what an axis with states may have beside."""
 
-import pickle
 from dataclasses import replace
 
 import pytest
@@ -14,12 +13,10 @@ from tests.axes.remembering import (
     Fc,
     Fs,
     Fv,
-    bristle,
     dahl_axis,
     declared,
     s0,
     s1,
-    stack,
     vs,
     x,
 )
@@ -53,14 +50,6 @@ def test_a_state_starts_where_it_was_declared_but_not_beyond_its_limit(
     assert state.start.xreplace({Fc.symbol: 20.0, s0.symbol: 1e6}) == pytest.approx(first * 2e-5)
 
 
-@pytest.mark.parametrize("declare", [bristle, dahl_axis, stack])
-def test_an_axis_with_states_is_the_same_in_another_process(declare: object) -> None:
-    axis = declare()  # type: ignore[operator]
-    sent = pickle.loads(pickle.dumps(axis))  # noqa: S301  # made here
-    assert sent == axis
-    assert sent.states == axis.states
-
-
 @pytest.mark.parametrize(
     ("code", "state"),
     [
@@ -78,13 +67,6 @@ def test_a_state_that_is_none_of_friction_is_refused(code: str, state: State) ->
 def test_two_states_of_one_name_are_refused() -> None:
     with refuses("state-twice"):
         _with(State("z", "m", dq), State("z", "m", 2 * dq))
-
-
-def test_units_of_a_state_are_checked() -> None:
-    with refuses("units-differ"):
-        _with(State("z", "m", q))
-    with refuses("units-differ"):
-        _with(State("z", "m", dq, limit=Fc))
 
 
 @pytest.mark.parametrize(

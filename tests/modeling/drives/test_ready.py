@@ -82,14 +82,6 @@ def test_a_current_reaches_as_far_as_the_supply_leaves_room_at_a_speed() -> None
     assert made(drive, 1.0, 1.0) == pytest.approx(2.5)
 
 
-def test_a_motor_that_turns_the_other_way_brakes_alike() -> None:
-    figures = {"supply": 10.0, "resistance": 1.25}
-    for make, more in ((voltage_drive, {"resistance": 1.25, "ke": 0.05}), (current_drive, figures)):
-        ahead, back = (make(kt=0.05, ratio=n, **more) for n in (50.0, -50.0))
-        for control in (-30.0, 1.0, 30.0):
-            assert made(ahead, control, 1.5) == pytest.approx(made(back, -control, 1.5))
-
-
 def test_a_torque_curve_of_ones_own_bounds_the_force_both_ways() -> None:
     drive = current_drive(reach=sympy.Min(8, 12 - 2 * VELOCITY), **MOTOR)
     assert [made(drive, u, v) for u, v in ((9, 0), (9, 5), (-9, 0), (-9, -5))] == [8, 2, -8, -2]

@@ -3,20 +3,17 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
 import sympy
 
-from axisid import Axis, Constant, Parameter, load_axis
+from axisid import Axis, Constant, Parameter
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.control import cascade_p_pi
 from axisid.elements import VELOCITY, Drive, current_drive, formula_drive, voltage_drive
 from axisid.estimation.simulation.lane_arguments import gains_by_lane
-from axisid.support.errors import DeclarationError
 from tests.axes.lagging import PERIOD, lagging
-from tests.modeling.text.test_toml_drive import AXIS
 from tests.refusals import refuses
 
 KT = {"kt": 0.05}
@@ -68,16 +65,6 @@ def test_what_a_drive_or_a_ready_law_cannot_be_is_refused(
         make()
 
 
-def test_the_same_with_figures_that_it_can_have_are_taken() -> None:
-    assert _timed(lower=0.0).drive.estimated is not None
-    whole = current_drive(**WOUND, ke=0.05, supply=Constant(24.0, "V"))
-    assert whole == current_drive(**WOUND, ke=0.05, supply=24.0)
-    assert whole.reach != current_drive(**KT, supply=math.inf).reach == sympy.oo
-    by_percent = voltage_drive(**WOUND, volts=Constant(0.24, "V/A"), unit="A")
-    assert by_percent.gain == pytest.approx(0.05 * 0.24 / 1.25)
-    assert cascade_p_pi(**GAINS, speed_limit=math.inf) == cascade_p_pi(**GAINS)
-
-
 @pytest.fixture(scope="module")
 def cascaded() -> GeneratedAxis:
     return build(replace(lagging(), control=cascade_p_pi(**GAINS, tn=0.1)), native=False)
@@ -104,12 +91,3 @@ def test_another_gain_keeps_to_the_range_of_its_law(cascaded: GeneratedAxis) -> 
     with refuses("gain-positive", "'tn'"):
         cascaded.with_gains({"tn": -0.1})
     assert cascaded.with_gains({"tn": 0.2, "kp": -1.0}).axis.control is not None
-
-
-def test_a_wrong_key_of_an_estimated_lag_is_the_only_mistake(tmp_path: Path) -> None:
-    file = tmp_path / "axis.toml"
-    file.write_text(AXIS.format(drive="gain = 1.0, lag = { nominal = 5e-4, start = 1 }"))
-    with pytest.raises(DeclarationError) as refused:
-        load_axis(file)
-    assert str(refused.value).count("drive") == 1, refused.value
-    assert "drive.lag.start" in str(refused.value)

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 import sympy
 
 from axisid import Constant, derive, lagrange, load_axis, newton
-from axisid.elements import Drive, G, end_stop
+from axisid.elements import G, end_stop
 from axisid.modeling import LIBRARY
 from axisid.modeling.declaration.axis import Axis
 from axisid.modeling.derivation.inverse import Regressor
@@ -234,18 +233,4 @@ def test_library_axes_can_be_identified_and_every_unit_is_checked(name: str) -> 
     axis = load_axis(name)
     assert axis.unchecked_terms == ()
     assert not derive(axis).unidentifiable
-    assert axis.experiment is not None
     assert set(axis.experiment.truth) == {p.name for p in axis.parameters}
-
-
-def test_profile_divides_the_force_balance() -> None:
-    axis = load_axis("linear_motor")
-    plain = derive(replace(axis, drive=Drive(gain=58.0)))
-    with_profile = derive(axis)
-    q = axis.coordinate.symbol
-    profile = 1 + 0.03 * sympy.cos(sympy.pi * q / 0.016)
-    left = rows(with_profile, [c * profile for c in with_profile.idm.columns])
-    assert left == pytest.approx(rows(plain, plain.idm.columns), rel=1e-12)
-    assert isinstance(with_profile.ddm, Missing)
-    assert "depends on q" in with_profile.ddm.reason
-    assert not isinstance(plain.ddm, Missing)

@@ -51,9 +51,7 @@ def load(tmp_path: Path) -> Load:
     def law(control: str) -> ControlLaw:
         file = tmp_path / "stage.toml"
         file.write_text(AXIS + control)
-        made = load_axis(str(file)).control
-        assert made is not None
-        return made
+        return load_axis(str(file)).control
 
     return law
 

@@ -116,40 +116,6 @@ def test_a_table_is_broken_between_the_columns_of_two_methods() -> None:
     ]
 
 
-def test_a_method_that_is_too_wide_has_its_value_on_every_part() -> None:
-    column = Column("METHOD", parts=("deviation", "relative"))
-    table = Table(
-        columns=(*text_columns([""]), column),
-        rows=(("name", Quantity("1.5", "0.1", ("7 %",))), ("rows", "8")),
-    )
-    assert fitted((table,), 24) == [
-        "      METHOD  deviation",
-        "-----------------------",
-        "name     1.5        0.1",
-        "rows       8",
-        "",
-        "      METHOD  relative",
-        "----------------------",
-        "name     1.5       7 %",
-        "rows       8",
-    ]
-
-
-def test_columns_of_a_group_stay_together_and_labels_are_folded_at_blanks() -> None:
-    columns = (Column("0", group="0"), Column("paper", group="0"), Column("1", group="1"))
-    table = Table(columns=(*text_columns(["step"]), *columns), rows=(("of a b", *"123"),))
-    assert fitted((table,), 20)[0] == "step    0  paper  1"
-    wide = Table(columns=text_columns(["", "value"]), rows=(("a name of several words", "1" * 12),))
-    assert fitted((wide,), 22) == [
-        "                 value",
-        "----------------------",
-        "a name    111111111111",
-        "of",
-        "several",
-        "words",
-    ]
-
-
 def test_wide_letters_take_two_columns() -> None:
     title = Heading(facts=(("axis", "日本語のタイトル " * 8),))
     table = Table(columns=text_columns(["", "value"]), rows=(("日本", "1"), ("name", "22")))

@@ -1,7 +1,6 @@
 """The page of an axis: complete, narrow enough, and formulas that typeset."""
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,8 +13,6 @@ from axisid.presentation.formulas.axis_page import FORMATS, axis_page
 from axisid.presentation.formulas.latex import symbol_latex, unit_latex
 from tests.axes.bodies import J, body, energetic, m, rod, turn, x
 from tests.axes.drives import braked
-
-Run = Callable[..., tuple[int, str, str]]
 
 ROOT = Path(__file__).resolve().parents[3]
 carried = Parameter("K", "kg")
@@ -115,10 +112,3 @@ def test_velocity_and_acceleration_wear_dots_and_names_are_one_symbol() -> None:
     assert unit_latex("N m/s^2") == r"\mathrm{N\,m/s^{2}}"
     assert unit_latex("1/(kg m^2)") == r"\mathrm{1/(kg\,m^{2})}"
     assert unit_latex("s^(1/2)") == r"\mathrm{s^{1/2}}"
-
-
-def test_formats_are_those_of_the_command(run: Run) -> None:
-    for form in FORMATS:
-        assert run("show", "emps2015", "--format", form)[0] == 0
-    assert run("show", "emps2015", "--format", "pdf")[0] == 2
-    assert run("show", "nosuch")[0] == 4

@@ -14,13 +14,11 @@ from axisid.presentation.monte_carlo.document import mean_cell, share_texts
 from axisid.presentation.monte_carlo.plots import (
     PLOTS,
     monte_carlo_page,
-    monte_carlo_plot,
     monte_carlo_plots,
 )
 from axisid.presentation.plots.plot import Plot
 from axisid.presentation.saved import SavedMonteCarlo
-from axisid.support.missing import Missing
-from tests.estimation.monte_carlo.short import judged, study
+from tests.estimation.monte_carlo.short import judged
 from tests.refusals import refuses
 
 
@@ -108,15 +106,6 @@ def test_curve_of_95_percent_is_the_share_of_the_intervals() -> None:
     curve = plot.panels[0].series[1]
     at = int(np.flatnonzero(curve.x == 95)[0])
     assert curve.y[at] == pytest.approx(100 * judged().of("idm-iv", "M").coverage["hac"].value)
-
-
-def test_a_figure_of_a_few_runs_says_why_there_is_none() -> None:
-    few = study(1, "idm-ls")
-    assert isinstance(monte_carlo_plot(few, "bias"), Missing)
-    with refuses("no-figure"):
-        few.plot("bias")
-    with refuses("unknown-figure"):
-        few.plot("force")
 
 
 def test_page_asks_the_network_for_nothing_and_shows_every_figure() -> None:

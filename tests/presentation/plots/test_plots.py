@@ -78,13 +78,6 @@ def test_reconstruction_and_error_add_up_to_the_measurement(
     assert plot.panels[0].label == left
 
 
-def test_rows_are_at_their_own_times(result: Identification, twin: Record) -> None:
-    time = series(force_plot(result["idm-iv"]), 0, "measured").x
-    start, end = result.data.sampling.filter.dropped
-    assert start * twin.period <= time[0] < time[-1] <= (len(twin) - end) * twin.period
-    assert np.diff(time) == pytest.approx(10 * twin.period)
-
-
 def test_spectrum_holds_the_residuals_power(result: Identification) -> None:
     """Parseval: the density's integral is the variance, up to the window and the mean."""
     estimate = result["idm-iv"]
@@ -92,12 +85,6 @@ def test_spectrum_holds_the_residuals_power(result: Identification) -> None:
     power = float(np.sum(found.y) * (found.x[1] - found.x[0]))
     assert power == pytest.approx(float(np.var(estimate.residuals)), rel=0.1)
     assert found.x[-1] == pytest.approx(0.5 / (10 * estimate.period))
-
-
-def test_lags_are_in_seconds(result: Identification) -> None:
-    stems = autocorrelation_plot(result["idm-iv"]).panels[0].series[0]
-    assert stems.x[0] == pytest.approx(10 * result["idm-iv"].period)
-    assert list(stems.y) == list(result["idm-iv"].residual_tests.autocorrelation[1:])
 
 
 def test_convergence_shows_the_steps_that_end_it_and_least_squares_has_none(
@@ -201,22 +188,6 @@ def test_tracking_agrees_with_the_validation_of_the_same_record(
     assert f"{rms:.3g} m (rms)" in plot.caption
 
 
-def test_what_was_dropped_is_shaded(result: Identification, twin: Record) -> None:
-    plot = record_plot(result)
-    (first, after), (before, last) = plot.shaded
-    start, end = result.data.sampling.filter.dropped
-    assert (first, after) == pytest.approx((0, start * twin.period))
-    assert last - before == pytest.approx(end * twin.period)
-    kept = replace(
-        result,
-        problem=replace(
-            result.problem,
-            data=(replace(result.data, prefilter=replace(result.prefilter, drop=(0, 0))),),
-        ),
-    )
-    assert record_plot(kept).shaded == ()
-
-
 def test_sweep_marks_what_is_used_and_what_is_recommended(swept: Sweep) -> None:
     plot = sweep_plot(swept, 60.0)
     assert plot.marks == ((swept.recommended, "recommended"), (60.0, "used"))
@@ -225,44 +196,6 @@ def test_sweep_marks_what_is_used_and_what_is_recommended(swept: Sweep) -> None:
         assert [s.label for s in panel.series] == ["IDM-LS", "IDM-IV"]
         for s in panel.series:
             assert np.all((s.low < s.y) & (s.y < s.high))
-
-
-def test_every_axis_has_three_ticks_or_more(result: Identification, swept: Sweep) -> None:
-    for plot in result_plots(result, swept).values():
-        figure = draw(there(plot))
-        figure.canvas.draw()
-        for axes in figure.get_axes():
-            for axis in (axes.yaxis, *([] if there(plot).whole else [axes.xaxis])):
-                low, high = sorted(axis.get_view_interval())
-                seen = [t for t in axis.get_majorticklocs() if low <= t <= high]
-                assert len(seen) >= 3, (plot.name, axes.get_ylabel())
-
-
-def test_a_figure_for_a_column_of_a_journal_has_its_width_and_letters(
-    result: Identification, swept: Sweep
-) -> None:
-    for plot in result_plots(result, swept).values():
-        figure = draw(there(plot), width=88.0)
-        assert figure.get_figwidth() == pytest.approx(88 / 25.4)
-        figure.canvas.draw()
-        edge = figure.bbox.x1
-        for axes in figure.get_axes():
-            assert axes.xaxis.label.get_fontsize() == 9
-            if legend := axes.get_legend():
-                assert legend.get_window_extent().x1 <= edge + 1
-                assert legend.get_window_extent().x0 >= 0
-
-
-def test_names_of_marks_stand_above_the_curves(swept: Sweep) -> None:
-    figure = draw(sweep_plot(swept, 60.0))
-    figure.canvas.draw()
-    axes = figure.get_axes()[0]
-    top = axes.get_window_extent().y1
-    boxes = [text.get_window_extent() for text in axes.texts]
-    assert all(box.y0 >= top for box in boxes)
-    legend = axes.get_legend()
-    assert not any(box.overlaps(legend.get_window_extent()) for box in boxes)
-    assert not boxes[0].overlaps(boxes[1])
 
 
 def test_every_axis_of_every_figure_has_a_unit_or_counts(

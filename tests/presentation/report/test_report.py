@@ -22,13 +22,10 @@ from axisid import (
     build,
     identify,
     load_axis,
-    read_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Sweep
 from axisid.estimation.diagnostics import conclusion
-from axisid.modeling.quantities import Formula
-from axisid.presentation.formulas.latex import formula_mathml
 from axisid.presentation.formulas.numbers import readable_text
 from axisid.presentation.report.page import report_html, report_sweep, script_json, thinned
 from axisid.support.remedy import Note
@@ -250,17 +247,6 @@ def test_what_cannot_be_drawn_is_said_in_its_place(emps2015: GeneratedAxis, twin
     assert len(halves) == 2  # residuals; friction has the whole width without its neighbour
 
 
-def test_the_equation_is_typeset_with_dots_and_whole_names() -> None:
-    axis = load_axis("emps")
-    q = axis.coordinate
-    found = Page(formula_mathml(Formula(name=sympy.Symbol("tau"), value=axis.force), q))
-    assert found.opened == []
-    assert sorted(text for text in found.texts["mo"] if text in "˙¨") == sorted("˙˙¨")
-    assert {"τ", "F", "M", "sign", "q"} <= set(found.texts["mi"])
-    assert "dq" not in found.texts["mi"]
-    assert found.texts["mtext"] == ["v", "c", "0"]
-
-
 @pytest.mark.slow
 def test_a_real_record_fits_into_three_megabytes(emps: GeneratedAxis, emps_record: Record) -> None:
     assert len(report_html(identify(emps, emps_record))) < 1_500_000
@@ -325,14 +311,3 @@ def test_places_are_checked_before_anything_is_computed(run: Run, tmp_path: Path
     assert list(tmp_path.iterdir()) == [file]
     code, _, err = run("identify", "emps2015", "--json", tmp_path / "a", "--report", tmp_path / "a")
     assert code == 2
-
-
-@pytest.mark.slow
-def test_a_record_read_from_a_file_gives_its_hash(
-    tmp_path: Path, emps2015: GeneratedAxis, twin: Record
-) -> None:
-    log = twin.write(tmp_path / "a <b> & c.csv", emps2015)
-    result = identify(emps2015, read_record(log, emps2015), methods="idm-ls")
-    text = Page(report_html(result)).text
-    assert hashlib.sha256(log.read_bytes()).hexdigest() in text
-    assert "a <b> & c.csv" in text

@@ -7,10 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from axisid import Record, identify, load_axis, twin_record
+from axisid import Record, identify, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.modeling.declaration.axis import equation_of_motion
-from axisid.presentation.formulas.latex import formula_mathml
 from axisid.presentation.report.page import report_html, report_sweep
 from tests.axisid.chromium import Browser, browser, find_chromium
 
@@ -89,19 +87,6 @@ def test_every_figure_is_drawn_and_nothing_is_asked_of_the_network(page: Browser
     assert page.complaints == []
 
 
-@pytest.mark.slow
-def test_a_dense_curve_is_thinned_to_its_pixels_and_keeps_its_peaks(page: Browser) -> None:
-    """8000 samples on 1000 pixels: what is seen reaches from one margin of 5 % to the other."""
-    svg = "document.querySelectorAll('#plot-record svg')[2]"
-    path = page.evaluate(f"{svg}.querySelector('.curve').getAttribute('d')")
-    heights = [float(point.split()[1]) for point in re.split("[ML]", path)[1:]]
-    assert 1000 < len(heights) < 5000
-    top, bottom = 8, page.evaluate(f"+{svg}.querySelector('.axis').getAttribute('y1')")
-    margin = 0.05 / 1.1 * (bottom - top)
-    assert min(heights) == pytest.approx(top + margin, abs=0.2)
-    assert max(heights) == pytest.approx(bottom - margin, abs=0.2)
-
-
 @pytest.mark.parametrize("width", [400, 1100])
 def test_every_column_of_the_parameters_is_seen(fresh: Browser, width: int) -> None:
     fresh.emulate(width, 900, "light")
@@ -115,23 +100,6 @@ def test_every_column_of_the_parameters_is_seen(fresh: Browser, width: int) -> N
         ".every(r => r.width > 20 && r.right <= innerWidth)"
     )
     assert shown
-
-
-@pytest.mark.parametrize("width", [400, 1100])
-def test_a_long_equation_is_seen_whole(page: Browser, tmp_path: Path, width: int) -> None:
-    axis = load_axis("crank")
-    style = page.evaluate("document.querySelector('style').outerHTML")
-    file = tmp_path / "equation.html"
-    formula = formula_mathml(equation_of_motion(axis), axis.coordinate)
-    file.write_text(f'{style}<body><div class="equation">{formula}</div>', encoding="utf-8")
-    page.emulate(width, 900, "light")
-    home = page.evaluate("location.href")
-    try:
-        page.open(file)
-        box = "document.querySelector('.equation')"
-        assert page.evaluate(f"{box}.scrollWidth - {box}.clientWidth") <= 0
-    finally:
-        page.open(Path(home.removeprefix("file://")))
 
 
 def test_the_wheel_zooms_about_the_pointer_and_both_panels_follow(fresh: Browser) -> None:
@@ -170,16 +138,6 @@ def test_a_box_zooms_and_a_double_click_resets(fresh: Browser) -> None:
     assert seen(fresh) == pytest.approx(whole)
 
 
-def test_shift_and_drag_moves_the_stretch(fresh: Browser) -> None:
-    x, y, w, h = middle(fresh)
-    drag(fresh, (x + 0.4 * w, y + h / 2), (x + 0.6 * w, y + h / 2))
-    low, high = seen(fresh)
-    drag(fresh, (x + 0.5 * w, y + h / 2), (x + 0.4 * w, y + h / 2), modifiers=8)
-    after = seen(fresh)
-    assert after[1] - after[0] == pytest.approx(high - low)
-    assert after[0] > low
-
-
 def test_keys_zoom_move_and_reset(fresh: Browser) -> None:
     whole = seen(fresh)
     fresh.evaluate("document.getElementById('plot-force').focus()")
@@ -190,15 +148,6 @@ def test_keys_zoom_move_and_reset(fresh: Browser) -> None:
     assert seen(fresh)[0] > low
     fresh.key("0")
     assert seen(fresh) == pytest.approx(whole)
-
-
-def test_a_wheel_over_a_still_pointer_scrolls_the_page(fresh: Browser) -> None:
-    x, y, w, h = middle(fresh)
-    fresh.evaluate("window.scrollBy({top: -40, behavior: 'instant'})")
-    fresh.evaluate("new Promise(r => setTimeout(r, 100))")
-    before = seen(fresh)
-    fresh.mouse("mouseWheel", x + w / 2, y + h / 2, deltaX=0, deltaY=-120)
-    assert seen(fresh) == before
 
 
 def test_pointing_reads_out_values(fresh: Browser) -> None:
@@ -258,17 +207,6 @@ def test_what_is_folded_is_printed_behind_the_rest_and_folded_again(fresh: Brows
     fresh.evaluate("window.dispatchEvent(new Event('afterprint'))")
     assert dict(fresh.evaluate(order)) == before
     assert fresh.evaluate("document.querySelectorAll('.verdict details').length") >= 1
-
-
-@pytest.mark.slow
-def test_paper_is_light_and_holds_every_figure(fresh: Browser, tmp_path: Path) -> None:
-    fresh.emulate(1280, 900, "dark")
-    pdf = fresh.pdf()
-    assert pdf.startswith(b"%PDF")
-    assert 4 <= len(re.findall(rb"/Type\s*/Page\b", pdf)) <= 8
-    fresh.send("Emulation.setEmulatedMedia", media="print")
-    assert fresh.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
-    fresh.send("Emulation.setEmulatedMedia", media="")
 
 
 @pytest.mark.slow

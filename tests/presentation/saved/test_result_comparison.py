@@ -3,7 +3,6 @@
 import json
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -65,14 +64,6 @@ def test_settings_verdicts_and_methods_that_differ_are_told(files: tuple[Path, P
         {c["name"]: c["status"] for c in json.loads(f.read_text())["verdict"]} for f in files
     ]
     assert set(result.checks) == {n for n in statuses[0] if statuses[0][n] != statuses[1].get(n)}
-
-
-def test_a_result_beside_itself_differs_in_nothing(files: tuple[Path, Path]) -> None:
-    result = compare_results(files[0], files[0])
-    assert all(d.difference == 0 == d.deviations for d in result.differences)
-    assert not result.settings
-    assert not result.checks
-    assert result.alone == ((), ())
 
 
 def test_a_parameter_in_another_unit_is_not_compared(
@@ -140,30 +131,3 @@ def test_what_is_no_number_is_not_compared(
     other = with_value(1.7e308).rename(tmp_path / "great.json")
     with refuses(code, says):
         compare_results(other, with_value(value))
-
-
-def test_a_result_without_a_simulation_is_compared(
-    tmp_path: Path, emps2015: GeneratedAxis, twin: Record, files: tuple[Path, Path]
-) -> None:
-    result = identify(replace(emps2015.axis, control=None), twin, methods="idm-ls")
-    file = tmp_path / "c.json"
-    file.write_text(json.dumps(result.to_dict()))
-    found = compare_results(files[0], file)
-    assert found.errors["idm-ls simulation error"][1] is None
-    assert "-" in found.summary()
-
-
-def test_results_of_different_axes_are_told_and_no_line_is_wider_than_a_page(
-    files: tuple[Path, Path], tmp_path: Path
-) -> None:
-    def other(content: dict[str, Any]) -> None:
-        content["axis"] = "another"
-        content["record"]["source"] = f"log of {'a long day ' * 12}"
-        content["record"]["columns"] = {"position": "Achse 1.Istposition", "control": "Strom"}
-        content |= json.loads(json.dumps(content).replace('"M"', '"M_2"'))
-
-    text = compare_results(files[0], spoiled(files[1], tmp_path, other)).summary()
-    lines = text.splitlines()
-    assert any("different axes" in line for line in lines)
-    assert "different axes" not in compare_results(*files).summary()
-    assert max(map(len, lines[2:])) <= 96

@@ -98,21 +98,6 @@ def _given(axis: Axis, name: str) -> Axis:
     return _uncertain_gain() if name == "left out" else axis
 
 
-@pytest.mark.parametrize("chosen", ["robust", "iid", "hac"])
-def test_covariance_of_the_intervals_is_in_the_file_for_every_parameter(
-    tmp_path: Path, chosen: Any
-) -> None:
-    axis = _axis("arm", tmp_path)
-    result = identify(axis, twin_record(axis), methods="ddm-ls", covariance=chosen)
-    file = tmp_path / "result.json"
-    file.write_text(json.dumps(result.to_dict()), encoding="utf-8")
-    live, read = result["ddm-ls"], load_result(file)["ddm-ls"]
-    assert np.array_equal(read.ddm_covariances[chosen], live.ddm_covariances[chosen])
-    assert np.array_equal(read.covariances[chosen], live.covariances[chosen])
-    physical, followed = result.physical["ddm-ls"], load_result(file).physical["ddm-ls"]
-    assert np.array_equal(followed.covariances[chosen], physical.covariances[chosen])
-
-
 @pytest.mark.slow
 def test_text_pages_and_data_are_those_of_the_live_result(pair: Pair) -> None:
     saved, result = pair.saved, pair.result
@@ -156,33 +141,6 @@ def test_functions_of_the_parameters_are_those_of_the_live_estimate(pair: Pair) 
                 assert getattr(found, name) == pytest.approx(
                     getattr(wanted, name), rel=1e-12, abs=rounding * (name == "sd_gain")
                 ), (function, name)
-
-
-def test_what_the_prefilter_left_open_is_chosen_anew_for_another_record(
-    emps2015: Any, twin: Any, tmp_path: Path
-) -> None:
-    result = identify(emps2015, twin, methods=["idm-ls"])
-    file = tmp_path / "open.json"
-    file.write_text(json.dumps(result.to_dict()))
-    saved = load_result(file)
-    assert (saved.requested, saved.prefilter) == (result.requested, result.prefilter)
-    drive = emps2015.axis.drive
-    measured = replace(twin, control=None, force=drive.gain * twin.control)  # no drive holds it
-    assert result.prefilter.hold == "zoh"
-    live, read = validate(result, measured), saved.validate(measured)
-    assert read.summary() == live.summary()
-    assert read["idm-ls"].equation_error_percent == live["idm-ls"].equation_error_percent
-
-
-@pytest.mark.slow
-def test_its_own_record_is_known_by_its_samples(pair: Pair) -> None:
-    own, other = pair.result.record, twin_record(pair.axis, seed=7)
-    again = replace(own, position=own.position.copy())
-    assert pair.saved.record.digest == own.digest == again.digest != other.digest
-    for result in (pair.result, pair.saved):
-        assert validate(result, again).same_record
-        assert not validate(result, other).same_record
-        assert "says nothing new" in validate(result, again).summary()
 
 
 @pytest.mark.slow
@@ -331,22 +289,3 @@ def test_what_repeats_and_the_bands_are_read_back(emps2015: GeneratedAxis, tmp_p
     saved = load_result(result.save(tmp_path / "result.json"))
     assert saved.diagnosis.bands == result.diagnosis.bands
     assert isinstance(saved.plot("repeats"), Figure)
-
-
-def test_a_file_with_checks_and_tests_that_are_no_longer_made_is_read(tmp_path: Path) -> None:
-    axis = load_axis("emps2015")
-    written = identify(axis, twin_record(axis), methods="idm-ls").to_dict()
-    written["verdict"] += [
-        {**written["verdict"][0], "name": name, "status": status}
-        for name, status in (("rests", "fail"), ("runs of one sign", "note"), ("self-test", "pass"))
-    ]
-    tests = written["estimates"][0]["residual_tests"]
-    tests["ljung_box"] = {"statistic": 90.0, "p_value": 0.001, "lags": 33}
-    tests["runs"] = {"z": -3.0, "p_value": 0.003, "lengths": [5, 3]}
-    file = tmp_path / "old.json"
-    file.write_text(json.dumps(written), encoding="utf-8")
-    saved = load_result(file)
-    found = {check.name: check.status for check in saved.verdict}
-    old = ("rests", "runs of one sign", "self-test")
-    assert [found[name] for name in old] == ["fail", "note", "pass"]
-    assert "runs of one sign" in saved.summary()

@@ -1,7 +1,6 @@
 """Results of several records: as text, as JSON, read again, on a page, on the command line."""
 
 import json
-import re
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +22,6 @@ from axisid.commands.main import cli
 from tests.axes.stage import generated, stage, stage_record
 from tests.refusals import refuses
 
-_NUMBER = r"-?\d+\.\d+(?:e[-+]?\d+)?"
 STAGE = """
 from tests.axes.stage import stage
 axis = stage()
@@ -120,27 +118,6 @@ def test_one_of_several_records_is_exported_with_its_own_parameters(
             export(result, "python")
         with refuses("no-record-of-result", says="no record 3; there are 2"):
             export(result, "python", record=3)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [1, 2])
-def test_a_file_of_known_payloads_gives_each_record_as_the_live_result_does(
-    loaded: Identification, file: Path, number: int
-) -> None:
-    saved = load_result(file, stage())
-    live, part = loaded.part(number), saved.part(number)
-    for method, estimate in live.estimates.items():
-        values = part.estimates[method].parameters
-        assert [*values] == [*estimate.parameters]
-        for name, own in estimate.parameters.items():
-            read = values[name]
-            assert read.value == pytest.approx(own.value, rel=1e-12)
-            assert read.deviation == pytest.approx(own.deviation, rel=1e-9)
-            assert read.interval == pytest.approx(own.interval, rel=1e-9)
-    for to in ("c", "csv"):
-        texts = [export(result, to, record=number) for result in (loaded, saved)]
-        numbers = [list(map(float, re.findall(_NUMBER, text))) for text in texts]
-        assert numbers[0] == pytest.approx(numbers[1], rel=1e-6)
 
 
 @pytest.mark.slow

@@ -29,13 +29,6 @@ def test_every_parameter_has_a_row_with_what_was_asked_of_it(
     assert str(rows["Fc"][5]).endswith(" to 20")
 
 
-@pytest.mark.slow
-def test_what_is_left_of_each_record_is_told(emps2015: GeneratedAxis, twin: Record) -> None:
-    document = output_fit_document(fit(emps2015, [twin, twin], rests="keep"))
-    assert len(_table(document, 1).rows) == 2
-    assert str(len(twin)) in _table(document, 1).rows[0]
-
-
 @pytest.mark.parametrize("output", ["control", "position"])
 def test_values_have_the_digits_of_their_deviations(
     emps2015: GeneratedAxis, twin: Record, output: str

@@ -28,11 +28,6 @@ def test_values_are_the_centres_of_their_intervals(emps2015: GeneratedAxis, twin
     assert value == pytest.approx(result.preferred.parameters["M"].corrected, abs=1e-3)
 
 
-def test_why_there_are_no_twins_is_said(emps2015: GeneratedAxis, twin: Record) -> None:
-    result = identify(emps2015, twin, loss="huber")
-    assert "by no twins: rows count by their residuals" in " ".join(result.summary().split())
-
-
 @pytest.mark.parametrize("switch", ["--all", "--full"])
 def test_every_method_stands_beside_the_others_where_that_is_asked_for(
     run: Run, switch: str

@@ -33,7 +33,6 @@ def kinds(found: Iterable[Outcome[int]]) -> list[object]:
 def test_in_this_process_what_raises_is_told_and_the_others_go_on() -> None:
     found = outcomes([1, FAILS, 3], jobs=0)
     assert kinds(found) == [2, "error", 6]
-    assert found[1].failure is not None
     assert found[1].failure.reason == "ValueError: no number to double"
 
 
@@ -52,7 +51,6 @@ def test_threads_are_left_behind_that_take_too_long() -> None:
 def test_a_process_that_dies_or_hangs_takes_its_item_alone() -> None:
     found = outcomes([1, KILLS, HANGS, FAILS, *range(4, 30)], jobs=2, limit=3.0)
     assert kinds(found) == [2, "killed", "time", "error", *range(8, 60, 2)]
-    assert found[1].failure is not None
     assert found[1].failure.reason == "its worker was killed (SIGKILL), 2 times"
 
 
@@ -112,7 +110,6 @@ def _hanging(root: Path) -> "subprocess.Popen[str]":
         text=True,
         start_new_session=True,
     )
-    assert run.stdout is not None
     assert run.stdout.readline() == "begun\n"
     return run
 

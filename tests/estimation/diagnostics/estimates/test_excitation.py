@@ -12,18 +12,15 @@ from axisid import (
     Record,
     build,
     identify,
-    load_axis,
     simulate,
     twin_record,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd
 from axisid.elements import Drive, offset, spring
 from axisid.estimation.checks.check import Check
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import Experiment, Move, back_and_forth
 from tests.axes.bodies import k, stage, x
-from tests.refusals import refuses
 
 PERIOD = 1e-3
 f = Parameter("f", "N")
@@ -123,28 +120,3 @@ def test_axis_that_stays_in_place_does_not_show_a_far_spring() -> None:
     (shown,) = (e for e in identify(axis, record, kept).diagnosis.excitation if e.name == "k")
     assert shown.alike == ("f",)
     assert shown.lacking == ("the axis hardly leaves its place",)
-
-
-@pytest.mark.slow
-def test_parameter_that_is_nothing_is_not_called_unidentified() -> None:
-    axis = load_axis("emps")
-    record = twin_record(axis)
-    truth = {**axis.experiment.truth, "tau0": 0.0}
-    without = replace(axis, experiment=replace(axis.experiment, truth=truth))
-    record = twin_record(without)
-    noisy = replace(
-        record, control=record.control + np.random.default_rng(4).normal(0, 0.01, len(record))
-    )
-    result = identify(axis, noisy, methods=["idm-ls", "idm-iv"])
-    (check,) = (c for c in result.verdict if c.name == "precision")
-    assert check.status == "pass"
-    assert check.meaning.startswith("tau0 ")
-
-
-def test_refusal_names_what_the_motion_lacks(emps: GeneratedAxis) -> None:
-    """Sliding one way at all times, the offset and Coulomb friction are one column."""
-    t = PERIOD * np.arange(4000)
-    position = 0.05 * t + 0.004 * np.sin(5 * t)
-    record = Record(time=t, position=position, control=1.0 + 0.1 * np.sin(5 * t))
-    with refuses("not-told-apart", says="In this record the velocity never changes its"):
-        identify(emps, record, methods="idm-ls")

@@ -25,7 +25,3 @@ def test_a_value_that_is_fixed_may_be_off_by_what_the_record_leaves_open(
     assert check.status == status
     assert (check.p_value < 0.01) is (status == "fail")
     assert (f"M is fixed at {value:.4g}"[:16] in check.meaning) is (status == "fail")
-
-
-def test_nothing_is_asked_where_nothing_was_fixed(iv: Estimate) -> None:
-    assert fixed_check(iv) is None

@@ -13,7 +13,6 @@ from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import belief
 from axisid.estimation.diagnostics.estimates import (
     FORMS,
-    LS_LESS_IV,
     SECOND_OPINION,
     forms_check,
     method_check,
@@ -54,11 +53,9 @@ def judged(
     method: str = "didim",
     law: bool | None = True,
 ) -> Check:
-    check = method_check(
+    return method_check(
         result[method], result.estimates, {pair: differences}, NO_STEPS, law_passed=law
     )
-    assert isinstance(check, Check)
-    return check
 
 
 def widened(result: Identification, *methods: str) -> Identification:
@@ -97,21 +94,6 @@ def test_it_fails_where_it_is_significant_and_matters(both: Identification) -> N
     assert judged(both, found(1.2)).status == "note"
     assert judged(widened(both, "idm-iv"), found(12.0)).status == "note"
     assert judged(both, found(1.2, p=0.2)).p_value == 1e-6, "together, if not alone"
-
-
-def test_what_the_encoder_makes_vague_is_not_what_to_believe(both: Identification) -> None:
-    check = judged(widened(both, "didim"), found(12.0))
-    assert check.status == "note"
-    assert "so the verdict is of the instruments" in check.meaning
-
-
-def test_what_noise_does_to_least_squares_fails_nothing_where_another_is_judged(
-    every: Identification,
-) -> None:
-    check = judged(every, found(-12.0), pair=LS_LESS_IV[0])
-    assert check.status == "note"
-    assert "Fv by -12 N/(m/s)" in check.meaning
-    assert judged(every, found(-12.0, joint=0.5), pair=LS_LESS_IV[0]).status == "pass"
 
 
 def test_forms_far_apart_fail_where_no_instruments_tell(every: Identification) -> None:
@@ -183,7 +165,6 @@ def test_a_wrong_law_parts_the_two(
 ) -> None:
     law = changed.get("control") or replace(emps2015.axis.control, **changed)  # type: ignore[type-var]
     wrong = build(replace(emps2015.axis, control=law))
-    assert twin.reference is not None
     for columns in records(machine, twin.reference, 2, seed=3):
         check = opinion(wrong, read_record(columns, wrong))
         assert check.status in ("note", "fail")
@@ -252,13 +233,6 @@ def test_steps_that_the_log_alone_has_are_named_with_what_they_move(
 
 
 @pytest.mark.slow
-def test_a_few_steps_are_more_than_can_be_reckoned(stage: GeneratedAxis) -> None:
-    result = _without_reference(stage, STAGE, step=0.045 / 30)
-    assert "method" in _failed(result)
-    assert "fewer than 64 in the whole motion" in _checks(result)["method"].meaning
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("step", [0.0, 1e-8])
 def test_fine_positions_are_no_fault(stage: GeneratedAxis, step: float) -> None:
     result = _without_reference(stage, STAGE, step=step)
@@ -278,9 +252,6 @@ def test_noise_that_is_reckoned_with_is_no_fault_of_timing_or_model(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("noise", [1e-6, 5e-6])
-def test_a_control_that_is_logged_late_is_told_all_the_same(
-    stage: GeneratedAxis, noise: float
-) -> None:
-    late = _without_reference(stage, replace(STAGE, position_noise=white(noise)), late=2)
+def test_a_control_that_is_logged_late_is_told_all_the_same(stage: GeneratedAxis) -> None:
+    late = _without_reference(stage, replace(STAGE, position_noise=white(5e-6)), late=2)
     assert {"alignment", "missing terms"} & {*_failed(late)}

@@ -34,16 +34,6 @@ def test_a_value_is_remarked_where_all_of_its_interval_is_far(
     assert found is None or (found.status == "note" and f"{value / 10:.2g} times" in found.meaning)
 
 
-def test_nothing_is_said_of_a_parameter_without_a_nominal_value() -> None:
-    assert nominal_check([(replace(MASS, nominal=0.0), 60.0, (59.0, 61.0))]) is None
-
-
-@pytest.mark.parametrize("value", [0.01, -10.0, -60.0, 60.0])
-def test_nothing_is_said_of_a_parameter_of_either_sign(value: float) -> None:
-    offset = Parameter("tau0", "N", nominal=10.0)
-    assert nominal_check([(offset, value, (value, value))]) is None
-
-
 @pytest.mark.parametrize("name", LIBRARY)
 def test_no_axis_of_the_library_is_remarked(name: str) -> None:
     axis = load_axis(name)

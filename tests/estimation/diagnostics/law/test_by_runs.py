@@ -41,9 +41,7 @@ def _checked(name: str, gains: Mapping[str, float], limit: float = 10.0) -> LawC
     axis, law = _axis(name, limit).axis, _law(name)
     declared = {**law.gains, **{gain: law.gains[gain] / off for gain, off in gains.items()}}
     axis = replace(axis, control=replace(law, gains=declared))
-    check = check_law(build(axis, native=False), _record(name, limit))
-    assert isinstance(check, LawCheck)
-    return check
+    return check_law(build(axis, native=False), _record(name, limit))
 
 
 @pytest.mark.slow
@@ -71,11 +69,9 @@ GAINS = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("off", [1.05, pytest.param(0.9, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("name", "gain"), GAINS)
-def test_a_gain_that_is_wrong_alone_is_named_with_its_value(
-    name: str, gain: str, off: float
-) -> None:
+def test_a_gain_that_is_wrong_alone_is_named_with_its_value(name: str, gain: str) -> None:
+    off = 1.05
     check, value = _checked(name, {gain: off}), _law(name).gains[gain]
     assert not check.passed
     assert f"{gain} is {off:.4g} times the declared one, {value:.5g} for" in check.meaning
@@ -83,14 +79,6 @@ def test_a_gain_that_is_wrong_alone_is_named_with_its_value(
     assert check.factors[gain] == pytest.approx(off, rel=1e-4)
     assert {v for g, v in check.factors.items() if g != gain} == {1.0}
     assert check.fitted_residual_percent < 1e-3
-
-
-@pytest.mark.slow
-def test_two_wrong_gains_are_named_together() -> None:
-    check = _checked(P_PI, {"kp": 1.1, "tn": 0.9})
-    assert "kp is 1.1 times" in check.meaning
-    assert "tn is 0.9 times" in check.meaning
-    assert "kv" not in check.meaning
 
 
 @pytest.mark.slow

@@ -86,21 +86,6 @@ def test_stamps_of_few_digits_excuse_no_wrong_law(emps: GeneratedAxis) -> None:
     assert not found.passed
 
 
-def test_a_resampled_record_keeps_its_rows_until_a_column_is_moved(emps: GeneratedAxis) -> None:
-    record = read(emps, log(emps, 0.05, sampled=True), resampled=True)
-    assert record.sampled.sampled is None
-    assert record.shifted(control=1).sampled is None
-    assert record.windowed((1.0, 2.0)).sampled is None
-    assert read(emps, log(emps, 0.05, sampled=True), resampled=False).sampled is None
-
-
-@pytest.mark.slow
-def test_a_law_of_samples_that_jitter_passes(emps: GeneratedAxis) -> None:
-    record = read(emps, log(emps, 0.05, sampled=True), resampled=False)
-    result = identify(emps, record, methods=["idm-iv"])
-    assert {check.name: check for check in result.verdict}["control law"].status == "pass"
-
-
 @pytest.mark.slow
 def test_stamps_alone_that_jitter_need_no_resampling(emps: GeneratedAxis) -> None:
     record = read(emps, log(emps, 0.05, sampled=False), resampled=True)

@@ -1,6 +1,5 @@
 """A force column beside a control, and a control beside its limit: what does not fit is named."""
 
-from bisect import bisect_left
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +9,6 @@ from scipy.signal import lfilter
 from axisid import Prefilter, Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics.loop.force import force_check, limit_check
-from tests.axes.drives import BRAKE, braked
 
 GAIN = 35.15
 
@@ -28,12 +26,6 @@ def measured(commanded: np.ndarray, how: str, rng: np.random.Generator) -> np.nd
         slow = lfilter([1], [1, -0.98], rng.normal(0.0, 1.0, len(commanded)))
         return commanded + 0.05 * rms * slow / np.sqrt(np.mean(slow**2))
     return commanded + 0.1 * rms * rng.normal(0.0, 1.0, len(commanded))
-
-
-def test_only_a_record_with_both_is_judged(emps2015: GeneratedAxis, twin: Record) -> None:
-    assert force_check(emps2015, twin) is None
-    alone = replace(twin, control=None, force=35.15 * twin.control)
-    assert force_check(emps2015, alone) is None
 
 
 @pytest.mark.parametrize(
@@ -89,60 +81,6 @@ def test_a_constant_beside_the_command_is_named_with_its_size(
         assert "Check the zero of the force's sensor" in said
 
 
-@pytest.mark.parametrize("scale", [1.015, 1.1])
-def test_a_pure_factor_is_named_with_the_gain_that_it_would_be(
-    emps2015: GeneratedAxis, twin: Record, scale: float
-) -> None:
-    check = force_check(emps2015, replace(twin, force=scale * GAIN * twin.control))
-    assert check.status == "fail"
-    assert f"{scale:.4g} +- " in check.meaning
-    assert f"would be {scale * GAIN:.4g} N/V for 35.15" in check.meaning
-
-
-@pytest.fixture(scope="module")
-def slowed() -> GeneratedAxis:
-    return build(braked(load_axis("emps2015")))
-
-
-def made(axis: GeneratedAxis, record: Record) -> np.ndarray:
-    velocity = np.gradient(record.position, record.period)
-    return axis.evaluate("drive_force", record.control, record.position, velocity)[0][:, 0]
-
-
-@pytest.mark.parametrize("scale", [1.0, 1.1, 0.5])
-def test_of_a_drive_that_is_no_gain_alone_no_other_gain_is_advised(
-    slowed: GeneratedAxis, twin: Record, scale: float
-) -> None:
-    check = force_check(slowed, replace(twin, force=scale * made(slowed, twin)))
-    assert check.status == ("pass" if scale == 1 else "fail")
-    assert "of what the drive makes of the control, in what is slow" in check.source
-    assert "what the drive makes of the control" in check.meaning
-    assert "the gain, which would be" not in check.meaning
-    if scale == 1.1:
-        told = "the drive (drive_gain*control - 40*dq in N, the control in V, drive_gain = 35.15)"
-        assert f"Check the force column's scale and {told}" in check.meaning
-
-
-def first_that_fails(axis: GeneratedAxis, record: Record) -> float:
-    """The least factor of the force that is no longer allowed, to 0.002, by halving."""
-    force, scales = made(axis, record), np.arange(1.02, 1.3, 0.002)
-
-    def fails(scale: float) -> bool:
-        return force_check(axis, replace(record, force=scale * force)).status == "fail"
-
-    return float(scales[bisect_left(scales, True, key=fails)])
-
-
-@pytest.mark.slow
-def test_a_vague_gain_allows_the_factor_that_it_makes_of_the_drive(twin: Record) -> None:
-    """The gain makes more of the force than the force is, so that a larger factor is allowed."""
-    factors = {}
-    for brake in (0.0, -BRAKE, BRAKE):
-        axis = build(braked(load_axis("emps2015"), relative_sd=0.03, brake=brake))
-        factors[brake] = first_that_fails(axis, twin)
-    assert factors[-BRAKE] < factors[0.0] < factors[BRAKE]
-
-
 def test_a_force_behind_a_gear_is_no_factor(emps2015: GeneratedAxis, twin: Record) -> None:
     """A load cell lacks the motor's share of inertia and friction: not a factor of the control."""
     commanded = GAIN * twin.control
@@ -188,9 +126,3 @@ def test_a_converter_s_noise_at_the_limit_is_not_beyond_it(
     clipped = np.clip(twin.control, -limit, limit) + rng.normal(0, 0.005 * limit, len(twin))
     check = limit_check(low, replace(twin, control=clipped))
     assert check.status == "pass"
-
-
-def test_a_drive_without_limit_is_not_judged(twin: Record) -> None:
-    axis = load_axis("emps2015")
-    free = build(replace(axis, drive=replace(axis.drive, limit=np.inf)))
-    assert limit_check(free, twin) is None

@@ -44,9 +44,3 @@ def test_a_wrong_scale_is_told(name: str, factor: float) -> None:
 @pytest.mark.slow
 def test_a_wrong_zero_is_told() -> None:
     assert _check("emps", _alone("emps", offset=0.01)).status == "fail"
-
-
-def test_without_a_reference_the_scale_is_said_to_rest_on_the_column() -> None:
-    found = _check("emps", replace(_alone("emps", 1.05), reference=None))
-    assert found.status == "not evaluated"
-    assert "the scale of the motion rests on the column of the velocity alone" in str(found.note)

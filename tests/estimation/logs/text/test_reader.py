@@ -142,15 +142,6 @@ def test_time_stamps_count_seconds_from_the_first(tmp_path: Path) -> None:
         read_record(file)
 
 
-def test_point_in_a_log_with_decimal_commas_is_refused_wherever_it_is(tmp_path: Path) -> None:
-    file = tmp_path / "log.csv"
-    rows = [f"{k},5;{k},25" for k in range(1000)]
-    rows[700] = "700,5;1.234"
-    file.write_text("\n".join(["time;position", *rows]))
-    with refuses("no-number", says=r"line 702: '1\.234' in column 'position'.*decimal comma"):
-        read_record(file)
-
-
 @pytest.mark.parametrize("end", [",run", ",", ',"run"'])
 def test_cell_too_many_is_found_beside_text_and_last_separators(tmp_path: Path, end: str) -> None:
     file = tmp_path / "log.csv"
@@ -301,19 +292,6 @@ def test_last_row_that_lacks_a_cell_is_left_out_on_request_only(tmp_path: Path, 
 def drops_tail(error: DataError) -> bool:
     """Whether the remedy is, among others, to leave the end of the log out."""
     return error.remedy is not None and Setting("tail", "drop") in error.remedy.settings
-
-
-@pytest.mark.parametrize("end", ["100;;run", ";0,5;run"])
-def test_row_cut_off_after_a_separator_is_told_with_what_to_do(tmp_path: Path, end: str) -> None:
-    file = tmp_path / "log.csv"
-    file.write_text("\n".join(["time;position;state", *ROWS, end]))
-    with refuses("empty-cells", says="101 ") as refused:
-        read_record(file)
-    assert (refused.value.code, drops_tail(refused.value)) == ("empty-cells", True)
-    file.write_text("\n".join(["time;position;state", *ROWS[:7], "7;;run", *ROWS[8:]]))
-    with refuses("empty-cells", says="8 ") as refused:
-        read_record(file)
-    assert (refused.value.code, drops_tail(refused.value)) == ("empty-cells", False)
 
 
 def test_last_row_of_a_column_written_less_often_is_kept(tmp_path: Path) -> None:

@@ -128,12 +128,6 @@ def test_heads_may_have_few_rows(tmp_path: Path, left_out: tuple[str, ...], shar
     assert record.position == pytest.approx(1e-3 * ACTUAL, rel=1e-15)
 
 
-def test_sample_time_may_be_without_its_unit(tmp_path: Path) -> None:
-    text = without(export(CHANNELS), "Starttime of export", "Endtime of export", "File")
-    record = read_record(log(tmp_path, text.replace("Time[ms]", "Time")), columns=COLUMNS)
-    assert record.reference == pytest.approx(1e-3 * TARGET, rel=1e-15)
-
-
 def test_other_text_that_begins_with_a_name_is_none() -> None:
     content = "Name;bench\nSampleTime;0.001\nt;pos\n" + "\n".join(f"{k};{k}" for k in range(9))
     assert list(read_text("log.csv", content.encode()).columns) == ["t", "pos"]
@@ -162,15 +156,6 @@ def test_export_that_ends_early_is_told(tmp_path: Path) -> None:
     assert "its samples end 0.019 s before the end that its head gives" in cut.provenance.assumed
 
 
-def test_unit_none_is_no_unit_and_a_scale_factor_is_told(tmp_path: Path) -> None:
-    text = export([("Axis.ActPos", "(None)", ACTUAL, 1)]).replace(
-        "ScaleFactor\t1", "ScaleFactor\t-1"
-    )
-    record = read_record(log(tmp_path, text), columns={"position": "Axis.ActPos:mm"})
-    assert record.position == pytest.approx(1e-3 * ACTUAL)
-    assert any("scale factor and offset" in note for note in record.provenance.assumed)
-
-
 @pytest.mark.parametrize(
     ("change", "code"),
     [
@@ -186,18 +171,3 @@ def test_unit_none_is_no_unit_and_a_scale_factor_is_told(tmp_path: Path) -> None
 def test_damaged_exports_are_explained(tmp_path: Path, change, code: str) -> None:  # type: ignore[no-untyped-def]
     with refuses(code):
         read_record(log(tmp_path, change(export(CHANNELS))), columns=COLUMNS)
-
-
-@pytest.mark.parametrize("cell", ["", "NaN"])
-def test_sample_that_lacks_its_value_is_told_and_counted(tmp_path: Path, cell: str) -> None:
-    text = export([("position", "mm", ACTUAL, 1), ("control", "V", TARGET, 1)])
-    lines = text.split("\n")
-    at = next(k for k, line in enumerate(lines) if line.startswith("7\t"))
-    cells = lines[at].split("\t")
-    lines[at] = "\t".join([cells[0], cell, *cells[2:]])
-    file = tmp_path / "scope.csv"
-    file.write_text("\n".join(lines))
-    with refuses("empty-cells", says=r"position is nan in data row 8 \(1 of 60"):
-        read_record(file)
-    record = read_record(file, repairs=Repairs(resample="auto"))
-    assert "position 1" in record.provenance.repairs[0].text

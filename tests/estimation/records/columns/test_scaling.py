@@ -72,11 +72,6 @@ def test_a_scaling_is_read_to_the_last_bit(
     assert float(found.offset or 0.0) == pytest.approx(offset, rel=2.3e-16)
 
 
-@pytest.mark.parametrize("text", ["mm", "mm/s", "1/min", "N m", "m/s^2", "kg m^2/s^2", "", "q.x"])
-def test_a_unit_is_no_scaling(text: str) -> None:
-    assert not is_scaling(text)
-
-
 @pytest.mark.parametrize("unit", [*_FACTORS])
 def test_every_unit_is_known_exactly(unit: str) -> None:
     exact, known = exact_unit(unit), label_unit(unit)

@@ -1,6 +1,7 @@
 """A record as a file: it is read back as it is, by the axis's own names and units."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,12 @@ from tests.refusals import refuses
 ENDINGS = (".csv", ".parquet", ".npz")
 
 
+@cache
+def made(name: str) -> tuple[GeneratedAxis, Record]:
+    axis = build(load_axis(name), native=False)
+    return axis, twin_record(axis)
+
+
 def is_same(read: Record, written: Record, within: float = 0.0) -> bool:
     mine, own = read.channels(), written.channels()
     return mine.keys() == own.keys() and all(
@@ -23,8 +30,7 @@ def is_same(read: Record, written: Record, within: float = 0.0) -> bool:
 @pytest.mark.parametrize("ending", ENDINGS)
 @pytest.mark.parametrize("name", ["emps", "valve"])  # with names of its own, a recorded signal
 def test_a_record_is_read_back_to_the_last_bit(name: str, ending: str, tmp_path: Path) -> None:
-    axis = build(load_axis(name), native=False)
-    record = twin_record(axis)
+    axis, record = made(name)
     file = record.write(tmp_path / f"log{ending}", axis)
     read = read_record(file, axis)
     assert is_same(read, record)
