@@ -71,5 +71,5 @@ def test_a_study_takes_the_chain_of_a_record() -> None:
     assert isinstance(record, Record)
     (chain,) = identify(axis(), record, FILTER, "idm-iv")["idm-iv"].inference.chains
     found = study(2, "idm-iv", noise=chain)
-    assert found.plan.noise == chain
+    assert found.plan.noise == chain.likeliest
     assert found.of("idm-iv", "M").runs == 2
