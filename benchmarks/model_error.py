@@ -22,7 +22,7 @@ from machines import Array, Machine, records, white
 
 from axisid import Identification, identify, read_record
 from axisid.estimation.moves import Band
-from axisid.estimation.moves.jackknife import bands_of, groupings
+from axisid.estimation.moves.lack_of_fit import bands_of, groupings
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import back_and_forth
 

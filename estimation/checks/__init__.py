@@ -6,13 +6,17 @@ Knows nothing of what is checked.
 
 from .check import (
     DEFAULT_LEVELS as DEFAULT_LEVELS,
+    KINDS as KINDS,
     Check as Check,
+    Kind as Kind,
     Levels as Levels,
     Status as Status,
+    first_case as first_case,
     joined as joined,
+    kind_of as kind_of,
+    lines_of as lines_of,
     made as made,
     passed as passed,
     told_or as told_or,
     unless_faulty as unless_faulty,
 )
-from .kinds import KINDS as KINDS, Kind as Kind, kind_of as kind_of, lines_of as lines_of

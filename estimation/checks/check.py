@@ -1,6 +1,9 @@
-"""One check of a result: a figure held against a threshold, and what it means; its two levels."""
+"""One check of a result: a figure held against a threshold, and what it means; its two levels.
 
-from collections.abc import Callable, Sequence
+`KINDS` has every check of the program: the line of a verdict that it is told under, and its weight.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Literal, TypeVar
 
@@ -11,8 +14,6 @@ from axisid.support.number_text import plain_numbers
 from axisid.support.real_numbers import is_real
 from axisid.support.remedy import Note, Remedy
 from axisid.support.user_values import quoted
-
-from .kinds import kind_of
 
 Status = Literal["pass", "note", "fail", "not evaluated"]
 
@@ -136,6 +137,11 @@ def made(name: str, find: Callable[[], Check | Missing | None]) -> Check | None:
     return Check.not_evaluated(name, found) if isinstance(found, Missing) else found
 
 
+def first_case(*cases: tuple[object, Found]) -> Found:
+    """What is said of the first of several cases that holds: a cause before what follows of it."""
+    return next(said for holds, said in cases if holds)
+
+
 def passed(good: bool, *, matters: bool = True) -> Status:
     """Status of a check that was made; `matters` tells whether the numbers suffer."""
     return "pass" if good else "fail" if matters else "note"
@@ -188,30 +194,25 @@ def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | Non
     made = [(name, each) for name, each in every if each.status != _UNMADE]
     if not made:
         return every[0][1] if every else None
-    status = next(s for s in _WORST if any(each.status == s for _, each in made))
+    status = min((each.status for _, each in made), key=_WORST.index)
     worst = [(n, each) for n, each in made if each.status == status]
     first = max((each for _, each in worst), key=_distance)
-    if status == "pass":
-        unmade = [name for name, each in every if each.status == _UNMADE]
-        return _worded(first, "", f" (not evaluated of {_listed(unmade)})") if unmade else first
     same = [n for n, each in worst if each.meaning == first.meaning]
     others = [n for n, each in worst if n not in same]
+    unmade = [n for n, each in every if each.status == _UNMADE]
     also = "fails" if status == "fail" else "is noted"
-    more = f"; it {also} of {_listed(others)} too" if others else ""
-    return _worded(first, f"{' and '.join(same)}: ", more)
-
-
-def _worded(check: Check, before: str, after: str) -> Check:
-    note = check.note
-    remedy = note.remedy
-    if after:
-        remedy = None if remedy is None else Remedy.of(remedy, after)
-    said = Note(before + note.text + ("" if remedy else after), remedy)
-    return replace(check, meaning=said.text, remedy=said.remedy)
+    before, after = first_case(
+        (status != "pass", (f"{' and '.join(same)}: ", f"; it {also} of {_listed(others)} too")),
+        (True, ("", f" (not evaluated of {_listed(unmade)})")),
+    )
+    more = after if (unmade if status == "pass" else others) else ""
+    remedy = None if first.remedy is None else Remedy.of(first.remedy, more)
+    said = before + first.meaning + more * (remedy is None)
+    return replace(first, meaning=said, remedy=remedy)
 
 
 def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
 
 
 def _distance(check: Check) -> float:
@@ -220,3 +221,86 @@ def _distance(check: Check) -> float:
         return 0.0
     ratio = abs(check.figure / check.threshold)
     return max(ratio, 1 / ratio) if ratio else 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kind:
+    """What a check is in every verdict that has it.
+
+    Attributes
+    ----------
+    name : str
+        Of the check.
+    line : str
+        What a verdict answers by it: is the control the declared law's; is everything logged at
+        its time; does the simulated loop do what the record does; is something missing in the
+        model; are there outliers; does the record show every parameter; are the records of one
+        machine; and do the methods agree.
+    rank : int
+        Its place among those that fail, the cause before what follows from it.
+    grave : bool
+        Whether the numbers may mean something else than what they are called where it fails.
+    """
+
+    name: str
+    line: str
+    rank: int = 100
+    grave: bool = False
+
+
+#: By name, line by line.
+KINDS: dict[str, Kind] = {
+    kind.name: kind
+    for kind in (
+        Kind(name="control law", line="law", rank=0, grave=True),
+        Kind(name="law's factors", line="law"),
+        Kind(name="exact law", line="law"),
+        Kind(name="force against control", line="law", rank=5, grave=True),
+        Kind(name="drive gain", line="law"),
+        Kind(name="time base", line="timing", rank=0, grave=True),
+        Kind(name="sample period", line="timing"),
+        Kind(name="alignment", line="timing", rank=8),
+        Kind(name="recorded signals", line="timing", rank=2, grave=True),
+        Kind(name="start of the loop", line="timing"),
+        Kind(name="simulation", line="loop", rank=2, grave=True),
+        Kind(name="windows", line="loop", rank=2, grave=True),
+        Kind(name="measured velocity", line="loop", rank=1, grave=True),
+        Kind(name="measured acceleration", line="loop", rank=1, grave=True),
+        Kind(name="control against limit", line="loop", rank=6, grave=True),
+        Kind(name="noise in the loop", line="loop"),
+        Kind(name="samples near rests", line="loop"),
+        Kind(name="equation error", line="model", rank=3, grave=True),
+        Kind(name="missing terms", line="model", rank=8),
+        Kind(name="fixed values", line="model", rank=4, grave=True),
+        Kind(name="what was known", line="model", rank=4, grave=True),
+        Kind(name="lack of fit", line="model"),
+        Kind(name="outliers", line="outliers", rank=1),
+        Kind(name="any parameter shown", line="precision", rank=3, grave=True),
+        Kind(name="parameters shown", line="precision"),
+        Kind(name="one end", line="precision", rank=3, grave=True),
+        Kind(name="bounds", line="precision", rank=3, grave=True),
+        Kind(name="rows", line="precision"),
+        Kind(name="convergence", line="precision"),
+        Kind(name="starts", line="precision"),
+        Kind(name="precision", line="precision", rank=13),
+        Kind(name="nominal values", line="precision"),
+        Kind(name="physical parameters", line="precision", rank=10),
+        Kind(name="records alike", line="records", rank=8, grave=True),
+        Kind(name="repeated records", line="records", rank=10),
+        Kind(name="instrument strength", line="method", rank=12),
+        Kind(name="method", line="method", rank=14),
+        Kind(name="inverse against direct", line="method", rank=5, grave=True),
+        Kind(name="validation", line="validation", rank=7),
+        Kind(name="result", line="result", rank=0, grave=True),
+    )
+}
+
+
+def kind_of(check: str) -> Kind:
+    """What a check is; one that no row names is told by itself, and last."""
+    return KINDS.get(check) or Kind(name=check, line=check)
+
+
+def lines_of(checks: Iterable[str]) -> tuple[str, ...]:
+    """The lines of checks, each once, in the order of the checks."""
+    return tuple(dict.fromkeys(kind_of(check).line for check in checks))

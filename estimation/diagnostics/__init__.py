@@ -28,8 +28,9 @@ from .records_alike import (
     Difference as Difference,
     OwnColumns as OwnColumns,
     alike_check as alike_check,
+    overlaps as overlaps,
     records_alike as records_alike,
+    repeated_check as repeated_check,
     rows_alike as rows_alike,
 )
 from .remainder import outliers_check as outliers_check, terms_check as terms_check
-from .repeated_samples import overlaps as overlaps, repeated_check as repeated_check

@@ -9,7 +9,16 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal, Protocol
 
-from axisid.estimation.checks import Check, joined, kind_of, lines_of, made, told_or, unless_faulty
+from axisid.estimation.checks import (
+    Check,
+    first_case,
+    joined,
+    kind_of,
+    lines_of,
+    made,
+    told_or,
+    unless_faulty,
+)
 from axisid.estimation.diagnostics.estimates import (
     NOMINAL_VALUES,
     forms_check,
@@ -19,12 +28,12 @@ from axisid.estimation.diagnostics.estimates import (
     precision,
     within_bounds,
 )
-from axisid.estimation.diagnostics.law import law_check
+from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.diagnostics.loop import (
     Alignment,
+    ForceTiming,
     alignment_check,
     declared_lateness,
-    following,
     force_check,
     limit_check,
     motion_check,
@@ -35,9 +44,8 @@ from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
 
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
-from .records_alike import alike_check
-from .remainder import lack_of_fit_check, outliers_check, signals_check, terms_check
-from .repeated_samples import repeated_check
+from .records_alike import Alike, alike_check, repeated_check
+from .remainder import following, lack_of_fit_check, lacks_check, outliers_check, terms_check
 
 #: How far the numbers of a result can be believed.
 Belief = Literal["believed", "with care", "not believed"]
@@ -88,12 +96,6 @@ def _method(case: Case) -> Check | Missing | None:
     )
 
 
-def _nominal_values(case: Case) -> Check | None:
-    values = case.preferred.parameters
-    declared = [p for p in case.preferred.form.declared if p.name in values]
-    return nominal_check((p, values[p.name].corrected, values[p.name].interval) for p in declared)
-
-
 def _outliers(case: Case) -> Check | Missing:
     found, bounded = case.lacking, case.preferred.counts is not None
     if isinstance(found, Missing):
@@ -105,14 +107,31 @@ def _outliers(case: Case) -> Check | Missing:
     return outliers_check(found, case.data.axis, case.data.record, case.levels, bounded=bounded)
 
 
+def _signals(case: Case) -> Check | Missing | None:
+    """Of an axis with recorded signals."""
+    data = case.data
+    found = case.lacking if data.axis.axis.signals else None
+    if found is None or isinstance(found, Missing):
+        return found
+    return lacks_check("recorded signals", found, data.axis, data.record, case.levels)
+
+
 def _alignment(case: Case) -> Check | Missing:
+    law, timing = case.law, case.timing
+    # Law and motion may agree that the log wrote the control at another time, and which.
+    by_log = (
+        isinstance(law, LawCheck)
+        and isinstance(timing, ForceTiming)
+        and timing.role == "control"
+        and law.delay == -timing.samples != 0
+    )
     return alignment_check(
         case.alignment,
         case.data,
         late=_delay(case),
         weak=case.weak,
-        remedy=timing_remedy(case.timing, case.data.axis.axis.control, case.law),
-        by_log=_is_logged_elsewhere(case),
+        remedy=timing_remedy(timing, case.data.axis.axis.control, law),
+        by_log=by_log,
     )
 
 
@@ -125,14 +144,6 @@ def _delay(case: Case) -> Lack | Missing | None:
     return next((lack for lack in case.lacking if lack.kind == "delay"), None)
 
 
-def _is_logged_elsewhere(case: Case) -> bool:
-    """Whether law and motion agree that the log wrote the control at another time, and which."""
-    law, timing = case.law, case.timing
-    if isinstance(law, Missing) or isinstance(timing, Missing) or timing.role != "control":
-        return False
-    return law.delay == -timing.samples != 0
-
-
 def _measured(role: str, case: Case) -> Check | Missing | None:
     return motion_check(case.data.axis, case.data.record, role, case.motions.get(role))
 
@@ -141,10 +152,9 @@ def _missing_terms(case: Case) -> Check | Missing:
     lacking = case.lacking
     if isinstance(lacking, Missing):
         return lacking
-    aligned = _alignment(case)
-    if _fails(aligned):  # which says how late
-        lacking = tuple(lack for lack in lacking if lack.kind != "delay")
-    found = terms_check(lacking, case.data.axis, case.data.record, case.levels)
+    aligned = _alignment(case)  # which says how late, where it fails
+    told = [lack for lack in lacking if not (lack.kind == "delay" and _fails(aligned))]
+    found = terms_check(told, case.data.axis, case.data.record, case.levels)
     if found.status != "fail":
         return found
     if _fails(method_check(case.preferred, {}, {}, case.steps, case.levels, law_passed=None)):
@@ -167,7 +177,9 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="control law", check=lambda case: law_check(case.law), by_record=True),
         Diagnostic(
             name="instrument strength",
-            check=lambda case: case.strength if case.has_instruments else None,
+            check=lambda case: (
+                case.strength if any(e.Z is not None for e in case.estimates.values()) else None
+            ),
         ),
         Diagnostic(name="method", check=_method),
         Diagnostic(
@@ -181,7 +193,18 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
                 case.preferred, rests_first(case.problem.rest), case.problem.held
             ),
         ),
-        Diagnostic(name=NOMINAL_VALUES, check=_nominal_values),
+        Diagnostic(
+            name=NOMINAL_VALUES,
+            check=lambda case: nominal_check(
+                (
+                    p,
+                    case.preferred.parameters[p.name].corrected,
+                    case.preferred.parameters[p.name].interval,
+                )
+                for p in case.preferred.form.declared
+                if p.name in case.preferred.parameters
+            ),
+        ),
         Diagnostic(
             name="simulation",
             check=lambda case: following(case.preferred, case.data.rest),
@@ -208,9 +231,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         ),
         Diagnostic(
             name="recorded signals",
-            check=lambda case: signals_check(
-                case.lacking, case.data.axis, case.data.record, case.levels
-            ),
+            check=_signals,
             by_record=True,
         ),
         Diagnostic(
@@ -248,7 +269,8 @@ def diagnose(case: Case) -> Diagnosis:
     by_record = {
         d.name: [d.made(part) for part in case.parts] for d in DIAGNOSTICS.values() if d.by_record
     }
-    records = [_of_record(case, i, by_record) for i in range(len(case.parts))]
+    alike = unless_faulty(lambda: case.alike)
+    records = [_of_record(case, i, alike, by_record) for i in range(len(case.parts))]
     checks = (_checked(diagnostic, case, by_record) for diagnostic in DIAGNOSTICS.values())
     law, alignment, velocity = (
         records[_first_failing(by_record[name])]
@@ -284,17 +306,17 @@ def _first_failing(found: Sequence[Check | None]) -> int:
 
 
 def _of_record(
-    case: Case, number: int, made: Mapping[str, Sequence[Check | None]]
+    case: Case, i: int, alike: Alike | Missing, made: Mapping[str, Sequence[Check | None]]
 ) -> RecordDiagnosis:
     """What there is to say of a record by itself."""
-    part, alike = case.parts[number], unless_faulty(lambda: case.alike)
+    part = case.parts[i]
     return RecordDiagnosis(
         law=unless_faulty(lambda: part.law),
         alignment=unless_faulty(lambda: part.alignment),
         motions=told_or({}, lambda: part.motions),
         lack_of_fit=told_or(None, lambda: part.lack_of_fit),
-        verdict=tuple(check for found in made.values() if (check := found[number]) is not None),
-        apart=alike if isinstance(alike, Missing) else alike.records[number],
+        verdict=tuple(check for found in made.values() if (check := found[i]) is not None),
+        apart=alike if isinstance(alike, Missing) else alike.records[i],
     )
 
 
@@ -315,23 +337,22 @@ def _checked(
 def conclusion(checks: Sequence[Check]) -> str:
     """Whether the numbers can be believed, from the checks of a result."""
     failed = [check.name for check in by_weight(checks) if check.status == "fail"]
-    match belief(failed):
-        case "believed":
-            return f"Nothing that was checked speaks against these numbers{_unchecked(checks)}."
-        case "not believed":
-            return f"Do not believe these numbers before this is mended: {kind_of(failed[0]).line}."
-        case "with care":
-            return (
-                "Believe these numbers with care; to look at: "
-                f"{', '.join(lines_of(failed))}{_unchecked(checks)}."
-            )
-
-
-def _unchecked(checks: Sequence[Check]) -> str:
-    """What could not be asked of the model: what it lacks, and whether the law is the drive's."""
+    # What could not be asked of the model: what it lacks, and whether the law is the drive's.
     skipped = [check.name for check in checks if check.status == "not evaluated"]
     names = lines_of(name for name in _OF_THE_MODEL if name in skipped)
-    return f"; not checked: {', '.join(names)}" if names else ""
+    unchecked = f"; not checked: {', '.join(names)}" if names else ""
+    lines, how = lines_of(failed), belief(failed)
+    return first_case(
+        (
+            how == "believed",
+            f"Nothing that was checked speaks against these numbers{unchecked}.",
+        ),
+        (
+            how == "not believed",
+            f"Do not believe these numbers before this is mended: {''.join(lines[:1])}.",
+        ),
+        (True, f"Believe these numbers with care; to look at: {', '.join(lines)}{unchecked}."),
+    )
 
 
 def belief(failing: Iterable[str]) -> Belief:

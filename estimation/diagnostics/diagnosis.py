@@ -174,11 +174,6 @@ class Case:
         return min(self.estimates, key=preference)
 
     @property
-    def has_instruments(self) -> bool:
-        """Whether any estimate is by instruments."""
-        return any(each.Z is not None for each in self.estimates.values())
-
-    @property
     def data(self) -> FilteredRecord:
         """The record; of several the first, see `parts`."""
         return self.problem.data[0]
@@ -234,7 +229,7 @@ class Case:
         """Whole samples between where the force is recorded and where it acts."""
         if self.weak:
             return Missing("the instruments are too weak to measure a delay")
-        return force_timing(self.data, self.alignment)
+        return force_timing(self.alignment, self.data)
 
     @cached_property
     def instruments(self) -> InstrumentTests | Missing:
@@ -245,7 +240,7 @@ class Case:
     @cached_property
     def strength(self) -> Check | Missing:
         """Whether those instruments are strong, or why that cannot be told."""
-        return strength_check(self.preferred, self.instruments)
+        return strength_check(self.instruments, self.preferred)
 
     @property
     def weak(self) -> bool:

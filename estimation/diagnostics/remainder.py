@@ -1,19 +1,25 @@
-"""What residuals are made of, as checks: what the model lacks, and how much of them repeats."""
+"""What a model leaves, as checks: what it lacks, how much repeats, and whether its loop follows."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, passed
 from axisid.estimation.diagnostics.loop import scale_remedy
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import Estimate, NotSimulated
 from axisid.estimation.lacking import Lack, sentence
 from axisid.estimation.moves import LackOfFit
 from axisid.estimation.records import Record, advised_shift
-from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE, MIN_MODEL_SHARE
+from axisid.estimation.signals import rests_first
+from axisid.estimation.thresholds import (
+    MAX_SIMULATION_ERROR,
+    MIN_DISTANCE_FROM_NOISE,
+    MIN_MODEL_SHARE,
+)
 from axisid.support.missing import Missing
-from axisid.support.remedy import Remedy, Setting
+from axisid.support.remedy import Note, Remedy, Setting
 
 _LESS = Remedy.of(
     "; empty such cells and read with ",
@@ -21,40 +27,27 @@ _LESS = Remedy.of(
     ", or let such rows count for less, ",
     Setting("loss", "huber"),
 )
+_MAX_CLOSE_SIMULATION_ERROR = 10.0  # %, below which nothing is said of the simulation
 _SAME_UNIT = 0.02  # distance of a factor from that of another unit, up to which it is that
 # HAC deviations by those of noise alone; from there on they are too wide for it
 _MIN_HAC_EXCESS = 1.5
 
-
-def terms_check(
-    found: Sequence[Lack], axis: GeneratedAxis, record: Record, levels: Levels = DEFAULT_LEVELS
-) -> Check:
-    """Whether the residuals hold a term that the model lacks, or a parameter that changes."""
-    own = [lack for lack in found if not (lack.is_of_signal or lack.is_outlier)]
-    said = _said(own, axis, record) or "nothing that was looked for is in the residuals"
-    return _check("missing terms", own, levels, said)
-
-
-def signals_check(
-    found: Sequence[Lack] | Missing,
-    axis: GeneratedAxis,
-    record: Record,
-    levels: Levels,
-) -> Check | Missing | None:
-    """Whether recorded signals are in time and of their size; nothing for an axis without any."""
-    if not axis.axis.signals:
-        return None
-    if isinstance(found, Missing):
-        return found
-    own = [lack for lack in found if lack.is_of_signal]
-    said = _said(own, axis, record) or (
-        "the recorded signals are in time with the forces that they make, and of their size"
-    )
-    remedy = Remedy.of(": ", _remedy(axis, record, own[0])) if own else None
-    return _check("recorded signals", own, levels, said, remedy)
+#: By check: which of what is lacking is of it, and what is said of nothing.
+_LOOKED_FOR: Mapping[str, tuple[Callable[[Lack], bool], str]] = {
+    "missing terms": (
+        lambda lack: not (lack.is_of_signal or lack.is_outlier),
+        "nothing that was looked for is in the residuals",
+    ),
+    "recorded signals": (
+        lambda lack: lack.is_of_signal,
+        "the recorded signals are in time with the forces that they make, and of their size",
+    ),
+    "outliers": (lambda lack: lack.is_outlier, "no single sample leaves its course"),
+}
 
 
-def outliers_check(
+def lacks_check(
+    name: str,
     found: Sequence[Lack],
     axis: GeneratedAxis,
     record: Record,
@@ -62,32 +55,31 @@ def outliers_check(
     *,
     bounded: bool = False,
 ) -> Check:
-    """Whether single samples of what was measured leave its course.
+    """Whether something of a kind is in the residuals that the model lacks.
 
-    They are no more than a note where the loss has bounded what they do.
+    Parameters
+    ----------
+    name : {"missing terms", "recorded signals", "outliers"}
+        A term or a parameter that changes; a recorded signal that is late or of another size; or a
+        single sample of what was measured that leaves its course.
+    found : sequence of Lack
+        Of any kind.
+    axis : GeneratedAxis
+    record : Record
+    levels : Levels
+    bounded : bool
+        Whether the loss has bounded what outliers do, which are no more than a note then.
     """
-    own = [lack for lack in found if lack.is_outlier]
-    said = _said(own, axis, record) or "no single sample leaves its course"
-    remedy = _LESS if own and not bounded else None
-    return _check("outliers", own, levels, said, remedy, matters=not bounded)
-
-
-def _said(own: Sequence[Lack], axis: GeneratedAxis, record: Record) -> str:
-    return "; ".join(sentence(lack, axis, record) for lack in own)
-
-
-def _check(
-    name: str,
-    own: Sequence[Lack],
-    levels: Levels,
-    meaning: str,
-    remedy: Remedy | None = None,
-    *,
-    matters: bool = True,
-) -> Check:
+    belongs, nothing = _LOOKED_FOR[name]
+    own = [lack for lack in found if belongs(lack)]
+    remedy = None
+    if own and own[0].is_of_signal:
+        remedy = Remedy.of(": ", _remedy(axis, record, own[0]))
+    elif own and own[0].is_outlier and not bounded:
+        remedy = _LESS
     return Check(
         name=name,
-        status=passed(not own, matters=matters),
+        status=passed(not own, matters=not bounded),
         figure=100 * max((lack.own_share for lack in own), default=0.0),
         threshold=100 * levels.least_share,
         p_value=min((lack.p_value for lack in own), default=None),
@@ -95,9 +87,13 @@ def _check(
         f"than those of twins (Hotelling's test, {100 * levels.level:g} % over all that is looked "
         f"for, by Holm's rule) and it is more than {100 * levels.least_share:g} % of the force "
         "beside what the parameters make of it, or moves one by more than its interval",
-        meaning=meaning,
+        meaning="; ".join(sentence(lack, axis, record) for lack in own) or nothing,
         remedy=remedy,
     )
+
+
+terms_check = partial(lacks_check, "missing terms")
+outliers_check = partial(lacks_check, "outliers")
 
 
 def _remedy(axis: GeneratedAxis, record: Record, found: Lack) -> Remedy:
@@ -122,7 +118,9 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
     if found is None:
         return None
     unit = left_unit(preferred)
-    noise = f"{found.noise:.2g} {unit} is noise"
+    noise, again = f"{found.noise:.2g} {unit} is noise", "repeats wherever a move does"
+    if found.period is not None:
+        again = f"repeats every {found.period:.4g} s"
     return Check(
         name="lack of fit",
         status=passed(not found.is_mostly_model, matters=False),
@@ -134,15 +132,14 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
         "row to row",
         meaning=f"{100 * found.share:.0f} % of what the model leaves is the model: "
         f"{found.repeated:.2g} {unit} ({100 * found.repeated / found.left:.2g} % of the "
-        f"{preferred.form.left}) {_again(found)}, {noise}{_too_wide(found)}"
+        f"{preferred.form.left}) {again}, {noise}{_too_wide(found)}"
         if found.is_mostly_model
-        else f"{found.repeated:.2g} {unit} of what the model leaves {_again(found)} but jumps from "
+        else f"{found.repeated:.2g} {unit} of what the model leaves {again} but jumps from "
         f"row to row, as the steps of an encoder do, {noise}"
         if found.is_there and not found.is_smooth
-        else f"most of what the model leaves is noise: {found.repeated:.2g} {unit} "
-        f"{_again(found)}, {noise}"
+        else f"most of what the model leaves is noise: {found.repeated:.2g} {unit} {again}, {noise}"
         if found.is_there
-        else f"what the model leaves is noise: nothing of it {_again(found)}, {noise}",
+        else f"what the model leaves is noise: nothing of it {again}, {noise}",
     )
 
 
@@ -151,13 +148,6 @@ def left_unit(estimate: Estimate) -> str:
     coordinate = estimate.form.axis.axis.coordinate
     unit = coordinate.acceleration_unit if estimate.is_direct else coordinate.force_unit
     return str(unit)
-
-
-def _again(found: LackOfFit) -> str:
-    """When what is left is left again."""
-    if found.period is None:
-        return "repeats wherever a move does"
-    return f"repeats every {found.period:.4g} s"
 
 
 def _too_wide(found: LackOfFit) -> str:
@@ -170,4 +160,40 @@ def _too_wide(found: LackOfFit) -> str:
     return (
         f"; HAC deviations are {times} times those of that noise, and say nothing of how far the "
         "model's error moves the parameters"
+    )
+
+
+def following(preferred: Estimate, rest: float) -> Check | Missing:
+    """The simulation error of an estimate; `rest` is the part of its samples at which it stands."""
+    error, simulated = preferred.simulation_error_percent, preferred.simulated
+    if isinstance(simulated, NotSimulated) and simulated.by_estimate:
+        return Check(
+            name="simulation",
+            status="fail",
+            source="an axis that was recorded can be simulated",
+            meaning="the loop cannot be simulated with the estimate, as that of an axis that was "
+            f"recorded can: {str(simulated).removesuffix('.')}",
+        )
+    if isinstance(simulated, NotSimulated) or error is None:
+        unknown = Missing("the closed loop could not be simulated")
+        return simulated if isinstance(simulated, NotSimulated) else unknown
+    good, form = error < MAX_SIMULATION_ERROR.value, preferred.form
+    but = f" but for {error:.2g} %" * (error >= _MAX_CLOSE_SIMULATION_ERROR)
+    units = form.axis.axis.coordinate.unit, form.axis.axis.drive.unit
+    noise = "".join(f" ({chain.told(*units)})" for chain in preferred.inference.chains[:1])
+    blamed = rests_first(rest) or (
+        f"check the law, signs and units, or see whether the record is noise{noise}, or a motion "
+        "that the model does not have"
+    )
+    lost = f"the simulated loop leaves {error:.3g} % of the {form.left} unexplained; "
+    said = Note("the simulated loop follows the record" + but) if good else Note.of(lost, blamed)
+    return Check(
+        name="simulation",
+        status=passed(good),
+        figure=error,
+        threshold=MAX_SIMULATION_ERROR.value,
+        source="simulation error in percent of the left side; at 50 the loop explains three "
+        "quarters of its power, at 100 nothing",
+        meaning=said.text,
+        remedy=said.remedy,
     )

@@ -1,36 +1,322 @@
 """What a model lacks: columns beside it, each against the twins; the name that explains most.
 
-A hypothesis is one line: columns of the motion, over a grid of places where it has one. All are
-tested at once, their level by Holm's rule, and what is told must matter too: more than 1 % of the
-force, or a parameter by more than its interval. Of what fails, the name is the one that makes the
-largest part of the force; it is taken into the model, and the others are asked again.
+A hypothesis is columns, each with a name and where it has places: terms of the motion, parameters
+that change in time, recorded signals that are late or of another unit, and single samples of a
+signal that leave its course. All are tested at once, their level by Holm's rule, and what is told
+must matter too: more than 1 % of the force, or a parameter by more than its interval. Of what
+fails, the name is the one that makes the largest part of the force; it is taken into the model, and
+the others are asked again.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TypeAlias
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import takewhile
 
 import numpy as np
+from scipy.special import stdtr
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import DEFAULT_LEVELS, Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels, first_case
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.records import Record
 from axisid.estimation.records.columns import expected_units
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
-from axisid.support.missing import Missing
+from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing, of_found
+from axisid.support.user_values import quoted
 
-from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of, outliers_of
 from .scores import ColumnTests, RecordScores, scores_of
-from .terms import TERMS, said_of
+from .terms import TERMS, Along, Term, said_of, terms_for
 
+#: What stands for a parameter where it is the drive's gain that changes.
+GAIN = "the drive gain"
+
+_TIMES = 15  # of a change, in the middle 70 % of the record
+_TRIMMED = 0.15
+_LONGEST = 0.5  # s, of a signal's delay
+_DELAYS = 14  # of either sign
+_STEP = 1e-3  # of a factor
+_FINER = 65  # places between those of a grid, once it is told
+
+_PULSE = 1e-4  # of a signal's size: so small that it moves no sign
+_PLACES = 5  # from one row to the next but one
 # residuals less the filter's own, by the left side, up to which their look is a note: measured,
 # at most 4e-7 without noise, 5e-3 and more on wrong models that residuals tell
 _NEGLIGIBLE_RESIDUAL = 1e-4
-
 _MOST = 3  # that are told
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Hypothesis:
+    """Columns that a model may lack.
+
+    Attributes
+    ----------
+    kind : str
+    columns : callable
+        Of places (m,): (n, m, g).
+    parameter : str
+        As of `Lack`.
+    places : (m,) array
+        NaN where there is one place alone.
+    measured : callable or None
+        The same of the measured motion, which says where it is between the places of the grid.
+    between : callable or None
+        Places about one of the grid, that it is looked for at once it is told.
+    is_positive : bool
+        Whether it must be: friction, a mass.
+    least : float
+        That its chance is no smaller than: of places that were chosen by what is left.
+    is_whole : bool
+        Whether the columns are the whole of it, so that its place alone tells how much.
+    """
+
+    kind: str
+    columns: Callable[[Array], Array]
+    parameter: str = ""
+    places: Array = field(default_factory=lambda: np.array([np.nan]))
+    measured: Callable[[Array], Array] | None = None
+    between: Callable[[Array, float], Array] | None = None
+    is_positive: bool = False
+    least: float = 0.0
+    is_whole: bool = False
+
+    def taken(self, tested: ColumnTests) -> Array:
+        """Mean square that each place takes of the residuals, (m,)."""
+        if not self.is_whole:
+            return tested.powers
+        values = np.where(tested.values[:, 0] == 0, np.inf, tested.values[:, 0])
+        return np.asarray(tested.powers * (2 / values - 1 / values**2))
+
+    def chances(self, tested: ColumnTests) -> Array:
+        """That noise has as much of it at each place, over all of them, (m,)."""
+        told = np.clip(tested.p_values * len(self.places), self.least, 1.0)
+        return np.where(tested.values[:, 0] <= 0, 1.0, told) if self.is_positive else told
+
+
+def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
+    """All that is looked for: terms of the motion, what is held or changes in time, signals."""
+    data = scores.data
+    axis, drive = data.axis.axis, data.axis.axis.drive
+    commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
+    terms = terms_for(axis, commanded=commanded)
+    most = scores.twins - 1 if scores.twins else len(scores.along.place)
+    found = [
+        Hypothesis(
+            kind=term.kind,
+            places=_of_user(term, partial(term.places, scores.along)),
+            columns=partial(_columns, term, most, scores.along),
+            measured=partial(_columns, term, most, scores.measured),
+            between=None if term.between is None else partial(_near, term, term.between),
+            is_positive=term.is_positive,
+        )
+        for term in terms
+        if scores.twins or not term.is_of_force
+    ]
+    held = [  # parameters that have a value which the record did not tell
+        Hypothesis(kind="held", parameter=q.name, columns=partial(_once, scores.regressor[:, [j]]))
+        for j, q in enumerate(data.axis.parameters)
+        if j not in scores.free
+    ]
+    if held:  # of what is declared the parameter is told, not the term
+        declared = scores.beside(np.hstack([each.columns(each.places)[:, 0] for each in held]))
+        own = [declared.test(each.columns(each.places)).values.any() for each in found]
+        found = [each for each, is_own in zip(found, own, strict=True) if is_own]
+    found += held
+    found += _changing(scores, commanded=commanded and bool(scores.twins))
+    found += _of_signals(scores) if axis.signals else []
+    return [each for each in found if len(each.places)]
+
+
+def _near(term: Term, between: Callable[[Array, float], Array], grid: Array, at: float) -> Array:
+    """Places about one of a term's grid; that one where it gives none."""
+    found = _of_user(term, lambda: between(grid, at))
+    return found if found.ndim == 1 and len(found) else np.array([at])
+
+
+def _of_user(term: Term, made: Callable[[], Array]) -> Array:
+    """What a term makes, which may be a user's own and raise."""
+    try:
+        return np.asarray(made(), dtype=float)
+    except Exception as error:
+        said = f"{type(error).__name__}: {error}".rstrip(": ")
+        raise EstimationError(
+            f"the candidate {quoted(term.kind)} makes no columns or places ({said}); mend it, or "
+            "take it out of axisid.candidates.TERMS.",
+            code="candidate-raises",
+        ) from error
+
+
+def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
+    """Columns of a term, (n, m, g), which a user's own may give otherwise; so many at most."""
+    found = _of_user(term, lambda: term.columns(along, places))
+    rows, finite = len(along.place), bool(np.isfinite(found).all())
+    is_block = found.ndim == 3 and found.shape[:2] == (rows, len(places))
+    if not (is_block and 0 < found.shape[2] <= most and finite):
+        raise EstimationError(
+            f"the columns of the candidate {quoted(term.kind)} have the shape {found.shape}"
+            f"{', and are not all finite' * (not finite)}; give finite ones of {rows} rows, "
+            f"{len(places)} places and one or a few of each, {most} at most, as "
+            "motion.reduce(force)[:, None, None] for a force without places.",
+            code="candidate-columns",
+        )
+    return found
+
+
+def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
+    """Each parameter, and the drive gain, as it drifts or is another from some time on."""
+    of = {q.name: scores.regressor[:, j] for j, q in enumerate(scores.data.axis.parameters)}
+    if commanded:
+        of[GAIN] = scores.along.reduce(scores.along.force)
+    times = scores.data.times_of_rows
+    places = times[0] + (times[-1] - times[0]) * np.linspace(_TRIMMED, 1 - _TRIMMED, _TIMES)
+    return [
+        hypothesis
+        for name, column in of.items()
+        if column.any()  # else nothing that these rows could show of it changes
+        for hypothesis in (
+            Hypothesis(
+                kind="drift",
+                parameter=name,
+                columns=partial(_once, column[:, None] * drifts(times)),
+            ),
+            Hypothesis(
+                kind="change",
+                parameter=name,
+                columns=partial(_from, column, times),
+                places=places,
+                between=_between,
+            ),
+        )
+    ]
+
+
+def drifts(times: Array) -> Array:
+    """Courses over the rows' times, (n, 3): a line, and one slow swing."""
+    part = (times - times[0]) / (times[-1] - times[0])
+    return np.column_stack([part, np.sin(2 * np.pi * part), np.cos(2 * np.pi * part)])
+
+
+def _once(columns: Array, _: Array) -> Array:
+    """Columns (n, g) of one place."""
+    return columns[:, None]
+
+
+def _from(column: Array, times: Array, places: Array) -> Array:
+    """A column from each time on, (n, m, 1)."""
+    return np.where(times[:, None] >= places, column[:, None], 0.0)[:, :, None]
+
+
+def _between(grid: Array, at: float) -> Array:
+    """Places about one of a grid."""
+    place = int(np.argmin(np.abs(grid - at)))
+    return np.linspace(grid[max(place - 1, 0)], grid[min(place + 1, len(grid) - 1)], _FINER)
+
+
+def _of_signals(scores: RecordScores) -> list[Hypothesis]:
+    """Each recorded signal that makes a force, late or early, and of another size."""
+    by, record = _by_change(scores, scores.quiet), scores.quiet.record
+    longest = min(_LONGEST / scores.data.period, 0.1 * len(scores.data))
+    late = np.unique(np.round(np.geomspace(1.0, max(longest, 2.0), _DELAYS)))
+    delays = np.concatenate([-late[::-1], late])
+    scaled = {name: (1 + _STEP) * values for name, values in record.channels().items()}
+    return [
+        hypothesis
+        for name in (signal.name for signal in scores.data.axis.axis.signals)
+        for hypothesis in (
+            Hypothesis(
+                kind="late signal",
+                parameter=name,
+                columns=partial(_of_late, by, record, name),
+                places=delays,
+                between=_between,
+                is_whole=True,
+            ),
+            Hypothesis(
+                kind="scaled signal",
+                parameter=name,
+                columns=partial(_once, -by(name, scaled[name])[:, None] / _STEP),
+            ),
+        )
+    ]
+
+
+def _of_late(by: Callable[[str, Array], Array], record: Record, name: str, delays: Array) -> Array:
+    """Rows, (n, m, 1), of what is lacking where a signal was logged so many samples late."""
+    moved = np.repeat(record.channels()[name][None], len(delays), axis=0)
+    for first, last in record.spans:
+        at = np.arange(first, last, dtype=float)
+        for own, late in zip(moved, delays, strict=True):  # it belongs earlier
+            own[first:last] = np.interp(at + late, at, own[first:last])
+    return -np.stack([by(name, own) for own in moved], axis=1)[:, :, None]
+
+
+def _by_change(scores: RecordScores, data: FilteredRecord) -> Callable[[str, Array], Array]:
+    """What rows leave more, (n,), where a record has other values of a column, by its role."""
+    columns = data.record.channels()
+
+    def left(changed: dict[str, Array]) -> Array:
+        other = replace(data, record=data.record.with_channels({**columns, **changed}))
+        rows = scores.form.equations(other.signals).reduced(scores.data)
+        found = rows.left - rows.intercept - rows.regressor @ scores.physical
+        return np.asarray(found, dtype=float)
+
+    whole = left({})
+    return lambda role, values: left({role: values}) - whole
+
+
+def outliers_of(scores: RecordScores) -> list[Hypothesis]:
+    """A pulse in each signal that was measured, about the row of which most is left.
+
+    None without twins: the variance by HAC is that of the very samples.
+    """
+    if not scores.twins:
+        return []
+    data = scores.data
+    rows = data.row_numbers.astype(np.int64)
+    left = np.abs(scores.nets)
+    worst, chance = int(np.argmax(left[:, 0])), _chance(left.max(axis=0))
+    width = data.prefilter.decimate
+    near = np.round(np.linspace(-width, width, _PLACES if width > 1 else 3))
+    places = np.clip(rows[worst] + near, 0, len(data.record) - 1)
+    by, columns = _by_change(scores, data), data.record.channels()
+    hidden = {"control"} if data.record.force is not None else set()
+    return [
+        Hypothesis(
+            kind="outlier",
+            parameter=role,
+            columns=partial(_pulses, by, columns[role], role),
+            places=np.unique(places),
+            least=chance,
+            between=_every_sample,
+        )
+        for role in ("position", "velocity", "acceleration", "force", "control")
+        if role in columns.keys() - hidden
+    ]
+
+
+def _chance(largest: Array) -> float:
+    """That noise leaves as much in the row of which most is left: by twins', log-normal."""
+    sizes = np.log(np.maximum(largest, np.finfo(float).tiny))
+    own, twins = sizes[0], sizes[1:]
+    spread = float(np.std(twins, ddof=1)) * math.sqrt(1 + 1 / len(twins))
+    beyond = (own - twins.mean()) / spread if spread else np.inf
+    return float(stdtr(len(twins) - 1, -beyond))
+
+
+def _every_sample(grid: Array, at: float) -> Array:
+    step = int(np.diff(grid).max(initial=0)) // 2
+    return np.asarray(np.clip(np.arange(at - step, at + step + 1), grid[0], grid[-1]))
+
+
+def _pulses(by: Callable[[str, Array], Array], values: Array, role: str, samples: Array) -> Array:
+    """By a pulse of one in each sample of a column, (n, m, 1)."""
+    pulse = _PULSE * (float(np.std(values)) or 1.0)
+    alone = (pulse * (np.arange(len(values)) == sample) for sample in samples)
+    return np.stack([by(role, values + each) / pulse for each in alone], axis=1)[:, :, None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,10 +366,6 @@ class Lack:
         return self.kind == "outlier"
 
 
-#: A hypothesis and its columns.
-Prepared: TypeAlias = tuple[Hypothesis, Array]
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TestedHypothesis:
     """A hypothesis at its best place, tested beside a model.
@@ -126,15 +408,14 @@ def scores_at(
     return scores_of(data, at, chain, range(len(at)), by_loop=by_loop)
 
 
+@of_found
 def lacking(
-    scores: RecordScores | Missing,
+    scores: RecordScores,
     preferred: Estimate,
     records: int = 1,
     levels: Levels = DEFAULT_LEVELS,
-) -> tuple[Lack, ...] | Missing:
+) -> tuple[Lack, ...]:
     """What the judged estimate's model lacks on a record, one of several, the strongest first."""
-    if isinstance(scores, Missing):
-        return scores
     half = np.array([np.ptp(value.interval) / 2 for value in preferred.parameters.values()])
     return found_beside(scores, half, records, levels)
 
@@ -175,17 +456,17 @@ def found_beside(
 
 
 def findings(
-    scores: RecordScores, hypotheses: Sequence[Prepared], half: Array, levels: Levels
+    scores: RecordScores,
+    hypotheses: Sequence[tuple[Hypothesis, Array]],
+    half: Array,
+    levels: Levels,
 ) -> list[TestedHypothesis]:
     """What is there and matters, by its part of the force, the largest first."""
     sure = levels.level / max(len(hypotheses), 1)
     every = [_finding(scores, *each, half, sure) for each in hypotheses]
     every.sort(key=lambda each: each.p_value)
-    there = []
-    for place, each in enumerate(every):
-        if each.p_value > levels.level / (len(every) - place):
-            break
-        there.append(each)
+    holm = zip(every, levels.level / np.arange(len(every), 0, -1), strict=True)
+    there = [each for each, _ in takewhile(lambda pair: pair[0].p_value <= pair[1], holm)]
     return sorted((e for e in there if e.matters(levels.least_share)), key=lambda each: -each.share)
 
 
@@ -230,97 +511,89 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
 
 
 def _told(scores: RecordScores, name: TestedHypothesis) -> Lack:
-    """What is found, as it is told."""
-    hypothesis, at, columns = name.hypothesis, name.at, name.columns
+    """What is found, as it is told: a change, a delay, a factor, or how much of each column.
+
+    What a parameter is before it changes is told beside: the estimate is in between.
+    """
+    kind, parameter, columns = name.hypothesis.kind, name.hypothesis.parameter, name.columns
     tested = scores.test(columns[:, None])
-    values, covariance = _amounts(scores, hypothesis, at, tested)
-    size = float(np.linalg.norm(values))
-    made_by = columns @ tested.values[0]
+    factors, covariance = tested.values[0], tested.covariances[0]
+    values, begun, before = factors, 0.0, 0.0
+    if kind == "late signal":
+        step = name.hypothesis.columns(np.array([name.at - 0.5, name.at + 0.5])) @ factors
+        slope = scores.test((step[:, 1:] - step[:, :1])[:, :, None])
+        values, covariance = np.array([name.at]), slope.covariances[0]
+    elif kind == "drift":  # from its lowest to its highest, in the order of time
+        shapes = drifts(scores.data.times_of_rows)
+        course = shapes @ factors
+        first, last = sorted((int(np.argmin(course)), int(np.argmax(course))))
+        change = shapes[last] - shapes[first]
+        values, begun = np.array([change @ factors]), float(course[first])
+        covariance = np.array([[change @ covariance @ change]])
+    elif kind == "scaled signal":
+        values = 1 + values
+    names = [q.name for q in scores.data.axis.parameters]
+    if parameter == GAIN:  # what it makes is on the other side
+        values, before = -values, 1.0
+    elif parameter in names:
+        moved = np.zeros(len(names))
+        moved[scores.free] = scores.moved_by(columns, factors)
+        before = float((scores.physical + moved)[names.index(parameter)] + begun)
+    size, made_by = float(np.linalg.norm(values)), columns @ factors
     return Lack(
-        kind=hypothesis.kind,
-        parameter=hypothesis.parameter,
+        kind=kind,
+        parameter=parameter,
         values=tuple(map(float, values)),
         deviation=math.sqrt(max(float(values @ covariance @ values), 0.0)) / (size or 1.0),
-        before=_before(scores, hypothesis, columns, tested.values[0]),
-        at=at,
+        before=before,
+        at=name.at,
         share=float(np.linalg.norm(made_by) / (np.linalg.norm(scores.force) or 1.0)),
         own_share=name.share,
         p_value=name.p_value,
     )
 
 
-def _amounts(
-    scores: RecordScores, hypothesis: Hypothesis, at: float, tested: ColumnTests
-) -> tuple[Array, Array]:
-    """How much of it there is, and its covariance: a change, a delay, a factor, or each column."""
-    values, covariance = tested.values[0], tested.covariances[0]
-    if hypothesis.kind == "late signal":
-        step = hypothesis.columns(np.array([at - 0.5, at + 0.5])) @ values
-        slope = scores.test((step[:, 1:] - step[:, :1])[:, :, None])
-        return np.array([at]), slope.covariances[0]
-    if hypothesis.kind == "drift":
-        first, last = _extremes(scores, values)
-        change = last - first
-        values = np.array([change @ values])
-        covariance = np.array([[change @ covariance @ change]])
-    if hypothesis.parameter == GAIN:  # what it makes is on the other side
-        values = -values
-    if hypothesis.kind == "scaled signal":
-        values = 1 + values
-    return values, covariance
-
-
-def _extremes(scores: RecordScores, values: Array) -> tuple[Array, Array]:
-    """Shapes of a drift at its lowest and highest, in the order of time."""
-    shapes = drifts(scores.data.times_of_rows)
-    course = shapes @ values
-    first, last = sorted((int(np.argmin(course)), int(np.argmax(course))))
-    return shapes[first], shapes[last]
-
-
-def _before(scores: RecordScores, hypothesis: Hypothesis, columns: Array, values: Array) -> float:
-    """What a parameter is before it changes: the estimate is in between; 0 of what is none."""
-    names = [q.name for q in scores.data.axis.parameters]
-    if hypothesis.parameter == GAIN:
-        return 1.0
-    if hypothesis.parameter not in names:
-        return 0.0
-    place = names.index(hypothesis.parameter)
-    moved = np.zeros(len(names))
-    moved[scores.free] = scores.moved_by(columns, values)
-    begun = _extremes(scores, values)[0] @ values if hypothesis.kind == "drift" else 0.0
-    return float(scores.physical[place] + moved[place] + begun)
-
-
 def sentence(lack: Lack, axis: GeneratedAxis, record: Record) -> str:
     """What is missing, changes or is logged wrongly, how much of it, and what to do about it."""
-    if lack.is_of_signal:
-        return _signal(lack, record.period)
     size, deviation, unit = amount(lack, axis)
-    if lack.is_outlier:
-        sample, part = int(lack.at), of_force(lack.share)
-        return (
-            f"the {lack.parameter} leaves its course by {size:+.3g} +- {deviation:.1g} {unit} at "
-            f"sample {sample + 1}, {record.time[sample] - record.time[0]:.6g} s after the first "
-            f"({part})"
-        )
-    if not lack.parameter:
-        what, advice = said_of(TERMS[lack.kind], lack.at, axis.axis, size)
-        told = f", {size:+.3g} +- {deviation:.1g} {unit}" if unit else ""
-        return f"{what}{told}: {advice} ({of_force(lack.share)})"
-    if lack.kind == "held":
-        by = f"{abs(size):.3g} +- {deviation:.1g} {unit}".rstrip()
-        return f"another {lack.parameter} than was given, {by} {'more' if size > 0 else 'less'}"
-    share = f" ({100 * size / lack.before:+.2g} %)" if lack.before else ""
-    by = f"{size:+.3g} +- {deviation:.1g} {unit}".rstrip() + share
-    if lack.kind == "drift":
-        return (
-            f"{lack.parameter} changes with time, by {by} over the record, little by little: "
-            "record when the axis is warm, or identify parts of the record by themselves"
-        )
-    return (
-        f"{lack.parameter} changes by {by} from about {lack.at:.3g} s on: identify what is before "
-        "and after by itself, or find what was changed there"
+    kind, name, part = lack.kind, lack.parameter, of_force(lack.share)
+    by = f"{size:+.3g} +- {deviation:.1g} {unit}".rstrip()
+    if not name:
+        what, advice = said_of(TERMS[kind], lack.at, axis.axis, size)
+        return f"{what}{f', {by}' * bool(unit)}: {advice} ({part})"
+    held_by = f"{abs(size):.3g} +- {deviation:.1g} {unit}".rstrip()
+    changed = by + (f" ({100 * size / lack.before:+.2g} %)" if lack.before else "")
+    sample = int(lack.at) if lack.is_outlier else 0
+    return first_case(
+        (
+            kind == "scaled signal",
+            f"the model needs {size:.4g} +- {deviation:.1g} times the recorded {name} ({part})",
+        ),
+        (
+            kind == "late signal",
+            f"the {name} is logged {abs(size):.4g} +- {max(deviation, 0.01):.1g} samples "
+            f"({1e3 * abs(size) * record.period:.4g} ms) {'late' if size > 0 else 'early'} beside "
+            f"the force that it makes ({part})",
+        ),
+        (
+            lack.is_outlier,
+            f"the {name} leaves its course by {size:+.3g} +- {deviation:.1g} {unit} at sample "
+            f"{sample + 1}, {record.time[sample] - record.time[0]:.6g} s after the first ({part})",
+        ),
+        (
+            kind == "held",
+            f"another {name} than was given, {held_by} {'more' if size > 0 else 'less'}",
+        ),
+        (
+            kind == "drift",
+            f"{name} changes with time, by {changed} over the record, little by little: record "
+            "when the axis is warm, or identify parts of the record by themselves",
+        ),
+        (
+            True,
+            f"{name} changes by {changed} from about {lack.at:.3g} s on: identify what is before "
+            "and after by itself, or find what was changed there",
+        ),
     )
 
 
@@ -328,30 +601,18 @@ def amount(lack: Lack, axis: GeneratedAxis) -> tuple[float, float, str]:
     """How much of it there is, its deviation, and their unit."""
     values, deviation = np.array(lack.values), lack.deviation
     size = float(np.linalg.norm(values)) if len(values) > 1 else float(values[0])
-    if lack.is_outlier:
-        return size, deviation, expected_units(lack.parameter, axis.axis)[0]
-    if lack.parameter:
-        units = {q.name: str(q.unit) for q in axis.parameters} | {GAIN: "times"}
-        return size, deviation, units.get(lack.parameter, "")
-    q, unit = axis.axis.coordinate, TERMS[lack.kind].unit
-    return size, deviation, unit.format(force=q.force_unit, unit=q.unit)
+    if not lack.parameter:
+        q = axis.axis.coordinate
+        unit = TERMS[lack.kind].unit.format(force=q.force_unit, unit=q.unit)
+    elif lack.is_outlier:
+        unit = expected_units(lack.parameter, axis.axis)[0]
+    else:
+        units = {p.name: str(p.unit) for p in axis.parameters} | {GAIN: "times"}
+        unit = units.get(lack.parameter, "")
+    return size, deviation, unit
 
 
 def of_force(share: float) -> str:
     """How much of the force something makes; a share beyond all of it says no more than that."""
     beyond = share > 1
     return "this is more than the force" if beyond else f"{100 * share:.2g} % of the force is this"
-
-
-def _signal(lack: Lack, period: float) -> str:
-    """How late or how much too small a recorded signal is, beside the force that it makes."""
-    value, deviation = lack.values[0], lack.deviation
-    if lack.kind == "scaled signal":
-        said = f"the model needs {value:.4g} +- {deviation:.1g} times the recorded {lack.parameter}"
-    else:
-        way = "late" if value > 0 else "early"
-        said = (
-            f"the {lack.parameter} is logged {abs(value):.4g} +- {max(deviation, 0.01):.1g} "
-            f"samples ({1e3 * abs(value) * period:.4g} ms) {way} beside the force that it makes"
-        )
-    return f"{said} ({of_force(lack.share)})"

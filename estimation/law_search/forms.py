@@ -1,7 +1,8 @@
 """The forms of the ready laws that are tried, and how a regression starts each.
 
 A form without an integral or a filter is linear in products of its gains; one with an integral is
-linear in more products than it has gains, which start the search all the same.
+linear in more products than it has gains, which start the search all the same. The result names
+those that explain a recorded control.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -9,9 +10,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from axisid.estimation.checks import Check, first_case
+from axisid.estimation.diagnostics import Checked
+from axisid.estimation.records import Record
+from axisid.estimation.thresholds import MAX_LAW_RESIDUAL
 from axisid.modeling.declaration import ControlLaw
 from axisid.modeling.laws import LAWS
 from axisid.support.arrays import Array
+from axisid.support.presentable import Presentable
 
 #: Coefficients of a regression of the control, by column.
 Coefficients = Mapping[str, float]
@@ -52,11 +58,6 @@ class LawForm:
     def title(self) -> str:
         """Its name and words: ``cascade_p_pi, velocity averaged``."""
         return ", ".join([self.law, *(f"{k} {v}" for k, v in self.words.items())])
-
-    @property
-    def has_integral(self) -> bool:
-        """Whether it may wind up."""
-        return "sum of error" in self.columns
 
     def made(self, gains: Mapping[str, float], period: float, delay: int) -> ControlLaw:
         """The law with gains."""
@@ -110,16 +111,17 @@ class LawSignals:
         return {name: known[name] for name in form.columns}
 
     def _velocity(self, form: LawForm, extra: float | None) -> Array:
-        how = form.words.get("velocity", "difference")
-        if how == "ideal" or form.law == "cascade_pd":
-            return self.ideal_velocity
-        if how == "averaged" or form.law == "cascade_pd_averaged":
-            before = np.concatenate([self.position[:1], self.position[:1], self.position[:-2]])
-            return np.asarray((self.position - before) / (2 * self.period))
-        if how == "pll" and extra is not None:
-            return self._smooth(self._rate(self.position), 2 / extra)
-        return self._smooth(
-            self._rate(self.position), extra if form.extra == "velocity_filter" else None
+        how, rate = form.words.get("velocity", "difference"), self._rate(self.position)
+        before = np.concatenate([self.position[:1], self.position[:1], self.position[:-2]])
+        bandwidth = extra if how == "pll" else None
+        filtered = extra if form.extra == "velocity_filter" else None
+        return first_case(
+            (how == "ideal" or form.law == "cascade_pd", self.ideal_velocity),
+            (
+                how == "averaged" or form.law == "cascade_pd_averaged",
+                np.asarray((self.position - before) / (2 * self.period)),
+            ),
+            (True, self._smooth(rate, 2 / bandwidth if bandwidth else filtered)),
         )
 
     def _rate(self, values: Array) -> Array:
@@ -145,14 +147,13 @@ def _over(above: float, below: float) -> float:
 
 def _cascade(c: Coefficients) -> dict[str, float]:
     kv = -c["velocity"]
-    found = {"kp": _over(c["error"], kv), "kv": kv}
-    if "rate" in c:
-        found["velocity_feed_forward"] = _over(c["rate"], kv)
-    if "acceleration" in c:
-        found["acceleration_feed_forward"] = c["acceleration"]
-    if "sum of error" in c:
-        found["tn"] = abs(_over(c["error"], c["sum of error"])) or 1.0
-    return found
+    further = {
+        "velocity_feed_forward": ("rate", _over(c.get("rate", 0.0), kv)),
+        "acceleration_feed_forward": ("acceleration", c.get("acceleration", 0.0)),
+        "tn": ("sum of error", abs(_over(c["error"], c.get("sum of error", 0.0))) or 1.0),
+    }
+    found = {name: value for name, (column, value) in further.items() if column in c}
+    return {"kp": _over(c["error"], kv), "kv": kv, **found}
 
 
 def _pid(c: Coefficients) -> dict[str, float]:
@@ -222,3 +223,113 @@ FORMS: tuple[LawForm, ...] = (
     _p_pi("difference", *_PI, *_AHEAD, extra="velocity_filter"),
     _p_pi("pll", *_PI, *_AHEAD, extra="pll_bandwidth"),
 )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExplainedLaw:
+    """A ready law with the gains that explain a control best.
+
+    Attributes
+    ----------
+    law : ControlLaw
+        With these gains and the delay.
+    function : str
+        Its name in `axisid.control`.
+    words : mapping of str to str
+        The arguments of that function that are no numbers.
+    deviations : mapping of str to float
+        Standard deviation of each gain, for autocorrelated residuals; of those that the record
+        tells apart from the others.
+    held_out_percent : float
+        What it leaves of the control on rows that the gains were not found from, percent of it.
+    fitted_percent : float
+        The same on the rows that they were found from.
+    same : str
+        What else gives the same control, in words.
+    """
+
+    law: ControlLaw
+    function: str
+    words: Mapping[str, str]
+    deviations: Mapping[str, float]
+    held_out_percent: float
+    fitted_percent: float
+    same: str
+
+    @property
+    def title(self) -> str:
+        """The law and its words: ``cascade_p_pi, velocity averaged``."""
+        return ", ".join([self.function, *(f"{k} {v}" for k, v in self.words.items())])
+
+    @property
+    def toml(self) -> str:
+        """How a TOML declaration has it."""
+        return f"control = {{ law = {_quoted(self.function)}, {self._arguments(' = ')} }}"
+
+    @property
+    def python(self) -> str:
+        """How a Python declaration has it."""
+        law = f"{self.function}({self._arguments('=')})"
+        late = self.law.delay
+        return f"control=replace({law}, delay={late})" if late else f"control={law}"
+
+    def _arguments(self, between: str) -> str:
+        given = {name: f"{value:.6g}" for name, value in self.law.gains.items()}
+        given |= {name: _quoted(word) for name, word in self.words.items()}
+        given["period"] = f"{self.law.period:.10g}"
+        if self.law.delay and between != "=":
+            given["delay"] = str(self.law.delay)
+        return ", ".join(f"{name}{between}{text}" for name, text in given.items())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class LawSearch(Checked, Presentable):
+    """Ready laws by how well they explain the recorded control, the best first.
+
+    Attributes
+    ----------
+    axis : str
+        Its name.
+    unit : str
+        Of the control.
+    record : Record
+    laws : tuple of ExplainedLaw
+        By what they leave of rows that are held out; of those that leave as little, the one with
+        the fewest gains first.
+    explained : bool
+        Whether the first leaves as little as the law check allows.
+    as_well : int
+        How many of the first leave as little as the best.
+    """
+
+    axis: str
+    unit: str
+    record: Record
+    laws: tuple[ExplainedLaw, ...]
+    explained: bool
+    as_well: int
+
+    def __repr__(self) -> str:
+        return f"laws of {self.axis}: {self.best.title}, {self.best.held_out_percent:.3g} % left"
+
+    @property
+    def best(self) -> ExplainedLaw:
+        """The first of them."""
+        return self.laws[0]
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Whether a law explains the control."""
+        best, left = self.best.title, self.best.held_out_percent
+        lost = (
+            f"No ready law explains the control: the best, {best}, leaves {left:.3g} % of it. The "
+            "drive runs another law, reads other columns (a feed-forward, a sensor of its own), or "
+            "runs faster than the log"
+        )
+        held = f"{best} leaves {left:.3g} % of the control"
+        fault = None if self.explained else lost
+        return (Check.unless("control law", fault, held, left, MAX_LAW_RESIDUAL.value),)
+
+
+def _quoted(word: str) -> str:
+    return f'"{word}"'

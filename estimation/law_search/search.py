@@ -1,6 +1,6 @@
 """The search: each form started by a regression, its gains found by runs, judged on other rows."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.diagnostics.law import GainsBeside, compared_as
 from axisid.estimation.loops import (
-    Compared,
     LawAlong,
-    LawPoint,
     LawTicks,
     as_logged,
     hides_command,
@@ -31,8 +29,7 @@ from axisid.modeling.laws import ANTI_WINDUP
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, ModelError
 
-from .forms import FORMS, LawForm, LawSignals
-from .result import ExplainedLaw, LawSearch
+from .forms import FORMS, ExplainedLaw, LawForm, LawSearch, LawSignals
 
 # of the least that a law leaves on held-out rows; on the EMPS record four larger laws leave the
 # same 0.234 % as the drive's own
@@ -45,14 +42,6 @@ _BLOCKS = 10  # of rows, every second of which is held out
 _DELAYS = 4  # samples, the most that are tried
 
 Progress = Callable[[int, int, str], None]
-
-
-@dataclass(frozen=True, slots=True)
-class _LawRows:
-    """Samples of a record that gains are found from, and those that are held out, (N,) each."""
-
-    used: NDArray[np.bool_]
-    held_out: NDArray[np.bool_]
 
 
 @np.errstate(all="ignore")  # a law that runs away along the record is left out
@@ -81,20 +70,16 @@ def find_law(
     """
     generated = as_generated(axis)
     piece = _fit_for_it(record)
-    rows, signals, ticks = _rows(generated, piece), _signals(piece), _ticks(generated, piece)
-    begun = generated, piece, rows, signals, ticks
-    found: list[ExplainedLaw] = []
+    along, found = _AlongRecord.of(generated, piece), list[ExplainedLaw]()
     for done, form in enumerate(FORMS):
         if progress is not None:
             progress(done, len(FORMS), form.title)
-        explained = _explained(form, generated, piece, rows, signals, ticks)
+        law = along.begun(form)
+        explained = None if law is None else along.fitted(form, law)
         if explained is not None:
             found.append(explained)
-            if explained.held_out_percent <= _NEGLIGIBLE_LEFT:
-                continue  # no anti-windup can explain more
-            apart = _limited(form, rows) and _begun(form, *begun, apart=True)
-            starts = [law for law in (explained.law, apart) if law]
-            found += _wound(form, starts, generated, piece, rows, ticks)
+            if explained.held_out_percent > _NEGLIGIBLE_LEFT:  # else no anti-windup explains more
+                found += along.wound(form, explained.law)
     if not found:
         raise DataError(
             "no ready law can be run along the record; check the units of its columns.",
@@ -105,16 +90,12 @@ def find_law(
 
 def _fit_for_it(record: Record) -> Record:
     """The longest piece of a record that has what a law reads and gives."""
-    if record.reference is None or record.control is None or record.integrated:
-        missing = (
-            "reference"
-            if record.reference is None
-            else "control"
-            if record.control is None
-            else "position"
-        )
+    columns = record.reference, record.control, None if record.integrated else record.position
+    named = zip(("reference", "control", "position"), columns, strict=True)
+    missing = [name for name, values in named if values is None]
+    if missing:
         raise DataError(
-            f"the record has no {missing}; a law is found from position, reference and control. "
+            f"the record has no {missing[0]}; a law is found from position, reference and control. "
             "Name its columns, columns={...}.",
             code="law-columns",
         )
@@ -128,106 +109,156 @@ def _fit_for_it(record: Record) -> Record:
     return piece
 
 
-def _rows(axis: GeneratedAxis, record: Record) -> _LawRows:
-    used = unlimited(axis, record, (0, len(record))).copy()
-    settling = round(1 / COMPARISON_CUTOFF.value)  # of a low-pass, at either end
-    used[: settling + _DELAYS] = used[len(record) - settling :] = False
-    block = np.arange(len(record)) * _BLOCKS // len(record)
-    return _LawRows(used & (block % 2 == 0), used & (block % 2 == 1))
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _AlongRecord:
+    """A record of one piece, along which laws are run.
 
-
-def _signals(record: Record) -> LawSignals:
-    return LawSignals(
-        reference=np.asarray(record.commanded),
-        position=record.position,
-        ideal_velocity=measured_velocity(record.position, record.period),
-        period=record.period,
-    )
-
-
-def _ticks(axis: GeneratedAxis, record: Record) -> LawTicks:
-    recorded = recorded_signals(axis, record.provenance.source, record.signals)
-    velocity = measured_velocity(record.position, record.period)
-    reference, added = np.asarray(record.commanded), record.added_control
-    return LawTicks.at_samples(reference, record.position, velocity, recorded, added)
-
-
-def _explained(
-    form: LawForm,
-    axis: GeneratedAxis,
-    record: Record,
-    rows: _LawRows,
-    signals: LawSignals,
-    ticks: LawTicks,
-) -> ExplainedLaw | None:
-    """A form with its best gains; None where it does not explain the control at all."""
-    law = _begun(form, axis, record, rows, signals, ticks)
-    return None if law is None else _fitted(form, law, axis, record, rows, ticks)
-
-
-def _begun(
-    form: LawForm,
-    axis: GeneratedAxis,
-    record: Record,
-    rows: _LawRows,
-    signals: LawSignals,
-    ticks: LawTicks,
-    *,
-    apart: bool = False,
-) -> ControlLaw | None:
-    """The law with the delay and the filter of whose regression least is left."""
-    starts = [
-        _started(form, extra, delay, axis, record, rows, signals, ticks, apart=apart)
-        for extra in form.begun(record.period)
-        for delay in range(_DELAYS + 1)
-    ]
-    possible = [start for start in starts if start is not None]
-    return min(possible, key=lambda start: start[0])[1] if possible else None
-
-
-def _started(
-    form: LawForm,
-    extra: float | None,
-    delay: int,
-    axis: GeneratedAxis,
-    record: Record,
-    rows: _LawRows,
-    signals: LawSignals,
-    ticks: LawTicks,
-    *,
-    apart: bool,
-) -> tuple[float, ControlLaw] | None:
-    """What a regression leaves, and the law that it starts with.
-
-    `apart` leaves open what an integral is after each time at the limit.
+    Attributes
+    ----------
+    axis : GeneratedAxis
+    record : Record
+    used, held_out : (N,) array of bool
+        Samples that gains are found from, and those that a law is judged by.
+    signals : LawSignals
+        What controls are made of.
+    ticks : LawTicks
+        What a law reads.
     """
-    columns = signals.columns(form, extra)
-    if apart:
-        columns.pop("constant")
-    late = np.column_stack([*columns.values()])
-    late = np.vstack([np.repeat(late[:1], delay, axis=0), late[: len(late) - delay]])
-    commands, told = _commands(axis, record)
-    used = rows.used & told
-    own = commands - as_logged(axis, ticks.added_at_samples(delay))
-    control, regressor = own[used], as_logged(axis, late)[used]
-    if apart:
-        begins = np.diff(np.flatnonzero(used), prepend=-1) > 1
-        stretches = np.cumsum(begins, dtype=np.intp)
-        control, regressor = _about_means(control, stretches), _about_means(regressor, stretches)
-    sizes = np.linalg.norm(regressor, axis=0)
-    if not np.all(sizes > 0):
-        return None
-    values, *_ = np.linalg.lstsq(regressor / sizes, control, rcond=None)
-    gains = form.gains(dict(zip(columns, values / sizes, strict=True)))
-    if extra is not None:
-        gains[form.extra] = extra
-    if not all(np.isfinite(value) and value for value in gains.values()):
-        return None
-    try:
-        law = form.made(gains, record.period, delay)
-    except ModelError:
-        return None  # a negative time
-    return float(np.linalg.norm(control - regressor @ (values / sizes))), law
+
+    axis: GeneratedAxis
+    record: Record
+    used: NDArray[np.bool_]
+    held_out: NDArray[np.bool_]
+    signals: LawSignals
+    ticks: LawTicks
+
+    @classmethod
+    def of(cls, axis: GeneratedAxis, record: Record) -> "_AlongRecord":
+        """A record of one piece with position, reference and control."""
+        told = unlimited(axis, record, (0, len(record))).copy()
+        settling = round(1 / COMPARISON_CUTOFF.value)  # of a low-pass, at either end
+        told[: settling + _DELAYS] = told[len(record) - settling :] = False
+        odd = (np.arange(len(record)) * _BLOCKS // len(record)) % 2 == 1
+        recorded = recorded_signals(axis, record.provenance.source, record.signals)
+        velocity = measured_velocity(record.position, record.period)
+        reference, added = np.asarray(record.commanded), record.added_control
+        return cls(
+            axis=axis,
+            record=record,
+            used=told & ~odd,
+            held_out=told & odd,
+            signals=LawSignals(
+                reference=reference,
+                position=record.position,
+                ideal_velocity=velocity,
+                period=record.period,
+            ),
+            ticks=LawTicks.at_samples(reference, record.position, velocity, recorded, added),
+        )
+
+    def begun(self, form: LawForm, *, apart: bool = False) -> ControlLaw | None:
+        """The law with the delay and the filter of whose regression least is left.
+
+        `apart` leaves open what an integral is after each time at the limit.
+        """
+        starts = [
+            self._started(form, extra, delay, apart=apart)
+            for extra in form.begun(self.record.period)
+            for delay in range(_DELAYS + 1)
+        ]
+        possible = [start for start in starts if start is not None]
+        return min(possible, key=lambda start: start[0])[1] if possible else None
+
+    def _started(
+        self, form: LawForm, extra: float | None, delay: int, *, apart: bool
+    ) -> tuple[float, ControlLaw] | None:
+        """What a regression leaves, and the law that it starts with."""
+        columns = self.signals.columns(form, extra)
+        if apart:
+            columns.pop("constant")
+        late = np.column_stack([*columns.values()])
+        late = np.vstack([np.repeat(late[:1], delay, axis=0), late[: len(late) - delay]])
+        commands, told = _commands(self.axis, self.record)
+        used = self.used & told
+        own = commands - as_logged(self.axis, self.ticks.added_at_samples(delay))
+        control, regressor = own[used], as_logged(self.axis, late)[used]
+        if apart:
+            begins = np.diff(np.flatnonzero(used), prepend=-1) > 1
+            stretches = np.cumsum(begins, dtype=np.intp)
+            control, regressor = (_about_means(each, stretches) for each in (control, regressor))
+        sizes = np.linalg.norm(regressor, axis=0)
+        if not np.all(sizes > 0):
+            return None
+        values, *_ = np.linalg.lstsq(regressor / sizes, control, rcond=None)
+        gains = form.gains(dict(zip(columns, values / sizes, strict=True)))
+        if extra is not None:
+            gains[form.extra] = extra
+        if not all(np.isfinite(value) and value for value in gains.values()):
+            return None
+        try:
+            law = form.made(gains, self.record.period, delay)
+        except ModelError:
+            return None  # a negative time
+        return float(np.linalg.norm(control - regressor @ (values / sizes))), law
+
+    def _beside(self, law: ControlLaw) -> GainsBeside:
+        """A law beside the control of the rows that gains are found from."""
+        smooth = compared_as(law, self.record)
+        along = LawAlong.of(self.axis, law, self.ticks, self.record)
+        return GainsBeside(
+            along=along,
+            point=along.declared,
+            compared=lambda values: smooth(values)[self.used],
+            neighbours=Neighbours.of(np.flatnonzero(self.used), 1),
+        )
+
+    def fitted(self, form: LawForm, law: ControlLaw) -> ExplainedLaw | None:
+        """A law with the gains that explain the rows best, from those that it has.
+
+        None where it does not explain the control at all. Deviations are of the gains that the
+        record tells apart.
+        """
+        best, smooth = self._beside(law).best([*law.gains]), compared_as(law, self.record)
+        along, gains = best.along, best.gains
+        control, off = smooth(along.control), smooth(along.control - along.output(best.point))
+        left = [
+            relative_error_percent(off[some], control[some]) for some in (self.held_out, self.used)
+        ]
+        if not np.all(np.isfinite(left)):
+            return None
+        steps = best.steps
+        return ExplainedLaw(
+            law=replace(law, gains=gains),
+            function=form.law,
+            words=dict(form.words),
+            deviations={name: float(abs(gains[name]) * sd) for name, (_, sd) in steps.items()},
+            held_out_percent=left[0],
+            fitted_percent=left[1],
+            same=form.same,
+        )
+
+    def wound(self, form: LawForm, law: ControlLaw) -> list[ExplainedLaw]:
+        """A law with each anti-windup, where the drive was at its limit; of each the best start."""
+        limited = 1 - float(np.mean(self.used | self.held_out))
+        if "sum of error" not in form.columns or limited < _MIN_LIMITED_SHARE:
+            return []  # no integral that may have wound up
+        starts, found = [law, self.begun(form, apart=True)], list[ExplainedLaw | None]()
+        for wound in map(form.wound, ANTI_WINDUP[1:]):
+            laws = [
+                wound.made(gains, self.record.period, start.delay)
+                for start in starts
+                if start is not None
+                for gains in wound.wound_gains(start.gains)
+            ]
+            found.append(self.fitted(wound, min(laws, key=self._left)))
+        return [each for each in found if each is not None]
+
+    def _left(self, law: ControlLaw) -> float:
+        """What a law leaves of the rows as it is; infinite where it runs away along them."""
+        beside = self._beside(law)
+        off = beside.along.control - beside.along.output(beside.point)
+        left = float(np.linalg.norm(beside.compared(off)))
+        return left if np.isfinite(left) else np.inf
 
 
 def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bool_]]:
@@ -253,88 +284,6 @@ def _about_means(values: Array, stretches: NDArray[np.intp]) -> Array:
     lengths = np.diff([*firsts, len(stretches)])
     means = (np.add.reduceat(values, firsts, axis=0).T / lengths).T
     return np.asarray(values - np.repeat(means, lengths, axis=0))
-
-
-def _fitted(
-    form: LawForm,
-    law: ControlLaw,
-    axis: GeneratedAxis,
-    record: Record,
-    rows: _LawRows,
-    ticks: LawTicks,
-) -> ExplainedLaw | None:
-    """A law with the gains that explain the rows best, from those that it has."""
-    along, smooth = LawAlong.of(axis, law, ticks, record), compared_as(law, record)
-    point = along.fitted(
-        along.declared, lambda values: smooth(values)[rows.used], range(len(law.gains))
-    )
-    control, off = smooth(along.control), smooth(along.control - along.output(point))
-    left = [relative_error_percent(off[some], control[some]) for some in (rows.held_out, rows.used)]
-    if not np.all(np.isfinite(left)):
-        return None
-    gains = dict(zip(law.gains, map(float, point.gains), strict=True))
-    return ExplainedLaw(
-        law=replace(law, gains=gains),
-        function=form.law,
-        words=dict(form.words),
-        deviations=_deviations(along, point, rows, smooth),
-        held_out_percent=left[0],
-        fitted_percent=left[1],
-        same=form.same,
-    )
-
-
-def _deviations(
-    along: LawAlong, point: LawPoint, rows: _LawRows, smooth: Compared
-) -> dict[str, float]:
-    """Standard deviation of each gain that the record tells apart."""
-    beside = GainsBeside(
-        along=along,
-        point=point,
-        compared=lambda values: smooth(values)[rows.used],
-        neighbours=Neighbours.of(np.flatnonzero(rows.used), 1),
-    )
-    values = dict(zip(along.law.gains, point.gains, strict=True))
-    steps = beside.steps(point)
-    return {name: float(abs(values[name]) * sd) for name, (_, sd) in steps.items()}
-
-
-def _limited(form: LawForm, rows: _LawRows) -> bool:
-    """Whether an integral may have wound up, as the drive was at its limit."""
-    limited = 1 - float(np.mean(rows.used | rows.held_out))
-    return form.has_integral and limited >= _MIN_LIMITED_SHARE
-
-
-def _wound(
-    form: LawForm,
-    starts: Sequence[ControlLaw],
-    axis: GeneratedAxis,
-    record: Record,
-    rows: _LawRows,
-    ticks: LawTicks,
-) -> list[ExplainedLaw]:
-    """The same with each anti-windup, where the drive was at its limit; of each the best start."""
-    found = []
-    for how in ANTI_WINDUP[1:] if _limited(form, rows) else ():
-        wound = form.wound(how)
-        laws = [
-            wound.made(gains, record.period, law.delay)
-            for law in starts
-            for gains in wound.wound_gains(law.gains)
-        ]
-        start = min(laws, key=lambda law: _left(law, axis, record, rows, ticks))
-        end = _fitted(wound, start, axis, record, rows, ticks)
-        found += [end] if end is not None else []
-    return found
-
-
-def _left(
-    law: ControlLaw, axis: GeneratedAxis, record: Record, rows: _LawRows, ticks: LawTicks
-) -> float:
-    """What a law leaves of the rows as it is; infinite where it runs away along them."""
-    along, smooth = LawAlong.of(axis, law, ticks, record), compared_as(law, record)
-    left = float(np.linalg.norm(smooth(along.control - along.output(along.declared))[rows.used]))
-    return left if np.isfinite(left) else np.inf
 
 
 def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> LawSearch:

@@ -4,5 +4,9 @@ In: an estimate and the record behind its filter. Out: its residuals split into 
 model lacks, and how far parameters scatter where moves are left out. Knows nothing of verdicts.
 """
 
-from .jackknife import Band as Band, model_bands as model_bands
-from .lack_of_fit import LackOfFit as LackOfFit, lack_of_fit as lack_of_fit
+from .lack_of_fit import (
+    Band as Band,
+    LackOfFit as LackOfFit,
+    lack_of_fit as lack_of_fit,
+    model_bands as model_bands,
+)

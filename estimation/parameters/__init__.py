@@ -5,7 +5,6 @@ In: axes, forms, records, values known of each record. Out: `JointForm` of sever
 and `Unknowns` of a search. Knows nothing of estimates, outputs and how a search is made.
 """
 
-from .drive_gain import by_declared_gain as by_declared_gain
 from .known import Known as Known, Told as Told, known_of as known_of, read_known as read_known
 from .layout import (
     GAIN as GAIN,
@@ -19,6 +18,7 @@ from .nuisance import (
     ExtendedForm as ExtendedForm,
     are_starts as are_starts,
     axis_at as axis_at,
+    by_declared_gain as by_declared_gain,
     gains_in as gains_in,
     inputs_at as inputs_at,
     least_sizes as least_sizes,

@@ -15,6 +15,7 @@ which is linear, and a loop that is simulated with ``mu'``, ``kappa known`` and 
 the loop of ``mu``, ``known`` and g.
 """
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -105,15 +106,6 @@ class JointForm(Exact, InverseForm):
         """See `Form.is_linear`; what is not linear is refused by `layout_of`."""
         return True
 
-    @property
-    def start(self) -> Array:
-        """See `Form.start`."""
-        return np.array([p.nominal for p in self.parameters])
-
-    def at(self, physical: Array) -> "JointForm":  # noqa: ARG002
-        """See `Form.at`."""
-        return self
-
     def physical(self, theta: Array) -> tuple[Array, Array]:
         """See `Form.physical`."""
         if self.gain is None:
@@ -135,11 +127,10 @@ class JointForm(Exact, InverseForm):
 
     def have_inertia(self, physical: Array) -> NDArray[np.bool_]:
         """See `Form.have_inertia`; in every record."""
-        found = np.ones(len(physical), dtype=bool)
-        for i in range(len(self.members)):
-            own = np.array([self.own(each, i) for each in physical])
-            found &= self.of_record(i).have_inertia(own)
-        return found
+        records = range(len(self.members))
+        own = (np.array([self.own(each, i) for each in physical]) for i in records)
+        found = [self.of_record(i).have_inertia(each) for i, each in zip(records, own, strict=True)]
+        return np.asarray(np.all(found, axis=0))
 
     def of_record(self, record: int) -> Form:
         """See `Form.of_record`."""
@@ -247,9 +238,7 @@ def moved_layouts(axis: GeneratedAxis, layout: JointForm | None) -> Iterator[Joi
 def _check(
     axis: GeneratedAxis, records: int, known: Sequence[Known], local: tuple[str, ...]
 ) -> None:
-    parameters = {p.name: p for p in axis.declared.parameters}
-    declared = [*parameters]
-    law = axis.declared.control
+    declared, law = {p.name: p for p in axis.declared.parameters}, axis.declared.control
     gains = [*law.gains] if law is not None else []
     for each in known:
         if each.name not in (*declared, *gains):
@@ -258,7 +247,7 @@ def _check(
                 f"has {', '.join((*declared, *gains))}.",
                 code="no-such-known",
             )
-        p = parameters.get(each.name)
+        p = declared.get(each.name)
         if p and not all(p.lower <= value <= p.upper for value in each.values):
             raise UsageError(
                 f"what is known of {p.name!r}, {', '.join(map(each.text, range(records)))}, is "
@@ -278,22 +267,21 @@ def _check(
                 code="known-and-local",
             )
     if fixed := axis.base.known:
+        values = [f"{p.known}+-{p.known_sd}" if p.known_sd else str(p.known) for p in fixed]
+        settings = [
+            Setting("known", f"{p.name}={','.join([value] * records)}")
+            for p, value in zip(fixed, values, strict=True)
+        ]
         raise UsageError(
             f"{' and '.join(p.name for p in fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, "
             "which is weighed where all parameters are shared; in its place say of each record ",
-            Remedy.of(*(_known_of_each(p, records) for p in fixed), "."),
+            Remedy.of(*settings, "."),
             code="fixed-of-several",
         )
     if not {*declared} - {each.name for each in known}:
         raise UsageError(
             "every parameter is known; leave at least one to identify.", code="all-known"
         )
-
-
-def _known_of_each(fixed: Parameter, records: int) -> Setting:
-    """What is known of all records, as it is said of each."""
-    told = f"{fixed.known}+-{fixed.known_sd}" if fixed.known_sd else str(fixed.known)
-    return Setting("known", f"{fixed.name}={','.join([told] * records)}")
 
 
 def _axes(axis: GeneratedAxis, records: int, known: Sequence[Known]) -> list[GeneratedAxis]:
@@ -309,16 +297,10 @@ def _axes(axis: GeneratedAxis, records: int, known: Sequence[Known]) -> list[Gen
             "enter linearly; give its value for each record, or leave it out.",
             code="nonlinear-of-several",
         )
-    made: dict[tuple[float, ...], GeneratedAxis] = {}
     held = [each for each in known if each.name in bent or each.name in gains]
-    found = []
-    for i in range(records):
-        values = tuple(each.values[i] for each in held)
-        if values not in made:
-            own = dict(zip((each.name for each in held), values, strict=True))
-            made[values] = _variant(axis, own, gains) if own else axis
-        found.append(made[values])
-    return found
+    own = [tuple((each.name, each.values[i]) for each in held) for i in range(records)]
+    made = {values: _variant(axis, dict(values), gains) for values in dict.fromkeys(own)}
+    return [made[values] for values in own]
 
 
 def _variant(axis: GeneratedAxis, own: Mapping[str, float], gains: set[str]) -> GeneratedAxis:
@@ -345,9 +327,8 @@ def _terms(
     split = []
     for powers in base.exponents:
         factors = {name: e for name, e in zip(names, powers, strict=True) if e}
-        factor = Fraction(1)
-        for name in factors.keys() & values.keys():
-            factor *= values[name] ** factors[name]
+        held = (values[name] ** e for name, e in factors.items() if name in values)
+        factor = math.prod(held, start=Fraction(1))
         rest = tuple((name, e) for name, e in factors.items() if name not in values)
         own = any(name in local for name, _ in rest)
         split.append(((rest, record if own else None), factor))

@@ -184,12 +184,13 @@ class InverseForm(Form):
 
     def at(self, physical: Array) -> "InverseForm":
         """See `Form.at`."""
-        return self if self.axis.is_linear else replace(self, point=physical)
+        return self if self.is_linear else replace(self, point=physical)
 
     @property
     def start(self) -> Array:
         """See `Form.start`; where it is linearised, if it is."""
-        return self.axis.nominal if self.point is None else self.point
+        nominal = np.array([p.nominal for p in self.declared], dtype=float)
+        return nominal if self.point is None else self.point
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
         """The estimate itself."""

@@ -5,26 +5,23 @@ is held there, and the others are searched on, so that they are what they are wi
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
 from axisid.estimation.parameters import Unknowns
 from axisid.estimation.predictions import Predictions, Slopes, slopes_of
-from axisid.estimation.thresholds import MAX_FAR, MIN_FAR
+from axisid.estimation.thresholds import MAX_FAR, MEDIAN_OF_NORMAL, MIN_FAR
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
-
-from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
-from axisid.estimation.thresholds import MEDIAN_OF_NORMAL
 
 # deviations from a bound that the errors drive to; held there, it moves by no more
 _AT_BOUND = 0.05
@@ -77,8 +74,11 @@ class Weighing:
 
     def counted(self, z: Array) -> Array:
         """Loss of squares (n,) with its slopes and curvatures, (3, n)."""
-        loss = self.loss if self.shares is None else counting_for(self.loss, self.shares)
-        return loss(z)
+        if self.shares is None:
+            return self.loss(z)
+        # An error is as large a one as it was, and counts by its share.
+        value, first, second = self.loss(z / self.shares)
+        return np.array([self.shares * value, first, second / self.shares])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -184,9 +184,9 @@ class Search:
         lanes = self._predictions(at[None, :])
         if lanes.failures:
             return math.inf
-        known = self._unknowns, self._weighing
         noise = best.cost / max(int(np.count_nonzero(self._weighing.weights)), 1)
-        return (cost_of(at, lanes.errors[:, 0], *known) - best.cost) / (noise or 1.0)
+        cost = cost_of(at, lanes.errors[:, 0], self._unknowns, self._weighing)
+        return (cost - best.cost) / (noise or 1.0)
 
     def _ended(self, at: Array, bound: NDArray[np.int8]) -> "tuple[Array, OptimizeResult | None]":
         """Where a search ends with what is at a bound held there; no search if all is held."""
@@ -237,29 +237,24 @@ class Search:
 
     def _residuals(self, at: Array) -> Array:
         """Weighted errors, then those of what was known before; large ones for a lost loop."""
-        if self._slopes is not None and np.array_equal(self._slopes[0], at):
-            return self._rows(at, self._slopes[1].errors)
-        if not self._largest:
+        if not self._largest or self._is_at(at):
             return self._rows(at, self._slopes_at(at).errors)
         lanes = self._predictions(at[None, :])
         if lanes.failures:
             self._lost, self._why = self._lost + 1, next(iter(lanes.failures.values()))
-            return np.full(self._size, _LOST * self._largest)
+            rows = len(self._weighing.weights) + int(self._unknowns.has_prior.sum())
+            return np.full(rows, _LOST * self._largest)
         return self._rows(at, lanes.errors[:, 0])
 
     def _rows(self, at: Array, errors: Array) -> Array:
         return weighed_rows(at, errors, self._unknowns, self._weighing)
 
-    @property
-    def _size(self) -> int:
-        return len(self._weighing.weights) + int(self._unknowns.has_prior.sum())
+    def _is_at(self, at: Array) -> bool:
+        return self._slopes is not None and np.array_equal(self._slopes[0], at)
 
     def _jacobian(self, at: Array) -> Array:
-        slopes = self._slopes_at(at)
-        jacobian = self._weighing.weights[:, None] * slopes.jacobian
-        if self._unknowns.has_prior.any():
-            jacobian = np.vstack([jacobian, self._unknowns.known_rows])
-        return jacobian
+        jacobian = self._weighing.weights[:, None] * self._slopes_at(at).jacobian
+        return np.vstack([jacobian, self._unknowns.known_rows])
 
     def _slopes_at(self, at: Array) -> Slopes:
         if self._slopes is not None and np.array_equal(self._slopes[0], at):
@@ -301,10 +296,7 @@ class Search:
 
 def weighed_rows(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighing) -> Array:
     """Weighted errors (n,), then those of what was known before, over its deviations."""
-    found = weighing.weights * errors
-    if unknowns.has_prior.any():
-        found = np.concatenate([found, unknowns.known_errors(at)])
-    return found
+    return np.concatenate([weighing.weights * errors, unknowns.known_errors(at)])
 
 
 def cost_of(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighing) -> float:
@@ -382,31 +374,11 @@ def _soft_l1(z: Array) -> Array:
 
 
 def _huber(z: Array) -> Array:
-    beyond = z > 1
-    root = np.sqrt(np.where(beyond, z, 1.0))
-    return np.array(
-        [
-            np.where(beyond, 2 * root - 1, z),
-            1 / root,
-            np.where(beyond, -0.5 / root**3, 0.0),
-        ]
-    )
+    root = np.sqrt(np.maximum(z, 1.0))
+    return np.where(z > 1, [2 * root - 1, 1 / root, -0.5 / root**3], _squares(z))
 
 
 LOSSES: Mapping[str, Loss] = MappingProxyType({SQUARES: _squares, SOFT_L1: _soft_l1, HUBER: _huber})
-
-
-def counting_for(loss: Loss, shares: Array) -> Loss:
-    """The same loss of errors whose weights were multiplied by the roots of shares, (n,).
-
-    An error is as large a one as it was, and counts by its share.
-    """
-
-    def shared(z: Array) -> Array:
-        value, first, second = loss(z / shares)
-        return np.array([shares * value, first, second / shares])
-
-    return shared
 
 
 def deviation_by_median(errors: Array) -> float:

@@ -2,34 +2,46 @@
 
 A parameter is vague for one of two reasons: its column nearly repeats others, or its part of the
 force drowns in what the model leaves unexplained. What the motion lacks (a reversal, a second
-speed, acceleration, travel) explains either.
+speed, acceleration, travel) explains either. Parameters are held, too, against what was declared of
+them: bounds, values, the drive's gain.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.checks import Check, passed
-from axisid.estimation.estimates import Estimate, Value
-from axisid.estimation.problems import Problem, Reach, natural_sizes
+from axisid.estimation.checks import Check, first_case, passed
+from axisid.estimation.estimates import Estimate, Physical, Value, physical_parameters
+from axisid.estimation.parameters import GAIN
+from axisid.estimation.problems import Held, Problem, Reach, natural_sizes
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Signals, dependence, one_direction, one_speed
 from axisid.estimation.thresholds import (
+    LEVEL,
     MAX_RELATIVE_DEVIATION,
     MAX_VARIANCE_INFLATION,
+    MIN_DISTANCE_FROM_NOISE,
     MIN_ROWS_PER_PARAMETER,
     NEGLIGIBLE_FORCE,
     NEGLIGIBLE_PEAK_FORCE,
 )
+from axisid.modeling.declaration import Drive, known_text
+from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
+from axisid.support.missing import Missing
+from axisid.support.remedy import Note, Remedy, Setting
 
 _MIN_REPETITION_WEIGHT = 0.3  # of the largest, from which another column in a repetition is named
 _MIN_ACCELERATION_SHARE = 0.05  # of the force; a term that takes acceleration and has less says so
 # of a column by the position; with less the axis hardly leaves its place
 _MIN_POSITION_VARIATION = 0.1
 _NEGLIGIBLE_SIZE = 0.1  # of a vague parameter, in what force and motion make of its unit
+_MAX_FROM_NOMINAL = 5.0  # times the nominal value, of the whole interval
+NOMINAL_VALUES = "nominal values"
+# between identified and declared drive gain; beyond, a known value is of another record
+_MAX_GAIN_RATIO = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -74,17 +86,19 @@ class Excitation:
     @property
     def reason(self) -> str:
         """Why the record does not show the parameter, for after "because"."""
-        if self.alike:
-            why = f"its column nearly repeats that of {', '.join(self.alike)}"
-        elif self.rows < MIN_ROWS_PER_PARAMETER.value:
-            why = f"it acts in few rows (as if in {self.rows:.2g})"
-        else:
-            why = (
+        why = first_case(
+            (self.alike, f"its column nearly repeats that of {', '.join(self.alike)}"),
+            (
+                self.rows < MIN_ROWS_PER_PARAMETER.value,
+                f"it acts in few rows (as if in {self.rows:.2g})",
+            ),
+            (self.share >= 1, "others cancel its part of the force"),
+            (
+                True,
                 f"its part of the force ({100 * self.share:.2g} %) drowns in what the model leaves "
-                "unexplained"
-                if self.share < 1
-                else "others cancel its part of the force"
-            )
+                "unexplained",
+            ),
+        )
         return f"{why}: {', and '.join(self.lacking)}" if self.lacking else why
 
 
@@ -180,17 +194,16 @@ def _lacking(
     def need(*names: str) -> bool:
         return any(bool(needs[name][j]) for name in names for j in columns)
 
-    facts: list[str] = []
-    if need("velocity", "direction"):
-        facts.append(one_direction(signals))
-    if need("velocity"):
-        facts.append(one_speed(signals))
-    if any(needs["acceleration"][j] and shares[j] < _MIN_ACCELERATION_SHARE for j in columns):
-        facts.append("the axis hardly accelerates")
-    placed = [j for j in columns if needs["position"][j] and not needs["acceleration"][j]]
-    if any(np.ptp(X[:, j]) < _MIN_POSITION_VARIATION * np.abs(X[:, j]).max() for j in placed):
-        facts.append("the axis hardly leaves its place")
-    return tuple(fact for fact in facts if fact)
+    slow = any(needs["acceleration"][j] and shares[j] < _MIN_ACCELERATION_SHARE for j in columns)
+    placed = [X[:, j] for j in columns if needs["position"][j] and not needs["acceleration"][j]]
+    still = any(np.ptp(x) < _MIN_POSITION_VARIATION * np.abs(x).max() for x in placed)
+    facts = (
+        (need("velocity", "direction"), one_direction(signals)),
+        (need("velocity"), one_speed(signals)),
+        (slow, "the axis hardly accelerates"),
+        (still, "the axis hardly leaves its place"),
+    )
+    return tuple(fact for holds, fact in facts if holds and fact)
 
 
 def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
@@ -234,19 +247,21 @@ def precision_check(
     source : str
         What the figure is.
     """
-    clear = "every parameter stands well above its deviation"
-    if small:
-        clear = (
+    clear = first_case(
+        (not small, "every"),
+        (
+            True,
             f"{', '.join(small)} cannot be told from zero and is less than 1 % of the {of}; every "
-            "other parameter stands well above its deviation"
-        )
+            "other",
+        ),
+    )
     return Check(
         name="precision",
         status=passed(not unclear),
         figure=worst if np.isfinite(worst) else None,
         threshold=MAX_RELATIVE_DEVIATION.value,
         source=source,
-        meaning="; ".join(unclear) or clear,
+        meaning="; ".join(unclear) or f"{clear} parameter stands well above its deviation",
     )
 
 
@@ -263,4 +278,188 @@ def _is_nothing(excitation: Excitation, value: Value) -> bool:
         excitation.share * times < NEGLIGIBLE_FORCE.value
         and excitation.largest_share * times < NEGLIGIBLE_PEAK_FORCE.value
         and largest < _NEGLIGIBLE_SIZE * excitation.natural
+    )
+
+
+def within_bounds(
+    estimate: Estimate, cause: Note | None, held: Sequence[Held] = ()
+) -> Check | Missing:
+    """Every parameter against the bounds that it was declared with, physical ones too.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    cause : Note
+        What to blame before signs and units, if anything is.
+    held : sequence of Held
+        Parameters that are none of the estimate, since they are held at a bound.
+    """
+    axis, values = estimate.form.axis, dict(estimate.parameters)
+    physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
+    if physical is not None:
+        known = {p.name for p in axis.base.known}
+        values |= {n: v for n, v in physical.parameters.items() if n not in {*values, *known}}
+    bounded = {p.name: p for p in (*axis.base.declared.parameters, *estimate.form.declared)}
+    declared = [p for name, p in bounded.items() if p.is_bounded and name in values]
+    outside = [p for p in declared if not p.is_inside(values[p.name].corrected)]
+    if held and not outside:
+        return _held_check(held, cause)
+    if not declared:
+        return Missing("no parameter is declared with bounds")
+    reaching = [values[p.name].interval for p in outside]
+    if outside and all(
+        low < p.upper and high > p.lower for p, (low, high) in zip(outside, reaching, strict=True)
+    ):
+        cause = Note(
+            f"the 95 % interval of {'each' if len(outside) > 1 else 'it'} reaches within; ",
+            Remedy.of("to hold it at the bound, ", Setting("bounded")),
+        )
+    listed = "; ".join(p.out_of_bounds(values[p.name].corrected) for p in outside)
+    said = first_case(
+        (outside, Note.of(f"{listed}: ", cause or "check the signs and units of the record")),
+        (True, Note("every parameter is within its declared bounds")),
+    )
+    return Check(
+        name="bounds",
+        status=passed(not outside),
+        figure=float(len(outside)),
+        threshold=0.0,
+        source="declared physical bounds; parameters outside or at them, none is clipped",
+        meaning=said.text,
+        remedy=said.remedy,
+    )
+
+
+def _held_check(held: Sequence[Held], cause: Note | None) -> Check:
+    """Parameters at their bounds: what chance takes there, or what contradicts the bound."""
+    farthest = max(each.distance for each in held)
+    against = farthest > MIN_DISTANCE_FROM_NOISE.value
+    listed = "; ".join(each.text for each in held)
+    blamed = cause or "check the signs and units of the record, and what the model lacks"
+    beyond = f"{listed}, {farthest:.2g} deviations beyond: "
+    said = first_case((against, Note.of(beyond, blamed)), (True, Note(listed)))
+    return Check(
+        name="bounds",
+        status="fail" if against else "note",
+        figure=farthest,
+        threshold=MIN_DISTANCE_FROM_NOISE.value,
+        source="deviations by which a parameter that is held would be beyond its bound",
+        meaning=said.text,
+        remedy=said.remedy,
+    )
+
+
+def fixed_check(estimate: Estimate, level: float = LEVEL.value) -> Check | Missing | None:
+    """Whether the record contradicts what was fixed; nothing if nothing could be asked."""
+    physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
+    if physical is None or not (physical.base.known or physical.dof):
+        return None
+    if physical.p_value is None:
+        why = "the record alone does not determine what was fixed, so that it cannot contradict it"
+        return Missing(physical.undetermined[-1] if physical.undetermined else why)
+    good = physical.p_value >= level
+    return Check(
+        name="fixed values" if physical.base.known else "physical parameters",
+        status=passed(good),
+        figure=physical.statistic,
+        threshold=None,
+        p_value=physical.p_value,
+        source=f"Hotelling's T squared with {physical.dof} restrictions, covariance of the "
+        "estimate and declared deviations, less the bias of filter and noise; fails below "
+        f"{100 * level:g} %",
+        meaning="the record agrees with them" if good else _contradiction(physical, estimate),
+    )
+
+
+def _contradiction(physical: Physical, estimate: Estimate) -> str:
+    """What was fixed beside what the record alone says of it, where it says anything."""
+    sides = []
+    for p in physical.base.known:
+        said = f"{p.name} is fixed at {known_text(p)} {p.unit}"
+        if alone := estimate.parameters.get(p.name):
+            deviation = np.hypot(alone.deviation, alone.sd_gain)
+            said += f", the record alone gives {alone.corrected:.4g} +- {deviation:.2g}"
+        sides.append(said)
+    what = f": {'; '.join(sides)}" if sides else ""
+    unknown = "; its bias, which could do it too, is not known without a control law"
+    return (
+        f"no values of the parameters agree with the record{' and what was fixed' * bool(sides)} "
+        f"(squared distance {physical.statistic:.3g}, restrictions {physical.dof}){what}. "
+        "Check what was fixed, the drive gain and the terms of the model"
+        f"{unknown * (estimate.filter_bias is None)}"
+    )
+
+
+def nominal_check(
+    found: Iterable[tuple[Parameter, float, tuple[float, float]]],
+) -> Check | None:
+    """Remark values that are another order of size than declared; None where none is.
+
+    A column in another unit makes such values, which nothing else tells where no law is simulated.
+    Of parameters that may have either sign, such as an offset, any size is as declared.
+
+    Parameters
+    ----------
+    found : iterable of (Parameter, float, (float, float))
+        Each with its value and its interval, all of which is as far.
+    """
+    most, far = _MAX_FROM_NOMINAL, dict[Parameter, float]()
+    for parameter, value, interval in found:
+        if parameter.lower >= 0 < parameter.nominal:
+            ratio, *ends = np.array([value, *interval]) / parameter.nominal
+            if min(ratio, *ends) > most or max(ratio, *ends) < 1 / most:
+                far[parameter] = float(ratio)
+    if not far:
+        return None
+    listed = ", ".join(
+        f"{p.name} = {ratio * p.nominal:.4g} {p.unit} is {ratio:.2g} times its nominal "
+        f"{p.nominal:.4g}"
+        for p, ratio in far.items()
+    )
+    return Check(
+        name=NOMINAL_VALUES,
+        status="note",
+        figure=next(iter(far.values())),
+        threshold=most,
+        source="chosen: units are apart by 6.28, 9.81, 57.3 or powers of ten",
+        meaning=f"{listed}: check the units of the record's columns and the drive's gain, or "
+        "declare another nominal value",
+    )
+
+
+def gain_check(estimate: Estimate, drive: Drive) -> Check | None:
+    """Whether the identified gain is the declared one; None where none is identified.
+
+    The parameters are of the identified gain whatever comes of it.
+    """
+    if GAIN not in estimate.parameters:
+        return None
+    value = estimate.parameters[GAIN]
+    deviation = float(np.hypot(value.deviation, drive.relative_sd * drive.gain))
+    distance = abs(value.corrected - drive.gain) / deviation if deviation > 0 else np.inf
+    same = distance <= MIN_DISTANCE_FROM_NOISE.value
+    ratio = value.corrected / drive.gain
+    near = 1 / _MAX_GAIN_RATIO < ratio < _MAX_GAIN_RATIO
+    found = f"the drive gain is {value.corrected:.5g} +- {value.deviation:.2g} {value.unit}"
+    said = first_case(
+        (same, "the identified gain is the declared one"),
+        (
+            near,
+            f"{found}, {100 * (ratio - 1):+.2g} % from the declared {drive.gain:g}: the parameters "
+            "are of the identified one; declare it for what is identified without a known force",
+        ),
+        (
+            True,
+            f"{found}, and {drive.gain:g} is declared: check that the known values are in the "
+            "order of the records, and their units",
+        ),
+    )
+    return Check(
+        name="drive gain",
+        status=passed(same, matters=not near),
+        figure=distance if np.isfinite(distance) else None,
+        threshold=MIN_DISTANCE_FROM_NOISE.value,
+        source="distance of the identified gain from the declared one, in deviations of both; a "
+        "note, and a failure where one is twice the other or more, or of the other sign",
+        meaning=said,
     )

@@ -1,17 +1,25 @@
-"""Which estimate is judged, and what the others say of it, as one check."""
+"""Which estimate is judged, what the others say of it, and how strong its instruments are.
+
+Statistics of instruments are the first-stage F, alone and conditional on the other columns, and
+Shea's partial R squared.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, Status
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, Status, first_case, passed
 from axisid.estimation.choices import OPEN_LOOP_FIT, instruments_of
 from axisid.estimation.estimates import NOTICEABLE, Estimate, HausmanTest, Value, parted
 from axisid.estimation.problems import moved_by_rounding, position_step
+from axisid.estimation.regression import factor
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION
-from axisid.support.missing import Missing
+from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing, of_found
 from axisid.support.remedy import Remedy
 
 _FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
@@ -40,6 +48,7 @@ FORMS = f"ddm-ls{LESS}idm-ls"
 
 
 Compared = Mapping[str, Mapping[str, HausmanTest] | Missing]
+_NOTHING = 1e-9  # of the column
 
 
 def method_check(
@@ -101,18 +110,7 @@ def method_check(
     return replace(worst, meaning=f"{lead}{told}")
 
 
-def _method(
-    status: Status, meaning: str, figure: float, source: str, p_value: float | None = None
-) -> Check:
-    return Check(
-        name="method",
-        status=status,
-        meaning=meaning,
-        figure=figure,
-        threshold=NOTICEABLE,
-        p_value=p_value,
-        source=source,
-    )
+_method = partial(Check, name="method", threshold=NOTICEABLE)
 
 
 def _by_difference(
@@ -140,13 +138,27 @@ def _by_difference(
         for name, each in moved.items()
     )
     worst = max((moved or found).values(), key=lambda each: each.shift)
+    listed = ", ".join(_parting(name, each, other) for name, each in moved.items())
     return _method(
-        "fail" if large else "note" if moved else "pass",
-        apart(moved, _listed(moved, other)) if moved else same,
-        worst.shift,
-        _source(_HAUSMAN, levels),
-        worst.joint_p_value,
+        status="fail" if large else "note" if moved else "pass",
+        meaning=apart(moved, listed) if moved else same,
+        figure=worst.shift,
+        source=_source(_HAUSMAN, levels),
+        p_value=worst.joint_p_value,
     )
+
+
+def _is_large(difference: float, one: Value, other: Value, levels: Levels) -> bool:
+    precise = one.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
+    widest = max(value.interval[1] - value.interval[0] for value in (one, other))
+    least = max(widest / 2, levels.least_share * abs(one.value))
+    return precise and abs(difference) > least
+
+
+def _parting(name: str, each: HausmanTest, other: Estimate) -> str:
+    value = other.parameters[name]
+    percent = f"{100 * each.difference / value.value:+.2g} %, " if value.value else ""
+    return f"{name} by {each.difference:+.2g} {value.unit} ({percent}{each.shift:.2g} deviations)"
 
 
 def prefers_instruments(
@@ -169,18 +181,23 @@ def _vaguer(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> 
 
 def _whom(vaguer: Sequence[str], law_passed: bool | None) -> str:
     """Which of the two a control law speaks for, on which DIDIM alone rests."""
-    if law_passed and vaguer:
-        return (
-            "the encoder's steps, or a force that the model lacks, move both, and didim is the "
-            f"vaguer in {', '.join(vaguer)}, so the verdict is of the instruments"
-        )
-    if law_passed:
-        return (
-            "the control is the declared law's, so believe didim; a coarse encoder or a filter "
-            "that does not suit moves the instruments, a force that the model lacks moves both"
-        )
     why = "could not be checked" if law_passed is None else "is not the declared one"
-    return f"the control law {why}, on which didim rests, so believe the instruments"
+    return first_case(
+        (
+            law_passed and vaguer,
+            "the encoder's steps, or a force that the model lacks, move both, and didim is the "
+            f"vaguer in {', '.join(vaguer)}, so the verdict is of the instruments",
+        ),
+        (
+            law_passed,
+            "the control is the declared law's, so believe didim; a coarse encoder or a filter "
+            "that does not suit moves the instruments, a force that the model lacks moves both",
+        ),
+        (
+            True,
+            f"the control law {why}, on which didim rests, so believe the instruments",
+        ),
+    )
 
 
 def _least_squares_judged(
@@ -189,29 +206,46 @@ def _least_squares_judged(
     """What noise and steps move a judged least squares by: by its twins, or by the steps alone."""
     if judged.loop_rows is not None:
         return None
-    values, twins = judged.parameters, judged.filter_bias is not None
-    moved: Mapping[str, float] | Missing = steps
-    what, whose = "the steps of the logged position move", ""
-    told = (
-        "its intervals miss for it: log the position as finely as the drive measures it, record "
-        "the reference, from which instruments are made, or lower the cut-off"
-    )
-    if judged.filter_bias is not None:
-        moved = {n: float(by) for n, by in zip(values, judged.filter_bias, strict=True)}
-        what, whose = "noise moves", ", as its twins tell"
-        other = instruments_of(judged.method)
-        told = f"its intervals are less that: identify by instruments ({other})"
+    values, bias = judged.parameters, judged.filter_bias
+    moved = steps if bias is None else dict(zip(values, map(float, bias), strict=True))
     if isinstance(moved, Missing) or not moved:
         return None
-    far, worst = _beyond_noise(moved, values)
+    what, whose, source, told = first_case(
+        (
+            bias is None,
+            (
+                "the steps of the logged position move",
+                "",
+                _source(_STEPS, levels),
+                "its intervals miss for it: log the position as finely as the drive measures it, "
+                "record the reference, from which instruments are made, or lower the cut-off",
+            ),
+        ),
+        (
+            True,
+            (
+                "noise moves",
+                ", as its twins tell",
+                _TWINS,
+                "its intervals are less that: identify by instruments "
+                f"({instruments_of(judged.method)})",
+            ),
+        ),
+    )
+    shifts = {n: abs(by) / values[n].deviation for n, by in moved.items() if values[n].deviation}
+    far = {n: moved[n] for n, shift in shifts.items() if shift > NOTICEABLE}
+    worst = max(shifts.values(), default=0.0)
+    by = ", ".join(f"{n} by about {by:+.2g} {values[n].unit}" for n, by in far.items())
+    if not np.all(np.isfinite([*far.values()])):
+        by = f"by what none tells, as there are fewer than {_FEWEST_STEPS} in the whole motion"
     said = f"{what} least squares by less than half a deviation{whose}"
     if far:
-        said = f"{what} least squares, {_moved_by(far, values)}{whose}, and {told}"
-    large = not twins and any(
+        said = f"{what} least squares, {by}{whose}, and {told}"
+    large = bias is None and any(
         abs(by) > levels.least_share * abs(values[n].value) for n, by in far.items()
     )
     status: Status = "fail" if large else "note" if far else "pass"
-    return _method(status, said, worst, _TWINS if twins else _source(_STEPS, levels))
+    return _method(status=status, meaning=said, figure=worst, source=source)
 
 
 def moved_by_steps(data: FilteredRecord, ls: Estimate) -> Mapping[str, float] | Missing:
@@ -264,37 +298,125 @@ def _source(said: str, levels: Levels) -> str:
     return said.format(level=100 * levels.level, share=100 * levels.least_share)
 
 
-def _is_large(difference: float, one: Value, other: Value, levels: Levels) -> bool:
-    precise = one.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
-    widest = max(value.interval[1] - value.interval[0] for value in (one, other))
-    least = max(widest / 2, levels.least_share * abs(one.value))
-    return precise and abs(difference) > least
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Strength:
+    """How strongly the instruments move one column of the regressor.
+
+    Attributes
+    ----------
+    r_squared : float
+        Of the column's regression on the instruments.
+    shea : float
+        The same beyond what the other columns' regressions explain.
+    f : float
+        F statistic of the regression; infinite where it is exact.
+    conditional_f : float
+        That of [SandersonWindmeijer2016]_, of what the other columns leave of this one:
+        instruments may explain each of two columns well and yet not tell them apart.
+    """
+
+    r_squared: float
+    shea: float
+    f: float
+    conditional_f: float
 
 
-def _beyond_noise(
-    moved: Mapping[str, float], values: Mapping[str, Value]
-) -> tuple[dict[str, float], float]:
-    """What is moved by more than half a deviation, and the most in deviations."""
-    shifts = {n: abs(by) / values[n].deviation for n, by in moved.items() if values[n].deviation}
-    return (
-        {n: moved[n] for n, shift in shifts.items() if shift > NOTICEABLE},
-        max(shifts.values(), default=0.0),
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InstrumentTests:
+    """Instruments against the regressor.
+
+    Attributes
+    ----------
+    columns : tuple of Strength
+    condition_number : float
+        Of ``Z'X`` for unit columns.
+    """
+
+    columns: tuple[Strength, ...]
+    condition_number: float
+
+    @property
+    def weakest(self) -> float:
+        """Smallest conditional F."""
+        return min(column.conditional_f for column in self.columns)
+
+
+@of_found
+def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
+    """The weakest column of the regressor of an instrumental estimate, or of one beside `judged`.
+
+    Beside an estimate by output error, which rests on the loop's own rows, weak ones are a note.
+    """
+    names = [q.label for q in judged.form.quantities]
+    weakest = min(range(len(names)), key=lambda j: tests.columns[j].conditional_f)
+    f = tests.weakest
+    strong = f >= MIN_FIRST_STAGE_F.value
+    return Check(
+        name="instrument strength",
+        status=passed(strong, matters=not judged.by_output_error),
+        figure=f if np.isfinite(f) else None,
+        threshold=MIN_FIRST_STAGE_F.value,
+        source="first-stage F of 10, the rule of Staiger and Stock (1997); conditional on the "
+        "other columns as in Sanderson and Windmeijer (2016)",
+        meaning="the simulated loop explains every column of the regressor"
+        if strong
+        else f"the simulated loop hardly explains the column of {names[weakest]}: its estimate "
+        "by instruments cannot be believed",
     )
 
 
-def _moved_by(moved: Mapping[str, float], values: Mapping[str, Value]) -> str:
-    if not np.all(np.isfinite([*moved.values()])):
-        return f"by what none tells, as there are fewer than {_FEWEST_STEPS} in the whole motion"
-    return ", ".join(f"{n} by about {by:+.2g} {values[n].unit}" for n, by in moved.items())
+def tests_of_instruments(estimate: Estimate | None) -> InstrumentTests | Missing:
+    """`instrument_tests` of an estimate's rows, where it has instruments and they tell it."""
+    if estimate is None or estimate.Z is None:
+        return Missing("no method with instruments gave an estimate")
+    names = [q.label for q in estimate.form.quantities]
+    try:
+        return instrument_tests(estimate.X, estimate.Z, names)
+    except EstimationError as error:
+        return Missing.of(error.note)
 
 
-def _listed(moved: Mapping[str, HausmanTest], other: Estimate) -> str:
-    return ", ".join(
-        f"{name} by {each.difference:+.2g} {other.parameters[name].unit} "
-        f"({_percent(each, other.parameters[name])}{each.shift:.2g} deviations)"
-        for name, each in moved.items()
+def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTests:
+    """First stage of every column, as in linearmodels' diagnostics.
+
+    Parameters
+    ----------
+    X, Z : (n, k) arrays
+        Regressor and instruments.
+    names : sequence of str
+        Of the columns' parameters.
+
+    Raises
+    ------
+    EstimationError
+        Either has not full column rank, as where one of several records does not show what all do.
+    """
+    n, k = X.shape
+    regressor, instruments = factor(X, names), factor(Z, names, "the simulated loop")
+    basis = instruments.basis.astype(float)
+    fitted = basis @ (basis.T @ X)
+    seen = factor(fitted, names, "the instruments together with the record")
+    plain, projected = (np.sum(each.inverse**2, axis=1) for each in (regressor, seen))
+    explained, unseen = np.sum(fitted**2, axis=0), X - fitted
+    unexplained = np.sum(unseen**2, axis=0)
+    # Of each column what the others, by two-stage least squares, leave; they take k - 1 of the
+    # k instruments.
+    beside = unseen @ (seen.inverse @ seen.inverse.T / projected).astype(float)
+    is_exact = unexplained <= (_NOTHING * regressor.scale) ** 2
+    told = np.where(is_exact, 0.0, np.sum(beside**2, axis=0)) / (n - k)
+    with np.errstate(divide="ignore"):
+        columns = zip(
+            explained / (explained + unexplained),
+            np.minimum(plain / projected, 1.0),
+            explained / k / (unexplained / (n - k)),
+            1 / projected / told,
+            strict=True,
+        )
+    product = (Z / np.linalg.norm(Z, axis=0)).T @ (X / regressor.scale)
+    return InstrumentTests(
+        columns=tuple(
+            Strength(r_squared=float(r), shea=float(shea), f=float(f), conditional_f=float(c))
+            for r, shea, f, c in columns
+        ),
+        condition_number=float(np.linalg.cond(product)),
     )
-
-
-def _percent(each: HausmanTest, value: Value) -> str:
-    return f"{100 * each.difference / value.value:+.2g} %, " if value.value else ""

@@ -6,11 +6,12 @@ Knows nothing of estimates, and of what the loop makes of the law.
 
 from .by_runs import GainsBeside as GainsBeside
 from .control_law import (
+    FoundGains as FoundGains,
     LawCheck as LawCheck,
+    check_found_law as check_found_law,
     check_law as check_law,
     first_failing as first_failing,
     first_law as first_law,
     law_check as law_check,
 )
-from .found_gains import FoundGains as FoundGains, check_found_law as check_found_law
 from .terms import compared_as as compared_as

@@ -5,6 +5,11 @@ position, and on a test signal that was added to it. Every factor must be 1. Wha
 tells the fault: millimetres for metres, a flipped sign, another gain, another clock, a delay. A law
 that takes an ideal sensor's velocity is compared after a zero-phase low-pass of both sides, since
 that velocity is not recorded; the identification's own filter plays no part.
+
+The control follows from reference and position exactly, so that it tells gains far better than a
+fit does, which finds them as unsurely as any parameter. A law some of whose gains a fit has found
+is held against the control with the gains that the control itself asks for; what was found must
+then be those, as surely as both are known.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -12,34 +17,27 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import Check, passed
+from axisid.estimation.checks import Check, first_case, passed
 from axisid.estimation.loops import hides_command
 from axisid.estimation.records import Record, clock_of, law_ratio, other_period
-from axisid.estimation.regression import lacking_law, lacking_loop
+from axisid.estimation.regression import joint_p, lacking_law, lacking_loop, wald
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
+    MAX_SCALE_ERROR,
     MIN_DISTANCE_FROM_NOISE,
     MIN_SAMPLES_PER_FACTOR,
 )
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.missing import Missing
+from axisid.support.missing import Missing, of_found
 from axisid.support.remedy import Note, Remedy
 
 from .by_runs import GainsBeside, said_of_gains
-from .factors import (
-    best_shift,
-    fitted_factors,
-    lean_of,
-    leaning,
-    scaled_factors,
-)
 from .sentences import (
-    CONSTANT,
-    INJECTED,
     MAX_FACTOR_ERROR,
     are_alike,
     large_fault,
@@ -51,13 +49,22 @@ from .sentences import (
     small_fault,
 )
 from .terms import (
-    compared_as,
+    CONSTANT,
+    INJECTED,
+    LawReading,
+    best_shift,
     compared_with_law,
+    fitted_factors,
+    is_uneven,
+    lean_of,
+    leaning,
     left_open_percent,
+    open_for_jitter,
+    other_readings,
     residual_percent,
+    scaled_factors,
     settling,
 )
-from .unevenly import LawReading, is_uneven, open_for_jitter, other_readings
 
 # least deviation of a factor of a law that reads an ideal velocity, which is in no log: measured,
 # up to 2.4e-4 off on twins without noise, 1e-5 to 1e-4 on whole ones
@@ -151,48 +158,32 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     incomparable = _incomparable(axis, law, record)
     if incomparable is not None:
         return incomparable
-    found = _compared(axis, law, record, advises=False)
-    if isinstance(found, Missing) or found.passed:
-        return found
-    return _read_otherwise(axis, law, record, found) or _compared(axis, law, record)
-
-
-def _read_otherwise(
-    axis: GeneratedAxis, law: ControlLaw, record: Record, found: LawCheck
-) -> LawCheck | Missing | None:
-    """The check by what else the law may have read where times are uneven; None for nothing."""
-    if not is_uneven(record):
-        return None
-    every = [
-        (_compared(axis, law, each.record, advises=False), each) for each in other_readings(record)
-    ]
-    told = [(check, reading) for check, reading in every if isinstance(check, LawCheck)]
-    for check, reading in told:
-        if check.passed:
-            return _with_reading(check, found, reading)
-    best, nearest = min([(found, None), *told], key=lambda each: each[0].unexplained)
-    left = open_for_jitter(axis, record, float(best.residual_percent or 0.0))
-    if left is None or best.unexplained < MAX_LAW_RESIDUAL.value:
-        if nearest is None:
-            return None
-        said = _compared(axis, law, nearest.record)
-        return said if isinstance(said, Missing) else _with_reading(said, found, nearest)
-    return Missing(
-        "the record's samples are off even times, and what the law read between them, noise above "
-        f"all, leaves {left:.2g} % of its control open ({best.residual_percent:.2g} % off)"
-    )
-
-
-def _with_reading(law: LawCheck, found: LawCheck, reading: LawReading) -> LawCheck:
-    """A check of what the law may have read, which says so, beside that of the samples."""
-    as_it_is = f"it is {found.residual_percent:.2g} % off as the record has them"
-    if not law.passed:
-        return replace(law, meaning=f"{reading.said}, {law.meaning}")
-    return replace(
-        law,
-        meaning=f"{law.meaning}, {reading.said}; {as_it_is}" + ": " * (reading.remedy is not None),
-        remedy=reading.remedy,
-    )
+    uneven = is_uneven(record)
+    told = list[tuple[LawCheck, str, Record]]()
+    # Where times are uneven, a law may have read something else than the samples.
+    own: LawReading = ("", record, None)
+    for said, read, remedy in (own, *(other_readings(record) if uneven else ())):
+        found = _compared(axis, law, read, advises=False)
+        if isinstance(found, LawCheck):
+            told.append((found, said, read))
+        if not told or (told[0][0].passed and len(told) == 1):
+            return found
+        if isinstance(found, LawCheck) and found.passed:
+            as_it_is = f"it is {told[0][0].residual_percent:.2g} % off as the record has them"
+            meaning = f"{found.meaning}, {said}; {as_it_is}" + ": " * (remedy is not None)
+            return replace(found, meaning=meaning, remedy=remedy)
+    best, said, nearest = min(told, key=lambda each: each[0].unexplained)
+    off = float(best.residual_percent or 0.0)
+    left = open_for_jitter(axis, record, off) if uneven else None
+    if left is not None and best.unexplained >= MAX_LAW_RESIDUAL.value:
+        return Missing(
+            "the record's samples are off even times, and what the law read between them, noise "
+            f"above all, leaves {left:.2g} % of its control open ({off:.2g} % off)"
+        )
+    there = _compared(axis, law, nearest)
+    if isinstance(there, Missing) or not said:
+        return there
+    return replace(there, meaning=f"{said}, {there.meaning}")
 
 
 def _compared(
@@ -244,13 +235,6 @@ def _compared(
         late = late_note(shift, None if law.continuous else law.delay)
         return replace(check, meaning=late.text, remedy=late.remedy)
     return fault
-
-
-def law_beside(axis: GeneratedAxis, law: ControlLaw, record: Record) -> GainsBeside:
-    """A law beside a record with which it can be compared, by its gains."""
-    record = record.longest()
-    _, _, used = compared_with_law(axis, law, record)
-    return GainsBeside.of(axis, law, record, used, compared_as(law, record))
 
 
 #: A check that is not worded yet, and what words it where it fails, with what explains the control.
@@ -307,8 +291,8 @@ def _by_gains(
     axis: GeneratedAxis, law: ControlLaw, record: Record, used: NDArray[np.bool_], shift: int
 ) -> _Told | Missing:
     """Of a law that is limited, filtered or has an integral, by runs of it."""
-    beside = GainsBeside.of(axis, law, record, used, compared_as(law, record))
-    declared, left = beside.percent(beside.point), beside.left(beside.point)
+    beside = GainsBeside.of(axis, law, record, used)
+    declared, left = beside.percent, beside.left
     # A shift that explains the control shows through whatever the log rounds.
     if not shift and _is_hidden(declared, beside):
         beside = beside.unless_rounded()
@@ -317,38 +301,38 @@ def _by_gains(
             "what the log rounds of position and reference leaves "
             f"{beside.open_percent:.2g} % of the declared law's control open"
         )
-    times = beside.times(beside.point)
-    off = [name for name, (_, clear) in times.items() if clear]
-    leans = [leaning(each, beside.neighbours)[0] for each in beside.left_open(beside.point)]
+    off = beside.off
+    leans = [leaning(each, beside.neighbours)[0] for each in beside.left_open]
     open_ = MIN_DISTANCE_FROM_NOISE.value * np.abs([np.zeros(2), *leans]).max(axis=0)
     lean = lean_of(left, beside.compared(beside.along.control), beside.neighbours, open_)
     large = declared >= MAX_LAW_RESIDUAL.value
 
     def fault(check: LawCheck) -> tuple[float, LawCheck]:
         start = f"the recorded control is not the declared law's ({off_text(declared)}): "
-        flipped = beside.flipped_percent(MAX_LAW_RESIDUAL.value) if large and not shift else None
-        if flipped is not None:
+        left_flipped = beside.flipped.percent if large and not shift else np.inf
+        # What the log rounds is open besides.
+        if left_flipped < max(MAX_LAW_RESIDUAL.value, _MOST_OPEN * beside.open_percent):
             said = (
                 f"{start}its sign is opposite to the law's, with which it would be "
-                f"{off_text(flipped)}; check the sign of the control or of the positions"
+                f"{off_text(left_flipped)}; check the sign of the control or of the positions"
             )
             return 0.0, replace(check, factors={}, meaning=said)
         if not large:
             start = "the recorded control is the declared law's but for its gains: "
         said, change = said_of_gains(beside, start)
-        explained = declared if change is None or len(change.times) > 1 else change.percent
+        explained = declared if change is None or len(change.free) > 1 else change.percent
         if not (off or large):
             return explained, replace(check, meaning=small_fault(axis, record, {}, lean, {}))
         if change is None:
             remedy = remedy_by_test_signal(record, None) if large else None
             return explained, replace(check, factors={}, meaning=said, remedy=remedy)
-        factors = {**dict.fromkeys(times, 1.0), **change.times}
+        factors = {**dict.fromkeys(beside.asked, 1.0), **change.times}
         return explained, replace(
             check, factors=factors, fitted_residual_percent=change.percent, meaning=said
         )
 
     check = LawCheck(
-        factors={name: value for name, (value, _) in times.items()},
+        factors={name: value for name, (value, _) in beside.asked.items()},
         residual_percent=declared,
         fitted_residual_percent=declared,
         delay=0,
@@ -365,10 +349,9 @@ def _is_hidden(declared: float, beside: GainsBeside) -> bool:
     return is_much and declared < _MOST_OPEN * rounded
 
 
-def law_check(law: LawCheck | Missing) -> Check | Missing:
+@of_found
+def law_check(law: LawCheck) -> Check:
     """The declared law against the recorded control."""
-    if isinstance(law, Missing):
-        return law
     return Check(
         name="control law",
         # What is to be said of a law that fits is said.
@@ -407,16 +390,155 @@ def _incomparable(
         clocks = f"{apart.note.text}; " if apart is not None else ""
         why = "the record has no control" if lacking is None else lacking.note
         return Missing.of(Note.of(clocks, why))
-    if record.added_control is not None and hides_command(axis):
-        return Missing(
-            "what was added to the control is in the record only as the drive passes on both: its "
-            f"{' and '.join(axis.axis.drive.path.declared)}"
+    no_ratio = apart is not None or law_ratio(law, record.period, clock) is None
+    return first_case(
+        (
+            record.added_control is not None and hides_command(axis),
+            Missing(
+                "what was added to the control is in the record only as the drive passes on both: "
+                f"its {' and '.join(axis.axis.drive.path.declared)}"
+            ),
+        ),
+        (
+            record.integrated,
+            Missing("no position was recorded; the velocity's integral drifts away from it"),
+        ),
+        (
+            clock.step != 1 and no_ratio,
+            Missing(
+                f"the record was resampled at {1 / record.period:.6g} Hz, the control law runs at "
+                f"{1 / law.period:.6g} Hz"
+            ),
+        ),
+        (True, None),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class FoundGains:
+    """Gains of a law that were found together with parameters.
+
+    Attributes
+    ----------
+    names : tuple of str
+    covariance : (k, k) array
+        Of what was found; infinite variances of what is not known at all.
+    freedom : float
+        Degrees of freedom of that.
+    """
+
+    names: tuple[str, ...]
+    covariance: Array
+    freedom: float
+
+
+def check_found_law(axis: GeneratedAxis, record: Record, found: FoundGains) -> LawCheck | Missing:
+    """Check an axis's control law, some gains of which were found, against a record.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        Its law has the gains that were found.
+    record : Record
+    found : FoundGains
+        None of its gains is taken as exact.
+
+    Returns
+    -------
+    LawCheck or Missing
+        Of the law with the values of those gains that the recorded control asks for. It fails where
+        that law is not the control's, or where those values are not what was found.
+    """
+    law, first = axis.axis.control, check_law(axis, record)
+    if (
+        law is None
+        or not found.names
+        or isinstance(first, Missing)
+        or first.residual_percent is None
+    ):
+        return first
+    record = record.longest()
+    beside = GainsBeside.of(axis, law, record, compared_with_law(axis, law, record)[2])
+    best = beside.best(found.names)
+    there = check_law(axis.with_gains(best.gains), record)
+    if isinstance(there, Missing):
+        return first
+    if there.passed:
+        return _beside_found(there, best, law, found)
+    if first.passed:
+        return first
+    flipped = beside.flipped.best(found.names)
+    if flipped.percent < MAX_LAW_RESIDUAL.value:
+        listed = " and ".join(f"{name} {flipped.gains[name]:.5g}" for name in found.names)
+        said = (
+            "the recorded control is not the law's by any gains: its sign is opposite to the "
+            f"law's, with which it would be by {listed}; check the sign of the control or of the "
+            "positions"
         )
-    if record.integrated:
-        return Missing("no position was recorded; the velocity's integral drifts away from it")
-    if clock.step != 1 and (apart is not None or law_ratio(law, record.period, clock) is None):
-        return Missing(
-            f"the record was resampled at {1 / record.period:.6g} Hz, the control law runs at "
-            f"{1 / law.period:.6g} Hz"
+        return replace(there, factors={}, meaning=said, remedy=None)
+    return _not_even(there, axis, beside, record, found.names)
+
+
+def _beside_found(
+    there: LawCheck, best: GainsBeside, law: ControlLaw, found: FoundGains
+) -> LawCheck:
+    """The check of the law with the gains that the control asks for, held against those found."""
+    asked, was = best.gains, np.array([law.gains[name] for name in found.names])
+    off = np.array([asked[name] for name in found.names]) - was
+    own = best.covariance(found.names)
+    among = found.covariance + own * np.outer(was, was)
+    apart = apart_in_deviations(off, among, found.freedom)
+    large = bool(np.any(np.abs(off) > MAX_SCALE_ERROR.value * np.abs(was)))
+    listed = " and ".join(f"{name} {asked[name]:.5g}" for name in found.names)
+    if not (large and apart > MIN_DISTANCE_FROM_NOISE.value):
+        return replace(
+            there,
+            meaning=f"{there.meaning} by {listed}, {apart:.2g} joint deviations from what the fit "
+            "finds",
         )
-    return None
+    these = "that" if len(found.names) == 1 else "these"
+    values = " and ".join(f"{name} {law.gains[name]:.5g}" for name in found.names)
+    return replace(
+        there,
+        passed=False,
+        found_apart=True,
+        meaning=f"the recorded control is the law's by {listed}, and the fit finds {values}, "
+        f"{apart:.2g} joint deviations away: what the model lacks moves them, or a delay that the "
+        f"law does not declare; check those, or declare {these} and leave them held",
+    )
+
+
+def apart_in_deviations(off: Array, covariance: Array, freedom: float) -> float:
+    """How far (k,) differences are from 0, as deviations of a normal one that is as unlikely.
+
+    What has no chance at all is as far as the least one that a number can be, 37.
+    """
+    square, directions = wald(off, covariance)
+    if not directions:
+        return 0.0
+    chance = joint_p(square, directions, freedom)
+    return -float(ndtri(max(chance, float(np.finfo(float).tiny)) / 2))
+
+
+def _not_even(
+    there: LawCheck,
+    axis: GeneratedAxis,
+    beside: GainsBeside,
+    record: Record,
+    names: tuple[str, ...],
+) -> LawCheck:
+    """What is said of a law that gives the control by no values of its free gains."""
+    law, listed = beside.along.law, " and ".join(names)
+    held = [name for name in law.gains if name not in names]
+    if held:
+        asked = beside.best(tuple(law.gains)).gains
+        whole = check_law(axis.with_gains(asked), record)
+        if isinstance(whole, LawCheck) and whole.passed:
+            off = [n for n in held if abs(asked[n] / law.gains[n] - 1) > MAX_SCALE_ERROR.value]
+            said = " and ".join(f"{n} {asked[n]:.5g} for {law.gains[n]:.5g}" for n in off or held)
+            return replace(
+                there,
+                meaning=f"no {listed} gives the recorded control, and with {said} the law would: "
+                f"declare that, or let {' and '.join(off or held)} be free too",
+            )
+    return replace(there, meaning=f"with the {listed} that suit best, {there.meaning}")

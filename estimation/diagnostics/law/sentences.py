@@ -1,12 +1,19 @@
-"""Which fault it looks like where a recorded control is not the declared law's; what mends it."""
+"""Which fault it looks like where a recorded control is not the declared law's; what mends it.
+
+A position that is recorded from another zero than the reference is a tracking error to the law that
+does not change: a control of so many volts where the law is of gains alone, a ramp where it
+integrates. The first is what a constant error of the recorded control is too, so that both are
+told.
+"""
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.estimation.checks import first_case
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
@@ -19,8 +26,15 @@ from axisid.modeling.laws import velocity_variants
 from axisid.support.errors import ModelError
 from axisid.support.remedy import Note, Remedy, Setting
 
-from .position_zero import position_zero, zero_note
-from .terms import at_limit, compared_with_law, law_error_percent
+from .terms import (
+    CONSTANT,
+    DRIFT,
+    INJECTED,
+    MOST_SHIFT,
+    at_limit,
+    compared_with_law,
+    law_error_percent,
+)
 
 # of a factor of a law that does not fit from a round one; beyond, it is off
 MAX_FACTOR_ERROR = 0.05
@@ -29,12 +43,8 @@ _MAX_ONE_GAIN_ERROR = 0.25
 # of the declared law's residual, below which a change of columns is told
 _MAX_REPAIRED_RESIDUAL = 0.5
 
-#: Names of what is regressed beside the products of gains.
-CONSTANT, DRIFT, INJECTED = "constant", "drift", "injected"
 #: What tells a wrong kind of law.
 WHICH_LAW = "axisid law (estimation.find_law) finds which ready law it is of, if of another kind"
-#: Samples over which a shift of the control is looked for.
-MOST_SHIFT = 5
 _COLUMN_FAULTS = {
     -1.0: "its sign",
     1e-3: "its unit, such as millimetres for metres",
@@ -47,6 +57,7 @@ _UNITS = {
     math.pi / 180: "degrees for radians",
     180 / math.pi: "radians for degrees",
 }
+_STEP = 1e-3  # of the reference's range
 
 
 def off_text(percent: float) -> str:
@@ -83,49 +94,48 @@ def small_fault(
     """
     law, unit = axis.axis.control, axis.axis.drive.unit
     assert law is not None  # noqa: S101  # there is none to check without it
-    if not scaled:
-        said = " and ".join(f"a {name} of {value:.3g} {unit}" for name, value in lean.items())
-        zero = position_zero(axis, law, record) if CONSTANT in lean else None
-        also = ""
-        if zero is not None and zero.control is not None:
-            also = (
-                f". Or the position is {zero.away:+.3g} {axis.axis.coordinate.unit} from its zero "
-                "beside the reference, a constant tracking error, of which the law makes as much"
-            )
-        return (
-            f"the recorded control is the declared law's but for {said}"
-            f"{' over the record' * (DRIFT in lean)}: check the offset of the control, or an "
-            "integral of the drive that the law does not declare; it moves friction and offsets"
-            f"{also}"
+    leaning = " and ".join(f"a {name} of {value:.3g} {unit}" for name, value in lean.items())
+    zero = position_zero(axis, law, record) if CONSTANT in lean and not scaled else None
+    also = ""
+    if zero is not None and zero.control is not None:
+        also = (
+            f". Or the position is {zero.away:+.3g} {axis.axis.coordinate.unit} from its zero "
+            "beside the reference, a constant tracking error, of which the law makes as much"
         )
     listed = ", ".join(f"{name} x {value:.4g}" for name, value in scaled.items())
-    if one := one_gain(law, factors):
-        return f"the recorded control is the declared law's but for one gain ({listed}): {one}"
-    values = np.array(list(scaled.values()))
-    alike = set(scaled) == set(factors) and np.ptp(values) < MAX_SCALE_ERROR.value
-    what = (
-        _of_test_signal(scaled[INJECTED])
-        if set(scaled) == {INJECTED}
-        else "the control's scaling, such as the gain of a converter"
-        if np.ptp(values) < MAX_SCALE_ERROR.value
-        else "the gains, the velocity filter and the period"
+    one, of_signal = one_gain(law, factors), set(scaled) == {INJECTED}
+    alike = bool(scaled) and np.ptp([*scaled.values()]) < MAX_SCALE_ERROR.value
+    what = first_case(
+        (of_signal, _of_test_signal(scaled.get(INJECTED, 1.0))),
+        (alike, "the control's scaling, such as the gain of a converter"),
+        (True, "the gains, the velocity filter and the period"),
     )
-    every = "" if set(scaled) == {INJECTED} else "; what scales the control scales every estimate"
-    return (
-        f"the recorded control is the declared law's but for its factors ({listed}): "
-        f"{_common(law, factors) if alike else ''}check {what}{every}"
+    every = "" if of_signal else "; what scales the control scales every estimate"
+    common = _common(law, factors) if alike and set(scaled) == set(factors) else ""
+    return "the recorded control is the declared law's but for " + first_case(
+        (
+            not scaled,
+            f"{leaning}{' over the record' * (DRIFT in lean)}: check the offset of the control, or "
+            "an integral of the drive that the law does not declare; it moves friction and offsets"
+            f"{also}",
+        ),
+        (one, f"one gain ({listed}): {one}"),
+        (True, f"its factors ({listed}): {common}check {what}{every}"),
     )
 
 
 def _of_test_signal(factor: float) -> str:
     """What of a test signal makes it count by a factor: a unit only where it is that of one."""
-    for scale, what in _COLUMN_FAULTS.items():
-        if abs(factor / scale - 1) < MAX_FACTOR_ERROR:
-            return f"the test signal: {what}"
-    return (
+    found = (what for scale, what in _COLUMN_FAULTS.items() if _is_near(factor, scale))
+    size = (
         "the size of the test signal, such as a gain or a filter between where it is logged and "
         "where it is added"
     )
+    return next((f"the test signal: {what}" for what in found), size)
+
+
+def _is_near(factor: float, scale: float) -> bool:
+    return abs(factor / scale - 1) < MAX_FACTOR_ERROR
 
 
 def _explaining(law: ControlLaw, factors: dict[str, float]) -> Iterator[tuple[str, bool]]:
@@ -166,13 +176,6 @@ def _common(law: ControlLaw, factors: dict[str, float]) -> str:
     )
 
 
-def _off(factors: dict[str, float], deviations: dict[str, float]) -> list[str]:
-    """The factors that are far from 1, or else clearly another, however near."""
-    far = [name for name, value in factors.items() if abs(value - 1) >= MAX_FACTOR_ERROR]
-    clear = MIN_DISTANCE_FROM_NOISE.value
-    return far or [n for n, sd in deviations.items() if abs(factors[n] - 1) > clear * sd]
-
-
 def are_alike(factors: dict[str, float]) -> bool:
     """Whether one number stands for all factors, by what it is off 1 itself."""
     values = np.array(list(factors.values()))
@@ -191,35 +194,44 @@ def large_fault(
 ) -> str:
     """Which fault the figures look like, and what to do."""
     listed = "".join(f", {name} x {value:.4g}" for name, value in factors.items())
-    start = f"the recorded control is not the declared law's ({off_text(residual)}{listed}): "
-    if constant is not None:
-        return (
-            f"{start}a constant of {constant:.3g} explains it; check the control's offset, or an "
-            "integral of the drive that the law does not declare"
+    # The factors that are far from 1, or else clearly another, however near.
+    off = [name for name, value in factors.items() if not _is_near(value, 1.0)]
+    clear = MIN_DISTANCE_FROM_NOISE.value
+    off = off or [n for n, sd in deviations.items() if abs(factors[n] - 1) > clear * sd]
+    unexplained = fitted is None or fitted > MAX_LAW_RESIDUAL.value or not off
+    common = float(np.median([*factors.values()])) if factors else 1.0
+    unit = next((what for scale, what in _UNITS.items() if _is_near(common, scale)), "")
+    of_signal = _of_test_signal(factors.get(INJECTED, 1.0))
+    return f"the recorded control is not the declared law's ({off_text(residual)}{listed}): " + (
+        first_case(
+            (
+                constant is not None,
+                f"a constant of {constant or 0.0:.3g} explains it; check the control's offset, or "
+                "an integral of the drive that the law does not declare",
+            ),
+            (
+                unexplained,
+                "no factor explains it; check the gains, the velocity filter, the period, the "
+                f"drive's limit and the noise; {WHICH_LAW}",
+            ),
+            (one := one_gain(law, factors), one),
+            (off == [INJECTED], f"with this factor it would be; check {of_signal}"),
+            (
+                not are_alike(factors),
+                f"with these factors it would be; check {' and '.join(off)}, the velocity filter "
+                "and the period",
+            ),
+            (
+                _is_near(common, -1.0),
+                "its sign is flipped; check the sign of the control or of the positions",
+            ),
+            (unit, f"one unit stands for another, such as {unit}"),
+            (
+                True,
+                f"every gain is off by one factor; {_common(law, factors)}check the control's unit "
+                "and scaling, and the velocity filter",
+            ),
         )
-    if fitted is None or fitted > MAX_LAW_RESIDUAL.value or not (off := _off(factors, deviations)):
-        return (
-            f"{start}no factor explains it; check the gains, the velocity filter, the period, the "
-            f"drive's limit and the noise; {WHICH_LAW}"
-        )
-    if one := one_gain(law, factors):
-        return f"{start}{one}"
-    if off == [INJECTED]:
-        return f"{start}with this factor it would be; check {_of_test_signal(factors[INJECTED])}"
-    if not are_alike(factors):
-        return (
-            f"{start}with these factors it would be; check {' and '.join(off)}, the velocity "
-            "filter and the period"
-        )
-    common = float(np.median([*factors.values()]))
-    if abs(common + 1) < MAX_FACTOR_ERROR:
-        return f"{start}its sign is flipped; check the sign of the control or of the positions"
-    for scale, what in _UNITS.items():
-        if abs(common / scale - 1) < MAX_FACTOR_ERROR:
-            return f"{start}one unit stands for another, such as {what}"
-    return (
-        f"{start}every gain is off by one factor; {_common(law, factors)}check the control's unit "
-        "and scaling, and the velocity filter"
     )
 
 
@@ -232,17 +244,15 @@ def late_note(shift: int, delay: int | None) -> Note:
     samples = f"{abs(shift)} sample{'s' * (abs(shift) > 1)}"
     if abs(shift) == MOST_SHIFT:
         return Note(f"{start} is shifted by {samples} or more; check the clocks and the columns")
-    way = "later" if shift > 0 else "earlier"
-    if delay is not None and delay + shift < 0:
-        way = "before the law could give it"
     possible = delay is not None and delay + shift >= 0
+    early = "earlier" if possible or delay is None else "before the law could give it"
     remedy = Remedy.of(
         f"declare delay={(delay or 0) + shift}, or, " if possible else "",
         f"where the log writes the control {'before' if shift < 0 else 'after'} the drive "
         f"{'applies' if shift < 0 else 'applied'} it, move it with ",
         Setting("shift", f"control={-shift}"),
     )
-    return Note(f"{start} comes {samples} {way}; ", remedy)
+    return Note(f"{start} comes {samples} {'later' if shift > 0 else early}; ", remedy)
 
 
 #: What may mend a law: what is then said, and axis, law and record of it.
@@ -352,12 +362,14 @@ def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iter
 def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
     """The record as it would be without a common mistake in its columns."""
     reference, position, columns = record.reference, record.position, record.channels()
-    changed: dict[str, Record] = {}
-    for role in ("position", "reference", *_signals_of(law), "injected"):
-        named = "test signal" if role == "injected" else role
-        for scale, what in _COLUMN_FAULTS.items() if role in columns else ():
-            scaled = {**columns, role: scale * columns[role]}
-            changed[f"the {named} times {scale:g}: check {what}"] = record.with_channels(scaled)
+    changed = {
+        f"the {'test signal' if role == 'injected' else role} times {scale:g}: check {what}": (
+            record.with_channels({**columns, role: scale * columns[role]})
+        )
+        for role in ("position", "reference", *_signals_of(law), "injected")
+        if role in columns
+        for scale, what in _COLUMN_FAULTS.items()
+    }
     swapped = replace(record, position=reference, reference=position)  # type: ignore[arg-type]
     changed["position and reference exchanged: check which column is which"] = swapped
     if record.injected is not None:
@@ -371,3 +383,79 @@ def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> It
 def _signals_of(law: ControlLaw) -> tuple[str, ...]:
     """Names of the recorded signals that a law reads."""
     return tuple(sorted(map(str, law.signals)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PositionZero:
+    """How far the recorded position is from where the law read it.
+
+    Attributes
+    ----------
+    away : float
+        By how much the recorded position is more than the one beside the reference, SI.
+    control : float or None
+        The constant control that does the same; None for a law that integrates.
+    """
+
+    away: float
+    control: float | None
+
+
+def position_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> PositionZero | None:
+    """The zero of the position that explains most of what a law leaves; None where it does nothing.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    law : ControlLaw
+        Of the axis.
+    record : Record
+        Of one piece, with a reference and a control.
+    """
+    reference = np.asarray(record.reference)
+    step = _STEP * float(np.ptp(reference)) or _STEP
+    control, terms, used = compared_with_law(axis, law, record)
+    moved = replace(record, position=record.position + step)
+    _, otherwise, _ = compared_with_law(axis, law, moved)
+    answer = ((otherwise - terms).sum(axis=1) / step)[used]
+    left = (control - terms.sum(axis=1))[used]
+    power, mean = float(answer @ answer), float(np.mean(answer))
+    if not (np.isfinite(power) and power > 0):
+        return None
+    away = -float(answer @ left) / power
+    is_constant = float(np.ptp(answer)) <= MAX_SCALE_ERROR.value * abs(mean)
+    return PositionZero(away=away, control=-mean * away if is_constant else None)
+
+
+def zero_note(axis: GeneratedAxis, record: Record, found: PositionZero) -> Note:
+    """What such a record is, and what puts it right; it goes on after what the law leaves."""
+    unit, drive = axis.axis.coordinate.unit, axis.axis.drive
+    name = record.provenance.columns.get("position", "NAME")
+    made = found.control or 0.0
+    back = Setting("columns", f"position={name}:UNIT{-found.away:+.3g}{unit}")
+    said, remedy = first_case(
+        (found.control is None, (": ", Remedy.of("take that off (", back, ")"))),
+        (
+            abs(made) > drive.limit,
+            (
+                f", which the law makes {made:.3g} {drive.unit} of, more than the drive gives: ",
+                Remedy.of("take that off the position (", back, ")"),
+            ),
+        ),
+        (
+            True,
+            (
+                f", or with a constant of {made:.3g} {drive.unit} off the control, which the law "
+                "makes of it: a constant force that the model does not explain, or an offset that "
+                "should be nothing, would say that it is the control's; ",
+                Remedy.of(
+                    "take the one off the position (",
+                    back,
+                    "), or check the control's offset, or an integral of the drive that the law "
+                    "does not declare",
+                ),
+            ),
+        ),
+    )
+    away = f"it is with the position {found.away:+.3g} {unit} away from its zero beside the "
+    return Note(f"{away}reference (a constant tracking error of as much){said}", remedy)

@@ -1,6 +1,12 @@
-"""The recorded control beside the terms of the declared law, where the two can be compared."""
+"""The recorded control beside the terms of its law: factors, a constant, a shift, readings.
 
-from collections.abc import Callable
+The rows of a record whose times are uneven may be what the law read, whose stamps alone jitter; or
+the samples may be off even times, between which the law read. Which it is, the law itself tells:
+the one that it fits. A record that was resampled has the rows of neither, since its control, which
+a drive holds, and its noise are drawn between the samples.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,14 +25,43 @@ from axisid.estimation.loops import (
     terms_along,
     two_clocks,
 )
-from axisid.estimation.records import Record, at_times
-from axisid.estimation.signals import Prefilter, SampledFilter
-from axisid.estimation.thresholds import COMPARISON_CUTOFF, LIMIT_TOLERANCE, MAX_LIMIT_EXCESS
+from axisid.estimation.records import Between, Record, at_times
+from axisid.estimation.regression import Hac, Solution, factor, least_squares
+from axisid.estimation.signals import Neighbours, Prefilter, SampledFilter
+from axisid.estimation.thresholds import (
+    COMPARISON_CUTOFF,
+    LIMIT_TOLERANCE,
+    MAX_LAW_RESIDUAL,
+    MAX_LIMIT_EXCESS,
+    MAX_SCALE_ERROR,
+    MIN_DISTANCE_FROM_NOISE,
+)
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.errors import EstimationError
+from axisid.support.remedy import Remedy, Setting
 
 _COINCIDES = 1e-6  # of a sample
 LAW_SETTLING = 10  # samples in which the law's memory fills
+# constant, or half of a drift, beside the law, by the control's root mean square
+_MAX_CONTROL_LEAN = 0.01
+# residual with a shift, by that without, up to which it is told
+_MAX_EXPLAINED_RESIDUAL = 0.7
+#: Names of what is regressed beside the products of gains.
+CONSTANT = "constant"
+DRIFT = "drift"
+INJECTED = "injected"
+#: Samples over which a shift of the control is looked for.
+MOST_SHIFT = 5
+LAGS = 50  # samples over which what the law leaves may be alike
+# periods from even times, from which a law may have read something else; rounding is below
+_MIN_UNEVEN = 1e-6
+# what a law leaves, by what noise between samples with jitter makes, up to which it cannot be
+# judged; 1.0 where that noise is all
+_MAX_OPEN_RATIO = 2.0
+_STAMPS = Remedy.of(
+    "where its stamps jitter and not the sampling, ", Setting("resample", "auto", given=False)
+)
 
 
 def compared_with_law(
@@ -42,7 +77,9 @@ def compared_with_law(
     limited[:settle] = True
     ticks, memory = noisy_ticks(axis, law, record)
     terms = terms_along(axis, ticks, memory)
-    terms = np.hstack([terms, _added(axis, record, law, ticks)])
+    if record.added_control is not None:  # as late as the law
+        added = as_logged(axis, ticks.added_at_samples(law.delay)[:, None])
+        terms = np.hstack([terms, added])
     if not law.takes_velocity:
         return control, terms, ~(limited | at_limit(control, terms, axis.axis.drive.limit))
     smooth = compared_as(law, record)
@@ -97,13 +134,6 @@ def at_limit(control: Array, terms: Array, limit: float) -> NDArray[np.bool_]:
     return np.asarray(there & (wanted * np.sign(control) > limit))
 
 
-def _added(axis: GeneratedAxis, record: Record, law: ControlLaw, ticks: LawTicks) -> Array:
-    """What was added to the control besides, as late as the law, (N, 1); (N, 0) for nothing."""
-    if record.added_control is None:
-        return np.empty((len(record), 0))
-    return as_logged(axis, ticks.added_at_samples(law.delay)[:, None])
-
-
 def left_open_percent(axis: GeneratedAxis, record: Record, used: NDArray[np.bool_]) -> float:
     """How far the control of a right law may be from the recorded one, percent of that.
 
@@ -145,3 +175,172 @@ def left_open_percent(axis: GeneratedAxis, record: Record, used: NDArray[np.bool
     control = np.asarray(record.control)
     by_noise, by_spline = (relative_error_percent(each[used], control[used]) for each in off)
     return float(np.hypot(by_noise, by_spline))
+
+
+def hac_fit(
+    target: Array, columns: Array, names: Sequence[str], neighbours: Neighbours
+) -> tuple[Solution, Array]:
+    """Least squares of residuals that may be alike over `LAGS` samples, and its covariance.
+
+    Raises
+    ------
+    EstimationError
+        The columns cannot be told apart.
+    """
+    fit = least_squares(target, factor(columns, names, neighbours=neighbours))
+    return fit, Hac(min(LAGS, len(target) // 4)).matrix(fit)
+
+
+def fitted_factors(
+    control: Array, terms: Array, names: list[str], neighbours: Neighbours
+) -> tuple[dict[str, float], dict[str, float], float | None]:
+    """A control fitted by the terms of its law, each with a factor.
+
+    Factors and their HAC deviations by name, none where the terms cannot be told apart, and what
+    the factors leave of the control, percent. A term that is always zero has no factor.
+    """
+    moving = np.any(terms != 0, axis=0)
+    kept = [name for name, moves in zip(names, moving, strict=True) if moves]
+    if not kept:
+        return {}, {}, None
+    try:
+        fit, covariance = hac_fit(control, terms[:, moving], kept, neighbours)
+    except EstimationError:
+        return {}, {}, None
+    deviations = np.sqrt(np.diag(covariance))
+    factors, unsure = (
+        dict(zip(kept, map(float, of_each), strict=True)) for of_each in (fit.theta, deviations)
+    )
+    return factors, unsure, relative_error_percent(fit.residuals, control)
+
+
+def scaled_factors(
+    factors: Mapping[str, float], deviations: Mapping[str, float]
+) -> dict[str, float]:
+    """Factors that are not 1, by more than 1 % and three of their deviations."""
+    least, most = MAX_SCALE_ERROR.value, MIN_DISTANCE_FROM_NOISE.value
+    return {
+        name: factors[name]
+        for name, deviation in deviations.items()
+        if abs(factors[name] - 1) > max(least, most * deviation)
+    }
+
+
+def lean_of(
+    left: Array,
+    control: Array,
+    neighbours: Neighbours,
+    left_open: Array | tuple[float, float] = (0.0, 0.0),
+) -> dict[str, float]:
+    """A constant and a drift over the record that stand out of what the law leaves, by name.
+
+    Parameters
+    ----------
+    left, control : (n,) array
+    neighbours : Neighbours
+    left_open : (2,) array_like
+        How large either may be for what the log does not write.
+    """
+    values, deviations = leaning(left, neighbours)
+    least = _MAX_CONTROL_LEAN * float(np.sqrt(np.mean(control**2))) * np.array([1.0, 2.0])
+    far = np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * deviations)
+    return {
+        name: float(value)
+        for name, value, limit in zip(
+            (CONSTANT, DRIFT), values, np.maximum(far, left_open), strict=True
+        )
+        if abs(value) > limit
+    }
+
+
+def leaning(left: Array, neighbours: Neighbours) -> tuple[Array, Array]:
+    """Constant and drift of what is left, and their deviations, (2,) each."""
+    half = neighbours.places - neighbours.places.mean()
+    terms = np.column_stack([np.ones(len(left)), half / np.ptp(half)])
+    fit, covariance = hac_fit(left, terms, (CONSTANT, DRIFT), neighbours)
+    return fit.theta, np.sqrt(np.diag(covariance))
+
+
+def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int:
+    """Shift that explains the control clearly better than none, else 0."""
+    rows = np.flatnonzero(used)
+    rows = rows[(rows >= MOST_SHIFT) & (rows < len(control) - MOST_SHIFT)]
+    errors = {
+        shift: float(np.linalg.norm(control[rows] - predicted[rows - shift]))
+        for shift in range(-MOST_SHIFT, MOST_SHIFT + 1)
+    }
+    best = min(errors, key=lambda shift: errors[shift])
+    return best if errors[best] < _MAX_EXPLAINED_RESIDUAL * errors[0] else 0
+
+
+#: A way to read what the law read: in words, the record, and what is to be done if it fits.
+LawReading = tuple[str, Record, Remedy | None]
+
+
+def is_uneven(record: Record) -> bool:
+    """Whether the samples of a record, or of the one that it was resampled from, are off at all."""
+    whole = record.longest()
+    return record.sampled is not None or bool(
+        np.max(np.abs(whole.time - _even_times(whole))) > _MIN_UNEVEN * record.period
+    )
+
+
+def other_readings(record: Record) -> Iterator[LawReading]:
+    """What else a law may have read than the samples of a record as they are."""
+    raw = (record if record.sampled is None else record.sampled).longest()
+    if record.sampled is not None:
+        yield "in the rows as they were sampled", raw, _STAMPS
+    for roles in (["position"], ["position", "reference", "injected"]):
+        yield "at even times by the stamps", _evenly(raw, roles), None
+
+
+def open_for_jitter(axis: GeneratedAxis, record: Record, off: float) -> float | None:
+    """How much of the control jitter leaves open, percent, where that may be all that is off.
+
+    None where the law's control would move too little for it: by the jitter, or by noise that the
+    law measured at other times than the log.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    record : Record
+    off : float
+        Percent of the control that the law leaves, of the reading that fits best.
+    """
+    raw = (record if record.sampled is None else record.sampled).longest()
+    even = _evenly(raw, ["position"])
+    as_read, between = (_control(axis, each, each.position) for each in (raw, even))
+    if relative_error_percent(as_read - between, np.asarray(raw.control)) < MAX_LAW_RESIDUAL.value:
+        return None
+    noise = position_noise(even.position) * np.random.default_rng(0).normal(size=len(even))
+    moved = _control(axis, even, even.position + noise) - between
+    left = relative_error_percent(moved, np.asarray(raw.control))
+    return left if off < _MAX_OPEN_RATIO * left else None
+
+
+def _control(axis: GeneratedAxis, record: Record, position: Array) -> Array:
+    """What the law makes of a record with other positions."""
+    whole = (0, len(record))
+    ticks = law_ticks(axis, replace(record, position=position), whole)
+    return control_along(axis, ticks, start_of_law(axis, record, whole, ticks))
+
+
+def _even_times(record: Record) -> Array:
+    """The even times that fit those of a record without gaps best, (N,), s."""
+    count, first = np.arange(len(record), dtype=float), record.time[0]
+    line = np.polyfit(count, record.time - first, 1)
+    return np.asarray(np.polyval(line, count) + first, dtype=float)
+
+
+def _evenly(record: Record, roles: Sequence[str]) -> Record:
+    """A record without gaps with columns at the even times that fit its own best.
+
+    As `--resample` does, position and reference go by cubic splines, and so does what was added to
+    the reference; a signal that was added to the control by straight lines.
+    """
+    times, columns = _even_times(record), {**record.channels()}
+    for role in columns.keys() & {*roles}:
+        straight = role == "injected" and record.injected_at != "reference"
+        how: Between = "linear" if straight else "spline"
+        columns[role] = at_times(times, record.time, columns[role], how)
+    return record.with_channels(columns)

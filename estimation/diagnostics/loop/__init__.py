@@ -1,4 +1,4 @@
-"""The recorded loop held against the declared one: force, delay, simulation.
+"""The recorded loop held against the declared one: its columns and the delay of its force.
 
 In: an axis and a record, an estimate. Out: measured findings, each with a `Check`.
 Knows nothing of what other checks find.
@@ -15,11 +15,12 @@ from .alignment import (
     law_in_time as law_in_time,
     timing_remedy as timing_remedy,
 )
-from .column_comparison import ColumnComparison as ColumnComparison, scale_remedy as scale_remedy
-from .force import force_check as force_check, limit_check as limit_check
-from .measured_motion import (
+from .column_comparison import (
+    ColumnComparison as ColumnComparison,
     compared_motion as compared_motion,
     compared_motions as compared_motions,
+    force_check as force_check,
+    limit_check as limit_check,
     motion_check as motion_check,
+    scale_remedy as scale_remedy,
 )
-from .simulation import following as following

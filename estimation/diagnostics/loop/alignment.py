@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import Check, passed
+from axisid.estimation.checks import Check, first_case, passed
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.lacking import Lack, RecordScores, scores_of
 from axisid.estimation.methods import METHODS, bound_record
@@ -31,7 +31,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, Exact
-from axisid.support.missing import Missing
+from axisid.support.missing import Missing, of_found
 from axisid.support.remedy import Remedy, Setting
 
 _EARLIEST, _LATEST = -1, 3  # samples
@@ -90,15 +90,14 @@ def estimate_delay(
     return alignment_of(scores_of(data, physical, None, range(len(physical))))
 
 
-def alignment_of(scores: RecordScores | Missing) -> Alignment | Missing:
+@of_found
+def alignment_of(scores: RecordScores) -> Alignment | Missing:
     """The delay of the force in a record with residuals of its model.
 
     By Gauss and Newton: the column of the delay is the change of the modelled force in a sample,
     along the simulated loop where there is one, and each step is taken by a cubic spline of the
     recorded force. What the filter makes of that loop, and noise of its twins, is taken off.
     """
-    if isinstance(scores, Missing):
-        return scores
     data, made = scores.data, scores.form.equations(scores.signals)
     force = made.intercept + made.regressor @ scores.physical
     column = scores.along.reduce(scores.along.by_stretch(np.gradient, force))[:, None]
@@ -151,8 +150,9 @@ def _delayed(scores: RecordScores, samples: float) -> RecordScores:
     return replace(scores, residuals=residuals)
 
 
+@of_found
 def alignment_check(
-    delay: Alignment | Missing,
+    delay: Alignment,
     data: FilteredRecord,
     *,
     late: Lack | Missing | None,
@@ -168,8 +168,6 @@ def alignment_check(
     law says that the log wrote it at another time, by as much: that is the only remedy then, and
     counts once.
     """
-    if isinstance(delay, Missing):
-        return delay
     if weak:
         return Missing("the instruments are too weak to measure a delay")
     hold, used = str(data.prefilter.hold), data.hold_delay
@@ -185,8 +183,15 @@ def alignment_check(
         for name, slope, unit in zip(delay.names, delay.sensitivity, delay.units, strict=True)
     )
     by_ls = "" if delay.by_instruments else " (by least squares, which noise may bias)"
+    size = first_case(
+        (
+            delay.at_the_end,
+            f"{abs(delay.best):g} samples, the end of the range that was tried, or more",
+        ),
+        (True, f"{abs(delay.best):.2f} +- {delay.deviation:.2g} samples"),
+    )
     fits = (
-        f"the force fits the motion best {_delay(delay)} {_side(delay.best)} it is recorded; "
+        f"the force fits the motion best {size} {_side(delay.best)} it is recorded; "
         f"hold {hold} supposes {abs(used):g} samples {_side(used)}{by_ls}"
     )
     moves, advice = f"A sample of delay moves {moved}", _advice(delay, data, remedy, by_log=by_log)
@@ -217,27 +222,27 @@ def _advice(
     zoh = hold_delay(axis.control, data.period, clock_of(data.record))
     other, own = ("zoh", zoh) if data.prefilter.hold == "raw" else ("raw", 0.0)
     is_declared = 0 < -late * period * (1 - NO_DELAY.value) < declared  # one that is not there
-    if abs(delay.best - own) <= MAX_MISALIGNMENT.value and not is_declared:
-        return Remedy.of("Try ", Setting("hold", other))
+    by_hold = abs(delay.best - own) <= MAX_MISALIGNMENT.value and not is_declared
     is_sampled = axis.control is None or not axis.control.continuous
-    if by_log or data.record.force is not None or not is_sampled:
-        return remedy
-    if late < 0 and declared:
-        left = declared + late * period
-        instead = "none" if left < NO_DELAY.value * declared else f"{left:.3g} s"
-        said = (
-            f"The drive's delay or lag, declared as {declared:.3g} s in all, is "
-            f"{'at least ' * delay.at_the_end}{-late * period:.3g} s too long: declare {instead}"
-            f"{' or less' * (delay.at_the_end and left > 0)}"
-        )
-        return Remedy.of(said, rest, remedy)
-    if late <= 0 or delay.at_the_end:
-        return remedy
-    said = (
+    is_whole = by_log or data.record.force is not None or not is_sampled
+    left = declared + late * period
+    instead = "none" if left < NO_DELAY.value * declared else f"{left:.3g} s"
+    too_long = (
+        f"The drive's delay or lag, declared as {declared:.3g} s in all, is "
+        f"{'at least ' * delay.at_the_end}{-late * period:.3g} s too long: declare {instead}"
+        f"{' or less' * (delay.at_the_end and left > 0)}"
+    )
+    missing = (
         f"Declare what lies between command and force, the drive's delay or its lag, "
         f"{late * period:.3g} s {'more ' * bool(declared)}in all"
     )
-    return Remedy.of(said, rest, remedy)
+    return first_case(
+        (by_hold, Remedy.of("Try ", Setting("hold", other))),
+        (is_whole, remedy),
+        (late < 0 and declared, Remedy.of(too_long, rest, remedy)),
+        (late <= 0 or delay.at_the_end, remedy),
+        (True, Remedy.of(missing, rest, remedy)),
+    )
 
 
 def declared_lateness(data: FilteredRecord) -> float:
@@ -245,13 +250,6 @@ def declared_lateness(data: FilteredRecord) -> float:
     drive = data.axis.axis.drive
     behind = {"command": drive.delay + drive.lag, "applied": drive.lag}
     return float(behind.get(drive.logged, 0.0))
-
-
-def _delay(delay: Alignment) -> str:
-    size = abs(delay.best)
-    if delay.at_the_end:
-        return f"{size:g} samples, the end of the range that was tried, or more"
-    return f"{size:.2f} +- {delay.deviation:.2g} samples"
 
 
 def _side(delay: float) -> str:
@@ -292,16 +290,15 @@ class ForceTiming:
         )
 
 
-def force_timing(data: FilteredRecord, profile: Alignment | Missing) -> ForceTiming | Missing:
+@of_found
+def force_timing(profile: Alignment, data: FilteredRecord) -> ForceTiming | Missing:
     """Whole samples between where a force is recorded and where it acts, or why they are unknown.
 
     Parameters
     ----------
+    profile : Alignment
     data : FilteredRecord
-    profile : Alignment or Missing
     """
-    if isinstance(profile, Missing):
-        return profile
     if profile.deviation > MAX_DELAY_DEVIATION.value or profile.at_the_end:
         return Missing("the motion does not show when the force acts")
     apart = profile.best - data.hold_delay
@@ -322,28 +319,31 @@ def law_in_time(
     if isinstance(timing, Missing):
         why = f". Which of them, this record does not tell: {timing}"
         return replace(law, remedy=Remedy.of(law.remedy, why))
-    if timing.role != "control":
-        return law
-    if not timing.samples:
-        late = declared.delay + law.delay
-        if late < 0 and not declared.delay:
-            said = Remedy.of(
+    late = declared.delay + law.delay
+    to_blame = f"the log is to blame, as the control {timing.text}: move it there with "
+    remedy = first_case(
+        (timing.role != "control", law.remedy),
+        (
+            timing.samples,
+            Remedy.of(to_blame, timing.shift, _and_delay(declared, law, timing.samples)),
+        ),
+        (
+            late < 0 and not declared.delay,
+            Remedy.of(
                 f"and the control {timing.text}: see whether position or reference is written "
                 "late, and move it with ",
                 Setting("shift", f"reference={law.delay}"),
                 " or the like",
-            )
-            return replace(law, remedy=said)
-        motion = f"The motion supports that: the control {timing.text}"
-        return replace(law, remedy=Remedy.of(f"declare delay={max(late, 0)}. {motion}"))
-    return replace(
-        law,
-        remedy=Remedy.of(
-            f"the log is to blame, as the control {timing.text}: move it there with ",
-            timing.shift,
-            _and_delay(declared, law, timing.samples),
+            ),
+        ),
+        (
+            True,
+            Remedy.of(
+                f"declare delay={max(late, 0)}. The motion supports that: the control {timing.text}"
+            ),
         ),
     )
+    return replace(law, remedy=remedy)
 
 
 def timing_remedy(

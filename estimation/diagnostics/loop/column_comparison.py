@@ -3,24 +3,39 @@
 Either may be noisy. The factor of a regression is then too small, and the inverse of the other
 way's too large, so that the truth lies between the two [Frisch1934]_. A delay is found by moving
 the computed column until the regression asks for no more: there noise has nothing to attenuate.
+
+A force is held against what the drive makes of the control, a velocity against the position's
+derivative, an acceleration against the velocity's. A factor between them is a unit or a scale, a
+delay the drive's filter or the logger's, a constant the zero of a sensor.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter1d, shift
 
-from axisid.estimation.records import Record
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.checks import Check, first_case, passed
+from axisid.estimation.records import Record, advised_between, advised_shift, samples_apart
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
-from axisid.estimation.signals import Neighbours, Prefilter, SampledFilter
+from axisid.estimation.signals import (
+    DriveAlong,
+    Neighbours,
+    Prefilter,
+    SampledFilter,
+    acting_control,
+    recorded_signals,
+)
 from axisid.estimation.tables import label_unit
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
+    MAX_LIMIT_EXCESS,
     MAX_SCALE_ERROR,
     MIN_DISTANCE_FROM_NOISE,
 )
-from axisid.support.arrays import Array, covered
+from axisid.support.arrays import Array, covered, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
@@ -37,7 +52,6 @@ _MAX_DIFFERENCE = 30.0
 
 _OFTEN = 4  # rows in a period of the highest frequency that is left
 _STEPS, _STILL = 12, 1e-3  # of the search for the delay, samples
-_TINY = 1e-300
 _FARTHEST = 50.0  # samples of delay that are looked for
 #: That a column may be in though nobody said so, the likelier before.
 _UNITS = (
@@ -45,6 +59,11 @@ _UNITS = (
     *("mm/s", "cm/s", "m/min", "mm/min", "rpm", "deg/s", "rev/s"),
     *("mm/s^2", "cm/s^2", "g", "deg/s^2", "rev/s^2"),
 )
+_MAX_FORCE_DIFFERENCE = 20.0  # % between the recorded force and what the drive makes of the control
+_TINY = 1e-300
+_MAX_FORCE_LAG = 5e-3  # s, of the recorded force behind the control
+# of the samples, at which the control may be beyond the limit: spikes may be
+_MAX_LIMIT_EXCESS_SHARE = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -206,10 +225,294 @@ def scale_remedy(
         None for no usual unit.
     """
     own = label_unit(declared)
-    for name in _UNITS:
-        known = label_unit(name)
-        if own is None or known is None or known[1] != own[1]:
-            continue
-        if abs(times * known[0] / own[0] - 1) <= vague < np.inf:
-            return Remedy.of("it is in ", Setting("columns", f"{role}={column}:{name}"))
-    return None
+    if own is None:
+        return None
+    known = ((name, label_unit(name)) for name in _UNITS)
+    sizes = {name: unit[0] / own[0] for name, unit in known if unit and unit[1] == own[1]}
+    found = (name for name, size in sizes.items() if abs(times * size - 1) <= vague < np.inf)
+    settings = (Setting("columns", f"{role}={column}:{name}") for name in found)
+    return next((Remedy.of("it is in ", setting) for setting in settings), None)
+
+
+def force_check(axis: GeneratedAxis, record: Record) -> Check | None:
+    """The recorded force against what the drive makes of the control; nothing without both."""
+    if record.force is None or record.control is None:
+        return None
+    drive, longest = axis.axis.drive, record.longest()
+    maker, of_maker = (
+        ("the drive's gain", "gain times control")
+        if drive.is_gain
+        else ("the drive", "what the drive makes of the control")
+    )
+    commanded, by_gain = _commanded(axis, longest)
+    apart, found = _compared(longest, commanded)
+    vague = float(np.hypot(found.factor_deviation, drive.relative_sd * by_gain))
+    far = replace(found, factor_deviation=vague).distances
+    scaled, shifted = far["factor"] > 1, far["offset"] > 1
+    lag, near = found.delay * record.period, apart <= _MAX_FORCE_DIFFERENCE
+    late, q = abs(lag) > _MAX_FORCE_LAG, axis.axis.coordinate
+    good = near and not (scaled or late or shifted)
+    suspect = first_case(
+        (
+            drive.is_gain,
+            f"the gain, which would be {found.factor * drive.gain:.4g} {q.force_unit}/{drive.unit} "
+            f"for {drive.gain:g}",
+        ),
+        (True, f"the drive ({drive.force_text(q)})"),
+    )
+    meaning = "the force column is " + first_case(
+        (good, f"what {maker} makes of the control"),
+        (
+            near and scaled,
+            f"{found.factor:.4g} +- {max(found.factor_deviation, 1e-4):.1g} "
+            f"times what {maker} makes of the control, and otherwise the same: every parameter is "
+            f"scaled by it. Check the force column's scale and {suspect}, or declare how well the "
+            "gain is known (relative_sd)",
+        ),
+        (
+            near and not late,
+            f"{found.offset:+.4g} +- {found.offset_deviation:.1g} "
+            f"{q.force_unit} beside what {maker} makes of the control, and otherwise the same: a "
+            "constant force, and friction that differs with the direction, take it up. Check the "
+            "zero of the force's sensor, or of the control's converter",
+        ),
+        (
+            True,
+            f"{found.factor:.3g} times what {maker} makes of the control, "
+            f"{1e3 * lag:.2g} ms later and {apart:.3g} % off it: check the column, its "
+            f"unit and timing, and the {'gain' if drive.is_gain else 'drive'}",
+        ),
+    )
+    return Check(
+        name="force against control",
+        status=passed(good),
+        figure=apart if np.isfinite(apart) else None,
+        threshold=_MAX_FORCE_DIFFERENCE,
+        source=f"difference in percent of {of_maker}, in what is slow against a current "
+        "loop; fails too for a lag beyond 5 ms, and where the factor between the two is off 1 by "
+        "more than 1 % and three deviations, that of the gain among them, or a constant between "
+        "them more than 1 % of the force and three deviations",
+        meaning=meaning,
+    )
+
+
+def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
+    """The recorded control against the drive's limit; nothing without either."""
+    drive = axis.axis.drive
+    if record.control is None or not np.isfinite(drive.limit):
+        return None
+    size, most_excess = np.abs(record.control)[unmasked(record)], MAX_LIMIT_EXCESS.value
+    if not size.size:
+        return None
+    beyond = size > (1 + most_excess) * drive.limit
+    share = float(np.mean(beyond))
+    good, used = share <= _MAX_LIMIT_EXCESS_SHARE, record.force is None
+    most = float(size.max())
+    return Check(
+        name="control against limit",
+        status=passed(good, matters=used),
+        figure=100 * share,
+        threshold=100 * _MAX_LIMIT_EXCESS_SHARE,
+        source=f"percent of the samples at which the control is more than {100 * most_excess:g} % "
+        "beyond the drive's limit",
+        meaning=f"the control stays within the drive's limit of {drive.limit:g} {drive.unit}"
+        if good
+        else f"the control is beyond the drive's limit of {drive.limit:g} {drive.unit} in "
+        f"{100 * share:.2g} % of the samples, up to {most:.3g} {drive.unit}: "
+        + (
+            "a control that is recorded before the drive limits it gives no force there; record "
+            "what the drive applies, or the force, or correct the limit or the control's unit"
+            if used
+            else "the force is measured, so that it matters to the simulated loop alone; correct "
+            "the limit or the control's unit, unless it is recorded before the drive limits it"
+        ),
+    )
+
+
+def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
+    """What the drive makes of the control of a record of one piece, (N,), and how far by its gain.
+
+    The latter is the slope of the logarithms: 1 for a force that is all the gain's.
+    """
+    velocity = np.gradient(record.position, record.period)  # its noise is filtered with the force
+    motion = record.position, velocity, np.gradient(velocity, record.period)
+    recorded = recorded_signals(axis, record.provenance.source, record.signals)
+    control = acting_control(axis, np.asarray(record.control), [0], record.period)
+    drive = DriveAlong(
+        axis=axis, starts=[0], period=record.period, held=True, delay=0.0, mean=False
+    )
+    commanded, slope = (each(control, motion, recorded) for each in (drive.force, drive.slope))
+    used = unmasked(record)
+    power = float(commanded[used] @ commanded[used])
+    return commanded, float(slope[used] @ commanded[used]) / power if power else 1.0
+
+
+def _compared(record: Record, commanded: Array) -> tuple[float, ColumnComparison]:
+    """How far the two are apart in what is slow, percent, and what is between them.
+
+    Both are low-passed, so that what a current loop and its sensor do is no factor; a few samples,
+    of which no factor can be told, are compared as they are.
+    """
+    slow, target = commanded, np.asarray(record.force)
+    columns = LowPassed.of(record, commanded, target)
+    found: ColumnComparison | Missing = Missing("too few samples")
+    if not isinstance(columns, Missing):
+        slow, target = columns.computed[columns.rows], columns.measured[columns.rows]
+        found = ColumnComparison.of(columns)
+    if isinstance(found, Missing):  # nothing tells how well the factor is known
+        found = ColumnComparison(
+            factor=float(slow @ target / (slow @ slow)),
+            factor_deviation=np.inf,
+            delay=0.0,
+            delay_deviation=np.inf,
+            offset=0.0,
+            offset_deviation=np.inf,
+            size=0.0,
+            left_percent=0.0,
+        )
+    # What is left is no noise where the force is measured behind a gear: a factor that explains
+    # no more than that is none.
+    unexplained = found.left_percent / 100 / MIN_DISTANCE_FROM_NOISE.value
+    return relative_error_percent(target - slow, slow), replace(
+        found,
+        factor_deviation=max(found.factor_deviation, unexplained),
+        offset_deviation=max(found.offset_deviation, unexplained * found.size),
+    )
+
+
+def compared_motion(
+    record: Record, role: str, velocities: Sequence[Array] = ()
+) -> ColumnComparison | Missing:
+    """Hold a measured velocity or acceleration against the derivative of what was measured before.
+
+    A velocity without a position is held against that of the simulated loop, where there is one:
+    it follows the recorded reference, whatever its parameters are but for a little, and has the
+    scale and the zero of the motion.
+
+    Parameters
+    ----------
+    record : Record
+        With that column.
+    role : {"velocity", "acceleration"}
+    velocities : sequence of (N,) array
+        Of the loop, by segment.
+
+    Returns
+    -------
+    ColumnComparison or Missing
+        Missing where there is no such derivative, or the record is too short or still to tell.
+    """
+    longest = record.longest()
+    by_position = role == "velocity" or record.velocity is None
+    basis = longest.position if by_position else np.asarray(longest.velocity)
+    times = 2 if role == "acceleration" and by_position else 1
+    if by_position and record.integrated:
+        if role != "velocity" or not velocities:
+            return Missing(
+                f"no position was recorded that the {role} could be held against, and no loop can "
+                f"be simulated: the scale of the motion rests on the column of the {role} alone"
+            )
+        basis, times = max(velocities, key=len), 0
+    columns = LowPassed.of(longest, basis, np.asarray(getattr(longest, role)), times)
+    return columns if isinstance(columns, Missing) else ColumnComparison.of(columns)
+
+
+def compared_motions(
+    record: Record, velocities: Sequence[Array] = ()
+) -> dict[str, ColumnComparison | Missing]:
+    """`compared_motion` of each of the two that was measured."""
+    roles = (role for role in record.motion if role != "position")
+    return {role: compared_motion(record, role, velocities) for role in roles}
+
+
+def motion_check(
+    axis: GeneratedAxis, record: Record, role: str, found: ColumnComparison | Missing | None
+) -> Check | Missing | None:
+    """What was found of a measured velocity or acceleration; nothing without the column."""
+    if found is None or isinstance(found, Missing):
+        return found
+    against, way = _derivative(record, role), "late" if found.delay >= 0 else "early"
+    told = (
+        f"{found.factor:.4g} +- {max(found.factor_deviation, 1e-4):.1g} times, "
+        f"{abs(found.delay):.2f} +- {max(found.delay_deviation, 1e-2):.1g} samples {way} and "
+        f"{found.offset:+.3g} +- {found.offset_deviation:.1g} {_unit(axis, role)}"
+    )
+    is_other, column = found.distances["left"] > 1, Setting("columns", f"{role}=NAME:UNIT")
+    meaning = first_case(
+        (
+            is_other,
+            f"is not {against}: {found.left_percent:.3g} % are left whatever factor, delay and "
+            f"constant ({told}): ",
+        ),
+        (found.worst > 1, f"is {told} beside {against}: "),
+        (True, f"is {against} ({told})"),
+    )
+    remedy = Remedy.of("check the column (", column, ")") if is_other else None
+    if found.worst > 1 and not is_other:
+        remedy = _remedy(axis, record, found, role)
+    return Check(
+        name=f"measured {role}",
+        status=passed(found.worst <= 1),
+        figure=found.worst if np.isfinite(found.worst) else None,
+        threshold=1.0,
+        source="largest of the factor's distance from 1 by "
+        f"{MAX_SCALE_ERROR.value:g}, the delay by {MAX_COLUMN_DELAY:g} samples and "
+        f"the constant by {100 * MAX_COLUMN_OFFSET:g} % of the {role}, or by three of their "
+        "deviations where these are more",
+        meaning=f"the measured {role} {meaning}",
+        remedy=remedy,
+    )
+
+
+def _derivative(record: Record, role: str) -> str:
+    return first_case(
+        (
+            role == "velocity" and record.integrated,
+            "that of the simulated loop, which follows the reference",
+        ),
+        (role == "velocity", "the position's derivative"),
+        (record.velocity is None, "the position's second derivative"),
+        (True, "the measured velocity's derivative"),
+    )
+
+
+def _unit(axis: GeneratedAxis, role: str) -> str:
+    q = axis.axis.coordinate
+    return str(q.velocity_unit if role == "velocity" else q.acceleration_unit)
+
+
+def _remedy(axis: GeneratedAxis, record: Record, found: ColumnComparison, role: str) -> Remedy:
+    """What sets right what is wrong."""
+    far, unit, name = (
+        found.distances,
+        _unit(axis, role),
+        record.provenance.columns.get(role, "NAME"),
+    )
+    of_loop = role == "velocity" and record.integrated
+    vague = MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation / (abs(found.factor) or _TINY)
+    vague += MAX_SCALE_ERROR.value
+    column, of_sign, zero = (
+        Setting("columns", f"{role}={name}:UNIT{change}")
+        for change in ("", "*-1", f"{-found.offset:+.3g}{unit}")
+    )
+    beside = "reference" if of_loop else "position"
+    parts = {
+        "delay": first_case(
+            (
+                samples_apart(getattr(record, role)) > 1,
+                Remedy.of("draw it between its values (", advised_between(role), ")"),
+            ),
+            (True, advised_shift(role, found.delay, MAX_COLUMN_DELAY)),
+        ),
+        "factor": scale_remedy(role, name, unit, found.factor, vague)
+        or first_case(
+            (abs(found.factor + 1) <= vague, Remedy.of("turn its sign (", of_sign, ")")),
+            (
+                True,
+                Remedy.of(f"check its unit and scale, and those of the {beside} (", column, ")"),
+            ),
+        ),
+        "offset": Remedy.of("take off its zero (", zero, ")"),
+    }
+    said = [each for what, part in parts.items() if far[what] > 1 for each in (", and ", part)]
+    return Remedy.of(*said[1:])

@@ -1,8 +1,15 @@
 """The one way to say that something cannot be told: in place of it, with the reason."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import wraps
+from typing import Concatenate, ParamSpec, TypeVar
 
 from .remedy import Note, Remedy
+
+Found = TypeVar("Found")
+Made = TypeVar("Made")
+Further = ParamSpec("Further")
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,3 +39,23 @@ class Missing:
 
     def __str__(self) -> str:
         return str(self.note)
+
+
+def of_found(
+    make: Callable[Concatenate[Found, Further], Made],
+) -> Callable[Concatenate[Found | Missing, Further], Made | Missing]:
+    """What is made of something that was found: where that is missing, so is this, for its reason.
+
+    Parameters
+    ----------
+    make : callable
+        Its first parameter, by place, is what was found.
+    """
+
+    @wraps(make)
+    def made(
+        found: Found | Missing, /, *further: Further.args, **named: Further.kwargs
+    ) -> Made | Missing:
+        return found if isinstance(found, Missing) else make(found, *further, **named)
+
+    return made

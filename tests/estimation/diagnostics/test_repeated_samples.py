@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid.estimation.diagnostics.repeated_samples import mean_times, overlaps, repeated_check
+from axisid.estimation.diagnostics.records_alike import mean_times, overlaps, repeated_check
 from axisid.estimation.records import Record, Repairs, read_record
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from axisid import Identification, build, identify, leave_out, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.moves.jackknife import bands_of, groupings
+from axisid.estimation.moves.lack_of_fit import bands_of, groupings
 
 
 @pytest.fixture(scope="module")

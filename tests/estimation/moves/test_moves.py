@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from axisid.estimation.moves.moves import moves_of
+from axisid.estimation.moves.lack_of_fit import moves_of
 
 HILL = np.concatenate([np.linspace(0, 1, 40), np.ones(100), np.linspace(1, 0, 40)])
 REST = np.zeros(30)

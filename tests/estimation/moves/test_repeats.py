@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from axisid.estimation.moves.moves import Repeats, _period, repeats_of
+from axisid.estimation.moves.lack_of_fit import Repeats, _period, repeats_of
 from axisid.support.arrays import Array
 
 

@@ -5,7 +5,7 @@ import pytest
 import statsmodels.api as sm
 from linearmodels.iv import IV2SLS
 
-from axisid.estimation.diagnostics.estimates.instruments import (
+from axisid.estimation.diagnostics.estimates.method import (
     instrument_tests,
 )
 from tests.refusals import refuses

@@ -11,7 +11,7 @@ from scipy.stats import norm, t as student
 from axisid import Record, build, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law
-from axisid.estimation.diagnostics.law.found_gains import apart_in_deviations
+from axisid.estimation.diagnostics.law.control_law import apart_in_deviations
 from axisid.estimation.fitting import OutputFit
 from tests.axes.ready_laws import with_law
 

@@ -10,7 +10,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import BALANCED
 from axisid.estimation import check_law
 from axisid.estimation.diagnostics.law.control_law import LawCheck
-from axisid.estimation.diagnostics.law.position_zero import position_zero
+from axisid.estimation.diagnostics.law.sentences import position_zero
 from tests.estimation.loops.test_start import carried
 from tests.estimation.simulation.test_loop_start import vertical
 

@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from axisid import Prefilter, Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.diagnostics.loop.force import force_check, limit_check
+from axisid.estimation.diagnostics.loop.column_comparison import force_check, limit_check
 
 GAIN = 35.15
 
