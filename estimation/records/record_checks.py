@@ -74,7 +74,10 @@ def check_lengths(source: str, channels: Mapping[str, Array]) -> None:
     lengths = {role: len(values) for role, values in channels.items()}
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
-        raise DataError(f"{source}: the columns differ in length: {listed}.", code="record-lengths")
+        raise DataError(
+            f"{source}: the columns differ in length: {listed}; give a value of each at each time.",
+            code="record-lengths",
+        )
     fewest = MIN_RECORD_SAMPLES.value
     if lengths["time"] < fewest:
         raise DataError(

@@ -72,9 +72,10 @@ def check_loop(
     if law is None:
         raise no_control_law(axis.axis.name)
     if shape != (len(axis.parameters),):
+        given = f"{shape[0]} were given" if shape else "give several sets as rows of an array"
         raise UsageError(
             f"axis {axis.axis.name!r} has {len(axis.parameters)} parameters "
-            f"({', '.join(axis.names)}); {shape[0] if shape else 'no'} were given.",
+            f"({', '.join(axis.names)}); {given}.",
             code="parameter-count",
         )
     if reference.ndim not in (1, 2) or not len(reference) or not np.all(np.isfinite(reference)):

@@ -238,7 +238,7 @@ def _place(record: int | None, count: int) -> int:
 
 def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageError:
     listed = ", ".join(there)
-    if isinstance(result, SavedEstimate):
+    if isinstance(result, SavedEstimate) and is_among(what, _OF_ESTIMATE):
         return UsageError(
             f"the file of a result has no rows of its record, which the figure {quoted(what)} "
             f"needs; identify again, or choose from {listed}.",
