@@ -1,14 +1,18 @@
-"""Exact algebra in bounded work: expansions, derivatives with kinks, null spaces, zero tests.
+"""Algebra in bounded work: values at points, derivatives with kinks, row echelons, zero tests.
 
 In: expressions. Out: expressions, or the reason why that would take too long.
 Knows nothing of axes.
 """
 
 from .coefficients import Coefficients as Coefficients
-from .constant_value import NotRealError as NotRealError, value_of as value_of
 from .continuity import jumping_node as jumping_node
 from .derivative import slope as slope
-from .expansion import EULER as EULER, Expansion as Expansion
+from .echelon import (
+    NotRealError as NotRealError,
+    Row as Row,
+    reduced_functions as reduced_functions,
+    reduced_rows as reduced_rows,
+)
 from .exponential import joined_exponential as joined_exponential
 from .independence import (
     exact as exact,
@@ -22,12 +26,4 @@ from .point_value import (
     float_at as float_at,
     value_at as value_at,
     vanishes as vanishes,
-)
-from .products import (
-    Algebra as Algebra,
-    Number as Number,
-    Product as Product,
-    Sum as Sum,
-    TooLargeError as TooLargeError,
-    modulus_of as modulus_of,
 )

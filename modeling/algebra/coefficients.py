@@ -3,11 +3,16 @@
 Only the parameters are multiplied out; what does not depend on them stays as it was written.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import ItemsView, Iterable, Sequence
 
 import sympy
 
-from .products import MOST_PRODUCTS, TooLargeError
+from axisid.support.errors import ModelError
+
+from .point_value import dependences, vanishes
+
+#: Products of two terms that may be formed for one expression.
+_MOST_PRODUCTS = 100_000
 
 #: Powers of the parameters, whole ones of either sign.
 Exponents = tuple[int, ...]
@@ -25,7 +30,7 @@ class Coefficients:
 
     Raises
     ------
-    TooLargeError
+    ModelError
         It has too many terms.
     """
 
@@ -34,8 +39,25 @@ class Coefficients:
         self._places = {p: j for j, p in enumerate(parameters)}
         self._zero = dict.fromkeys(parameters, sympy.S.Zero)
         self._made: dict[sympy.Basic, _Polynomial] = {}
-        self._left = MOST_PRODUCTS
+        self._left = _MOST_PRODUCTS
+        self._hidden: set[sympy.Symbol] = set()
         self._polynomial = self._of(expression)
+
+    @property
+    def terms(self) -> ItemsView[Exponents, sympy.Expr]:
+        """The weights by the products of powers."""
+        return self._polynomial.items()
+
+    @property
+    def nonlinear(self) -> set[sympy.Symbol]:
+        """The parameters that the expression is no polynomial of."""
+        divisors = {
+            p
+            for exponents, weight in self.terms
+            for p, exponent in zip(self._places, exponents, strict=True)
+            if exponent < 0 and not vanishes(weight)
+        }
+        return self._hidden | divisors
 
     def __getitem__(self, exponents: Exponents) -> sympy.Expr:
         """The weight of a product of powers."""
@@ -55,24 +77,32 @@ class Coefficients:
         if not node.free_symbols & self._places.keys():
             return {self._one: node}
         base, power = node.as_base_exp()
-        if base in self._places and power.is_Integer:
+        whole = int(power) if power.is_Number and int(power) == float(power) else None
+        if base in self._places and whole is not None:
             exponents = list(self._one)
-            exponents[self._places[base]] = int(power)
+            exponents[self._places[base]] = whole
             return {tuple(exponents): sympy.S.One}
         if node.is_Add:
             return _sum(map(self._of, node.args))
         if node.is_Mul:
             return self._product(map(self._of, node.args))
-        if node.is_Pow and power.is_Integer and power > 0:
-            return self._product([self._of(base)] * int(power))
+        if node.is_Pow and whole is not None and whole > 0:
+            return self._product([self._of(base)] * whole)
         if isinstance(node, sympy.Piecewise):
             return self._chosen(node)
-        return {self._one: node.xreplace(self._zero)}  # what the parameters do there cancels
+        return {self._one: self._opaque(node).xreplace(self._zero)}
+
+    def _opaque(self, node: sympy.Basic) -> sympy.Basic:
+        """A node that is taken as a whole; some of the parameters in it may cancel."""
+        shown = node if isinstance(node, sympy.Expr) else sympy.Piecewise((1, node), (0, True))
+        inside = node.free_symbols & self._places.keys() - self._hidden
+        self._hidden |= {p for (p,) in dependences(shown, [{p} for p in inside])}
+        return node
 
     def _chosen(self, node: sympy.Piecewise) -> _Polynomial:
         """The weights of what is chosen by conditions, chosen by the same."""
         values = [self._of(value) for value, _ in node.args]
-        conditions = [condition.xreplace(self._zero) for _, condition in node.args]
+        conditions = [self._opaque(c).xreplace(self._zero) for _, c in node.args]
         return {
             exponents: sympy.Piecewise(
                 *(
@@ -90,7 +120,7 @@ class Coefficients:
         for factor in factors:
             self._left -= len(made) * len(factor)
             if self._left < 0:
-                raise TooLargeError(
+                raise ModelError(
                     "the equation of motion has too many products of parameters.",
                     code="too-many-products",
                 )

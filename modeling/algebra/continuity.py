@@ -6,7 +6,8 @@ symbols that have nothing to do with each other: what is equal there is equal ev
 coincidence.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+import contextlib
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import sympy
@@ -14,12 +15,12 @@ from sympy.core.relational import Relational
 
 from axisid.modeling.quantities import DIRECTION
 
-from .point_value import CANNOT, numbers, value_at
+from .point_value import CANNOT, drawn, numbers, value_at, zero
 
-_POINTS, _PLACES = 6, 101  # a prime, through whose fractions the points walk
+_POINTS = 6
+_STARTS = (-1.5, 0.5)  # velocities from which an edge is looked for, also one of either sign
 _BESIDE = numbers.mpf("1e-30")
 _ROUNDING = 1e-12  # what decimals leave, as a share of the force
-_EXACT = numbers.mpf("1e-40")
 _AT_REST = numbers.mpf(3) / 7  # the direction on both sides of rest
 
 _Point = Mapping[sympy.Symbol, Any]  # numbers of many digits
@@ -28,8 +29,7 @@ _Point = Mapping[sympy.Symbol, Any]  # numbers of many digits
 def jumping_node(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None:
     """The first step or choice at which the force jumps with the velocity; None if there is none.
 
-    An edge that cannot be found, as none of a quadratic function of the velocity or simpler, is
-    taken for a jump.
+    An edge that cannot be found is taken for a jump.
 
     Parameters
     ----------
@@ -61,65 +61,46 @@ def _edges(node: sympy.Expr, velocity: sympy.Symbol) -> Iterator[sympy.Expr]:
 
 def _is_continuous(force: sympy.Expr, velocity: sympy.Symbol, edge: sympy.Expr) -> bool:
     """Whether a force has the same value on both sides of an edge, wherever that was found."""
-    others = sorted((force.free_symbols | edge.free_symbols) - {velocity, DIRECTION}, key=str)
+    others = (force.free_symbols | edge.free_symbols) - {velocity, DIRECTION}
     jumps: list[float] = []
-    for i in range(_POINTS):
-        point = _point(others, i)
+    for turn in range(_POINTS):
+        point = {s: _number(s, turn) for s in others}
         found = [_jump(force, velocity, point, v) for v in _places(edge, velocity, point)]
         jumps += [jump for jump in found if jump is not None]
     return bool(jumps) and max(jumps) < _ROUNDING
 
 
-def _point(symbols: list[sympy.Symbol], i: int) -> _Point:
-    """Numbers of sizes from a hundredth to ten; first all positive, then of either sign."""
-    steps = [(j + 2) * (7 * i + 37) % _PLACES for j in range(len(symbols))]
-    signs = [-1 if i > 1 and step % 2 else 1 for step in steps]
-    return {
-        s: sign * numbers.mpf(10 + step * step) / 1000
-        for s, step, sign in zip(symbols, steps, signs, strict=True)
-    }
+def _number(symbol: sympy.Symbol, turn: int) -> Any:
+    """In place of a symbol, first positive, then of either sign."""
+    turned = turn > 1 and drawn(turn, "turned", symbol.name) < 1
+    return -drawn(turn, symbol.name) if turned else drawn(turn, symbol.name)
 
 
-def _places(edge: sympy.Expr, velocity: sympy.Symbol, point: _Point) -> Iterator[Any]:
-    """Zeros of a function of the velocity and its size, of the second degree or lower."""
-    ways = ((0, 1, 2, 3), (0, -1, -2, -3)) if edge.has(sympy.Abs) else ((0, 1, -1, 2),)
-    for speeds in ways:
-        values = [_value(edge, {**point, velocity: numbers.mpf(v)}) for v in speeds]
-        if None in values:
-            continue
-        for place in _roots(speeds, values):
-            if len(ways) == 1 or place * speeds[1] >= 0:
-                yield place
+def _places(edge: sympy.Expr, velocity: sympy.Symbol, point: _Point) -> list[Any]:
+    """Velocities at which a function changes its sign, as far as they are found."""
+    found: list[Any] = []
 
+    def value(place: Any) -> Any:
+        return value_at(edge, {**point, velocity: place})
 
-def _roots(speeds: Sequence[int], values: Sequence[Any]) -> list[Any]:
-    """Real zeros of the polynomial through four points; none if it is of the third degree."""
-    first, second, third = _divided(speeds, values)
-    sizes = sum(map(abs, values))
-    if abs(third) > _EXACT * sizes:
-        return []
-    start, here, there = values[0], *speeds[:2]
-    slope = first - second * (here + there)
-    if abs(second) > _EXACT * sizes:
-        inside = slope * slope - 4 * second * start
-        root = numbers.sqrt(inside) if inside >= 0 else None
-        return [] if root is None else [(side * root - slope) / (2 * second) for side in (1, -1)]
-    return [-start / slope] if slope else []
-
-
-def _divided(speeds: Sequence[int], values: Sequence[Any]) -> list[Any]:
-    """Newton's divided differences from the first point on."""
-    row, found = list(values), []
-    for gap in range(1, len(speeds)):
-        row = [(row[k + 1] - row[k]) / (speeds[k + gap] - speeds[k]) for k in range(len(row) - 1)]
-        found.append(row[0])
+    for start in _STARTS:
+        with contextlib.suppress(*CANNOT):
+            place = zero(value, numbers.mpf(start))
+            beside = _beside(place)
+            known = any(abs(place - other) < beside for other in found)
+            if not known and value(place + beside) * value(place - beside) <= 0:
+                found.append(place)
     return found
+
+
+def _beside(place: Any) -> Any:
+    return _BESIDE * max(abs(place), 1)
 
 
 def _jump(force: sympy.Expr, velocity: sympy.Symbol, point: _Point, place: Any) -> float | None:
     """Jump of a force there, over the force's size; None where it has no value."""
-    direction = numbers.sign(place) if place else _AT_REST
-    beside, apart = _BESIDE * (abs(place) or 1), 1 + abs(place)
+    beside, apart = _beside(place), 1 + abs(place)
+    direction = numbers.sign(place) if abs(place) > beside else _AT_REST
     above, below, *others = (
         _value(force, {**point, velocity: place + step, DIRECTION: direction})
         for step in (beside, -beside, apart, -apart)

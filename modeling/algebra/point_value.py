@@ -1,48 +1,56 @@
-"""Whether an expression is 0 wherever it is looked at, by its values at points, to many digits.
+"""Values of expressions at points, in many digits, each with how far rounding moves it.
 
 What is made of analytic functions and is 0 at points that have nothing to do with each other is 0
-everywhere. A function with a kink or a jump is another matter: it may be 0 on one side and not on
-the other. Each such function counts as unknown, with a number of its own at each point.
+everywhere. What has a kink or a jump may be 0 on one side and not on the other, and the edge may be
+far away: it is looked for, and there are points on both sides of it.
+
+Each number is worked out twice. The second time the decimals that were declared and the terms of
+sums are off by a little, as rounding leaves them: what changes as much as it is large is nothing.
 """
 
+import contextlib
 import hashlib
 import math
 import operator
-from collections.abc import Callable, Mapping, Set as AbstractSet
-from typing import Any
+import random
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set as AbstractSet
+from fractions import Fraction
+from itertools import combinations
+from typing import Any, TypeAlias
 
 import sympy
 from mpmath.ctx_mp import MPContext
 from sympy.core.relational import Relational
 from sympy.functions.elementary.miscellaneous import Max, Min
 
+from axisid.modeling.quantities import DIRECTION
+
 #: Numbers of many digits; SymPy's own context is left alone.
 numbers = MPContext()
 numbers.dps = 70
-_POINTS = 3
-_NOTHING = 1e-12  # share of what is added up, below which a sum is what rounding left of nothing
-_ALIKE = 25  # digits in which two arguments of a kinked function are the same
-_MOST_BITS = 2**14  # in which a sum is looked at again, if it has lost a term that small
-_SPARE_BITS = 60  # of these, which rounding may spoil
+_POINTS, _SIDES = 3, 40  # where nothing has sides, and more where something has
+_DECIMAL = 1e-14  # share by which decimals are off
+_SPARE_BITS = 60  # of each number, in which the terms of sums are off
+_MOST_BITS = 2**14  # in which a sum is looked at again, if it has lost a small term
+_NOTHING = 30  # changes by rounding, up to which a number is nothing
+_SPREAD = 5  # factors of two by which numbers in place of symbols are larger or smaller
+_SECANTS = 16  # steps in which an edge is found
+_BESIDE = 1e-3  # share of a symbol's value by which it is beside
+_TOLD = 25  # digits by which what a function is of is told
 _LARGEST = 2000  # binary digits before the point of what a function is evaluated of
 #: What a value that does not exist raises.
 CANNOT = (ArithmeticError, TypeError, ValueError, RecursionError, MemoryError)
 
+#: A number, and the same number off by rounding.
+Value: TypeAlias = tuple[Any, Any]
+
+NOTHING: Value = (numbers.zero, numbers.zero)
+
 _ANALYTIC: dict[Any, Callable[..., Any]] = {
-    sympy.exp: numbers.exp,
-    sympy.log: numbers.log,
-    sympy.sin: numbers.sin,
-    sympy.cos: numbers.cos,
-    sympy.tan: numbers.tan,
-    sympy.asin: numbers.asin,
-    sympy.acos: numbers.acos,
-    sympy.atan: numbers.atan,
-    sympy.sinh: numbers.sinh,
-    sympy.cosh: numbers.cosh,
-    sympy.tanh: numbers.tanh,
+    getattr(sympy, name): getattr(numbers, name)
+    for name in "exp log sin cos tan asin acos atan sinh cosh tanh".split()
 }
-#: What has a kink or a jump at 0, and its value there.
-_STEPS: dict[Any, float] = {sympy.Abs: 0, sympy.sign: 0, sympy.Heaviside: 0.5}
+_KINKS = (sympy.Abs, sympy.sign, sympy.Heaviside, Max, Min, Relational)
 
 _COMPARED: dict[Any, Callable[[Any, Any], bool]] = {
     sympy.StrictLessThan: operator.lt,
@@ -53,7 +61,32 @@ _COMPARED: dict[Any, Callable[[Any, Any], bool]] = {
     sympy.Ne: operator.ne,
 }
 
-_Value = tuple[Any, Any]  # a number, and the size of what was added up for it
+
+def is_nothing(value: Value) -> bool:
+    """Whether a number is what rounding left of nothing.
+
+    Raises
+    ------
+    ValueError
+        It is not finite.
+    """
+    number, moved = value
+    if not (numbers.isfinite(number) and numbers.isfinite(moved)):
+        raise ValueError("it is not finite")
+    return bool(abs(number) <= _NOTHING * abs(number - moved))
+
+
+def rounding(seed: int) -> Callable[[Any], Any]:
+    """What moves numbers as rounding does, each by another share."""
+    source, share = random.Random(seed), numbers.ldexp(1, _SPARE_BITS - numbers.prec)  # noqa: S311
+    return lambda number: number + number * share * source.uniform(0.5, 1.5)
+
+
+def off_as_decimal(number: Fraction) -> Value:
+    """A declared number, which is rounded if it is not whole."""
+    value = numbers.mpf(number.numerator) / number.denominator
+    share = _DECIMAL if number.denominator != 1 else numbers.ldexp(1, _SPARE_BITS - numbers.prec)
+    return value, value + value * share * drawn(0, "number", str(number))
 
 
 def vanishes(expression: sympy.Expr) -> bool:
@@ -61,51 +94,59 @@ def vanishes(expression: sympy.Expr) -> bool:
     if expression == 0:
         return True
     try:
-        return all(_is_nothing(_value_there(expression, turn)) for turn in range(_POINTS))
+        points = Points(expression)
+        with points.digits():
+            return all(is_nothing(points.at(turn)(expression)) for turn in range(points.count))
     except CANNOT:
         return False
 
 
 def depends(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> bool:
     """Whether an expression changes with symbols; what has no finite value does."""
+    return bool(dependences(expression, [symbols]))
+
+
+def dependences(
+    expression: sympy.Expr, groups: Iterable[AbstractSet[sympy.Symbol]]
+) -> list[AbstractSet[sympy.Symbol]]:
+    """Those of several groups of symbols with which an expression changes."""
+    every = list(groups)
+    left = every
     try:
-        return any(_changes(expression, symbols, turn) for turn in range(_POINTS))
+        points = Points(expression)
+        with points.digits():
+            for turn in range(points.count):
+                left = [g for g in left if not _changes(expression, g, points, turn)]
+                if not left:
+                    break
     except CANNOT:
-        return True
+        return every
+    return [group for group in every if group not in left]
 
 
-def _changes(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol], turn: int) -> bool:
-    """Whether the value changes when the symbols do, one way or another, and nothing else."""
-    (one, size), (other, more), span = _moved(expression, symbols, turn)
-    if span <= numbers.prec:
-        return not _is_nothing((one - other, size + more))
-    # What changes may be much smaller than what it is added to: every digit counts.
-    with numbers.workprec(min(numbers.prec + span, _MOST_BITS)):
-        (one, size), (other, more), _ = _moved(expression, symbols, turn)
-        rounding = numbers.ldexp(size + more, _SPARE_BITS - numbers.prec)
-        return not abs(one - other) <= rounding  # it does where neither is finite
-
-
-def _moved(
-    expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol], turn: int
-) -> tuple[_Value, _Value, int]:
-    """Values before and after the symbols change, and the span of their sums."""
-    here, there = _Values(turn), _Values(turn)
-    for symbol in symbols:
-        there.values[symbol] = here.unknown("other", str(symbol))
-    return here(expression), there(expression), max(here.span, there.span)
+def _changes(
+    expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol], points: "Points", turn: int
+) -> bool:
+    """Whether the value changes when the symbols do, and nothing else."""
+    one, less = points.at(turn)(expression)
+    other, more = points.beside(turn, symbols)(expression)
+    return not is_nothing((one - other, less - more))
 
 
 def vanishes_where(expression: sympy.Expr, inside: sympy.Expr, variable: sympy.Symbol) -> bool:
     """Whether an expression is 0 where another, affine in a variable, is 0."""
     try:
-        for turn in range(_POINTS):
-            start, there = _Values(turn), _Values(turn)
-            start.values[variable] = (numbers.zero, numbers.zero)
-            place = -start(inside)[0] / start(inside.diff(variable))[0]
-            there.values[variable] = (place, abs(place))
-            if not _is_nothing(there(expression)):
-                return False
+        points = Points(expression, inside)
+        with points.digits():
+            for turn in range(points.count):
+                others = {
+                    s: points.at(turn)(s) for s in expression.free_symbols | inside.free_symbols
+                }
+                start = _Values({**others, variable: NOTHING})(inside)
+                rate = _Values(others)(inside.diff(variable))
+                place = -start[0] / rate[0], -start[1] / rate[1]
+                if not is_nothing(_Values({**others, variable: place})(expression)):
+                    return False
     except CANNOT:
         return False
     return True
@@ -119,9 +160,8 @@ def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
     ArithmeticError, ValueError, TypeError, RecursionError
         It has none.
     """
-    values = _ActualValues(0)
-    values.values.update({s: _exactly(numbers.mpmathify(x)) for s, x in point.items()})
-    return values.real(expression)
+    given = {symbol: exactly(numbers.mpmathify(x)) for symbol, x in point.items()}
+    return _real(_Values(given)(expression)[0])
 
 
 def float_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> float:
@@ -133,119 +173,143 @@ def float_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> float
     return value if math.isfinite(value) else math.nan
 
 
-def _value_there(expression: sympy.Expr, turn: int) -> _Value:
-    """The value at a point, in as many digits as what stands in it needs.
+class Points:
+    """Points that have nothing to do with each other, by number.
 
-    At such points ``log(1 + exp(x - 3000))`` is the logarithm of 1 to any usual number of digits.
-    """
-    values = _Values(turn)
-    found = values(expression)
-    if values.span <= numbers.prec:
-        return found
-    with numbers.workprec(min(numbers.prec + values.span, _MOST_BITS)):
-        return _Values(turn)(expression)
-
-
-def _is_nothing(value: _Value) -> bool:
-    number, size = value
-    if not (numbers.isfinite(number) and numbers.isfinite(size)):
-        raise ValueError("it is not finite")
-    return bool(abs(number) <= _NOTHING * size)
-
-
-class _Values:
-    """Values at one of several points.
+    Parameters
+    ----------
+    *expressions : sympy.Expr
+        What is evaluated.
+    velocity : sympy.Symbol, optional
+        The friction direction is its sign.
+    given : mapping of sympy.Symbol to Value, optional
+        Symbols that have the same numbers at all points.
 
     Attributes
     ----------
-    span : int
-        Binary digits between the largest and the smallest term of a sum.
+    count : int
+        How many points tell of a function whether it is 0 everywhere.
     """
 
-    def __init__(self, turn: int) -> None:
-        self.values: dict[sympy.Basic, _Value] = {}
-        self.span = 0
-        self._turn = turn
+    def __init__(
+        self,
+        *expressions: sympy.Expr,
+        velocity: sympy.Symbol | None = None,
+        given: Mapping[sympy.Symbol, Value] | None = None,
+    ) -> None:
+        self.given, self.velocity = given or {}, velocity
+        kinks = {node for e in expressions for node in e.atoms(*_KINKS)}
+        decisive = {x for node in kinks for x in _decisive(node)}
+        if velocity is not None and any(DIRECTION in e.free_symbols for e in expressions):
+            decisive.add(velocity)
+        self.signed = {x for x in decisive if x.is_Symbol}
+        edges = decisive if self.signed != decisive else ()
+        self._edges = sorted(edges, key=sympy.default_sort_key)
+        self.count = _SIDES + 4 * len(edges) if decisive else _POINTS
+        self._bits = numbers.prec
+        self._made: dict[int, _Drawn] = {}
+        with contextlib.suppress(*CANNOT):
+            for expression in expressions:
+                self.at(0)(expression)
+        if self.at(0).span > numbers.prec:
+            # At usual digits log(1 + exp(x - 3000)) would be the logarithm of 1.
+            self._bits = min(numbers.prec + self.at(0).span, _MOST_BITS)
+            self._made = {}
 
-    def __call__(self, node: sympy.Basic) -> _Value:
+    def look_closer(self) -> None:
+        """Take twice as many digits."""
+        self._bits *= 2
+        self._made = {}
+
+    def digits(self) -> Any:
+        """In as many digits as what stands in the expressions needs."""
+        return numbers.workprec(self._bits)
+
+    def at(self, turn: int) -> "_Drawn":
+        """Values at one of the points."""
+        if turn not in self._made:
+            made = _Drawn(self, turn)
+            size = len(self._edges)
+            if size:
+                made.place(self._edges[turn % size], 1 - 2 * (turn // size % 2))
+                other = int(1000 * made.drawn("edge"))
+                made.place(self._edges[other % size], (-1) ** other)
+            self._made = {turn: made}
+        return self._made[turn]
+
+    def beside(self, turn: int, symbols: AbstractSet[sympy.Symbol]) -> "_Drawn":
+        """Values where some symbols are others than at a point, beyond their edges if at one."""
+        here = self.at(turn)
+        there = _Drawn(self, turn)
+        there.values |= here.placed
+        for symbol in symbols:
+            other = exactly(here.drawn("other", symbol.name))
+            there.values[symbol] = here.beyond.get(symbol, other)
+        return there
+
+
+class _Values:
+    """Real values, where symbols have numbers.
+
+    Attributes
+    ----------
+    values : dict
+        By expression.
+    span : int
+        Binary digits between the largest and the smallest term of a sum.
+    off : callable
+        Moves a number as rounding does.
+    """
+
+    def __init__(self, given: Mapping[sympy.Symbol, Value], turn: int = 0) -> None:
+        self.values: dict[sympy.Basic, Value] = dict(given)
+        self.span = 0
+        self.off = rounding(turn)
+
+    def __call__(self, node: sympy.Basic) -> Value:
         if node not in self.values:
             self.values[node] = self._value(node)
         return self.values[node]
 
-    def _value(self, node: sympy.Basic) -> _Value:
-        if node.is_Symbol:
-            return self.unknown("symbol", str(node))
-        if node in (sympy.true, sympy.false):
-            return _exactly(numbers.mpf(bool(node)))
+    def _value(self, node: sympy.Basic) -> Value:
         if not node.args:
-            return _exactly(numbers.mpmathify(sympy.N(node, numbers.dps)))
+            return self._symbol(node) if node.is_Symbol else _number(node)
+        if isinstance(node, (sympy.Piecewise, sympy.ITE)):
+            return self(self._chosen(node))
         inner = [self(argument) for argument in node.args]
         if node.is_Add:
             sizes = [numbers.mag(v) for v, _ in inner if v and numbers.isfinite(v)]
             self.span = max([self.span, max(sizes) - min(sizes)] if sizes else [self.span])
-            return numbers.fsum(v for v, _ in inner), numbers.fsum(s for _, s in inner)
+            return numbers.fsum(v for v, _ in inner), numbers.fsum(self.off(m) for _, m in inner)
         if node.is_Mul:
-            return numbers.fprod(v for v, _ in inner), numbers.fprod(s for _, s in inner)
+            return numbers.fprod(v for v, _ in inner), numbers.fprod(m for _, m in inner)
         if node.is_Pow:
-            return _power(*inner)
+            exponents = exactly(inner[1][0]) if node.exp.is_Float else inner[1]
+            return _power(inner[0][0], exponents[0]), _power(inner[0][1], exponents[1])
         if node.func in _ANALYTIC:
-            return _exactly(_ANALYTIC[node.func](_sane(inner[0][0])))
-        if node.func in _STEPS:
-            return self._stepped(node.func, inner[0])
-        return self._opaque(node, inner)
-
-    def _stepped(self, kind: Any, argument: _Value) -> _Value:
-        if _is_nothing(argument):
-            return numbers.mpf(_STEPS[kind]), numbers.one
-        number, turned = argument[0], numbers.re(argument[0]) < 0
-        size, _ = self.unknown(kind.__name__, _text(-number if turned else number))
-        if turned and kind is sympy.sign:
-            return -size, size
-        return _exactly(1 - size if turned and kind is sympy.Heaviside else size)
-
-    def _opaque(self, node: sympy.Basic, inner: list[_Value]) -> _Value:
-        values = [number for number, _ in inner]
+            return _both(lambda x: _ANALYTIC[node.func](_sane(x)), inner[0])
         if isinstance(node, (Max, Min)):
-            size = numbers.fsum(s for _, s in inner)
-            if all(_is_nothing((value - values[0], size)) for value in values):
-                return inner[0]
-            return self.unknown(type(node).__name__, *sorted(set(map(_text, values))))
-        return self.unknown(type(node).__name__, *map(_text, values))
+            wanted = 1 if isinstance(node, Max) else -1
+            return max(inner, key=lambda value: wanted * self._real(value[0]))
+        if isinstance(node, (sympy.Abs, sympy.sign, sympy.Heaviside)):
+            side = self._side(inner[0])
+            if isinstance(node, sympy.Abs):
+                return _both(lambda x: side * x, inner[0])
+            return exactly(side if isinstance(node, sympy.sign) else (1 + side) / 2)
+        return self._opaque(node, [number for number, _ in inner])
 
-    def unknown(self, *about: str) -> _Value:
-        """A number of its own for what has a name, between 1/2 and 3/2."""
-        text = "\n".join((str(self._turn), *about))
-        digest = hashlib.sha256(text.encode()).digest()
-        return _exactly(numbers.mpf(int.from_bytes(digest, "big")) / 2 ** (8 * len(digest)) + 0.5)
+    def _real(self, number: Any) -> Any:
+        return _real(number)
 
+    def _side(self, value: Value) -> Any:
+        return numbers.sign(_real(value[0]))
 
-class _ActualValues(_Values):
-    """Real values, where symbols have numbers; functions with kinks have the values of a side."""
+    def _symbol(self, symbol: sympy.Symbol) -> Value:
+        raise ValueError(f"{symbol} has no value")
 
-    def real(self, node: sympy.Basic) -> Any:
-        return _real(self(node)[0])
-
-    def unknown(self, *about: str) -> _Value:
-        raise ValueError(f"{about[-1]} has no value")
-
-    def _value(self, node: sympy.Basic) -> _Value:
-        if isinstance(node, (sympy.Piecewise, sympy.ITE)):
-            return self(self._chosen(node))
-        return super()._value(node)
-
-    def _stepped(self, kind: Any, argument: _Value) -> _Value:
-        number = _real(argument[0])
-        if kind is sympy.Abs:
-            return _exactly(abs(number))
-        sign = numbers.sign(number)
-        return _exactly(sign if kind is sympy.sign else (1 + sign) / 2)
-
-    def _opaque(self, node: sympy.Basic, inner: list[_Value]) -> _Value:
-        reals = [_real(number) for number, _ in inner]
-        if isinstance(node, (Max, Min)):
-            return _exactly(max(reals) if isinstance(node, Max) else min(reals))
+    def _opaque(self, node: sympy.Basic, inner: Iterable[Any]) -> Value:
         if isinstance(node, sympy.atan2):
-            return _exactly(numbers.atan2(*reals))
+            return exactly(numbers.atan2(*map(_real, inner)))
         raise TypeError(f"{type(node).__name__} has no value")
 
     def _chosen(self, node: sympy.Basic) -> sympy.Basic:
@@ -260,12 +324,99 @@ class _ActualValues(_Values):
         if condition in (sympy.true, sympy.false):
             return bool(condition)
         if isinstance(condition, Relational):
-            apart = self.real(condition.lhs) - self.real(condition.rhs)
-            return _COMPARED[condition.func](apart, 0)
+            return _COMPARED[condition.func](self._side(self(condition.lhs - condition.rhs)), 0)
         held = [self._holds(argument) for argument in condition.args]
         if isinstance(condition, sympy.ITE):
             return held[1] if held[0] else held[2]
         return bool(condition.func(*held))
+
+
+class _Drawn(_Values):
+    """Values at a point that is drawn.
+
+    Attributes
+    ----------
+    placed, beyond : dict
+        Symbols that are close to an edge, and their values beyond it.
+    """
+
+    def __init__(self, points: Points, turn: int) -> None:
+        super().__init__(points.given, turn)
+        self.placed: dict[sympy.Symbol, Value] = {}
+        self.beyond: dict[sympy.Symbol, Value] = {}
+        self._points, self._turn = points, turn
+
+    def drawn(self, *about: str) -> Any:
+        """A number of its own for what has a name, between 1/2 and 3/2."""
+        return drawn(self._turn, *about)
+
+    def _symbol(self, symbol: sympy.Symbol) -> Value:
+        if symbol == DIRECTION and self._points.velocity is not None:
+            return exactly(self._side(self(self._points.velocity)))
+        times = int(_SPREAD * self.drawn("size", symbol.name)) - _SPREAD
+        size = numbers.ldexp(self.drawn("symbol", symbol.name), times)
+        turned = symbol in self._points.signed and self.drawn("turned", symbol.name) < 1
+        return exactly(-size if turned else size)
+
+    def _real(self, number: Any) -> Any:
+        return numbers.re(number)  # what is not real there may be elsewhere
+
+    def _side(self, value: Value) -> Any:
+        return numbers.zero if is_nothing(value) else numbers.sign(numbers.re(value[0]))
+
+    def _opaque(self, node: sympy.Basic, inner: Iterable[Any]) -> Value:
+        return exactly(self.drawn(type(node).__name__, *map(_text, inner)))
+
+    def place(self, decisive: sympy.Expr, side: int) -> None:
+        """Give a symbol a number on a side of the place where a sign changes, if there is one."""
+        free = decisive.free_symbols - self._points.given.keys() - self.placed.keys()
+        for symbol in sorted(free, key=lambda s: self.drawn("moved", s.name)):
+
+            def value(place: Any, symbol: sympy.Symbol = symbol) -> Any:
+                there = _Drawn(self._points, self._turn)
+                there.values |= {**self.placed, symbol: exactly(place)}
+                return numbers.re(there(decisive)[0])
+
+            with contextlib.suppress(*CANNOT):
+                place = zero(value, self.drawn("symbol", symbol.name))
+                step = side * (abs(place) + 1) * _BESIDE * self.drawn("beside", symbol.name)
+                if value(place - step) * value(place + step) < 0:
+                    self.placed[symbol] = exactly(place + step)
+                    self.beyond[symbol] = exactly(place - step)
+                    self.values = {**self._points.given, **self.placed}
+                    return
+
+
+def _decisive(kink: sympy.Basic) -> Iterator[sympy.Expr]:
+    """Expressions whose signs decide the side of a kink."""
+    arguments = list(kink.args[:1])
+    if isinstance(kink, (Max, Min)):
+        arguments = [a - b for a, b in combinations(kink.args, 2)]
+    elif isinstance(kink, Relational):
+        arguments = [kink.lhs - kink.rhs]
+    for argument in arguments:
+        yield from (x for x in sympy.Mul.make_args(argument) if x.free_symbols)
+
+
+def zero(value: Callable[[Any], Any], start: Any) -> Any:
+    """Where a function is 0, by secants."""
+    one, other = start, start + 1
+    here, there = value(one), value(other)
+    for _ in range(_SECANTS):
+        if here == there or not there:
+            break
+        one, other = other, other - there * (other - one) / (there - here)
+        here, there = there, value(other)
+    return other
+
+
+def _number(node: sympy.Expr) -> Value:
+    if node.is_Float:
+        number = numbers.mpf(str(node))
+        return number, number + number * _DECIMAL * drawn(0, "decimal", str(node))
+    if node.is_Rational:
+        return exactly(numbers.mpf(node.p) / node.q)
+    return exactly(numbers.mpmathify(sympy.N(node, numbers.dps)))
 
 
 def _real(number: Any) -> Any:
@@ -274,12 +425,23 @@ def _real(number: Any) -> Any:
     return numbers.re(number)
 
 
-def _exactly(number: Any) -> _Value:
-    return number, abs(number)
+def exactly(number: Any) -> Value:
+    """A number that rounding does not move."""
+    return number, number
+
+
+def _both(function: Callable[[Any], Any], value: Value) -> Value:
+    return function(value[0]), function(value[1])
 
 
 def _text(number: Any) -> str:
-    return str(numbers.nstr(number, _ALIKE))
+    return str(numbers.nstr(number, _TOLD))
+
+
+def drawn(turn: int, *about: str) -> Any:
+    """A number between 1/2 and 3/2, another one for each turn and name."""
+    digest = hashlib.sha256("\n".join((str(turn), *about)).encode()).digest()
+    return numbers.mpf(int.from_bytes(digest, "big")) / 2 ** (8 * len(digest)) + 0.5
 
 
 def _sane(number: Any) -> Any:
@@ -288,11 +450,7 @@ def _sane(number: Any) -> Any:
     return number
 
 
-def _power(base: _Value, exponent: _Value) -> _Value:
-    power = exponent[0]
-    if base[0]:
-        _sane(power * numbers.mag(base[0]))
-    number = numbers.power(base[0], power)
-    if numbers.isint(power) and power > 0:
-        return number, numbers.power(base[1], power)
-    return _exactly(number)
+def _power(base: Any, exponent: Any) -> Any:
+    if base:
+        _sane(exponent * numbers.mag(base))
+    return numbers.power(base, exponent)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import sympy
 
-from axisid.modeling.algebra import Coefficients
+from axisid.modeling.algebra import Coefficients, Row
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import (
     Parameter,
@@ -22,7 +22,7 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError
 
-from .base_terms import Exponents, Row, force_terms, reduced_rows
+from .base_terms import Exponents, force_terms
 from .friction_direction import with_direction
 from .null_space import Direction, null_space
 
@@ -117,9 +117,9 @@ def base_model(axis: Axis, balance: sympy.Expr | None = None) -> BaseModel:
         balance = with_direction(with_numbers(axis.force), q.velocity)
     found = force_terms(balance, q.velocity, symbols)
     _check_effects(found.monomials, symbols)
-    rows, pivots = reduced_rows(found.weights)
-    places = sorted(range(len(pivots)), key=lambda i: _first(found.monomials[pivots[i]]))
-    table = [rows[i] for i in places]
+    leads = [found.monomials[pivot] for pivot in found.pivots]
+    places = sorted(range(len(leads)), key=lambda i: _first(leads[i]))
+    table = [found.rows[i] for i in places]
     expressions = tuple(_expression(row, found.monomials, symbols) for row in table)
     same = expressions == symbols
     known = {p.symbol for p in axis.parameters if p.known is not None}
@@ -134,8 +134,7 @@ def base_model(axis: Axis, balance: sympy.Expr | None = None) -> BaseModel:
     )
     if same:
         return base
-    leads = [found.monomials[pivots[i]] for i in places]
-    return replace(base, axis=_reduced(base, leads, found.nonlinear))
+    return replace(base, axis=_reduced(base, [leads[i] for i in places], found.nonlinear))
 
 
 def declared_as_base(axis: Axis) -> BaseModel:

@@ -5,10 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from axisid.modeling.algebra import reduced_rows
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter, fresh_name, product_of_powers
-
-from .base_terms import reduced_rows
 
 #: Powers of declared parameters by name, and the number of the record if the product is its own.
 Product = tuple[tuple[tuple[str, int], ...], int | None]

@@ -11,12 +11,12 @@ from dataclasses import replace
 
 import sympy
 
-from axisid.modeling.algebra import multiplied_out, vanishes, where_zero, without
+from axisid.modeling.algebra import multiplied_out, reduced_rows, vanishes, where_zero, without
 from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.quantities import Parameter, fresh_name, number, with_numbers
 from axisid.support.errors import ModelError
 
-from .base_terms import Terms, force_terms, reduced_rows
+from .base_terms import Terms, force_terms
 from .friction_direction import with_direction
 
 _Term = tuple[Parameter, sympy.Expr]  # a parameter and what it multiplies
@@ -175,7 +175,7 @@ def _terms(axis: Axis, force: sympy.Expr, symbols: Sequence[sympy.Symbol]) -> Te
 
 def _rank(terms: Terms, columns: Iterable[int]) -> int:
     chosen = tuple(columns)
-    return len(reduced_rows([[row[j] for j in chosen] for row in terms.weights])[1])
+    return len(reduced_rows([[row[j] for j in chosen] for row in terms.rows])[1])
 
 
 def _rung(axis: Axis, kept: list[sympy.Expr], law: str, terms: list[_Term]) -> Axis:

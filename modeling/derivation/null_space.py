@@ -20,12 +20,15 @@ from sympy.polys.rings import PolyElement
 from axisid.modeling.algebra import (
     CANNOT,
     NotRealError,
+    Row,
     exact,
+    reduced_functions,
+    reduced_rows,
     value_at,
 )
 from axisid.modeling.quantities import DIRECTION, Coordinate, Parameter, signals_in
 
-from .base_terms import Exponents, Row, column_terms, reduced_rows
+from .base_terms import Exponents
 from .inverse import Regressor
 
 #: Maps parameters to the weights of a change that no motion shows.
@@ -76,7 +79,8 @@ def null_space(
     if math.prod(map(len, sums)) <= _MOST_PRODUCTS:
         return tuple(map(_direction, _kernel(slopes, free, ring)))
     point = [Fraction(x.p, x.q) for x in generic_points(parameters)[0].values()]
-    return _null_space_of_numbers([[_at(slope, point) for slope in row] for row in slopes], free)
+    numbers = [[_at(slope, point) for slope in row] for row in slopes]
+    return _null_space_of_numbers(*reduced_rows(numbers), free)
 
 
 def _at(polynomial: PolyElement, point: Sequence[Fraction]) -> Fraction:
@@ -105,10 +109,9 @@ def _kernel(
 
 
 def _null_space_of_numbers(
-    rows: Sequence[Row], symbols: Sequence[sympy.Symbol]
+    reduced: Sequence[Row], pivots: Sequence[int], symbols: Sequence[sympy.Symbol]
 ) -> tuple[Direction, ...]:
-    """What rows of numbers map to nothing; the last weight of each direction is 1."""
-    reduced, pivots = reduced_rows(rows)
+    """What rows in echelon form map to nothing; the last weight of each direction is 1."""
     found = []
     for free in (j for j in range(len(symbols)) if j not in pivots):
         weights = {j: -row[free] for j, row in zip(pivots, reduced, strict=True) if row[free]}
@@ -128,7 +131,8 @@ def unidentifiable_directions(
 
     Its columns have parameters in them, so that ``exp(b) dq`` and ``a exp(b) dq`` look like two
     functions of the motion. They are compared where numbers stand for the parameters, at more than
-    one point, as two may be alike at one by accident; the directions found hold at every point.
+    one point, as two may be alike at one by accident; the directions found hold near the nominal
+    values, where a parameter that another one hides (``max(a, b)``) is not seen.
     For a linear axis base parameters tell what is hidden.
 
     Parameters
@@ -172,14 +176,8 @@ def _independent_of_motion(
     columns: Mapping[sympy.Symbol, sympy.Expr], velocity: sympy.Symbol, point: Point
 ) -> tuple[Direction, ...]:
     """Combinations of columns that are zero as functions of the motion at a point."""
-    values = {symbol: Fraction(x.p, x.q) for symbol, x in point.items()}
-    terms = column_terms(columns, velocity, values)
-    places = [exponents.index(1) for exponents in terms.monomials]
-    rows = [[Fraction(0)] * len(columns) for _ in terms.weights]
-    for row, weights in zip(rows, terms.weights, strict=True):
-        for j, weight in zip(places, weights, strict=True):
-            row[j] = weight
-    return _null_space_of_numbers(rows, tuple(columns))
+    found = reduced_functions(tuple(columns.values()), velocity, point)
+    return _null_space_of_numbers(*found, tuple(columns))
 
 
 def _in_parameters(

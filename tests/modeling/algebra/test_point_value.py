@@ -26,8 +26,7 @@ p, q, r = sympy.symbols("p q r", real=True)
     ids=str,
 )
 def test_what_is_zero_everywhere_vanishes(expression: sympy.Expr) -> None:
-    expected = not expression.has(Abs)  # a modulus counts as unknown
-    assert vanishes(expression) is expected
+    assert vanishes(expression)
 
 
 @pytest.mark.parametrize(
@@ -102,6 +101,6 @@ def test_a_deep_expression_takes_no_time() -> None:
     deep = q
     for _ in range(30):
         deep = sympy.log(1 + sympy.cosh(3 * deep) ** sympy.Rational(1, 3))
-    with within(50_000):
+    with within(100_000):
         assert depends(deep, {q})
         assert not vanishes(deep)
