@@ -27,7 +27,7 @@ from axisid.support.arrays import Array
 
 from .block import Block, Chosen, LaneRows
 from .regression import LaneSolutions, fitted, inverse_products, norms, row_counts, solved
-from .workspace import of_lanes, put_lanes, some_lanes
+from .workspace import some_lanes
 
 _MOST = 8  # steps of lanes; what takes more is identified alone
 _CLEARLY = 0.5  # of what a record may hide: lanes nearer to that are looked at alone
@@ -226,15 +226,17 @@ def _iterated(
         if not active.any() or step > _MOST:
             break
         going = at[~done]
-        Z = of_lanes(loops.Z, np.flatnonzero(inside)[~done])
-        left, regressor = (of_lanes(e, going) for e in (measured.left, measured.regressor))
+        Z = np.ascontiguousarray(loops.Z[..., np.flatnonzero(inside)[~done]])
+        left, regressor = (
+            np.ascontiguousarray(each[..., going]) for each in (measured.left, measured.regressor)
+        )
         found = solved(block.library, left, regressor, Z)
         inverse = inverse_products(block.library, Z)
         sigma = found.power / (end.counts[going] - 1)
         deviations = np.sqrt(sigma[:, None] * np.diagonal(inverse, axis1=1, axis2=2))
         end.theta[going], end.residuals[:, going] = found.theta, found.residuals
         end.mixing[going] = found.mixing
-        put_lanes(end.instruments, going, Z)
+        end.instruments[:, :, going] = Z
         end.power[going] = found.power
         for i, lane in enumerate(going):
             size[lane], _ = paces[lane].step(physical[lane], found.theta[i], deviations[i])

@@ -14,7 +14,7 @@ _SAME_DISTANCE = 1e-6  # between squares of distances in deviations, by one more
 _SAME_PARAMETER = 1e-3  # between two values of a parameter, by its size and deviation: they are one
 
 _MOST_STEPS = 200
-_STILL = 1e-10  # deviations
+_STILL = 1e-10  # relative, of parameters, distance and slope
 _SIZES = (1.0, 0.1, 10.0, 0.01, 100.0)  # where a nominal value of 0 says nothing
 _STRETCHES = (1.0, 3.0, 1 / 3)
 #: Relative deviations that none is taken below, from where it starts to where it ends: a product
@@ -142,38 +142,33 @@ class Distance:
 
     def _descend(self, start: Array) -> Minimum:
         """The nearest parameters from a start, whatever is known sharply being so step by step."""
-        theta = start
-        for whiten in self._wider:
-            found = self._least(theta, whiten)
-            theta = found.theta
-        return found
+        from scipy.optimize import least_squares
 
-    def _least(self, start: Array, whiten: Array) -> Minimum:
-        """Levenberg and Marquardt's steps from a start."""
-        theta, damping = start.copy(), 1e-3
-        with np.errstate(all="ignore"):
-            left, slopes = self._residuals(theta, whiten)
-            for _ in range(_MOST_STEPS):
-                sizes, unit = _scaled(slopes)
-                rows = np.vstack([unit, np.sqrt(damping) * np.eye(unit.shape[1])])
-                if not np.all(np.isfinite(rows)):
-                    break
-                step = np.linalg.lstsq(rows, np.append(left, np.zeros(unit.shape[1])), rcond=None)[
-                    0
-                ]
-                tried = theta.copy()
-                tried[self.free] += step / sizes
-                ahead, steeper = self._residuals(tried, whiten)
-                if ahead @ ahead <= left @ left:
-                    theta, left, slopes, damping = tried, ahead, steeper, damping / 10
-                    if np.linalg.norm(step) <= _STILL * (1 + np.linalg.norm(left)):
-                        break
-                elif damping > 1e12:
-                    break
-                else:
-                    damping *= 10
-        cost = float(left @ left)
-        return Minimum(theta, cost if np.isfinite(cost) else float("inf"))
+        theta = start.copy()
+
+        def at(free: Array, whiten: Array) -> tuple[Array, Array]:
+            theta[self.free] = free
+            return self._residuals(theta, whiten)
+
+        for whiten in self._wider if self.free else ():
+            try:
+                with np.errstate(all="ignore"):
+                    found = least_squares(
+                        lambda *here: at(*here)[0],
+                        theta[self.free],
+                        lambda *here: -at(*here)[1],
+                        args=(whiten,),
+                        x_scale="jac",
+                        xtol=_STILL,
+                        ftol=_STILL,
+                        gtol=_STILL,
+                        max_nfev=_MOST_STEPS,
+                    )
+            except ValueError:  # nothing is finite there
+                return Minimum(start, np.inf)
+            theta[self.free] = found.x
+        left, _ = self._residuals(theta)
+        return Minimum(theta, float(left @ left))
 
     def _starts(self) -> Iterator[Array]:
         """The nominal values first; where one is 0, other sizes; then neighbours."""

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import stdtridf, stdtrit
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.regression import delta_method
+from axisid.estimation.regression import Bend, delta_method, root
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_ROWS_PER_PARAMETER
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
@@ -240,13 +240,10 @@ class Distribution(Exact):
             Of the function by the parameters.
         """
         used = np.flatnonzero((gradient != 0) | hessian.any(axis=0))
-        covariance = self.covariances[self.chosen][np.ix_(used, used)]
-        if not np.isfinite(covariance).all():
-            return 0.0  # its deviation is infinite
-        slopes, scaled = gradient[used], hessian[np.ix_(used, used)] @ covariance
-        first = math.sqrt(max(float(slopes @ covariance @ slopes), 0.0))
-        second = math.sqrt(max(float(np.trace(scaled @ scaled)), 0.0) / 2)
-        return second / first if first else math.inf if second else 0.0
+        own = np.ix_(used, used)
+        straight = np.zeros((len(used),) * 3)
+        spread = root(self.covariances[self.chosen][own])  # NaN where a deviation is infinite
+        return Bend(spread, straight).ratio(gradient[used], hessian[own])
 
     def derived(
         self,

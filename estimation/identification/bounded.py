@@ -3,7 +3,7 @@
 The bounded estimate is the point within the bounds that is nearest to the free one, by the
 covariance of independent residuals; of least squares that is the bounded least squares of the same
 rows. What it has at a bound is held, the others are identified anew with it, until none goes beyond
-its bound, and none that is held would come back.
+its bound.
 
 What a bound holds is not known, so the others are as unsure as its parameter lets them be: they
 have the covariance that they have without bounds. The bounded estimate is, by that covariance,
@@ -12,7 +12,6 @@ nearer to whatever is within the bounds than the free one is, so that it is enou
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 from scipy.special import stdtrit
@@ -21,6 +20,7 @@ from axisid.codegen.artefacts import GeneratedAxis, Quantity, build
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.parameters import least_within
 from axisid.estimation.problems import Held
+from axisid.estimation.regression import root
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.modeling.declaration import leave_out
 from axisid.support.arrays import Array
@@ -30,8 +30,6 @@ from .result import Identification
 
 #: Identifies an axis, from records that it knows.
 Identify = Callable[[GeneratedAxis], Identification]
-_Bounds = tuple[tuple[str, float], ...]  # names of parameters, each with the bound it is held at
-_ROUNDING = 1e-13  # of a correlation matrix
 
 
 def bounded_result(axis: GeneratedAxis, identify: Identify) -> Identification:
@@ -47,40 +45,25 @@ def bounded_result(axis: GeneratedAxis, identify: Identify) -> Identification:
     EstimationError
         Nothing is left to identify, or no inertia, with the parameters at their bounds.
     """
-
-    @cache
-    def result(bounds: _Bounds) -> Identification:
-        return identify(_axis_with(axis, bounds))
-
-    bounds: _Bounds = ()
-    for _ in range(2 * len(axis.declared.parameters)):
-        if beyond := _at_bounds(axis, result(bounds).preferred):
-            bounds = tuple((dict(bounds) | beyond).items())
-            continue
-        others = [tuple(other for other in bounds if other is not pair) for pair in bounds]
-        held = [
-            _held(result(rest).preferred, axis, *pair)
-            for pair, rest in zip(bounds, others, strict=True)
-        ]
-        back = [rest for each, rest in zip(held, others, strict=True) if each.is_inside]
-        if not back:
-            return _with_held(result(bounds), held, result(())) if held else result(bounds)
-        bounds = back[0]
-    raise EstimationError(
-        f"which of {', '.join(dict(bounds))} are at their bounds does not settle; identify without "
-        "bounds, and leave out what the record does not show.",
-        code="bounds-unsettled",
-    )
+    result = free = identify(axis)
+    bounds: dict[str, float] = {}
+    while beyond := _at_bounds(axis, result.preferred):
+        bounds |= beyond
+        result = identify(_axis_with(axis, bounds))
+    held = []
+    for name, bound in bounds.items():
+        others = {other: at for other, at in bounds.items() if other != name}
+        without = identify(_axis_with(axis, others)) if others else free
+        held.append(_held(without.preferred, axis, name, bound))
+    return _with_held(result, held, free) if held else free
 
 
-def _axis_with(axis: GeneratedAxis, bounds: _Bounds) -> GeneratedAxis:
+def _axis_with(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxis:
     """An axis whose parameters at a bound are held there."""
-    if not bounds:
-        return axis
     try:
-        return build(leave_out(axis.declared, **dict(bounds)), native=axis.native.enabled)
+        return build(leave_out(axis.declared, **bounds), native=axis.native.enabled)
     except AxisidError as error:
-        said = ", ".join(f"{name} at its bound {bound:g}" for name, bound in bounds)
+        said = ", ".join(f"{name} at its bound {bound:g}" for name, bound in bounds.items())
         raise EstimationError(
             f"with {said} there is no axis left: {error.problem.rstrip('.')}. Check the signs "
             "and units of the record.",
@@ -136,9 +119,8 @@ def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
     upper = np.array([np.inf if p is None else p.upper for p in declared])
     covariance = estimate.covariances["iid"]
     scale = np.sqrt(np.diag(covariance))
-    sizes, directions = np.linalg.eigh(covariance / np.outer(scale, scale))
-    root = directions.T / np.sqrt(np.maximum(sizes, _ROUNDING))[:, None]
-    _, sides = least_within(lower, upper, free, root / scale, np.zeros(len(free)))
+    rows = np.linalg.pinv(root(covariance) / scale[:, None]) / scale
+    _, sides = least_within(lower, upper, free, rows, np.zeros(len(free)))
     active = zip(declared, sides, strict=True)
     return {p.name: p.lower if side < 0 else p.upper for p, side in active if p and side}
 

@@ -2,48 +2,22 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.problems import Problem
-from axisid.estimation.records import record_labels
+from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import Sampling
-from axisid.estimation.tables import Provenance
 from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 
-
-class RecordInfo(Protocol):
-    """What is told of a record, with its samples or without."""
-
-    @property
-    def provenance(self) -> Provenance:
-        """Where it comes from."""
-
-    @property
-    def period(self) -> float:
-        """Sampling period, s."""
-
-    @property
-    def motion(self) -> tuple[str, ...]:
-        """What of the motion was measured: roles."""
-
-    @property
-    def digest(self) -> str:
-        """Of the samples."""
-
-    @property
-    def windows(self) -> tuple[tuple[float, float], ...]:
-        """First and last time, s, of each part of a log that it is; empty for the whole."""
-
-    @property
-    def size(self) -> str:
-        """Samples and sampling period, in words."""
+#: A record, or what a file holds of one: what is told of it, without its samples.
+RecordInfo: TypeAlias = Record | Any
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

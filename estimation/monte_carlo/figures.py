@@ -104,15 +104,6 @@ class Mean:
         spread = max(fourth - variance**2 * (n - 3) / (n - 1), 0.0) / n
         return cls(deviation, math.sqrt(spread) / (2 * deviation))
 
-    @property
-    def distance(self) -> float:
-        """Of the value from 0, in its errors; 0 where one is not known."""
-        if math.isnan(self.value) or math.isnan(self.error):
-            return 0.0
-        if not self.error:
-            return math.inf if self.value else 0.0
-        return abs(self.value) / self.error
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EstimandFigures:
@@ -288,4 +279,4 @@ def _is_biased(each: EstimandFigures) -> bool:
         return False
     # Of few runs the standard error is uncertain too: the distance is Student's.
     furthest = stdtrit(each.runs - 1, ndtr(MIN_BIAS.value))
-    return bool(each.bias.distance > furthest)
+    return bool(abs(each.bias.value) > furthest * each.bias.error)

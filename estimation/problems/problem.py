@@ -74,11 +74,6 @@ class Held:
         return max(0.0, beyond / self.deviation) if self.deviation > 0 else 0.0
 
     @property
-    def is_inside(self) -> bool:
-        """Whether it would come back from its bound, the others being held at theirs."""
-        return self.free > self.bound if self.is_lower else self.free < self.bound
-
-    @property
     def text(self) -> str:
         """All of it in words."""
         ends = sorted((self.bound, self.reach))

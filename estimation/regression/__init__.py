@@ -48,6 +48,7 @@ from .propagation import (
     DrawSummary as DrawSummary,
     bend as bend,
     draw_parameters as draw_parameters,
+    root as root,
     summarised as summarised,
 )
 from .residual_tests import (

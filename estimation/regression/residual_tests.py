@@ -94,9 +94,9 @@ def residual_tests(
     products = score_products(every, order, count)
     counts = np.rint(products[:, 0, 0]).astype(np.int64)
     sums = products[:, 1, 1] / products[0, 1, 1]
-    standardised = (residuals - residuals.mean()) / residuals.std()
+    standardised = about / residuals.std()
     skewness = float(np.mean(standardised**3))
-    kurtosis = excess_kurtosis(residuals)
+    kurtosis = float(np.mean(standardised**4)) - 3
     bera = n / 6 * (skewness**2 + kurtosis**2 / 4)
     sizes = np.sqrt(np.diagonal(products[0]))[2:]
     # From the residuals before the columns to those after them.
@@ -156,12 +156,6 @@ def power_density(
         overlap = segment // 2
         weights.append((len(piece) - overlap) // (segment - overlap))  # segments averaged
     return frequencies[1:], np.average(powers, axis=0, weights=weights)[1:]
-
-
-def excess_kurtosis(values: Array) -> float:
-    """Of values (n,) that are not all the same; 0 for normal ones."""
-    about = values - values.mean()
-    return float(np.mean(about**4) / np.mean(about**2) ** 2) - 3
 
 
 def _durbin_watson(residuals: Array, order: Neighbours) -> float:

@@ -39,7 +39,7 @@ from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import is_among, quoted
 
 from .candidate import Candidate, candidate
-from .held_out import HeldOutBlock, contiguous_blocks, regression_rows
+from .held_out import contiguous_blocks, regression_rows
 from .nesting import NestedTest, nested_tests
 from .recommendation import checks_of
 
@@ -182,16 +182,29 @@ def compare(
     owner = _with_own(named, first, local)
     shared = shared_records(owner, records, suited, local, known, gain, skip_bad=skip_bad)
     problem = shared.problem(first, suited)
-    fits, failures = _fits(named, problem, shared, method, progress, start, levels)
     gap = max(data.sampling.filter.memory for data in problem.data)
-    estimates = [result[method] for result in fits.values()]
-    most = max(len(estimate.physical) for estimate in estimates)
-    blocks = contiguous_blocks(len(estimates[0].y), gap, most)
+    fits: dict[str, Identification] = {}
+    candidates: list[Candidate] = []
+    failures: dict[str, Note] = {}
+    for name, axis in with_progress(named.items(), progress, lambda item: f"estimate of {item[0]}"):
+        lead = ""
+        try:
+            own = _problem_of(axis, problem, shared)
+            found = identify_problem(
+                own, own.data[0].prefilter, [method], start=start, levels=levels
+            )
+            estimate, lead = found[method], "with a tenth of the rows held out, "
+            blocks = contiguous_blocks(len(estimate.y), gap, len(estimate.physical))
+            with np.errstate(all="ignore"):
+                candidates.append(candidate(name, own, estimate, blocks))
+            fits[name] = found
+        except (EstimationError, ModelError) as error:
+            failures[name] = Note.of(lead, error.note)
+    if not candidates:
+        said = Note.joined("; ", failures.values())
+        said = Note.of("none of the candidates is identified: ", said)
+        raise EstimationError(said.text, said.remedy, code="no-candidate-identified")
     with np.errstate(all="ignore"):
-        candidates, without = _candidates(fits, method, blocks, progress)
-        failures |= without
-        if not candidates:
-            raise _none_left(failures)
         tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
     recommended, tied, reason = _recommend(candidates, len(blocks))
     result = None if recommended is None else fits[recommended]
@@ -223,56 +236,12 @@ def _with_own(
     return next(found, first) if names else first
 
 
-def _fits(
-    named: Mapping[str, GeneratedAxis],
-    problem: Problem,
-    shared: Shared,
-    method: str,
-    progress: Progress | None,
-    start: str,
-    levels: Levels,
-) -> tuple[dict[str, Identification], dict[str, Note]]:
-    """Results by candidate, and why there is none."""
-    fits: dict[str, Identification] = {}
-    failures: dict[str, Note] = {}
-    for name, axis in with_progress(named.items(), progress, lambda item: f"estimate of {item[0]}"):
-        try:
-            layout = shared.layout(axis)
-            pairs = zip(problem.data, shared.axes(axis, layout), strict=True)
-            data = tuple(replace(each, axis=of_record) for each, of_record in pairs)
-            own = replace(problem, axis=axis, data=data, layout=layout)
-            fits[name] = identify_problem(
-                own, data[0].prefilter, [method], start=start, levels=levels
-            )
-        except (EstimationError, ModelError) as error:
-            failures[name] = error.note
-    if not fits:
-        raise _none_left(failures)
-    return fits, failures
-
-
-def _candidates(
-    fits: Mapping[str, Identification],
-    method: str,
-    blocks: Sequence[HeldOutBlock],
-    progress: Progress | None,
-) -> tuple[list[Candidate], dict[str, Note]]:
-    """Candidates with their held-out errors, and why there is none of the others."""
-    found: list[Candidate] = []
-    failures: dict[str, Note] = {}
-    for name, result in with_progress(
-        fits.items(), progress, lambda fit: f"held-out rows of {fit[0]}"
-    ):
-        try:
-            found.append(candidate(name, result.problem, result[method], blocks))
-        except EstimationError as error:
-            failures[name] = Note.of("with a tenth of the rows held out, ", error.note)
-    return found, failures
-
-
-def _none_left(failures: Mapping[str, Note]) -> EstimationError:
-    said = Note.of("none of the candidates is identified: ", Note.joined("; ", failures.values()))
-    return EstimationError(said.text, said.remedy, code="no-candidate-identified")
+def _problem_of(axis: GeneratedAxis, problem: Problem, shared: Shared) -> Problem:
+    """The same rows as a candidate's."""
+    layout = shared.layout(axis)
+    pairs = zip(problem.data, shared.axes(axis, layout), strict=True)
+    data = tuple(replace(each, axis=of_record) for each, of_record in pairs)
+    return replace(problem, axis=axis, data=data, layout=layout)
 
 
 def _named(

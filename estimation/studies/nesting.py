@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from axisid.estimation.regression import Classical, Covariance, Hac, Solution, joint_p
+from axisid.estimation.regression import Classical, Covariance, Hac, Solution, joint_p, wald
 from axisid.support.arrays import Array
 
 from .held_out import Rows
@@ -148,17 +148,14 @@ def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple
         Of the smaller model in it.
     covariance : Covariance
     """
-    l_count = larger.influence.shape[1]
     k = how.matrix.shape[1]
     # Units must not enter: parameters are measured in their own deviations.
     spread = covariance.matrix(larger)
     size = np.sqrt(np.diag(spread))
     inside = how.matrix / size[:, None]
-    inside = inside / np.linalg.norm(inside, axis=0)
-    across = np.linalg.qr(inside, mode="complete")[0][:, k:].T
+    across = np.linalg.qr(inside / np.linalg.norm(inside, axis=0), mode="complete")[0][:, k:].T
     departure = across @ ((larger.theta - how.start) / size)
-    block = across @ (spread / np.outer(size, size)) @ across.T
-    square = float(departure @ np.linalg.solve(block, departure))
-    restrictions, freedom = l_count - k, float(np.min(covariance.freedom(larger)))
+    square, restrictions = wald(departure, across @ (spread / np.outer(size, size)) @ across.T)
+    freedom = float(np.min(covariance.freedom(larger)))
     chance = joint_p(square, restrictions, freedom, one_variance=covariance.has_one_variance)
     return square / restrictions, chance

@@ -66,15 +66,27 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
         By cut-off, ascending.
     """
     agreeing = [result for result in results if _agrees(result)]
-    if agreeing:
-        return _most_precise(agreeing)
-    strong = [result for result in results if _is_strong(result.estimates.get("idm-iv"))]
-    if strong:
-        best = min(strong, key=lambda result: _vagueness(_errors(result["idm-iv"])))
-        return best.prefilter.cutoff, (
+    steps = (
+        (
+            [result for result in agreeing if _is_unbiased(result["idm-iv"])],
+            "where the deviations are smallest among the cut-offs at which least squares and "
+            "instruments agree and the bias of filter and noise is below a deviation",
+        ),
+        (
+            agreeing,
+            "where the deviations are smallest among the cut-offs at which least squares and "
+            "instruments agree; the bias of filter and noise exceeds a deviation at all of them",
+        ),
+        (
+            [result for result in results if _is_strong(result.estimates.get("idm-iv"))],
             "where the deviations of the instruments and its bias are smallest; "
-            "noise biases least squares at every cut-off, so believe the instruments"
-        )
+            "noise biases least squares at every cut-off, so believe the instruments",
+        ),
+    )
+    for able, why in steps:
+        if able:
+            best = min(able, key=lambda result: _vagueness(_errors(result["idm-iv"])))
+            return best.prefilter.cutoff, why
     return _steadiest(results)
 
 
@@ -82,22 +94,6 @@ def checks_of(recommended: Identification | None, reason: str) -> tuple[Check, .
     """The checks of what is recommended; without any, why there is none."""
     none = Check.unless("recommendation", reason)
     return (none,) if recommended is None else recommended.checks
-
-
-def _most_precise(agreeing: Sequence[Identification]) -> tuple[float, str]:
-    """The most precise cut-off at which noise does not yet bias least squares."""
-    unbiased = [result for result in agreeing if _is_unbiased(result["idm-iv"])]
-    best = min(unbiased or agreeing, key=lambda result: _vagueness(_errors(result["idm-iv"])))
-    if not unbiased:
-        return best.prefilter.cutoff, (
-            "where the deviations are smallest among the cut-offs at which least squares and "
-            "instruments agree; the bias of filter and noise exceeds a deviation at all of them"
-        )
-    return (
-        best.prefilter.cutoff,
-        "where the deviations are smallest among the cut-offs at which least squares and "
-        "instruments agree and the bias of filter and noise is below a deviation",
-    )
 
 
 def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:

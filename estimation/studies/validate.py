@@ -1,33 +1,29 @@
 """Estimates held against another record: from a result and a record to a `Validation`."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Levels
 from axisid.estimation.choices import is_output_error
 from axisid.estimation.diagnostics import overlaps
 from axisid.estimation.diagnostics.law import LawCheck, check_law
-from axisid.estimation.estimates import Distribution, Estimate
-from axisid.estimation.identification import Identification, OfRecord, RecordInfo
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.identification import Identification, RecordInfo
 from axisid.estimation.methods import METHODS, Bootstrap, bound_record, estimate_by
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
-    Equations,
-    Form,
     loop_reference,
     simulated_loops,
     simulated_position,
-    simulated_right,
 )
-from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.twins import DEFAULT_COUNT
 from axisid.support.arrays import Array, relative_error_percent
@@ -40,66 +36,9 @@ from .reestimate import Reestimate, least_mean_square
 from .validation import MethodValidation, Validation
 
 
-class FrozenEstimate(Protocol):
-    """What is held against another record of an estimate."""
-
-    @property
-    def method(self) -> str:
-        """How it was estimated."""
-
-    @property
-    def distribution(self) -> Distribution:
-        """Of the physical parameters."""
-
-    @property
-    def equation_error_percent(self) -> float:
-        """On its own record."""
-
-    @property
-    def simulation_error_percent(self) -> float | None:
-        """On its own record."""
-
-
-class FrozenResult(Protocol):
-    """An identification: a live one, or what a file holds of one."""
-
-    @property
-    def axis(self) -> GeneratedAxis:
-        """The axis that was identified."""
-
-    @property
-    def requested(self) -> Prefilter | None:
-        """The prefilter before what it left open was chosen for the record, if that is known."""
-
-    @property
-    def prefilter(self) -> Prefilter:
-        """The filter as it was applied."""
-
-    @property
-    def record(self) -> RecordInfo:
-        """The record that it was identified from."""
-
-    @property
-    def estimates(self) -> Mapping[str, FrozenEstimate]:
-        """By method."""
-
-    @property
-    def levels(self) -> Levels:
-        """By which its checks tell something."""
-
-    @property
-    def of_records(self) -> tuple[OfRecord, ...]:
-        """What there is to say of each of several records; empty for one."""
-
-    @property
-    def local_names(self) -> Mapping[str, tuple[str, ...]]:
-        """Of each parameter that records have for themselves, its names by record."""
-
-    def part(self, number: int) -> Any:
-        """The result as one of its records has it, by its number from 1: a `FrozenResult`."""
-
-
-def validate(result: FrozenResult, record: Record, *, like: int | None = None) -> Validation:
+def validate(
+    result: Identification | Any, record: Record, *, like: int | None = None
+) -> Validation:
     """Hold every estimate, frozen, against another record of the axis.
 
     Parameters
@@ -138,12 +77,7 @@ def validate(result: FrozenResult, record: Record, *, like: int | None = None) -
         again = _estimated_anew(data, [*result.estimates], law)
         of_each = replace(levels, level=levels.level / len(result.estimates))
         methods = tuple(
-            replace(
-                _validation(data, frozen, own_data),
-                reestimate=Reestimate.of(frozen.distribution, again[method], of_each)
-                if method in again
-                else None,
-            )
+            _validation(data, frozen, own_data, again.get(method), of_each)
             for method, frozen in result.estimates.items()
         )
     apart = other_period(result.axis.axis.control, record.period, clock_of(record))
@@ -177,7 +111,7 @@ def _estimated_anew(
     return found
 
 
-def _own_parameters(result: FrozenResult) -> Note | None:
+def _own_parameters(result: Identification | Any) -> Note | None:
     """Why no other record can be held against a result of several; None if any can."""
     names = [*result.local_names]
     names += [name for of_one in result.of_records[:1] for name in of_one.known]
@@ -213,84 +147,79 @@ def _within(windows: Sequence[tuple[float, float]], time: Array) -> NDArray[np.b
     """Which times are in a window; all where there is none."""
     if not windows:
         return np.ones(len(time), dtype=bool)
-    inside = np.zeros(len(time), dtype=bool)
-    for start, stop in windows:
-        inside |= (time >= start) & (time <= stop)
-    return inside
+    inside = [(start <= time) & (time <= stop) for start, stop in windows]
+    return np.asarray(np.any(inside, axis=0))
 
 
 def _validation(
-    data: FilteredRecord, estimate: FrozenEstimate, own_data: Sequence[FilteredRecord]
+    data: FilteredRecord,
+    estimate: Estimate | Any,
+    own_data: Sequence[FilteredRecord],
+    again: Estimate | None,
+    levels: Levels,
 ) -> MethodValidation:
-    """How an estimate holds on a second record, its own records being these."""
-    axis, record, frozen = data.axis, data.record, estimate.distribution
-    form = METHODS[estimate.method].form(axis).at(frozen.theta)
-    rows = _rows_left(form, data)
-    theta = form.regressed(frozen.theta)
-    found = _by_equations(estimate, rows, theta, data)
-    try:
-        loops = simulated_loops(axis, record, frozen.theta)
-        intercept, regressor = simulated_right(form, loops, frozen.theta, data)
-    except (ModelError, DataError, EstimationError) as error:
-        return replace(found, reason=error.note)
-    if is_output_error(estimate.method):  # whose rows are the loop's
-        of_loop = replace(rows, intercept=intercept, regressor=regressor)
-        found = _by_equations(estimate, of_loop, theta, data)
-    found = replace(
-        found,
-        simulation_error_percent=relative_error_percent(
-            rows.left - regressor @ theta - intercept, rows.left
-        ),
-    )
-    if data.record.integrated:  # the velocity's integral drifts away from where the axis was
-        return found
-    off, tracking = _positions(data, loops)
-    return replace(
-        found,
-        position_error_rms=float(np.sqrt(np.mean(off**2))),
-        tracking_error_percent=relative_error_percent(off, tracking),
-        own_tracking_error_percent=_own_tracking(own_data, frozen.theta),
-    )
+    """How an estimate holds on a second record, its own records being these.
 
-
-def _rows_left(form: Form, data: FilteredRecord) -> Equations:
-    """The rows of the second record; refused where it has none."""
-    rows = form.equations(data.signals).reduced(data)
+    Parameters
+    ----------
+    data : FilteredRecord
+        The second record.
+    estimate : Estimate or SavedEstimate
+    own_data : sequence of FilteredRecord
+        What it was made from, where that is known.
+    again : Estimate or None
+        The second record's own, by the same method.
+    levels : Levels
+        From when on the two are others.
+    """
+    problem, frozen = Problem(axis=data.axis, data=(data,)), estimate.distribution
+    form = METHODS[estimate.method].form(data.axis).at(frozen.theta)
+    rows, theta, source = problem.rows(form), form.regressed(frozen.theta), data.record.provenance
     if not len(rows.left):
         raise DataError(
-            f"{data.record.provenance.source}: no row is left of it, since all its motion is near "
-            "reversals or masked; ",
+            f"{source.source}: no row is left of it, since all its motion is near reversals or "
+            "masked; ",
             Remedy.of(
                 "record longer strokes, or identify with ", Setting("reversals", "keep"), "."
             ),
             code="no-row",
         )
-    return rows
-
-
-def _by_equations(
-    estimate: FrozenEstimate, rows: Equations, theta: Array, data: FilteredRecord
-) -> MethodValidation:
-    """What the rows alone say, before the loop is simulated."""
     residuals = rows.left - rows.intercept - rows.regressor @ theta
+    simulation, position, tracking, reason = None, None, None, None
+    try:
+        loops, intercept, regressor = problem.simulated(form, frozen.theta)
+        apart = rows.left - regressor @ theta - intercept
+        simulation = relative_error_percent(apart, rows.left)
+        if is_output_error(estimate.method):  # whose rows are the loop's
+            residuals = apart
+        if not data.record.integrated:  # the velocity's integral drifts from where the axis was
+            off, wanted = _positions(data, loops)
+            position = float(np.sqrt(np.mean(off**2)))
+            tracking = relative_error_percent(off, wanted)
+    except (ModelError, DataError, EstimationError) as error:
+        reason = error.note
     equation = relative_error_percent(residuals, rows.left)
     if not math.isfinite(equation):
         raise DataError(
-            f"{data.record.provenance.source}: the equation error of {estimate.method} is not "
-            "finite; check the size and the units of its columns.",
+            f"{source.source}: the equation error of {estimate.method} is not finite; check the "
+            "size and the units of its columns.",
             code="equation-error-not-finite",
         )
+    chance = math.sqrt(least_mean_square(residuals, data.neighbours) / np.mean(residuals**2))
     return MethodValidation(
         method=estimate.method,
         equation_error_percent=equation,
         own_equation_error_percent=estimate.equation_error_percent,
-        simulation_error_percent=None,
-        position_error_rms=None,
-        tracking_error_percent=None,
-        reason=None,
+        simulation_error_percent=simulation,
+        position_error_rms=position,
+        tracking_error_percent=tracking,
+        reason=reason,
         own_simulation_error_percent=estimate.simulation_error_percent,
-        least_equation_error_percent=equation
-        * math.sqrt(least_mean_square(residuals, data.neighbours) / np.mean(residuals**2)),
+        own_tracking_error_percent=None
+        if tracking is None
+        else _own_tracking(own_data, frozen.theta),
+        least_equation_error_percent=equation * chance,
+        reestimate=None if again is None else Reestimate.of(frozen, again, levels),
     )
 
 

@@ -32,9 +32,3 @@ def test_mean_and_scatter_have_the_errors_that_they_show_when_repeated() -> None
 def test_too_few_runs_have_no_error() -> None:
     assert math.isnan(Mean.of_values(np.array([1.0])).error)
     assert math.isnan(Mean.of_scatter(np.array([1.0])).value)
-    assert Mean.of_values(np.array([1.0])).distance == 0
-
-
-def test_an_error_that_is_the_same_in_every_run_is_certain() -> None:
-    assert Mean.of_values(np.full(5, 0.25)).distance == math.inf
-    assert Mean.of_values(np.zeros(5)).distance == 0

@@ -158,9 +158,11 @@ def test_bias_of_few_runs_is_judged_by_students_law() -> None:
     few = numbers(100.2 + np.array([1.0, 1.3, 0.9, 1.2]), half=2.0)  # 12 standard errors
     assert few.biased == few.figures
     unsure = numbers(100.2 + np.array([1.0, 2.4, 0.6, 1.6]), half=2.0)  # 3.6, of 9.2 for so few
-    assert unsure.figures[0].bias.distance > 3
+    assert unsure.figures[0].bias.value > 3 * unsure.figures[0].bias.error
     assert unsure.biased == ()
     assert numbers(np.full(4, 100.2 * (1 + 1e-15)), half=2.0).biased == ()
+    certain = numbers(np.full(4, 100.7), half=2.0)  # the same error in every run
+    assert certain.biased == certain.figures
 
 
 def test_the_more_intervals_there_are_the_further_one_must_be_off() -> None:

@@ -9,7 +9,6 @@ import sys
 import time
 import warnings
 from collections.abc import Callable
-from itertools import pairwise
 from pathlib import Path
 
 import click
@@ -168,10 +167,8 @@ def test_sweep_and_compare_announce_their_steps(emps2015: GeneratedAxis, twin: R
     assert said == [(0, 2, "cut-off 30 Hz"), (1, 2, "cut-off 60 Hz")]
     said.clear()
     compare(friction_ladder(emps2015.axis), twin, progress=lambda *s: said.append(s))
-    assert [s[0] for s in said] == [*range(4)] * 2
+    assert [s[0] for s in said] == [*range(4)]
     assert said[0] == (0, 4, "estimate of viscous")
-    assert said[4] == (0, 4, "held-out rows of viscous")
-    assert all(a[0] < b[0] or b[0] == 0 for a, b in pairwise(said))
 
 
 @pytest.mark.slow
