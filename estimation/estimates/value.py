@@ -14,7 +14,7 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_ROWS_PER_PARAMETER
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
-from axisid.support.frozen_mapping import FrozenMapping
+from axisid.support.mappings import FrozenMapping
 from axisid.support.number_text import range_text
 from axisid.support.user_values import is_among, quoted
 

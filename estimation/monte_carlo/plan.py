@@ -13,7 +13,7 @@ from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import Autoregressions, Chain
 from axisid.modeling.declaration import Experiment, Move
 from axisid.support.errors import ModelError, UsageError
-from axisid.support.frozen_mapping import FrozenMapping
+from axisid.support.mappings import FrozenMapping
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 

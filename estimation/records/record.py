@@ -17,7 +17,7 @@ from axisid.modeling.declaration import ROLES, Axis
 from axisid.support.arrays import Array, Exact, covered, frozen, runs
 from axisid.support.errors import DataError, UsageError
 from axisid.support.files.regular_file import write_file
-from axisid.support.frozen_mapping import FrozenMapping
+from axisid.support.mappings import FrozenMapping
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_real
 from axisid.support.user_values import quoted

@@ -14,7 +14,7 @@ from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
-from axisid.support.frozen_mapping import FrozenMapping
+from axisid.support.mappings import FrozenMapping
 
 from .between import Between, checked_between
 from .clipping import Mask

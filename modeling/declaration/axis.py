@@ -29,7 +29,7 @@ from axisid.modeling.quantities import (
     with_numbers,
 )
 from axisid.support.errors import ModelError, UsageError
-from axisid.support.frozen_mapping import FrozenMapping
+from axisid.support.mappings import FrozenMapping
 from axisid.support.presentable import view_of
 from axisid.support.user_values import quoted
 

@@ -29,7 +29,7 @@ from axisid.modeling.quantities import (
     signals_in,
 )
 from axisid.support.errors import ModelError
-from axisid.support.frozen_mapping import FrozenMapping
+from axisid.support.mappings import FrozenMapping
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import is_among, quoted
 

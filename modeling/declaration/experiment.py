@@ -13,7 +13,7 @@ import sympy
 
 from axisid.modeling.quantities import TIME, ConstantSymbol, expression, listed, number, settle
 from axisid.support.errors import ModelError
-from axisid.support.frozen_mapping import FrozenMapping
+from axisid.support.mappings import FrozenMapping
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 

@@ -9,8 +9,8 @@ import pytest
 from fleet_logs import AXIS, write_logs
 
 from axisid import DataError, EstimationError, FleetItem, ModelError, fleet
+from axisid.fleets.fleet import checked
 from axisid.fleets.ledger import FleetRow
-from axisid.fleets.wrong_in_all import checked
 from tests.refusals import refuses
 
 

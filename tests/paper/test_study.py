@@ -12,8 +12,8 @@ from axisid.paper.study import (
     INAPPROPRIATE,
     run_study,
     study_document,
-    study_tables,
 )
+from axisid.presentation.blocks import plain_text
 from axisid.presentation.html import blocks_html
 
 
@@ -86,7 +86,7 @@ def test_noise_free_twin_gives_the_truth_with_aligned_force(emps2015: GeneratedA
 @pytest.mark.slow
 def test_study_prints_the_eight_tables_with_published_and_own_figures() -> None:
     study = run_study()
-    text = study_tables(study)
+    text = plain_text(study_document(study))
     assert blocks_html(study_document(study)).count("<table>") == 8
     for published in ("54.9", "234.9", "48.7", "24.4", "4.64"):
         assert published in text

@@ -29,7 +29,7 @@ from axisid.fleets.ledger import ledger_of, write_row
 from axisid.modeling.declaration import back_and_forth
 from axisid.support.missing import Missing
 from axisid.trends import Trend
-from axisid.trends.gathering import Point, place_of
+from axisid.trends.gathering import place_of
 from tests.refusals import refuses
 
 SHIFTED = 14  # results from which the mass is another one
@@ -199,7 +199,7 @@ def test_fits_have_a_trend_of_what_they_fitted(fitted: dict[str, Any], tmp_path:
     (series,) = trend(tmp_path).series
     assert [chart.parameter for chart in series.charts] == ["M", "Fc"]  # Fv is held
     assert {point.method for point in series.points} == {"fit:control"}
-    assert series.points[0].parameters["M"].deviation == fitted["parameters"]["M"]["sd"]
+    assert series.points[0].parameters["M"].sd == fitted["parameters"]["M"]["sd"]
     assert [step.place for step in series.charts[1].steps] == [6]
     assert trend(tmp_path, method="fit:control").series == (series,)
     with refuses("trend-of-fit"):
@@ -213,9 +213,7 @@ def test_a_result_that_is_given_twice_is_refused(folder: Path) -> None:
 
 @pytest.mark.skipif(not hasattr(time, "tzset"), reason="the zone cannot be set")
 def test_a_date_stands_at_the_same_place_in_every_zone(monkeypatch: pytest.MonkeyPatch) -> None:
-    point = Point(
-        name="r", axis="", serial="", conditions={"date": "1970-01-02"}, method="", parameters={}
-    )
+    point = FleetRow(name="r", log="", axis="", status="ok", conditions={"date": "1970-01-02"})
     with monkeypatch.context() as patch:
         patch.setenv("TZ", "Asia/Tokyo")
         time.tzset()
@@ -247,10 +245,8 @@ def test_results_whose_verdict_fails_hide_no_drift_and_set_no_limits(
     assert counted.set_aside == ()
 
 
-def _point(run: float) -> Point:
-    return Point(
-        name="r", axis="a", serial="", conditions={"run": run}, method="idm-ls", parameters={}
-    )
+def _point(run: float) -> FleetRow:
+    return FleetRow(name="r", log="", axis="a", status="ok", conditions={"run": run})
 
 
 @pytest.mark.parametrize("place", [1e308, -1e308, 1e200])

@@ -13,6 +13,7 @@ import msgspec
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Belief, Checked, gravest_first
+from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification
 from axisid.populations import LARGEST
 from axisid.presentation.schema import JsonObject, Matrix, about
@@ -29,7 +30,7 @@ _RESULTS = ("axisid.identification/", "axisid.fit/")  # schemas
 
 
 class FleetValue(JsonObject, frozen=True, kw_only=True):
-    """A parameter of one log."""
+    """A parameter of one result."""
 
     value: Annotated[float, about("Less the bias of filter and noise, where that is known.")]
     sd: Annotated[float, about("Of the chosen covariance.")]
@@ -106,8 +107,9 @@ class FleetRow(
 
     @property
     def is_comparable(self) -> bool:
-        """Whether the values and their covariance are numbers whose squares are ones too."""
-        found = chain((each.value for each in self.parameters.values()), *self.covariance)
+        """Whether values, deviations and covariance are numbers whose squares are ones too."""
+        own = ((each.value, each.sd) for each in self.parameters.values())
+        found = chain(*own, *self.covariance)
         return all(abs(each) < LARGEST for each in found)
 
 
@@ -126,19 +128,22 @@ def judged(result: Identification) -> dict[str, Any]:
     return {
         "signature": result.axis.signature,
         "method": estimate.method,
-        "parameters": {
-            name: FleetValue(
-                value=float(each.corrected),
-                sd=float(each.deviation),
-                interval_95=(float(each.interval[0]), float(each.interval[1])),
-                unit=each.unit,
-            )
-            for name, each in estimate.parameters.items()
-        },
+        "parameters": {n: fleet_value(each) for n, each in estimate.parameters.items()},
         "covariance": tuple(map(tuple, estimate.covariance.tolist())),
         "failing": tuple(failing),
         "doubt": said[failing[0]] if failing else "",
     }
+
+
+def fleet_value(value: Value) -> FleetValue:
+    """A value less its bias, with the deviation of its chosen covariance."""
+    low, high = map(float, value.interval)
+    return FleetValue(
+        value=float(value.corrected),
+        sd=float(value.deviation),
+        interval_95=(low, high),
+        unit=value.unit,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,6 +8,7 @@ import numpy as np
 from axisid.estimation.thresholds import FLEET_LEVEL
 from axisid.populations import Alike, Usual, alike_points, spread_of
 from axisid.support.arrays import Array
+from axisid.support.mappings import grouped
 from axisid.support.missing import Missing
 
 from .ledger import FleetRow
@@ -73,11 +74,12 @@ class AxisGroup:
 
 def groups_of(rows: Iterable[FleetRow]) -> tuple[AxisGroup, ...]:
     """The rows with a result by axis and parameters, without those that cannot be compared."""
-    grouped: dict[tuple[str, tuple[str, ...]], list[FleetRow]] = {}
-    for row in rows:
-        if row.has_result and row.is_comparable:
-            grouped.setdefault((row.axis, tuple(row.parameters)), []).append(row)
-    return tuple(_group(axis, names, each) for (axis, names), each in grouped.items())
+    found = grouped(
+        ((row.axis, tuple(row.parameters)), row)
+        for row in rows
+        if row.has_result and row.is_comparable
+    )
+    return tuple(_group(axis, names, each) for (axis, names), each in found.items())
 
 
 def _group(axis: str, names: tuple[str, ...], rows: Sequence[FleetRow]) -> AxisGroup:
@@ -102,9 +104,7 @@ def _machines(rows: Sequence[FleetRow]) -> list[list[FleetRow]]:
     they would make the others stand out, so that a log whose machine is not told is left out where
     others have several. Those of one machine alone are held against one another.
     """
-    found: dict[str, list[FleetRow]] = {}
-    for row in rows:
-        found.setdefault(row.serial, []).append(row)
+    found = grouped((row.serial, row) for row in rows)
     told = [each for serial, each in found.items() if serial]
     if len(told) > 1 and max(map(len, told)) > 1:
         return told

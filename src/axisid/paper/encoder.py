@@ -36,7 +36,7 @@ from axisid.support.progress import Progress, with_progress
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 
-from .study import APPROPRIATE, INAPPROPRIATE, written_into
+from .study import FILTERS, written_into
 
 #: Counts of an encoder a revolution, and the metres of a revolution.
 COUNTS, REVOLUTION = (4000, 1000, 400, 200, 100, 50, 20), 0.02
@@ -45,7 +45,6 @@ METHODS = ("idm-ls", "idm-iv", "didim")
 #: The fit of the control beside them, which passes no filter.
 CONTROL_FIT = "clie"
 _FEWEST = 2  # estimates that a scatter is told of
-FILTERS = {"appropriate": APPROPRIATE, "inappropriate": INAPPROPRIATE}
 #: What `write_encoder_study` writes, and of which kind it is.
 ENCODER_FILES = {
     "encoder.txt": "paper",

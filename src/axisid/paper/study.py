@@ -116,11 +116,6 @@ def study_document(study: Study) -> Document:
     )
 
 
-def study_tables(study: Study) -> str:
-    """The paper's tables as plain text."""
-    return plain_text(study_document(study))
-
-
 def table_text(study: Study, number: int) -> str:
     """One of the paper's tables, 1 to 8, as plain text."""
     return block_text(study_table(study, number))
@@ -145,7 +140,7 @@ def write_study(study: Study, folder: Path) -> list[Path]:
     from axisid.presentation.drawing import force_figure
 
     texts = {
-        "tables.txt": study_tables(study),
+        "tables.txt": plain_text(study_document(study)),
         "appropriate.json": json_text(study.appropriate.to_dict()),
         "inappropriate.json": json_text(study.inappropriate.to_dict()),
     }

@@ -78,7 +78,6 @@ from axisid.presentation.text import (
     sweep_document,
     validation_document,
 )
-from axisid.support.arrays import finite_tree
 from axisid.support.errors import UsageError
 from axisid.support.files.json_text import json_text
 from axisid.support.files.regular_file import write_file
@@ -138,7 +137,7 @@ def as_frame(result: Presentable, library: str | None = None) -> Any:
 def as_document(result: Presentable, **how: Any) -> dict[str, Any]:
     """A result as plain numbers, texts and lists; what is not finite is None."""
     _, written = _views_of(result)
-    return dict(finite_tree(plain(written(result, **how))))
+    return plain(written(result, **how))
 
 
 def saved_as(result: Presentable, file: object, **how: Any) -> Path:

@@ -38,15 +38,6 @@ def relative_error_percent(error: Array, signal: Array) -> float:
         return 100.0 * float(np.linalg.norm(error) / np.linalg.norm(signal))
 
 
-def finite_tree(value: Any) -> Any:
-    """A document for JSON with None for every number that is not finite."""
-    if isinstance(value, dict):
-        return {key: finite_tree(each) for key, each in value.items()}
-    if isinstance(value, list):
-        return [finite_tree(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
 def finite(value: float) -> float | None:
     """A number for JSON: None for what is not finite."""
     return float(value) if math.isfinite(value) else None

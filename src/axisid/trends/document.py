@@ -22,6 +22,7 @@ from axisid.presentation.blocks import (
 from axisid.presentation.html import blocks_html
 from axisid.presentation.plots import Panel, Plot, Series as Curve, Tone, labelled
 from axisid.support.arrays import Array
+from axisid.support.mappings import grouped
 from axisid.support.missing import Missing
 from axisid.support.number_text import range_text
 from axisid.support.user_values import first_of
@@ -136,10 +137,11 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
 
 def _without_limits(series: Series) -> list[str]:
     """Why parameters have no limits, each reason once."""
-    found: dict[str, list[str]] = {}
-    for chart in series.charts:
-        if isinstance(chart.limits, Missing):
-            found.setdefault(chart.limits.reason, []).append(chart.parameter)
+    found = grouped(
+        (chart.limits.reason, chart.parameter)
+        for chart in series.charts
+        if isinstance(chart.limits, Missing)
+    )
     return [f"{', '.join(names)}: {reason}." for reason, names in found.items()]
 
 

@@ -2,19 +2,19 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from msgspec import structs
 from scipy.special import ndtri
 
 from axisid.estimation.choices import FIT
 from axisid.estimation.estimates import Value
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.fleets import FleetRow, Ledger, read_ledger, strays
+from axisid.fleets import FleetRow, FleetValue, Ledger, fleet_value, read_ledger, strays
 from axisid.populations import LARGEST
 from axisid.presentation.saved import SavedIdentification, SavedOutputFit, load_result
 from axisid.support.errors import DataError, UsageError
@@ -29,67 +29,8 @@ _DAY = 86_400.0  # s
 _RESULTS = "*.json"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PointValue:
-    """A parameter of one result.
-
-    Attributes
-    ----------
-    value : float
-        Less the bias of filter and noise, where that is known.
-    deviation : float
-        Of the chosen covariance, HAC or of coloured errors by default; of a value at its bound what
-        the interval to its one side tells.
-    interval : (float, float)
-        95 %.
-    unit : str
-    """
-
-    value: float
-    deviation: float
-    interval: tuple[float, float]
-    unit: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Point:
-    """One result of a series.
-
-    Attributes
-    ----------
-    name : str
-        Of its file, without the ending.
-    axis, serial : str
-    conditions : mapping of str to str or float
-        What a fleet's manifest says of its log.
-    method : str
-        Of a fit ``fit:`` and its outputs.
-    parameters : mapping of str to PointValue
-        That were estimated.
-    failing : tuple of str
-        Checks of its verdict that fail.
-    signature : str
-        Of its model.
-    """
-
-    name: str
-    axis: str
-    serial: str
-    conditions: Mapping[str, str | float]
-    method: str
-    parameters: Mapping[str, PointValue]
-    failing: tuple[str, ...] = ()
-    signature: str = ""
-
-    @property
-    def is_comparable(self) -> bool:
-        """Whether its values and deviations are numbers whose squares are ones too."""
-        own = self.parameters.values()
-        return all(abs(v.value) < LARGEST and v.deviation < LARGEST for v in own)
-
-
-def point_of(saved: Saved, row: FleetRow | None, method: str | None) -> Point:
-    """A point of a result.
+def point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRow:
+    """A result as a row of a fleet, whatever wrote it; of a fit the method is ``fit:`` and outputs.
 
     Parameters
     ----------
@@ -109,9 +50,11 @@ def point_of(saved: Saved, row: FleetRow | None, method: str | None) -> Point:
         if isinstance(saved, SavedOutputFit)
         else _of_identification(saved, method)
     )
-    return Point(
+    return FleetRow(
         name=Path(saved.file).stem,
+        log="" if row is None else row.log,
         axis=saved.name,
+        status="ok",
         serial="" if row is None else row.serial,
         conditions={} if row is None else row.conditions,
         method=told,
@@ -123,21 +66,13 @@ def point_of(saved: Saved, row: FleetRow | None, method: str | None) -> Point:
 
 def _of_identification(
     saved: SavedIdentification, method: str | None
-) -> tuple[str, dict[str, PointValue]]:
+) -> tuple[str, dict[str, FleetValue]]:
     """The method and its parameters."""
     estimate = saved.preferred if method is None else saved[method]
-    return estimate.method, {
-        name: PointValue(
-            value=value.corrected,
-            deviation=value.deviations[estimate.chosen],
-            interval=value.interval,
-            unit=value.unit,
-        )
-        for name, value in estimate.parameters.items()
-    }
+    return estimate.method, {n: fleet_value(value) for n, value in estimate.parameters.items()}
 
 
-def _of_fit(saved: SavedOutputFit, method: str | None) -> tuple[str, dict[str, PointValue]]:
+def _of_fit(saved: SavedOutputFit, method: str | None) -> tuple[str, dict[str, FleetValue]]:
     """The outputs that were fitted, and the parameters that were free and that they show."""
     own = f"{FIT}{saved.output.replace(' and ', ',')}"
     if method not in (None, own):
@@ -146,18 +81,15 @@ def _of_fit(saved: SavedOutputFit, method: str | None) -> tuple[str, dict[str, P
             code="trend-of-fit",
         )
     found = {
-        name: PointValue(
-            value=value.value,
-            deviation=_one_sided(value) if told.at_bound else value.deviation,
-            interval=value.interval,
-            unit=value.unit,
-        )
+        name: structs.replace(fleet_value(value), sd=_one_sided(value))
+        if told.at_bound
+        else fleet_value(value)
         for (name, value), told in zip(
             saved.parameters.items(), saved.document.parameters.values(), strict=True
         )
         if not told.fixed
     }
-    return own, {name: each for name, each in found.items() if math.isfinite(each.deviation)}
+    return own, {name: each for name, each in found.items() if math.isfinite(each.sd)}
 
 
 def _one_sided(value: Value) -> float:
@@ -166,7 +98,7 @@ def _one_sided(value: Value) -> float:
     return float((high - low) / ndtri(INTERVAL_LEVEL.value))
 
 
-def place_of(point: Point, by: str) -> float:
+def place_of(point: FleetRow, by: str) -> float:
     """Where a point stands by a condition: a number, or the days of a date since 1970.
 
     Raises
@@ -205,7 +137,7 @@ def place_of(point: Point, by: str) -> float:
     return float(told)
 
 
-def points_of(results: object, method: str | None) -> tuple[list[Point], list[str]]:
+def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list[str]]:
     """The points of results, in the order in which they are given, and what was left out.
 
     Raises

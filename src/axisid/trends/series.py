@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.thresholds import TREND_LEVEL
+from axisid.fleets import FleetRow
 from axisid.populations import Change, Drift, Step, alike_points, change_in, limit_of_a_new_point
 from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
 from axisid.support.user_values import first_of
-
-from .gathering import Point
 
 _MIN_SERIES = 5  # results; with fewer a limit is some ten deviations wide
 
@@ -80,7 +79,7 @@ class Chart(Exact):
 
 def chart_of(
     parameter: str,
-    points: Sequence[Point],
+    points: Sequence[FleetRow],
     places: Sequence[float],
     parameters: int,
     set_aside: Sequence[int] = (),
@@ -90,7 +89,7 @@ def chart_of(
     Parameters
     ----------
     parameter : str
-    points : sequence of Point
+    points : sequence of FleetRow
         In their order.
     places : sequence of float
         Where each stands.
@@ -100,7 +99,7 @@ def chart_of(
         Results, from 0, that set no limits and tell no change.
     """
     own = [point.parameters[parameter] for point in points]
-    values, deviations = (np.array([getattr(v, n) for v in own]) for n in ("value", "deviation"))
+    values, deviations = (np.array([getattr(v, n) for v in own]) for n in ("value", "sd"))
     level = TREND_LEVEL.value / parameters
     counted = np.setdiff1d(np.arange(len(points)), np.array(set_aside, dtype=np.intp))
     change = _change_of(values, deviations, np.array(places), counted, level)
@@ -110,8 +109,8 @@ def chart_of(
         unit=own[0].unit,
         values=values,
         deviations=deviations,
-        low=np.array([v.interval[0] for v in own]),
-        high=np.array([v.interval[1] for v in own]),
+        low=np.array([v.interval_95[0] for v in own]),
+        high=np.array([v.interval_95[1] for v in own]),
         limits=limits,
         beyond=beyond,
         steps=change.steps,
@@ -172,7 +171,7 @@ class Series(Checked):
     ----------
     axis, serial : str
         The serial number is empty where nothing says it.
-    points : tuple of Point
+    points : tuple of FleetRow
         In their order.
     places : tuple of float
         Where each stands: by the condition that orders them (a date as days since 1970), or from 1.
@@ -184,7 +183,7 @@ class Series(Checked):
 
     axis: str
     serial: str
-    points: tuple[Point, ...]
+    points: tuple[FleetRow, ...]
     places: tuple[float, ...]
     charts: tuple[Chart, ...]
     set_aside: tuple[int, ...] = ()

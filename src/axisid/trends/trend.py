@@ -7,6 +7,7 @@ from pathlib import Path
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Checked
+from axisid.fleets import FleetRow
 from axisid.populations import Drift
 from axisid.presentation.blocks import Document, plain_text
 from axisid.presentation.html import blocks_html
@@ -14,11 +15,12 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.files.csv_text import csv_text
 from axisid.support.files.json_text import json_text
 from axisid.support.files.regular_file import write_file
+from axisid.support.mappings import grouped
 from axisid.support.missing import Missing
 from axisid.support.user_values import quoted
 
 from .document import trend_document, trend_page
-from .gathering import Point, Saved, place_of, points_of
+from .gathering import Saved, place_of, points_of
 from .series import Chart, Series, chart_of
 
 _COLUMNS = (
@@ -238,21 +240,18 @@ def trend(
     DataError
         A file is no result, or results of a series have a parameter in several units.
     """
-    grouped: dict[tuple[str, str, tuple[str, ...]], list[Point]] = {}
     points, notes = points_of(results, method)
-    for point in points:
-        key = (point.axis, point.serial, tuple(point.parameters))
-        grouped.setdefault(key, []).append(point)
-    for each in grouped.values():
+    found = grouped(((each.axis, each.serial, tuple(each.parameters)), each) for each in points)
+    for each in found.values():
         _check_units(each)
     series = [
         _series(axis, serial, each, by, count_failing=count_failing)
-        for (axis, serial, _), each in grouped.items()
+        for (axis, serial, _), each in found.items()
     ]
     return Trend(series=tuple(series), by=by or "", notes=tuple(notes))
 
 
-def _check_units(points: list[Point]) -> None:
+def _check_units(points: list[FleetRow]) -> None:
     """Refuse values of one parameter in several units, which no chart can hold together."""
     first = points[0]
     for point in points:
@@ -267,7 +266,7 @@ def _check_units(points: list[Point]) -> None:
 
 
 def _series(
-    axis: str, serial: str, points: list[Point], by: str | None, *, count_failing: bool
+    axis: str, serial: str, points: list[FleetRow], by: str | None, *, count_failing: bool
 ) -> Series:
     places = [float(i) for i in range(1, len(points) + 1)]
     if by is not None:

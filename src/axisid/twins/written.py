@@ -1,7 +1,5 @@
 """Machines of one kind, what their true values are on each day, and their logs as files."""
 
-import csv
-import io
 import math
 import os
 import tempfile
@@ -20,6 +18,7 @@ from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import Chain
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import UsageError
+from axisid.support.files.csv_text import csv_text
 from axisid.support.files.regular_file import kept_if_filled, replace_file, write_file
 from axisid.support.progress import Progress, with_progress
 from axisid.support.real_numbers import is_real, is_whole
@@ -250,7 +249,7 @@ def write_twins(
             rows = [_row(machines, name, place, axis, *at) for name, at in names.items()]
             for name in names:
                 os.replace(Path(made, name), place / name)
-        replace_file(place / MANIFEST, _table(rows))
+        replace_file(place / MANIFEST, csv_text([rows[0], *(row.values() for row in rows)]))
     except OSError as error:
         raise UsageError(f"{folder} cannot be written to: {error.strerror}.") from error
     return Path(folder, MANIFEST)
@@ -314,11 +313,3 @@ def _from(folder: Path, axis: str) -> str:
     except ValueError:  # on another drive of Windows
         told = str(file.resolve())
     return f"{told}:{variable}" if python else told
-
-
-def _table(rows: list[dict[str, object]]) -> str:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()

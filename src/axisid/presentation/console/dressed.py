@@ -4,8 +4,10 @@ from collections.abc import Callable, Iterator, Sequence
 from types import MappingProxyType
 from typing import TextIO
 
+from rich.box import Box
 from rich.cells import cell_len
 from rich.console import Console
+from rich.table import Table
 from rich.text import Text
 
 from axisid.presentation.blocks import PAGE_WIDTH, Block, Document, Grid, Line, block_lines
@@ -22,6 +24,8 @@ _STYLES = MappingProxyType(
         "not evaluated": ("", "dim"),
     }
 )
+#: Of a table: blanks between columns, and a rule below the heads.
+_RULED = Box("    \n    \n----\n    \n    \n    \n    \n    \n", ascii=True)
 _BLANKS = str.maketrans("\t\n\v\f\r", "     ")
 
 
@@ -116,30 +120,17 @@ def _columns(whole: Grid) -> Iterator[tuple[str, ...]]:
 
 
 def _grid_lines(page: Grid, console: Console) -> Iterator[Text]:
+    """Heads over a rule over rows, each text folded into its column."""
+    drawn = Table(
+        box=_RULED, show_edge=False, pad_edge=False, padding=(0, _GAP - 1, 0, 0), expand=False
+    )
     widths = _widths(page, console.width - _GAP * (len(page.heads) - 1))
-    for line in _row_lines(page.heads, page, widths, console, low=True):
-        line.stylize("bold")
-        yield line
-    yield Text("-" * (sum(widths) + _GAP * (len(widths) - 1)))
+    for head, align, width in zip(page.heads, page.aligns, widths, strict=True):
+        drawn.add_column(Text(head), justify=align, width=width, header_style="bold")
     for row in page.rows:
-        yield from _row_lines(row, page, widths, console)
-
-
-def _row_lines(
-    row: Sequence[str], page: Grid, widths: Sequence[int], console: Console, *, low: bool = False
-) -> Iterator[Text]:
-    """One row, each text folded into its column, the shorter ones at the top or low."""
-    cells = [Text(text).wrap(console, width) for text, width in zip(row, widths, strict=True)]
-    most = max(map(len, cells))
-    for i in range(most):
-        parts = []
-        for lines, width, align in zip(cells, widths, page.aligns, strict=True):
-            at = i - (most - len(lines)) if low else i
-            part = lines[at] if 0 <= at < len(lines) else Text()
-            part.rstrip()
-            part.align(align, width)
-            parts.append(part)
-        line = Text(" " * _GAP).join(parts)
+        drawn.add_row(*map(Text, row))
+    for segments in console.render_lines(drawn, pad=False):
+        line = Text.assemble(*((each.text, each.style or "") for each in segments))
         line.rstrip()
         yield line
 

@@ -32,7 +32,7 @@ from axisid.presentation.schema import (
     WrittenSweep,
     WrittenValidation,
 )
-from axisid.support.arrays import finite, finite_tree
+from axisid.support.arrays import finite
 from axisid.support.missing import Missing
 from axisid.support.remedy import Wording, as_options
 
@@ -108,10 +108,10 @@ def _method(validation: MethodValidation) -> WrittenMethodValidation:
         reason=note_text(validation.reason) or "",
         anew=None
         if again is None
-        else finite_tree(dict(zip(again.names, again.physical.tolist(), strict=True))),
+        else dict(zip(again.names, map(finite, again.physical.tolist()), strict=True)),
         anew_distances=None
         if again is None
-        else finite_tree(dict(zip(again.names, again.distances.tolist(), strict=True))),
+        else dict(zip(again.names, map(finite, again.distances.tolist()), strict=True)),
         anew_share_percent=None if again is None else finite(again.share_percent),
     )
 

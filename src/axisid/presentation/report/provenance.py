@@ -12,6 +12,7 @@ from axisid.modeling.declaration import left_out_text
 from axisid.presentation.formulas import readable_unit
 from axisid.presentation.html import unbroken
 from axisid.presentation.text import listed_facts, record_facts
+from axisid.support.mappings import grouped
 from axisid.support.remedy import Wording, as_arguments
 from axisid.support.version import __version__
 
@@ -142,10 +143,10 @@ def truth_text(result: Identification) -> str:
 
 def _covariances(result: Identification) -> str:
     """How each method's deviations were found, lags among it."""
-    named: dict[str, list[str]] = {}
-    for estimate in result.estimates.values():
-        name = estimate.covariance_names[estimate.chosen]
-        named.setdefault(name, []).append(estimate.method.upper())
+    named = grouped(
+        (each.covariance_names[each.chosen], each.method.upper())
+        for each in result.estimates.values()
+    )
     if len(named) == 1:
         return next(iter(named))
     return "; ".join(f"{', '.join(methods)}: {name}" for name, methods in named.items())

@@ -117,12 +117,19 @@ def contradiction(file: str, problem: str) -> DataError:
     )
 
 
+def true_of(said: Mapping[str, bool]) -> list[str]:
+    """Those of several sentences that are true."""
+    return [sentence for sentence, is_true in said.items() if is_true]
+
+
 def _identified(document: WrittenIdentification) -> Iterator[str]:
     methods = [estimate.method for estimate in document.estimates]
-    if document.judged not in methods:
-        yield f"there is no {document.judged!r}"
-    if len({*methods}) != len(methods):
-        yield "it has two estimates of one method"
+    yield from true_of(
+        {
+            f"there is no {document.judged!r}": document.judged not in methods,
+            "it has two estimates of one method": len({*methods}) != len(methods),
+        }
+    )
     for estimate in document.estimates:
         yield from _estimate(estimate)
         if not document.records:
@@ -162,33 +169,40 @@ def _several(document: WrittenIdentification) -> Iterator[str]:
 
 
 def _record(record: WrittenRecord, prefilter: WrittenPrefilter, rows: int) -> Iterator[str]:
-    samples, period = record.samples, record.sample_period
-    if period <= 0:
-        yield f"the sample period is {period:g} s"
-    if rows > samples:
-        yield f"there are {rows} rows of {samples} samples"
-    if min(*prefilter.drop, prefilter.silent) < 0 or prefilter.silent > samples:
-        yield f"of {samples} samples it drops {prefilter.drop} and {prefilter.silent} at reversals"
+    samples, period, silent = record.samples, record.sample_period, prefilter.silent
+    dropped = f"of {samples} samples it drops {prefilter.drop} and {silent} at reversals"
+    yield from true_of(
+        {
+            f"the sample period is {period:g} s": period <= 0,
+            f"there are {rows} rows of {samples} samples": rows > samples,
+            dropped: min(*prefilter.drop, silent) < 0 or silent > samples,
+        }
+    )
 
 
 def _estimate(of: WrittenEstimate) -> Iterator[str]:
-    if of.method not in METHODS:
-        yield f"there is no method {of.method!r}"
-    covariances = written_covariances(of)
-    if of.chosen_covariance not in covariances:
-        yield f"there is no covariance {of.chosen_covariance!r}"
-    if any(len(c) != len(of.parameters) for c in (*covariances.values(), of.correlation)):
-        yield f"the covariances of {of.method} are not of its {len(of.parameters)} parameters"
-    yield from _values(of.parameters, covariances, of.method)
-    yield from _direct(of)
-    yield from _gain(of)
-    yield from _iterations(of)
-    sizes = (of.equation_error_percent, of.simulation_error_percent or 0.0)
-    if min(*sizes, *(c or 0.0 for c in of.curvatures.values())) < 0:
-        yield f"an error or a curvature of {of.method} is negative"
+    covariances, count = written_covariances(of), len(of.parameters)
+    each = (*covariances.values(), of.correlation)
+    sizes = [size or 0.0 for size in (of.simulation_error_percent, *of.curvatures.values())]
     regressed = len(of.parameters if of.theta_ddm is None else of.theta_ddm)
-    if of.rows <= regressed:
-        yield f"{of.method} has {of.rows} rows for {regressed} parameters"
+    yield from true_of(
+        {
+            f"there is no method {of.method!r}": of.method not in METHODS,
+            f"there is no covariance {of.chosen_covariance!r}": of.chosen_covariance
+            not in covariances,
+            f"the covariances of {of.method} are not of its {count} parameters": any(
+                len(covariance) != count for covariance in each
+            ),
+            f"an error or a curvature of {of.method} is negative": min(
+                of.equation_error_percent, *sizes
+            )
+            < 0,
+            f"{of.method} has {of.rows} rows for {regressed} parameters": of.rows <= regressed,
+        }
+    )
+    yield from _values(of.parameters, covariances, of.method)
+    for check in (_direct, _gain, _iterations):
+        yield from check(of)
     if of.physical:
         covariances = written_physical_covariances(of.physical)
         yield from _values(of.physical.parameters, covariances, of.method)
@@ -221,14 +235,20 @@ def _gain(of: WrittenEstimate) -> Iterator[str]:
 
 def _iterations(of: WrittenEstimate) -> Iterator[str]:
     names, direct = {*of.parameters}, {*(of.theta_ddm or {})}
-    drawn = {*(of.drawn or {})}
-    if any({*each} != names for each in (of.curvatures, *of.iterations)) or drawn - names:
-        yield f"the iterations, curvatures or draws of {of.method} are of other parameters"
-    if any({*each} != direct for each in of.theta_ddm_iterations or ()):
-        yield f"the iterations of {of.method} are of other parameters of the direct model"
-    of_iterations = (of.theta_ddm_iterations, of.iteration_simulation_errors_percent)
-    if any(len(each) != len(of.iterations) for each in of_iterations if each is not None):
-        yield f"the iterations of {of.method} have errors of other ones"
+    own, alike = (of.curvatures, *of.iterations), of.theta_ddm_iterations or ()
+    counts = {len(of.iterations), len(of.iteration_simulation_errors_percent)}
+    counts |= {len(alike)} if of.theta_ddm_iterations is not None else set()
+    yield from true_of(
+        {
+            f"the iterations, curvatures or draws of {of.method} are of other parameters": bool(
+                any({*each} != names for each in own) or {*(of.drawn or {})} - names
+            ),
+            f"the iterations of {of.method} are of other parameters of the direct model": any(
+                {*each} != direct for each in alike
+            ),
+            f"the iterations of {of.method} have errors of other ones": len(counts) > 1,
+        }
+    )
 
 
 def _values(

@@ -36,7 +36,7 @@ from axisid.support.errors import DataError
 from axisid.support.files.result_file import WRITE_AGAIN
 from axisid.support.presentable import Presentable
 
-from .contradictions import contradiction
+from .contradictions import contradiction, true_of
 from .diagnosis import read_check, read_levels
 from .identification import SavedRecord, saved_record
 
@@ -210,17 +210,19 @@ def _contradictions(document: WrittenOutputFit) -> Iterator[str]:
     """What of the parameters cannot be."""
     for name, written in document.parameters.items():
         deviations = [sd for sd in (written.sd, *written.deviations.values()) if sd is not None]
-        if min(deviations, default=0.0) < 0:
-            yield f"a deviation of {name} is negative"
-        if document.chosen_covariance not in written.deviations:
-            yield f"{name} has no deviation for the covariance {document.chosen_covariance!r}"
-        elif written.deviations[document.chosen_covariance] != written.sd:
-            yield f"the deviation of {name} is not its covariance's"
-        value = _value(written, document.chosen_covariance)
-        if not value.interval[0] <= value.value <= value.interval[1]:
-            yield f"the interval of {name} does not hold its value"
-        if written.prior and not written.prior.sd > 0:
-            yield f"what was known of {name} has the deviation {written.prior.sd:g}"
+        chosen, prior = document.chosen_covariance, written.prior.sd if written.prior else 1.0
+        low, high = _value(written, chosen).interval
+        yield from true_of(
+            {
+                f"a deviation of {name} is negative": min(deviations, default=0.0) < 0,
+                f"{name} has no deviation for the covariance {chosen!r}": chosen
+                not in written.deviations,
+                f"the deviation of {name} is not its covariance's": written.deviations.get(chosen)
+                != written.sd,
+                f"the interval of {name} does not hold its value": not low <= written.value <= high,
+                f"what was known of {name} has the deviation {prior:g}": not prior > 0,
+            }
+        )
 
 
 def _value(written: WrittenFitted, chosen: str) -> Value:

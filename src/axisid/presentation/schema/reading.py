@@ -40,22 +40,13 @@ _REFERENCE = "#/$defs/{name}"
 
 
 def plain(document: JsonObject | Mapping[str, Any]) -> dict[str, Any]:
-    """A document, or its members, as dictionaries, lists, numbers and texts."""
-    return dict(_listed(msgspec.to_builtins(document, enc_hook=_number)))
+    """A document, or its members, as JSON has them: what is not finite is None."""
+    return dict(json.decode(json.encode(document, enc_hook=_number)))
 
 
 def _number(value: Any) -> Any:
     """A number of NumPy as one of Python's."""
     return value.item()
-
-
-def _listed(value: Any) -> Any:
-    """With lists for tuples, as JSON reads them."""
-    if isinstance(value, dict):
-        return {name: _listed(each) for name, each in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_listed(each) for each in value]
-    return value
 
 
 def schema_of(document: type[JsonObject]) -> str:

@@ -22,6 +22,7 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
+from axisid.support.mappings import grouped
 from axisid.support.missing import Missing
 from axisid.support.number_text import or_dash
 from axisid.support.remedy import Note, Wording, as_arguments
@@ -249,10 +250,7 @@ def _remarks(c: Comparison, wording: Wording) -> list[Sentence]:
         _line(f"{a} and {b} are the same model in different parameters, on these rows.")
         for a, b in c.same
     ]
-    shared: dict[str, list[str]] = {}
-    for each in c.candidates:
-        if each.reason is not None:
-            shared.setdefault(each.reason.worded(wording), []).append(each.name)
+    shared = grouped((e.reason.worded(wording), e.name) for e in c.candidates if e.reason)
     sentences += [
         Sentence(text=f"no simulation of {', '.join(of)}: {why}") for why, of in shared.items()
     ]

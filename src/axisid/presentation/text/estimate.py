@@ -9,6 +9,7 @@ from axisid.estimation.moves import Band, LackOfFit
 from axisid.modeling.declaration import known_text
 from axisid.presentation.blocks import Cell, Column, Document, Quantity, Table, text_columns
 from axisid.presentation.saved import SavedEstimate, SavedPhysical
+from axisid.support.mappings import grouped
 from axisid.support.number_text import or_dash, range_text
 from axisid.support.remedy import Note, Remedy, Setting, Wording
 
@@ -131,11 +132,14 @@ def physical_notes(found: Mapping[str, SavedPhysical], wording: Wording) -> list
     notes = []
     if any(physical.shows_more for physical in found.values()):
         notes.append(_how(next(iter(found.values()))))
-    said: dict[str, list[str]] = {}
-    for method, physical in found.items():
-        fixable = (_fixable(sentence).worded(wording) for sentence in physical.undetermined)
-        for sentence in (*fixable, *physical.remarks):
-            said.setdefault(sentence, []).append(method)
+    said = grouped(
+        (sentence, method)
+        for method, physical in found.items()
+        for sentence in (
+            *(_fixable(each).worded(wording) for each in physical.undetermined),
+            *physical.remarks,
+        )
+    )
     return notes + [
         f"{sentence}." if len(methods) == len(found) else f"{', '.join(methods)}: {sentence}."
         for sentence, methods in said.items()

@@ -32,6 +32,7 @@ from axisid.presentation.saved import (
     SavedPhysical,
     identification_facts,
 )
+from axisid.support.mappings import grouped
 from axisid.support.number_text import or_dash, range_text
 from axisid.support.real_numbers import is_nothing
 from axisid.support.remedy import Note, Setting, Wording, as_arguments, as_options, worded
@@ -388,19 +389,14 @@ def covariance_name(names: Mapping[str, str]) -> str:
     head = re.sub(r"\d+ lags", f"{', '.join(lags)} lags", heads[0])
     if len(set(tails)) == 1:
         return f"{head}; {tails[0]}" if tails[0] else head
-    of_each: dict[str, list[str]] = {}
-    for method, tail in zip(names, tails, strict=True):
-        of_each.setdefault(tail, []).append(method.upper())
+    of_each = grouped((tail, name.upper()) for name, tail in zip(names, tails, strict=True))
     said = (f"{tail} ({', '.join(methods)})" for tail, methods in of_each.items() if tail)
     return "; ".join([head, *said])
 
 
 def shared_remarks(estimates: Iterable[SavedEstimate], wording: Wording) -> list[str]:
     """Each remark once, with the methods that it is of."""
-    shared: dict[str, list[str]] = {}
-    for estimate in estimates:
-        for remark in estimate.remarks:
-            shared.setdefault(worded(remark, wording), []).append(estimate.method)
+    shared = grouped((worded(said, wording), e.method) for e in estimates for said in e.remarks)
     return [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
 
 
@@ -452,11 +448,7 @@ def verdict_block(checks: Sequence[Check], wording: Wording) -> Checks:
 
 def unmade(checks: Sequence[Check]) -> dict[Note, list[str]]:
     """Checks that could not be made, by the one cause that they have."""
-    found: dict[Note, list[str]] = {}
-    for check in checks:
-        if check.status == "not evaluated":
-            found.setdefault(check.note, []).append(check.name)
-    return found
+    return grouped((each.note, each.name) for each in checks if each.status == "not evaluated")
 
 
 def diagnosis_blocks(diagnosis: Diagnosis, *, wording: Wording = as_arguments) -> Document:

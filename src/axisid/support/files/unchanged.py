@@ -1,14 +1,11 @@
 """Files whose hash is of the very bytes that were used: hashed while read, changes refused."""
 
 import hashlib
-import io
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from axisid.support.errors import DataError
-
-_BLOCK = 1 << 20  # bytes
 
 #: What tells a file from the same file at another time: device, number, size and time of change.
 Stamp = tuple[int, int, int, int]
@@ -44,13 +41,8 @@ def digest_of(files: Iterator[Path] | list[Path]) -> str:
     digest = hashlib.sha256()
     for file in files:
         with file.open("rb") as stream:
-            _feed(digest, stream)
+            hashlib.file_digest(stream, lambda: digest)
     return digest.hexdigest()
-
-
-def _feed(digest: Any, stream: io.BufferedReader) -> None:
-    while block := stream.read(_BLOCK):
-        digest.update(block)
 
 
 def read_whole(file: Path) -> tuple[bytes, str]:

@@ -2,13 +2,13 @@
 
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import BrokenExecutor, Executor, Future
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from contextlib import closing
 from functools import partial
 from itertools import chain
 from queue import SimpleQueue
 from time import monotonic
-from typing import Any
+from typing import Any, NoReturn
 
 from axisid.support.progress import Progress
 
@@ -22,10 +22,42 @@ from .outcome import (
     outcome_of,
     timed_out,
 )
-from .processes import on_processes
+from .processes import Processes, without_interrupts
 
 #: Items that an executor is given ahead of those that are done.
 MOST_AHEAD = 1000
+
+
+def on_processes(
+    function: Callable[[Item], Value],
+    items: Iterable[tuple[int, Item]],
+    *,
+    jobs: int,
+    limit: float | None = None,
+) -> Generator[Outcome[Value], None, None]:
+    """Outcomes of items, as they end.
+
+    Parameters
+    ----------
+    function : callable
+        Of a module, so that another process finds it.
+    items : iterable of (place, item)
+    jobs : int
+        Processes at once.
+    limit : float, optional
+        Seconds for one item; a process that takes longer is killed.
+
+    Raises
+    ------
+    UsageError
+        No process can be started, mostly since a script lacks ``if __name__ == "__main__":``.
+    """
+    with (
+        ThreadPoolExecutor(jobs, initializer=without_interrupts) as threads,
+        Processes(function, limit) as processes,
+    ):
+        run = _Submitted(lambda item: threads.submit(processes.make, item), iter(items), _raised)
+        yield from run.outcomes()
 
 
 def on_executor(
@@ -49,11 +81,9 @@ def on_executor(
     limit : float, optional
         Seconds for one item. A thread that takes longer is left behind and may go on.
     """
-    run = _Submitted(partial(within, function, limit=limit), iter(items), executor)
-    try:
-        yield from run.outcomes()
-    finally:
-        run.cancel()
+    work = partial(within, function, limit=limit)
+    run = _Submitted(lambda item: executor.submit(work, item), iter(items), _of_executor)
+    yield from run.outcomes()
     if run.left:
         rest = chain(sorted(run.left.items()), run.items)
         jobs = getattr(executor, "_max_workers", 1)
@@ -65,53 +95,54 @@ class _Submitted:
 
     def __init__(
         self,
-        function: Callable[[Any], Any],
+        submit: Callable[[Any], Future[Any]],
         items: Iterator[tuple[int, Any]],
-        executor: Executor,
+        failure: Callable[[BaseException], Failure],
     ) -> None:
         self.items = items
+        self._failure = failure
         self.left: dict[int, Any] = {}  # what a broken executor did not do
-        self._function, self._executor = function, executor
+        self._submit = submit
         self._pending: dict[Future[Any], tuple[int, Any]] = {}
         self._done: SimpleQueue[Future[Any]] = SimpleQueue()
 
     def outcomes(self) -> Iterator[Outcome[Any]]:
         """Outcomes as they come, until all is done or the executor is broken."""
-        while True:
-            while len(self._pending) < MOST_AHEAD and not self.left and self._submit():
-                pass
-            if not self._pending:
-                return
-            future = self._done.get()
-            place, item = self._pending.pop(future)
-            error = None if future.cancelled() else future.exception()
-            if isinstance(error, BrokenExecutor):
-                self.left[place] = item
-            elif future.cancelled():
-                yield Outcome(place=place, failure=Failure("error", "it was cancelled"))
-            elif error is not None:
-                yield Outcome(place=place, failure=_of_executor(error))
-            else:
-                yield outcome_of(place, future.result())
-
-    def _submit(self) -> bool:
-        """Submit the next item, if there is one and the executor takes it."""
-        entry = next(self.items, None)
-        if entry is None:
-            return False
         try:
-            future = self._executor.submit(self._function, entry[1])
-        except BrokenExecutor:
-            self.left[entry[0]] = entry[1]
-            return False
-        self._pending[future] = entry
-        future.add_done_callback(self._done.put)
-        return True
+            while self._submit_ahead():
+                future = self._done.get()
+                place, item = self._pending.pop(future)
+                error = None if future.cancelled() else future.exception()
+                if isinstance(error, BrokenExecutor):
+                    self.left[place] = item
+                elif future.cancelled():
+                    yield Outcome(place=place, failure=Failure("error", "it was cancelled"))
+                elif error is not None:
+                    yield Outcome(place=place, failure=self._failure(error))
+                else:
+                    yield outcome_of(place, future.result())
+        finally:
+            for future in self._pending:
+                future.cancel()
 
-    def cancel(self) -> None:
-        """Take back what has not begun."""
-        for future in list(self._pending):
-            future.cancel()
+    def _submit_ahead(self) -> bool:
+        """Submit items as far as the executor takes them; whether any is under way."""
+        while len(self._pending) < MOST_AHEAD and not self.left:
+            if (entry := next(self.items, None)) is None:
+                break
+            try:
+                future = self._submit(entry[1])
+            except BrokenExecutor:
+                self.left[entry[0]] = entry[1]
+            else:
+                self._pending[future] = entry
+                future.add_done_callback(self._done.put)
+        return bool(self._pending)
+
+
+def _raised(error: BaseException) -> NoReturn:
+    """What is no job's fault ends all of them: no process begins, or an item cannot be sent."""
+    raise error
 
 
 def _of_executor(error: BaseException) -> Failure:

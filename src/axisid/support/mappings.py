@@ -1,9 +1,10 @@
-"""A mapping that nobody changes, and that can be copied and pickled."""
+"""A mapping that nobody changes, and that can be copied and pickled; and groups by key."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeVar
 
 _Key = TypeVar("_Key")
+_Value = TypeVar("_Value")
 _Value_co = TypeVar("_Value_co", covariant=True)
 
 
@@ -31,3 +32,11 @@ class FrozenMapping(Mapping[_Key, _Value_co]):
 
     def __repr__(self) -> str:
         return repr(self._items)
+
+
+def grouped(pairs: Iterable[tuple[_Key, _Value]]) -> dict[_Key, list[_Value]]:
+    """What comes with each key, in the order of both."""
+    found: dict[_Key, list[_Value]] = {}
+    for key, value in pairs:
+        found.setdefault(key, []).append(value)
+    return found
