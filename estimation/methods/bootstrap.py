@@ -19,6 +19,7 @@ from .methods import METHODS
 
 TOO_FEW = "more than half of the loops with its noise cannot be simulated, or estimated from"
 _FOLLOWS_NOT = "the loop does not follow the record"
+_ROUNDS = 3  # of twins, each less the bias that the one before has
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,17 +72,20 @@ class Bootstrap:
         return why
 
     def _less_bias(self, fit: Fit) -> Twins | str:
-        """At an estimate, or less the bias that it has there where that is beyond a deviation."""
-        form, model = fit.form, Hac()
-        first = self._twins(fit, fit.physical, fit.loops)
-        found = calibrated(first, form, fit.solver, fit.solution, model)
-        if found is None:
-            return TOO_FEW
-        at = fit.physical - found.bias
-        deviations = found.own_scale * np.sqrt(np.diag(model.matrix(fit.solution)))
-        if np.all(np.abs(form.regressed(at) - form.regressed(fit.physical)) <= deviations):
-            return first
-        return self._twins(fit, at, _at(self.problem, fit.form, at))
+        """At an estimate less the bias that it has there, where that is beyond a deviation."""
+        form, model, at, loops = fit.form, Hac(), fit.physical, fit.loops
+        spread = np.sqrt(np.diag(model.matrix(fit.solution)))
+        for _ in range(_ROUNDS):
+            twins = self._twins(fit, at, loops)
+            found = calibrated(twins, form, fit.solver, fit.solution, model)
+            if found is None:
+                return TOO_FEW
+            before, at = at, fit.physical - found.bias
+            moved = np.abs(form.regressed(at) - form.regressed(before))
+            if np.all(moved <= found.own_scale * spread):
+                return twins
+            loops = _at(self.problem, form, at)
+        return "the parameters of their loops do not settle"
 
     def _twins(self, fit: Fit, at: Array, loops: tuple[Simulation, ...]) -> Twins:
         return Twins(
