@@ -3,10 +3,13 @@
 Only the parameters are multiplied out; what does not depend on them stays as it was written.
 """
 
+import math
 from collections.abc import ItemsView, Iterable, Sequence
 
 import sympy
+from sympy.ntheory.multinomial import multinomial_coefficients
 
+from axisid.modeling.quantities import check_size
 from axisid.support.errors import ModelError
 
 from .point_value import dependences, vanishes
@@ -31,7 +34,7 @@ class Coefficients:
     Raises
     ------
     ModelError
-        It has too many terms.
+        It has too many terms, or too large ones.
     """
 
     def __init__(self, expression: sympy.Expr, parameters: Sequence[sympy.Symbol]) -> None:
@@ -42,6 +45,8 @@ class Coefficients:
         self._left = _MOST_PRODUCTS
         self._hidden: set[sympy.Symbol] = set()
         self._polynomial = self._of(expression)
+        for weight in self._polynomial.values():
+            check_size(weight, "the equation of motion, multiplied out,")
 
     @property
     def terms(self) -> ItemsView[Exponents, sympy.Expr]:
@@ -87,7 +92,7 @@ class Coefficients:
         if node.is_Mul:
             return self._product(map(self._of, node.args))
         if node.is_Pow and whole is not None and whole > 0:
-            return self._product([self._of(base)] * whole)
+            return self._power(self._of(base), whole)
         if isinstance(node, sympy.Piecewise):
             return self._chosen(node)
         return {self._one: self._opaque(node).xreplace(self._zero)}
@@ -115,15 +120,32 @@ class Coefficients:
             if any(value.get(exponents, 0) != 0 for value in values)
         }
 
+    def _power(self, base: _Polynomial, whole: int) -> _Polynomial:
+        """By the multinomial theorem: a product after another nests sums in sums."""
+        self._take(math.comb(whole + len(base) - 1, whole))
+        shares = multinomial_coefficients(len(base), whole)
+        return _sum(
+            {
+                tuple(
+                    sum(k * e for k, e in zip(powers, each, strict=True))
+                    for each in zip(*base, strict=True)
+                ): (sympy.Mul(count, *(w**k for w, k in zip(base.values(), powers, strict=True))))
+            }
+            for powers, count in shares.items()
+        )
+
+    def _take(self, terms: int) -> None:
+        self._left -= terms
+        if self._left < 0:
+            raise ModelError(
+                "the equation of motion has too many products of parameters.",
+                code="too-many-products",
+            )
+
     def _product(self, factors: Iterable[_Polynomial]) -> _Polynomial:
         made: _Polynomial = {self._one: sympy.S.One}
         for factor in factors:
-            self._left -= len(made) * len(factor)
-            if self._left < 0:
-                raise ModelError(
-                    "the equation of motion has too many products of parameters.",
-                    code="too-many-products",
-                )
+            self._take(len(made) * len(factor))
             made = _sum(
                 {tuple(map(sum, zip(a, b, strict=True))): x * y}
                 for a, x in made.items()
