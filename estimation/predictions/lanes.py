@@ -60,7 +60,7 @@ class Predictions(ABC):
     measured: Array
     counted: Array
     horizon: float | None = None
-    _of_records: list[int]  # of each piece, in the order of the rows
+    _pieces: int  # that are simulated one after the other
 
     def __init__(self, form: Form, records: Sequence[Record]) -> None:
         self._form, self._records = form, tuple(records)
@@ -91,7 +91,7 @@ class Predictions(ABC):
     def __call__(self, physical: Array) -> Lanes:
         """Errors of parameters (B, P)."""
         pieces, failures = [], dict[int, str]()
-        for place in range(len(self._of_records)):
+        for place in range(self._pieces):
             values, failed = self._piece(place, physical)
             pieces.append(values)
             failures = {**failed, **failures}

@@ -216,7 +216,7 @@ class LoopPredictions(Predictions):
         self.stretches = tuple(
             stretch for i, (a, r, m) in every for stretch in _stretches(a, r, i, m)
         )
-        self._of_records = [each.record for each in self.stretches]
+        self._pieces = len(self.stretches)
         ends = np.cumsum([0, *(len(each.measured) for each in self.stretches)])
         self._rows = [slice(int(a), int(b)) for a, b in pairwise(ends)]
         pairs = [*zip(self.stretches, self._rows, strict=True)]

@@ -188,7 +188,7 @@ class WindowPredictions(Predictions):
         self.units: tuple[str, ...] = (str(axes[0].axis.coordinate.unit),)
         every = enumerate(zip(axes, records, strict=True))
         self._windows = [w for i, (a, r) in every for w in _windows(a, r, i, horizon)]
-        self._of_records = [w.record for w in self._windows]
+        self._pieces = len(self._windows)
         self.samples = tuple(
             np.concatenate(
                 [w.first + np.arange(w.position.size) for w in self._windows if w.record == i]
