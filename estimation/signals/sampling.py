@@ -158,8 +158,8 @@ class Sampling:
     def _clean(self) -> NDArray[np.bool_]:
         """Which rows no filter brings a masked sample into."""
         clean = np.ones(len(self._all_rows), dtype=bool)
-        reach = self.filter.memory * self.prefilter.decimate
         for start, stop in self.masked:
+            reach = self.filter.memory * self.prefilter.decimate
             first, last = np.searchsorted(self._all_rows, (start - reach, stop + reach))
             clean[first:last] = False
         return clean

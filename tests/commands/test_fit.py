@@ -68,7 +68,7 @@ def test_a_fit_is_read_back_as_it_was_written(
     assert isinstance(saved, SavedOutputFit)
     with refuses("saved-without-samples", says="no samples to draw a figure of; the one that fit"):
         saved.plot("")
-    assert saved.to_dict() == json.loads(file.read_text())
+    assert saved.to_dict().items() <= json.loads(file.read_text()).items()
     found = fit(emps2015, read_record(log, emps2015))
     assert saved["M"].interval == pytest.approx(found["M"].interval)
     np.testing.assert_allclose(saved.covariance, found.covariance)
@@ -91,7 +91,8 @@ def test_several_outputs_are_followed_and_read_back(run: Run, log: Path, tmp_pat
     assert written["record_errors"][1]["weight"] == 2e5
     saved = load_result(file)
     assert isinstance(saved, SavedOutputFit)
-    assert saved.to_dict() == written
+    assert saved.to_dict().items() <= written.items()
+    del written["digest"]
     file.write_text(
         json.dumps(
             {**written, "record_errors": [*written["record_errors"], written["record_errors"][0]]}
@@ -101,27 +102,15 @@ def test_several_outputs_are_followed_and_read_back(run: Run, log: Path, tmp_pat
         load_result(file)
 
 
-def test_a_file_of_a_fit_that_contradicts_itself_is_refused(
-    run: Run, log: Path, tmp_path: Path
-) -> None:
+def test_a_file_of_a_fit_that_was_changed_is_refused(run: Run, log: Path, tmp_path: Path) -> None:
     file = tmp_path / "fit.json"
     run("fit", "emps2015", log, "--json", file)
     written = json.loads(file.read_text())
     load_result(file)
-    mass = written["parameters"]["M"]
-    deviations, chosen = mass["deviations"], written["chosen_covariance"]
-    for changed, said in (
-        ({"sd": -1.0}, "a deviation of M is negative"),
-        ({"deviations": {**deviations, "iid": -1.0}}, "a deviation of M is negative"),
-        ({"sd": 2 * mass["sd"]}, "is not its covariance's"),
-        ({"deviations": {"iid": 1.0}}, f"no deviation for the covariance '{chosen}'"),
-        ({"interval_95": [0.0, 1.0]}, "does not hold its value"),
-        ({"prior": {"value": 1.0, "sd": -1.0}}, "has the deviation -1"),
-    ):
-        parameters = {**written["parameters"], "M": {**mass, **changed}}
-        file.write_text(json.dumps({**written, "parameters": parameters}))
-        with refuses("contradictory-result", says=said):
-            load_result(file)
+    written["parameters"]["M"]["sd"] *= 2
+    file.write_text(json.dumps(written))
+    with refuses("changed-result"):
+        load_result(file)
 
 
 @pytest.mark.slow
@@ -131,6 +120,7 @@ def test_a_fit_is_no_result_of_identify(run: Run, log: Path, tmp_path: Path) -> 
     with refuses("other-document", says="is of a fit of an output"):
         compare_results(file, file)
     written = json.loads(file.read_text())
+    del written["digest"]
     file.write_text(json.dumps({**written, "covariance": []}))
     with refuses("saved-fit"):
         load_result(file)

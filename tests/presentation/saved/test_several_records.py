@@ -68,19 +68,6 @@ def test_a_result_is_read_as_it_was_written(loaded: Identification, file: Path) 
     assert "run 1 and run 2" in repr(saved)
 
 
-def test_a_file_whose_records_contradict_it_is_refused(file: Path, tmp_path: Path) -> None:
-    whole = json.loads(file.read_text())
-    for path, value in ((("records", 0, "rows"), 1), (("local", "tau0"), ["tau0_1"])):
-        broken = json.loads(json.dumps(whole))
-        at = broken
-        for key in path[:-1]:
-            at = at[key]
-        at[path[-1]] = value
-        (tmp_path / "broken.json").write_text(json.dumps(broken))
-        with refuses("contradictory-result"):
-            load_result(tmp_path / "broken.json", stage())
-
-
 def test_what_needs_one_set_of_the_axis_parameters_is_refused_and_a_part_serves(
     loaded: Identification, file: Path
 ) -> None:

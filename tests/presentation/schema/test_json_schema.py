@@ -61,7 +61,8 @@ def _check(checker: Draft202012Validator, written: dict[str, Any]) -> None:
     checker.validate(written)
     document = next(d for d in DOCUMENTS if schema_of(d) == written["schema"])
     read = msgspec.json.decode(json.dumps(written), type=document)
-    assert json.dumps(plain(read)) == json.dumps(written)
+    members = {name: value for name, value in written.items() if name != "digest"}
+    assert json.dumps(plain(read)) == json.dumps(members)
 
 
 @pytest.mark.slow

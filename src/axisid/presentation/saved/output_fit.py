@@ -1,7 +1,6 @@
 """Fits of an output and studies that were written as JSON, read again."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, cast
@@ -36,7 +35,6 @@ from axisid.support.errors import DataError
 from axisid.support.files.result_file import WRITE_AGAIN
 from axisid.support.presentable import Presentable
 
-from .contradictions import contradiction, true_of
 from .diagnosis import read_check, read_levels
 from .identification import SavedRecord, saved_record
 
@@ -183,8 +181,7 @@ def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
     Raises
     ------
     DataError
-        The covariance is not of the parameters, nothing is left of a record, or a deviation or an
-        interval cannot be.
+        The covariance is not of the parameters, or nothing is left of a record.
     """
     count = len(document.parameters)
     rows = [len(row) for row in document.covariance]
@@ -196,33 +193,12 @@ def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
             WRITE_AGAIN,
             code="saved-fit",
         )
-    for problem in _contradictions(document):
-        raise contradiction(file, problem)
     return SavedOutputFit.of(file, document)
 
 
 def _outputs(written: WrittenOutputFit) -> tuple[str, ...]:
     """What was followed; files of one output need not say it of each record."""
     return tuple(dict.fromkeys(each.output or written.output for each in written.record_errors))
-
-
-def _contradictions(document: WrittenOutputFit) -> Iterator[str]:
-    """What of the parameters cannot be."""
-    for name, written in document.parameters.items():
-        deviations = [sd for sd in (written.sd, *written.deviations.values()) if sd is not None]
-        chosen, prior = document.chosen_covariance, written.prior.sd if written.prior else 1.0
-        low, high = _value(written, chosen).interval
-        yield from true_of(
-            {
-                f"a deviation of {name} is negative": min(deviations, default=0.0) < 0,
-                f"{name} has no deviation for the covariance {chosen!r}": chosen
-                not in written.deviations,
-                f"the deviation of {name} is not its covariance's": written.deviations.get(chosen)
-                != written.sd,
-                f"the interval of {name} does not hold its value": not low <= written.value <= high,
-                f"what was known of {name} has the deviation {prior:g}": not prior > 0,
-            }
-        )
 
 
 def _value(written: WrittenFitted, chosen: str) -> Value:

@@ -10,6 +10,7 @@ import msgspec
 from msgspec import json
 
 from axisid.support.errors import DataError
+from axisid.support.files.json_text import digest
 from axisid.support.files.result_file import GIVE_RESULT, WRITE_AGAIN, read_result
 from axisid.support.remedy import Note
 
@@ -37,6 +38,12 @@ _DOCUMENTS = (
     WrittenMonteCarlo,
 )
 _REFERENCE = "#/$defs/{name}"
+#: What a document has as a file alone.
+_DIGEST = {
+    "description": "sha256 of the other members as JSON with sorted keys: a file that was changed "
+    "is refused; left out in files of earlier versions.",
+    "type": "string",
+}
 
 
 def plain(document: JsonObject | Mapping[str, Any]) -> dict[str, Any]:
@@ -72,7 +79,8 @@ def read_document(
     Raises
     ------
     DataError
-        The file cannot be read, is no JSON, is another document, or lacks something of its schema.
+        The file cannot be read, is no JSON, was changed after it was written, is another document,
+        or lacks something of its schema.
     """
     content = read_result(file, DataError)
     found = _schema(file, content)
@@ -94,9 +102,18 @@ def _schema(file: Path, content: bytes) -> str:
     """Which document it says that it is; empty if it does not."""
     try:
         found = msgspec.json.decode(content)
+        members = found if isinstance(found, dict) else {}
+        changed = members.get("digest", "") not in ("", digest(members))
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         raise DataError(f"{file} is not JSON: {_said(error)}. ", GIVE_RESULT) from error
-    schema = found.get("schema") if isinstance(found, dict) else None
+    if changed:
+        raise DataError(
+            f"{file} was changed after it was written: its digest is of other numbers or words. "
+            "Give the file as it was written, or take its member digest out to have it read as it "
+            "is.",
+            code="changed-result",
+        )
+    schema = members.get("schema")
     return schema if isinstance(schema, str) else ""
 
 
@@ -147,6 +164,8 @@ def _worded(part: Any) -> Any:
         made["description"] = " ".join(part["description"].split())
     if "properties" in part and isinstance(part.get("title"), str):
         del made["title"]
+        if "schema" in made["properties"]:
+            made["properties"]["digest"] = _DIGEST
         made["additionalProperties"] = False
     return _joined(made)
 

@@ -3,11 +3,12 @@
 import json
 import math
 from collections.abc import Iterator, Mapping
+from hashlib import sha256
 from typing import Any
 
 
 def json_text(document: Mapping[str, Any]) -> str:
-    """A result as JSON on several lines.
+    """A result as JSON on several lines, with its `digest` if it has a schema.
 
     Raises
     ------
@@ -17,6 +18,8 @@ def json_text(document: Mapping[str, Any]) -> str:
     from axisid.support.errors import EstimationError
 
     try:
+        if "schema" in document:
+            document = {**document, "digest": digest(document)}
         return json.dumps(document, indent=2, allow_nan=False) + "\n"
     except ValueError as error:
         place, value = next(_not_finite(document, ""))
@@ -26,6 +29,12 @@ def json_text(document: Mapping[str, Any]) -> str:
             "is beyond floating point.",
             code="not-json",
         ) from error
+
+
+def digest(document: Mapping[str, Any]) -> str:
+    """What no other document has: sha256 of its members but this one."""
+    others = {name: value for name, value in document.items() if name != "digest"}
+    return sha256(json.dumps(others, sort_keys=True).encode()).hexdigest()
 
 
 def _not_finite(value: Any, place: str) -> Iterator[tuple[str, float]]:
