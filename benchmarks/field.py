@@ -445,7 +445,7 @@ FAULTS: dict[str, Fault] = {
     "control's sign": (_logs(factor=-1.0), r"sign is (flipped|opposite)"),
     "feed-forward in the log": (
         _is(feed_forward=_forward),
-        r"feed-?forward|no factor explains it",
+        r"feed-?forward|no change of its gains explains it",
     ),
     "feed-forward out of the log": (
         _is(feed_forward=_forward, logs_feed_forward=lambda _: False),

@@ -54,7 +54,7 @@ FLOORS = (
     ("estimation.identification",),
     ("estimation.batched",),
     ("estimation.predictions",),
-    ("estimation.told_by_outputs", "estimation.searches"),
+    ("estimation.searches",),
     ("estimation.fitting",),
     ("estimation.studies",),
     ("estimation.monte_carlo",),

@@ -181,7 +181,7 @@ def told_or(otherwise: Else, find: Callable[[], Found | Missing]) -> Found | Els
 
 
 def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | None:
-    """The worst of the checks, with the records that it is of.
+    """The worst of the checks, with the records that it is of; that of one record as it is.
 
     Parameters
     ----------
@@ -190,6 +190,8 @@ def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | Non
     records : sequence of str
         Their names.
     """
+    if len(records) == 1:
+        return found[0]
     every = [(name, each) for name, each in zip(records, found, strict=True) if each is not None]
     made = [(name, each) for name, each in every if each.status != _UNMADE]
     if not made:

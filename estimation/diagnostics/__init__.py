@@ -10,7 +10,6 @@ from .diagnose import (
     Checked as Checked,
     Diagnosed as Diagnosed,
     Diagnostic as Diagnostic,
-    alignment_in as alignment_in,
     belief as belief,
     by_weight as by_weight,
     conclusion as conclusion,
@@ -33,4 +32,4 @@ from .records_alike import (
     repeated_check as repeated_check,
     rows_alike as rows_alike,
 )
-from .remainder import outliers_check as outliers_check, terms_check as terms_check
+from .remainder import lacks_check as lacks_check

@@ -4,7 +4,7 @@ No check passes silently: one that could not be made says so. None is a universa
 where its threshold comes from.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal, Protocol
@@ -30,7 +30,6 @@ from axisid.estimation.diagnostics.estimates import (
 )
 from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.diagnostics.loop import (
-    Alignment,
     ForceTiming,
     alignment_check,
     declared_lateness,
@@ -44,8 +43,8 @@ from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
 
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
-from .records_alike import Alike, alike_check, repeated_check
-from .remainder import following, lack_of_fit_check, lacks_check, outliers_check, terms_check
+from .records_alike import alike_check, repeated_check
+from .remainder import following, lack_of_fit_check, lacks_check
 
 #: How far the numbers of a result can be believed.
 Belief = Literal["believed", "with care", "not believed"]
@@ -97,23 +96,17 @@ def _method(case: Case) -> Check | Missing | None:
 
 
 def _outliers(case: Case) -> Check | Missing:
-    found, bounded = case.lacking, case.preferred.counts is not None
-    if isinstance(found, Missing):
-        return found
-    if not case.preferred.inference.chains:  # HAC takes their size from the samples themselves
+    if not isinstance(case.lacking, Missing) and not case.preferred.inference.chains:
+        # HAC takes their size from the samples themselves.
         return Missing(
             "single samples are held against twins of the record, of which there are none"
         )
-    return outliers_check(found, case.data.axis, case.data.record, case.levels, bounded=bounded)
+    return _lacks("outliers", case, bounded=case.preferred.counts is not None)
 
 
-def _signals(case: Case) -> Check | Missing | None:
-    """Of an axis with recorded signals."""
+def _lacks(name: str, case: Case, *, bounded: bool = False) -> Check | Missing:
     data = case.data
-    found = case.lacking if data.axis.axis.signals else None
-    if found is None or isinstance(found, Missing):
-        return found
-    return lacks_check("recorded signals", found, data.axis, data.record, case.levels)
+    return lacks_check(case.lacking, name, data.axis, data.record, case.levels, bounded=bounded)
 
 
 def _alignment(case: Case) -> Check | Missing:
@@ -154,8 +147,8 @@ def _missing_terms(case: Case) -> Check | Missing:
         return lacking
     aligned = _alignment(case)  # which says how late, where it fails
     told = [lack for lack in lacking if not (lack.kind == "delay" and _fails(aligned))]
-    found = terms_check(told, case.data.axis, case.data.record, case.levels)
-    if found.status != "fail":
+    found = lacks_check(told, "missing terms", case.data.axis, case.data.record, case.levels)
+    if isinstance(found, Missing) or found.status != "fail":
         return found
     if _fails(method_check(case.preferred, {}, {}, case.steps, case.levels, law_passed=None)):
         return replace(found, status="note")  # what the steps move is left, and counts once
@@ -231,7 +224,9 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         ),
         Diagnostic(
             name="recorded signals",
-            check=_signals,
+            check=lambda case: (
+                _lacks("recorded signals", case) if case.data.axis.axis.signals else None
+            ),
             by_record=True,
         ),
         Diagnostic(
@@ -270,8 +265,23 @@ def diagnose(case: Case) -> Diagnosis:
         d.name: [d.made(part) for part in case.parts] for d in DIAGNOSTICS.values() if d.by_record
     }
     alike = unless_faulty(lambda: case.alike)
-    records = [_of_record(case, i, alike, by_record) for i in range(len(case.parts))]
-    checks = (_checked(diagnostic, case, by_record) for diagnostic in DIAGNOSTICS.values())
+    records = [
+        RecordDiagnosis(
+            law=unless_faulty(partial(getattr, part, "law")),
+            alignment=unless_faulty(partial(getattr, part, "alignment")),
+            motions=told_or({}, partial(getattr, part, "motions")),
+            lack_of_fit=told_or(None, partial(getattr, part, "lack_of_fit")),
+            verdict=tuple(check for found in by_record.values() if (check := found[i]) is not None),
+            apart=alike if isinstance(alike, Missing) else alike.records[i],
+        )
+        for i, part in enumerate(case.parts)
+    ]
+    alone = len(case.names) == 1
+    checks = (
+        joined(by_record[name], case.names) if d.by_record else d.made(case)
+        for name, d in DIAGNOSTICS.items()
+        if not (d.several and alone)
+    )
     law, alignment, velocity = (
         records[_first_failing(by_record[name])]
         for name in ("control law", "alignment", "measured velocity")
@@ -291,11 +301,6 @@ def diagnose(case: Case) -> Diagnosis:
     )
 
 
-def alignment_in(case: Case) -> Alignment | Missing:
-    """The delay of the force in the first record, as `diagnose` finds it with all else."""
-    return unless_faulty(lambda: case.parts[0].alignment)
-
-
 def _first_failing(found: Sequence[Check | None]) -> int:
     """The record whose law or alignment is told of: the first that fails, else the first.
 
@@ -303,35 +308,6 @@ def _first_failing(found: Sequence[Check | None]) -> int:
     """
     fails = [(each.figure is None, i) for i, each in enumerate(found) if each and _fails(each)]
     return min(fails, default=(False, 0))[1]
-
-
-def _of_record(
-    case: Case, i: int, alike: Alike | Missing, made: Mapping[str, Sequence[Check | None]]
-) -> RecordDiagnosis:
-    """What there is to say of a record by itself."""
-    part = case.parts[i]
-    return RecordDiagnosis(
-        law=unless_faulty(lambda: part.law),
-        alignment=unless_faulty(lambda: part.alignment),
-        motions=told_or({}, lambda: part.motions),
-        lack_of_fit=told_or(None, lambda: part.lack_of_fit),
-        verdict=tuple(check for found in made.values() if (check := found[i]) is not None),
-        apart=alike if isinstance(alike, Missing) else alike.records[i],
-    )
-
-
-def _checked(
-    diagnostic: Diagnostic,
-    case: Case,
-    made: Mapping[str, list[Check | None]],
-) -> Check | None:
-    """What a verdict lists of a diagnostic."""
-    if diagnostic.several and len(case.names) == 1:
-        return None
-    if not diagnostic.by_record:
-        return diagnostic.made(case)
-    found = made[diagnostic.name]
-    return found[0] if len(case.names) == 1 else joined(found, case.names)
 
 
 def conclusion(checks: Sequence[Check]) -> str:

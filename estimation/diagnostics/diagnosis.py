@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
+import numpy as np
+
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, told_or, unless_faulty
 from axisid.estimation.diagnostics.estimates import (
     FORMS,
@@ -15,9 +17,9 @@ from axisid.estimation.diagnostics.estimates import (
     excitation,
     fixed_check,
     moved_by_steps,
-    prefers_instruments,
     strength_check,
     tests_of_instruments,
+    vaguer,
 )
 from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.diagnostics.loop import (
@@ -25,11 +27,11 @@ from axisid.estimation.diagnostics.loop import (
     ColumnComparison,
     ForceTiming,
     alignment_of,
-    compared_motions,
+    compared_motion,
     force_timing,
     law_in_time,
 )
-from axisid.estimation.estimates import Estimate, HausmanTest, hausman, part_of
+from axisid.estimation.estimates import Estimate, HausmanTest, hausman, part_of, parted
 from axisid.estimation.lacking import Lack, RecordScores, lacking, scores_at
 from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
 from axisid.estimation.problems import Problem, noise_free_record
@@ -145,7 +147,8 @@ class Case:
         if isinstance(apart, Missing):
             return by_law
         iv, didim = self.estimates[first], self.estimates[by_law]
-        return first if prefers_instruments(apart, iv, didim, self.levels) else by_law
+        less_sure = vaguer(parted(apart, self.levels.level), iv, didim)
+        return first if less_sure else by_law
 
     @cached_property
     def laws(self) -> tuple[LawCheck | Missing, ...]:
@@ -273,7 +276,8 @@ class Case:
         if record.integrated and record.reference is not None:
             loops = partial(recorded_loops, self.data, self.preferred.physical)
             velocities = tuple(loop.velocity for loop in told_or((), loops))
-        return compared_motions(record, velocities)
+        measured = (role for role in record.motion if role != "position")
+        return {role: compared_motion(record, role, velocities) for role in measured}
 
     @cached_property
     def scores(self) -> RecordScores | Missing:
@@ -284,7 +288,8 @@ class Case:
     def lacking(self) -> tuple[Lack, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
         records = len((self.whole or self).problem.data)
-        return lacking(self.scores, self.preferred, records, self.levels)
+        half = [np.ptp(value.interval) / 2 for value in self.preferred.parameters.values()]
+        return lacking(self.scores, np.array(half), records, self.levels)
 
     @cached_property
     def steps(self) -> Mapping[str, float] | Missing:

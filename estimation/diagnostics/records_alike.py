@@ -141,6 +141,11 @@ class Apart:
     share_percent: float
     untold: tuple[str, ...] = ()
 
+    @property
+    def distances(self) -> Array:
+        """Of the record's own from the others, in deviations of the difference, (p,)."""
+        return (self.own - self.others) / self.deviations
+
     def matters(self, levels: Levels) -> bool:
         """Whether it is beyond chance, and makes any force to speak of."""
         return self.p_value < levels.level and self.share_percent > 100 * levels.least_share
@@ -163,6 +168,8 @@ class Difference:
     freedom : float
     untold : tuple of str
         Parameters that the record alone does not tell.
+    levels : Levels
+        From when on it tells something.
     """
 
     number: int
@@ -171,6 +178,7 @@ class Difference:
     covariances: tuple[Array, ...]
     freedom: float
     untold: tuple[str, ...]
+    levels: Levels
 
     def only(self, places: Sequence[int]) -> "Difference":
         """Of some of the parameters, whatever the others are."""
@@ -181,14 +189,20 @@ class Difference:
             covariances=tuple(each[np.ix_(places, places)] for each in self.covariances),
         )
 
-    def explained(self, levels: Levels) -> "Difference":
+    @property
+    def explained(self) -> "Difference":
         """The fewest parameters that explain it, one at least."""
         left, chosen = [*range(len(self.difference))], list[int]()
-        while not chosen or (left and self.only(left).apart.matters(levels)):
+        while not chosen or (left and self.only(left).apart.matters(self.levels)):
             best = min(left, key=lambda j: self.only([i for i in left if i != j]).square)
             left.remove(best)
             chosen.append(best)
         return self.only(chosen)
+
+    @property
+    def changed(self) -> tuple[str, ...]:
+        """Parameters that are others; none where it is chance, or makes no force to speak of."""
+        return self.explained.of.names if self.apart.matters(self.levels) else ()
 
     @property
     def square(self) -> float:
@@ -314,7 +328,7 @@ def records_alike(
         Solves the estimate of all once more, see `Solved`.
     levels : Levels
     """
-    tested = partial(_tested, instruments, records, extended)
+    tested = partial(_tested, instruments, records, extended, levels)
     left, against = [*range(len(records))], list[int]()
     differences = {i: tested((), i) for i in left}
     first = tuple(e if isinstance(e, Missing) else e.apart for e in differences.values())
@@ -335,7 +349,7 @@ def records_alike(
     if aside:
         most = (against or aside)[0]
         of_most = tested([i for i in aside if i != most], most)
-        differing = None if isinstance(of_most, Missing) else of_most.explained(levels)
+        differing = None if isinstance(of_most, Missing) else of_most.explained
     return Alike(
         records=first,
         against=tuple(against),
@@ -416,6 +430,7 @@ def _tested(
     base: Array,
     records: Sequence[OwnColumns],
     extended: Solved,
+    levels: Levels,
     aside: Sequence[int],
     number: int,
 ) -> Difference | Missing:
@@ -453,6 +468,7 @@ def _tested(
         covariances=covariances,
         freedom=freedom,
         untold=tuple(name for j, name in enumerate(record.names) if j not in alone),
+        levels=levels,
     )
 
 
@@ -515,7 +531,11 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
     found = overlaps(records)
     if not found:
         return None
-    times, names = mean_times(records, found), record_labels(records)
+    counts = [np.ones(len(record)) for record in records]
+    for each in found:
+        for record, chosen in zip(each.records, each.samples, strict=True):
+            counts[record] += chosen
+    times, names = float(np.mean(np.concatenate(counts))), record_labels(records)
     return Check(
         name="repeated records",
         status="fail" if times > MAX_REPEATED_SAMPLES.value else "note",
@@ -526,15 +546,6 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
         meaning=f"{'; '.join(each.told(names) for each in found)}; deviations are up to "
         f"{times**0.5:.3g} times too small: give each sample once",
     )
-
-
-def mean_times(records: Sequence[Record], found: Sequence[Overlap]) -> float:
-    """How often a sample is among the records, on average over all that are given."""
-    counts = [np.ones(len(record)) for record in records]
-    for each in found:
-        for record, chosen in zip(each.records, each.samples, strict=True):
-            counts[record] += chosen
-    return float(np.mean(np.concatenate(counts)))
 
 
 def _overlap(pair: tuple[int, int], one: Record, other: Record) -> Overlap | None:

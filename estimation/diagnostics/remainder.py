@@ -1,7 +1,6 @@
 """What a model leaves, as checks: what it lacks, how much repeats, and whether its loop follows."""
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from axisid.estimation.thresholds import (
     MIN_DISTANCE_FROM_NOISE,
     MIN_MODEL_SHARE,
 )
-from axisid.support.missing import Missing
+from axisid.support.missing import Missing, of_found
 from axisid.support.remedy import Note, Remedy, Setting
 
 _LESS = Remedy.of(
@@ -32,23 +31,19 @@ _SAME_UNIT = 0.02  # distance of a factor from that of another unit, up to which
 # HAC deviations by those of noise alone; from there on they are too wide for it
 _MIN_HAC_EXCESS = 1.5
 
-#: By check: which of what is lacking is of it, and what is said of nothing.
-_LOOKED_FOR: Mapping[str, tuple[Callable[[Lack], bool], str]] = {
-    "missing terms": (
-        lambda lack: not (lack.is_of_signal or lack.is_outlier),
-        "nothing that was looked for is in the residuals",
-    ),
-    "recorded signals": (
-        lambda lack: lack.is_of_signal,
-        "the recorded signals are in time with the forces that they make, and of their size",
-    ),
-    "outliers": (lambda lack: lack.is_outlier, "no single sample leaves its course"),
+#: By check of what is lacking: what is said where there is nothing.
+_NOTHING: Mapping[str, str] = {
+    "missing terms": "nothing that was looked for is in the residuals",
+    "recorded signals": "the recorded signals are in time with the forces that they make, and of "
+    "their size",
+    "outliers": "no single sample leaves its course",
 }
 
 
+@of_found
 def lacks_check(
-    name: str,
     found: Sequence[Lack],
+    name: str,
     axis: GeneratedAxis,
     record: Record,
     levels: Levels = DEFAULT_LEVELS,
@@ -59,23 +54,22 @@ def lacks_check(
 
     Parameters
     ----------
+    found : sequence of Lack
+        Of any kind.
     name : {"missing terms", "recorded signals", "outliers"}
         A term or a parameter that changes; a recorded signal that is late or of another size; or a
         single sample of what was measured that leaves its course.
-    found : sequence of Lack
-        Of any kind.
     axis : GeneratedAxis
     record : Record
     levels : Levels
     bounded : bool
         Whether the loss has bounded what outliers do, which are no more than a note then.
     """
-    belongs, nothing = _LOOKED_FOR[name]
-    own = [lack for lack in found if belongs(lack)]
+    own = [lack for lack in found if lack.check == name]
     remedy = None
-    if own and own[0].is_of_signal:
+    if own and name == "recorded signals":
         remedy = Remedy.of(": ", _remedy(axis, record, own[0]))
-    elif own and own[0].is_outlier and not bounded:
+    elif own and name == "outliers" and not bounded:
         remedy = _LESS
     return Check(
         name=name,
@@ -87,13 +81,9 @@ def lacks_check(
         f"than those of twins (Hotelling's test, {100 * levels.level:g} % over all that is looked "
         f"for, by Holm's rule) and it is more than {100 * levels.least_share:g} % of the force "
         "beside what the parameters make of it, or moves one by more than its interval",
-        meaning="; ".join(sentence(lack, axis, record) for lack in own) or nothing,
+        meaning="; ".join(sentence(lack, axis, record) for lack in own) or _NOTHING[name],
         remedy=remedy,
     )
-
-
-terms_check = partial(lacks_check, "missing terms")
-outliers_check = partial(lacks_check, "outliers")
 
 
 def _remedy(axis: GeneratedAxis, record: Record, found: Lack) -> Remedy:

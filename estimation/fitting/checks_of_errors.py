@@ -1,27 +1,23 @@
 """Checks of what a fit leaves: is it noise, and what it asks for."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import Check, Levels, joined, passed
+from axisid.estimation.checks import Check, joined, made, passed
 from axisid.estimation.diagnostics import (
     OwnColumns,
     alike_check,
-    outliers_check,
+    lacks_check,
     records_alike,
-    repeated_check,
-    terms_check,
 )
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.estimates import few_rows
-from axisid.estimation.lacking import Lack
 from axisid.estimation.parameters import GAIN
 from axisid.estimation.predictions import FEWEST_IN_WINDOW, WindowPredictions
-from axisid.estimation.records import Record, record_labels
+from axisid.estimation.records import record_labels
 from axisid.estimation.thresholds import (
     ADVISED_WINDOWS,
     MAX_GROWTH,
@@ -98,14 +94,14 @@ def simulation_check(of: OutputFit) -> Check:
 
 def missing_terms_check(of: OutputFit) -> Check | None:
     """Whether what is left goes with a force of the motion, or with a value that is held."""
-    check = _joined("missing terms", of, terms_check)
+    check = joined_check("missing terms", of)
     if check is None or check.status != "fail":
         return check
     # What the model lacks moves the gains that are found with it.
     law = of.law
     wrong_law = isinstance(law, LawCheck) and not law.passed and not law.found_apart
     most = MIN_DISTANCE_FROM_NOISE.value
-    refuted = [name for name, beyond in of.beyond.items() if beyond > most]
+    refuted = [each.name for each in of.held if each.distance > most]
     if wrong_law:
         more = ". The law is not the record's, which asks for such forces too"
     elif refuted:
@@ -115,24 +111,13 @@ def missing_terms_check(of: OutputFit) -> Check | None:
     return replace(check, status="note", meaning=check.meaning + more)
 
 
-def outlying_check(of: OutputFit) -> Check | None:
-    """Whether single samples of what was measured leave their course."""
-    return _joined("outliers", of, outliers_check)
-
-
-def _joined(
-    name: str,
-    of: OutputFit,
-    check: Callable[[tuple[Lack, ...], GeneratedAxis, Record, Levels], Check],
-) -> Check | None:
+def joined_check(name: str, of: OutputFit) -> Check | None:
     """What is checked of what the model lacks, over all records."""
     found = [
-        Check.not_evaluated(name, lacks)
-        if isinstance(lacks, Missing)
-        else check(lacks, axis, record, of.levels)
+        made(name, partial(lacks_check, lacks, name, axis, record, of.levels))
         for lacks, axis, record in zip(of.lacks, of.axes, of.records, strict=True)
     ]
-    return joined(found, record_labels(of.records)) if len(found) > 1 else found[0]
+    return joined(found, record_labels(of.records))
 
 
 def _few_windows(of: OutputFit) -> int:
@@ -187,11 +172,6 @@ def rests_check(of: OutputFit) -> Check | None:
     else:
         return None
     return Check(name="samples near rests", status="note", figure=share, meaning=said)
-
-
-def repeated_records_check(of: OutputFit) -> Check | None:
-    """Whether samples are among the records more than once."""
-    return repeated_check(of.records)
 
 
 def records_alike_check(of: OutputFit) -> Check | Missing | None:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.checks import Check, passed
-from axisid.estimation.diagnostics.estimates import nominal_check, precision_check
+from axisid.estimation.diagnostics.estimates import held_check, nominal_check, precision_check
 from axisid.estimation.estimates import student_interval
 from axisid.estimation.thresholds import (
     MAX_FAR,
@@ -18,7 +18,6 @@ from axisid.estimation.thresholds import (
     NEGLIGIBLE_FORCE,
     NEGLIGIBLE_PEAK_FORCE,
 )
-from axisid.support.arrays import Array
 from axisid.support.remedy import Remedy, Setting
 
 from .result import OutputFit
@@ -146,7 +145,9 @@ def precise_check(of: OutputFit) -> Check | None:
     """Every parameter that is searched, and shown, against its own deviation."""
     slopes, weights = of.best.slopes.jacobian, of.weighing.weights
     parts = np.abs(weights[:, None] * slopes * of.physical)
-    whole, peak = (np.divide(x, x.max() or 1.0) for x in (_norms(parts), parts.max(axis=0)))
+    whole, peak = (
+        np.divide(x, x.max() or 1.0) for x in (np.linalg.norm(parts, axis=0), parts.max(axis=0))
+    )
     chosen = (of.deviations > 0) & np.isfinite(of.deviations) & ~of.of_start
     if not chosen.any():
         return None
@@ -175,35 +176,11 @@ def precise_check(of: OutputFit) -> Check | None:
     )
 
 
-def _norms(columns: Array) -> Array:
-    return np.asarray(np.linalg.norm(columns, axis=0))
-
-
 def bounds_check(of: OutputFit) -> Check:
     """Parameters at their bounds: what chance takes there, or what contradicts the bound."""
-    beyond, most = of.beyond, MIN_DISTANCE_FROM_NOISE.value
-    if not beyond:
-        return Check(name="bounds", status="pass", meaning="no parameter is driven to a bound")
-    listed = ", ".join(f"{name} ({of.at_bound[name]})" for name in beyond)
-    said = (
-        f"at a bound: {listed}. The interval there is one-sided, and the others are what they "
-        "are with it"
-    )
-    worst = max(beyond, key=lambda name: beyond[name])
-    against = beyond[worst] > most
-    if against:
-        said += (
-            f"; without it {worst} would be {beyond[worst]:.2g} deviations beyond: check the "
-            "bound, the units and the signs, and what the model lacks"
-        )
-    return Check(
-        name="bounds",
-        status="fail" if against else "note",
-        figure=beyond[worst],
-        threshold=most,
-        source="deviations by which a parameter at a bound would be beyond it",
-        meaning=said,
-    )
+    if of.held:
+        return held_check(of.held)
+    return Check(name="bounds", status="pass", meaning="no parameter is driven to a bound")
 
 
 def nominal_values_check(of: OutputFit) -> Check | None:

@@ -18,7 +18,7 @@ from axisid.estimation.choices import (
     RESTS,
     SQUARES,
 )
-from axisid.estimation.diagnostics.law import LawCheck, first_law
+from axisid.estimation.diagnostics.law import LawCheck, check_law, first_failing
 from axisid.estimation.identification import records_of, shared_records
 from axisid.estimation.parameters import (
     End,
@@ -50,7 +50,6 @@ from axisid.estimation.searches import (
     deviation_by_median,
 )
 from axisid.estimation.thresholds import HUBER_TUNING
-from axisid.estimation.told_by_outputs import unseen_directions
 from axisid.estimation.twins import DEFAULT_COUNT, check_count
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
@@ -76,6 +75,7 @@ from .starting import (
     with_free,
 )
 from .timing import at_time, split_free, time_in, with_time_found
+from .unseen import unseen_directions
 
 # 1/unit of the output, or the inverse; with more, rounding hides what another output tells
 _MAX_WEIGHT = 1e20
@@ -560,7 +560,7 @@ def _keeps_rests(given: object, outputs: Sequence[str]) -> bool:
 
 def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> Note | None:
     """What the control law's check says, where it fails."""
-    law = first_law([*zip(axes, records, strict=True)])
+    law = first_failing([check_law(*each) for each in zip(axes, records, strict=True)])
     failed = isinstance(law, LawCheck) and not law.passed
     return Note.of(" The control law: ", law.note, ".") if failed else None
 

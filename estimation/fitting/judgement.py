@@ -8,6 +8,7 @@ import numpy as np
 
 from axisid.estimation.checks import Check, made, passed
 from axisid.estimation.choices import POSITION
+from axisid.estimation.diagnostics import repeated_check
 from axisid.estimation.diagnostics.estimates import NOMINAL_VALUES
 from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.parameters import START
@@ -17,10 +18,9 @@ from axisid.support.missing import Missing
 from axisid.support.remedy import Remedy, Setting
 
 from .checks_of_errors import (
+    joined_check,
     missing_terms_check,
-    outlying_check,
     records_alike_check,
-    repeated_records_check,
     rests_check,
     rows_check,
     simulation_check,
@@ -236,11 +236,11 @@ _CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
     "exact law": _sensitive,
     "simulation": simulation_check,
     "missing terms": missing_terms_check,
-    "outliers": outlying_check,
+    "outliers": partial(joined_check, "outliers"),
     "what was known": known_check,
     "rows": rows_check,
     "samples near rests": rests_check,
-    "repeated records": repeated_records_check,
+    "repeated records": lambda of: repeated_check(of.records),
     "records alike": records_alike_check,
     "convergence": _ended,
     "parameters shown": shown_check,

@@ -48,14 +48,6 @@ def moves_per_percent(
     )
 
 
-def moves_of_all(of_records: Sequence[Mapping[str, Array]]) -> Mapping[str, Array]:
-    """What each term, 1 % larger in all records, moves the parameters by, (P,), by its gains."""
-    return {
-        name: np.asarray(np.sum([moves[name] for moves in of_records], axis=0))
-        for name in of_records[0]
-    }
-
-
 def factors_in_twins(
     law: LawCheck | Missing, loops: RecordLoops | Missing, found: FoundGains
 ) -> list[Mapping[str, float]]:

@@ -21,7 +21,7 @@ from axisid.estimation.estimates import (
     freedom_of,
     student_interval,
 )
-from axisid.estimation.lacking import Lack, found_beside, scores_of
+from axisid.estimation.lacking import Lack, lacking, scores_of
 from axisid.estimation.methods import bound_record
 from axisid.estimation.predictions import record_rows
 from axisid.estimation.records import Record
@@ -32,7 +32,7 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
-from .law_moves import factors_in_twins, move_by_record, moves_of_all, moves_per_percent
+from .law_moves import factors_in_twins, move_by_record, moves_per_percent
 from .rests import Rests
 from .solution import FitSolution
 from .spread import noise_left
@@ -77,7 +77,7 @@ _JUDGED_BY = (
     "own",
     "why_no_twins",
     "influence",
-    "beyond",
+    "held",
     "judged_scores",
     "without_prior",
     "moved",
@@ -248,7 +248,9 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
     @cached_property
     def law_moves(self) -> Mapping[str, Array]:
         """What each term of the law, 1 % larger, would move the parameters by, (P,)."""
-        return told_or({}, lambda: moves_of_all(self._moves_of_records))
+        moves = told_or((), lambda: self._moves_of_records)
+        names = moves[0] if moves else ()
+        return {name: np.asarray(np.sum([of[name] for of in moves], axis=0)) for name in names}
 
     @cached_property
     def law_move(self) -> Array | None:
@@ -294,13 +296,11 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
         told = set(self.searched) - self.prior.keys()
         free = [j for j, name in enumerate(names) if name in told]
         scores = scores_of(data, own, self.chains[number], free)
-        if isinstance(scores, Missing):
-            return scores
         half = [
             float(np.ptp(self.values[n].interval)) / 2 if n in self.values else math.inf
             for n in names
         ]
-        return found_beside(scores, np.array(half), len(self.records), self.levels)
+        return lacking(scores, np.array(half), len(self.records), self.levels)
 
     @cached_property
     def noise(self) -> tuple[float, ...]:

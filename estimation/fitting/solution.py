@@ -15,16 +15,11 @@ from axisid.estimation.checks import told_or, unless_faulty
 from axisid.estimation.choices import SQUARES
 from axisid.estimation.parameters import Unknowns, are_starts, axis_at, least_within
 from axisid.estimation.predictions import Predictions
+from axisid.estimation.problems import Held
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Form, widened
+from axisid.estimation.regression import Applied, Autoregression, Form, widened
 from axisid.estimation.searches import Elsewhere, Found, Search, Weighing, passed_as_low
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.estimation.told_by_outputs import (
-    Autoregression,
-    Scattering,
-    Unseen,
-    unseen_directions,
-)
 from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
@@ -41,6 +36,7 @@ from .spread import (
 )
 from .starting import Searched
 from .twins import RecordLoops, calibrated_covariance, outputs_by_noise
+from .unseen import Unseen, unseen_directions
 
 _OF_POSITION = 16  # twins with noise of the position alone
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
@@ -348,7 +344,7 @@ class FitSolution:
         return np.hstack(moved)
 
     @cached_property
-    def coloured(self) -> Scattering:
+    def coloured(self) -> Applied:
         """By coloured errors, of every free parameter, as if no bound were there."""
         scores = self.at_liberty
         if self.horizon is None:
@@ -489,13 +485,20 @@ class FitSolution:
         return cut_interval(at, at + beyond * wide, wide, side)
 
     @cached_property
-    def beyond(self) -> dict[str, float]:
-        """How far beyond its bound each parameter at one would be, in deviations, by name."""
-        found = {}
-        for j, (centre, deviation) in self.without_bounds.items():
-            past = float(self.sides[j]) * (centre - float(self.physical[j]))
-            found[self.unknowns.names[j]] = max(past, 0.0) / deviation if deviation > 0 else 0.0
-        return found
+    def held(self) -> tuple[Held, ...]:
+        """Parameters at their bounds, and what each would be without its own."""
+        return tuple(
+            Held(
+                name=self.unknowns.names[j],
+                unit=self.unknowns.quantities[j].unit,
+                bound=float(self.physical[j]),
+                is_lower=bool(self.sides[j] < 0),
+                free=centre,
+                deviation=deviation,
+                reach=self.one_sided(j)[int(self.sides[j] < 0)],
+            )
+            for j, (centre, deviation) in self.without_bounds.items()
+        )
 
 
 def cut_interval(bound: float, centre: float, deviation: float, side: int) -> tuple[float, float]:

@@ -23,17 +23,17 @@ from scipy.linalg import block_diag
 from axisid.estimation.parameters import Unknowns
 from axisid.estimation.predictions import Predictions, record_rows
 from axisid.estimation.records import Record
-from axisid.estimation.searches import Found, Weighing
-from axisid.estimation.thresholds import MIN_SHOWN
-from axisid.estimation.told_by_outputs import (
+from axisid.estimation.regression import (
+    Applied,
     Autoregression,
-    Scattering,
     added,
     autoregression_of,
     by_colour,
     by_windows,
     larger,
 )
+from axisid.estimation.searches import Found, Weighing
+from axisid.estimation.thresholds import MIN_SHOWN
 from axisid.support.arrays import Array
 
 MIN_MOVED_BY_START = 1.0  # deviations by the start of a loop, were that free, which then count
@@ -110,27 +110,32 @@ class Scores:
             for spans, period in zip(self.spans, self.periods, strict=True)
         )
 
-    def coloured(self) -> Scattering:
+    def coloured(self) -> Applied:
         """Covariance for errors that follow autoregressions and, as twins', no less, (k, k)."""
         columns, found = self.jacobian @ self.inverse, []
         for r, rows in enumerate(map(record_rows, self.spans)):
             curved = self.curvature[rows, None] * self.jacobian[rows]
             found.append(self._of_record(columns, r, float(np.sum(columns[rows] * curved))))
-        return added(found).beside(self.by_known())
+        return self._with_known(*found)
 
-    def _of_record(self, columns: Array, r: int, taken: float) -> Scattering:
+    def _of_record(self, columns: Array, r: int, taken: float) -> Applied:
         """Of columns (n, j) and a record's errors, of which a fit took so many degrees."""
         spans, twins = self.spans[r], self.twins
         used = int(self.counted[record_rows(spans)].sum())
         found = by_colour(columns, self.autoregressions[r], spans, used, taken)
         return found if twins is None else larger(found, columns, twins, spans)
 
-    def by_windows(self) -> Scattering:
+    def by_windows(self) -> Applied:
         """Covariance by the scatter over stretches that are windows of an open loop, (k, k)."""
         windows = [rows for spans in self.spans for rows in spans]
         columns = self.jacobian @ self.inverse
         taken = float(columns.shape[1])
-        return by_windows(columns, self.errors, windows, taken).beside(self.by_known())
+        return self._with_known(by_windows(columns, self.errors, windows, taken))
+
+    def _with_known(self, *found: Applied) -> Applied:
+        """Independent covariances with that of what was known, which is sure."""
+        known = self.by_known()
+        return added([*found, Applied(matrix=known, freedom=np.full(len(known), np.inf))])
 
     def independent(self) -> Array:
         """Covariance for independent errors, of each record its own variance, (k, k)."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, build
-from axisid.estimation.diagnostics import alignment_in
+from axisid.estimation.checks import unless_faulty
 from axisid.estimation.diagnostics.loop import Alignment
 from axisid.estimation.estimates import Estimate, student_interval
 from axisid.estimation.records import Record
@@ -223,7 +223,7 @@ def check_time(declared: Axis, record: Record, name: str, *, by_law: bool = True
 
 def _alignment(declared: Axis, result: Identification, name: str) -> Alignment:
     """The alignment of an identification, where it tells the time."""
-    found = alignment_in(result.case)
+    found = unless_faulty(lambda: result.case.parts[0].alignment)
     if isinstance(found, Missing) or found.at_the_end:
         why = "the record tells no delay between force and motion"
         raise EstimationError(

@@ -7,8 +7,6 @@ sentence. Knows nothing of verdicts.
 from .scores import RecordScores as RecordScores, scores_of as scores_of
 from .search import (
     Lack as Lack,
-    amount as amount,
-    found_beside as found_beside,
     lacking as lacking,
     scores_at as scores_at,
     sentence as sentence,

@@ -118,13 +118,8 @@ class RecordScores:
         return self.signals is not self.data.signals
 
     @cached_property
-    def net(self) -> Array:
-        """Residuals of the record beyond twins' and less what is in the basis, (n,)."""
-        return np.asarray(self.nets[:, 0])
-
-    @cached_property
     def nets(self) -> Array:
-        """The same of the record and of its twins, (n, 1 + R)."""
+        """Residuals beyond twins', less what is in the basis, of record and twins, (n, 1 + R)."""
         nets = self.residuals - self.basis @ self._in_basis
         if self.twins:
             nets -= nets[:, 1:].mean(axis=1, keepdims=True)
@@ -158,7 +153,7 @@ class RecordScores:
         span = instruments.reshape(len(instruments), -1)
         u, cut, _ = np.linalg.svd(span - self.basis @ (self.basis.T @ span), full_matrices=False)
         u = u[:, cut > _SPAN * cut[0]]
-        left, taken = u.T @ self.net, list[float]()
+        left, taken = u.T @ self.nets[:, 0], list[float]()
         for own in np.moveaxis(columns, 1, 0):
             seen = u.T @ (own - self.basis @ (self.basis.T @ own))
             taken.append(float(left @ seen @ np.linalg.lstsq(seen, left)[0]))
@@ -223,7 +218,7 @@ class RecordScores:
         if not powers[place] > 0:
             return p_values, spread
         block = columns[:, place] - self.basis @ (self.basis.T @ columns[:, place])
-        residuals = self.net
+        residuals = self.nets[:, 0]
         away = own[place] @ values[place]
         chances = []
         for left in (residuals - block @ values[place], residuals):

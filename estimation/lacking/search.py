@@ -47,6 +47,12 @@ _PLACES = 5  # from one row to the next but one
 # at most 4e-7 without noise, 5e-3 and more on wrong models that residuals tell
 _NEGLIGIBLE_RESIDUAL = 1e-4
 _MOST = 3  # that are told
+#: By kind of what is no term: the check that tells it.
+_CHECKS = {
+    "late signal": "recorded signals",
+    "scaled signal": "recorded signals",
+    "outlier": "outliers",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,11 +78,14 @@ class Hypothesis:
         That its chance is no smaller than: of places that were chosen by what is left.
     is_whole : bool
         Whether the columns are the whole of it, so that its place alone tells how much.
+    unit : str
+        Of its size; empty where none is told.
     """
 
     kind: str
     columns: Callable[[Array], Array]
     parameter: str = ""
+    unit: str = ""
     places: Array = field(default_factory=lambda: np.array([np.nan]))
     measured: Callable[[Array], Array] | None = None
     between: Callable[[Array, float], Array] | None = None
@@ -107,6 +116,7 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
     found = [
         Hypothesis(
             kind=term.kind,
+            unit=term.unit.format(force=axis.coordinate.force_unit, unit=axis.coordinate.unit),
             places=_of_user(term, partial(term.places, scores.along)),
             columns=partial(_columns, term, most, scores.along),
             measured=partial(_columns, term, most, scores.measured),
@@ -117,7 +127,12 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
         if scores.twins or not term.is_of_force
     ]
     held = [  # parameters that have a value which the record did not tell
-        Hypothesis(kind="held", parameter=q.name, columns=partial(_once, scores.regressor[:, [j]]))
+        Hypothesis(
+            kind="held",
+            parameter=q.name,
+            unit=str(q.unit),
+            columns=partial(_once, scores.regressor[:, [j]]),
+        )
         for j, q in enumerate(data.axis.parameters)
         if j not in scores.free
     ]
@@ -168,24 +183,27 @@ def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
 
 def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
     """Each parameter, and the drive gain, as it drifts or is another from some time on."""
-    of = {q.name: scores.regressor[:, j] for j, q in enumerate(scores.data.axis.parameters)}
+    parameters = [(q.name, str(q.unit)) for q in scores.data.axis.parameters]
+    of = dict(zip(parameters, scores.regressor.T, strict=True))
     if commanded:
-        of[GAIN] = scores.along.reduce(scores.along.force)
+        of[GAIN, "times"] = scores.along.reduce(scores.along.force)
     times = scores.data.times_of_rows
     places = times[0] + (times[-1] - times[0]) * np.linspace(_TRIMMED, 1 - _TRIMMED, _TIMES)
     return [
         hypothesis
-        for name, column in of.items()
+        for (name, unit), column in of.items()
         if column.any()  # else nothing that these rows could show of it changes
         for hypothesis in (
             Hypothesis(
                 kind="drift",
                 parameter=name,
+                unit=unit,
                 columns=partial(_once, column[:, None] * drifts(times)),
             ),
             Hypothesis(
                 kind="change",
                 parameter=name,
+                unit=unit,
                 columns=partial(_from, column, times),
                 places=places,
                 between=_between,
@@ -288,6 +306,7 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
         Hypothesis(
             kind="outlier",
             parameter=role,
+            unit=expected_units(role, data.axis.axis)[0],
             columns=partial(_pulses, by, columns[role], role),
             places=np.unique(places),
             least=chance,
@@ -343,6 +362,8 @@ class Lack:
         The same beside what the parameters make of it, by which it matters.
     p_value : float
         Over all its places.
+    unit : str
+        Of its size; empty where none is told.
     """
 
     kind: str
@@ -354,16 +375,17 @@ class Lack:
     share: float
     own_share: float
     p_value: float
+    unit: str = ""
 
     @property
-    def is_of_signal(self) -> bool:
-        """Whether a recorded signal is wrong, and not the model."""
-        return self.kind in ("late signal", "scaled signal")
+    def size(self) -> float:
+        """How much of it there is, in its unit: of several columns that of all."""
+        return self.values[0] if len(self.values) == 1 else float(np.linalg.norm(self.values))
 
     @property
-    def is_outlier(self) -> bool:
-        """Whether it is a single sample of a signal, and not the model."""
-        return self.kind == "outlier"
+    def check(self) -> str:
+        """Name of the check that tells it: a signal, or a sample of one, may be wrong."""
+        return _CHECKS.get(self.kind, "missing terms")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -411,20 +433,9 @@ def scores_at(
 @of_found
 def lacking(
     scores: RecordScores,
-    preferred: Estimate,
+    half_widths: Array,
     records: int = 1,
     levels: Levels = DEFAULT_LEVELS,
-) -> tuple[Lack, ...]:
-    """What the judged estimate's model lacks on a record, one of several, the strongest first."""
-    half = np.array([np.ptp(value.interval) / 2 for value in preferred.parameters.values()])
-    return found_beside(scores, half, records, levels)
-
-
-def found_beside(
-    scores: RecordScores,
-    half_widths: Array,
-    records: int,
-    levels: Levels,
 ) -> tuple[Lack, ...]:
     """What is found beside a model, the name that explains most first.
 
@@ -550,12 +561,13 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Lack:
         share=float(np.linalg.norm(made_by) / (np.linalg.norm(scores.force) or 1.0)),
         own_share=name.share,
         p_value=name.p_value,
+        unit=name.hypothesis.unit,
     )
 
 
 def sentence(lack: Lack, axis: GeneratedAxis, record: Record) -> str:
     """What is missing, changes or is logged wrongly, how much of it, and what to do about it."""
-    size, deviation, unit = amount(lack, axis)
+    size, deviation, unit = lack.size, lack.deviation, lack.unit
     kind, name, part = lack.kind, lack.parameter, of_force(lack.share)
     by = f"{size:+.3g} +- {deviation:.1g} {unit}".rstrip()
     if not name:
@@ -563,7 +575,7 @@ def sentence(lack: Lack, axis: GeneratedAxis, record: Record) -> str:
         return f"{what}{f', {by}' * bool(unit)}: {advice} ({part})"
     held_by = f"{abs(size):.3g} +- {deviation:.1g} {unit}".rstrip()
     changed = by + (f" ({100 * size / lack.before:+.2g} %)" if lack.before else "")
-    sample = int(lack.at) if lack.is_outlier else 0
+    sample = int(lack.at) if kind == "outlier" else 0
     return first_case(
         (
             kind == "scaled signal",
@@ -576,7 +588,7 @@ def sentence(lack: Lack, axis: GeneratedAxis, record: Record) -> str:
             f"the force that it makes ({part})",
         ),
         (
-            lack.is_outlier,
+            kind == "outlier",
             f"the {name} leaves its course by {size:+.3g} +- {deviation:.1g} {unit} at sample "
             f"{sample + 1}, {record.time[sample] - record.time[0]:.6g} s after the first ({part})",
         ),
@@ -595,21 +607,6 @@ def sentence(lack: Lack, axis: GeneratedAxis, record: Record) -> str:
             "and after by itself, or find what was changed there",
         ),
     )
-
-
-def amount(lack: Lack, axis: GeneratedAxis) -> tuple[float, float, str]:
-    """How much of it there is, its deviation, and their unit."""
-    values, deviation = np.array(lack.values), lack.deviation
-    size = float(np.linalg.norm(values)) if len(values) > 1 else float(values[0])
-    if not lack.parameter:
-        q = axis.axis.coordinate
-        unit = TERMS[lack.kind].unit.format(force=q.force_unit, unit=q.unit)
-    elif lack.is_outlier:
-        unit = expected_units(lack.parameter, axis.axis)[0]
-    else:
-        units = {p.name: str(p.unit) for p in axis.parameters} | {GAIN: "times"}
-        unit = units.get(lack.parameter, "")
-    return size, deviation, unit
 
 
 def of_force(share: float) -> str:

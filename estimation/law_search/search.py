@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.diagnostics.law import GainsBeside, compared_as
+from axisid.estimation.diagnostics.law import LawByGains, compared_as
 from axisid.estimation.loops import (
     LawAlong,
     LawTicks,
@@ -201,11 +201,11 @@ class _AlongRecord:
             return None  # a negative time
         return float(np.linalg.norm(control - regressor @ (values / sizes))), law
 
-    def _beside(self, law: ControlLaw) -> GainsBeside:
+    def _by_gains(self, law: ControlLaw) -> LawByGains:
         """A law beside the control of the rows that gains are found from."""
         smooth = compared_as(law, self.record)
         along = LawAlong.of(self.axis, law, self.ticks, self.record)
-        return GainsBeside(
+        return LawByGains(
             along=along,
             point=along.declared,
             compared=lambda values: smooth(values)[self.used],
@@ -218,7 +218,7 @@ class _AlongRecord:
         None where it does not explain the control at all. Deviations are of the gains that the
         record tells apart.
         """
-        best, smooth = self._beside(law).best([*law.gains]), compared_as(law, self.record)
+        best, smooth = self._by_gains(law).best([*law.gains]), compared_as(law, self.record)
         along, gains = best.along, best.gains
         control, off = smooth(along.control), smooth(along.control - along.output(best.point))
         left = [
@@ -255,9 +255,9 @@ class _AlongRecord:
 
     def _left(self, law: ControlLaw) -> float:
         """What a law leaves of the rows as it is; infinite where it runs away along them."""
-        beside = self._beside(law)
-        off = beside.along.control - beside.along.output(beside.point)
-        left = float(np.linalg.norm(beside.compared(off)))
+        by_gains = self._by_gains(law)
+        off = by_gains.along.control - by_gains.along.output(by_gains.point)
+        left = float(np.linalg.norm(by_gains.compared(off)))
         return left if np.isfinite(left) else np.inf
 
 

@@ -4,6 +4,14 @@ In: `Signals`. Out: `Equations`, `Solution`, `Covariance`.
 Knows nothing of verdicts.
 """
 
+from .coloured_errors import (
+    Autoregression as Autoregression,
+    added as added,
+    autoregression_of as autoregression_of,
+    by_colour as by_colour,
+    by_windows as by_windows,
+    larger as larger,
+)
 from .covariance import (
     Classical as Classical,
     Covariance as Covariance,

@@ -145,7 +145,7 @@ class Applied:
 
     matrix: Array
     freedom: Array
-    description: str
+    description: str = ""
     widened: NDArray[np.bool_] | None = None
 
 

@@ -32,7 +32,7 @@ from axisid.support.missing import Missing
 from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import quoted
 
-from .reestimate import Reestimate, least_mean_square
+from .reestimate import least_mean_square, reestimated
 from .validation import MethodValidation, Validation
 
 
@@ -219,7 +219,7 @@ def _validation(
         if tracking is None
         else _own_tracking(own_data, frozen.theta),
         least_equation_error_percent=equation * chance,
-        reestimate=None if again is None else Reestimate.of(frozen, again, levels),
+        reestimate=None if again is None else reestimated(frozen, again, levels),
     )
 
 

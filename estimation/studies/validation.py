@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.choices import check_among
-from axisid.estimation.diagnostics import Checked
+from axisid.estimation.diagnostics import Checked, Difference
 from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MIN_COMMON_SAMPLES
@@ -13,8 +13,6 @@ from axisid.support.arrays import Exact
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.remedy import Note, Remedy, Setting
-
-from .reestimate import Reestimate
 
 _REPEATED = "repeated records"
 _MAX_VALIDATION_ERROR_RATIO = 2.0  # equation error on another record by that on the own one
@@ -51,7 +49,7 @@ class MethodValidation:
         is of a result that was read from a file.
     least_equation_error_percent : float or None
         The equation error less what chance may make of it in so short a record.
-    reestimate : Reestimate or None
+    reestimate : Difference or None
         What the record itself says of the parameters; None where it cannot.
     """
 
@@ -65,7 +63,7 @@ class MethodValidation:
     own_simulation_error_percent: float | None = None
     own_tracking_error_percent: float | None = None
     least_equation_error_percent: float | None = None
-    reestimate: Reestimate | None = None
+    reestimate: Difference | None = None
 
     @property
     def holds(self) -> bool:
@@ -161,7 +159,7 @@ class Validation(Checked, Presentable, Exact):
             ("of the tracking error", "%"): tuple(v.tracking_error_percent for v in self),
             ("parameters anew", "%"): tuple(
                 # Of the record that they are of, rounding alone is left.
-                None if v.reestimate is None else round(v.reestimate.share_percent, 6)
+                None if v.reestimate is None else round(v.reestimate.apart.share_percent, 6)
                 for v in self
             ),
         }
@@ -280,10 +278,12 @@ class Validation(Checked, Presentable, Exact):
         changed = {method: each for method, each in again.items() if each.changed}
         said = None
         if changed:
-            most = max(changed.values(), key=lambda each: each.share_percent)
+            most = max(changed.values(), key=lambda each: each.apart.share_percent)
+            told = most.explained.told("this record", "the estimate's own")
             said = Note(
                 f"{', '.join(changed)}: does not hold on this record: estimated anew "
-                f"{most.text()}, which makes {most.share_percent:.2g} % of the force; check the "
+                f"{told}, which makes "
+                f"{most.apart.share_percent:.2g} % of the force; check the "
                 "load and what has changed, or whether friction and motion are beyond what the "
                 "model says"
             )
@@ -291,7 +291,7 @@ class Validation(Checked, Presentable, Exact):
             "records alike",
             said,
             "estimated anew no parameter differs by more than chance",
-            max(each.share_percent for each in again.values()),
+            max(each.apart.share_percent for each in again.values()),
             100 * self.levels.least_share,
         )
 

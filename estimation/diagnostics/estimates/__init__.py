@@ -10,6 +10,7 @@ from .excitation import (
     excitation as excitation,
     fixed_check as fixed_check,
     gain_check as gain_check,
+    held_check as held_check,
     nominal_check as nominal_check,
     precision as precision,
     precision_check as precision_check,
@@ -25,7 +26,7 @@ from .method import (
     forms_check as forms_check,
     method_check as method_check,
     moved_by_steps as moved_by_steps,
-    prefers_instruments as prefers_instruments,
     strength_check as strength_check,
     tests_of_instruments as tests_of_instruments,
+    vaguer as vaguer,
 )

@@ -303,7 +303,7 @@ def within_bounds(
     declared = [p for name, p in bounded.items() if p.is_bounded and name in values]
     outside = [p for p in declared if not p.is_inside(values[p.name].corrected)]
     if held and not outside:
-        return _held_check(held, cause)
+        return held_check(held, cause)
     if not declared:
         return Missing("no parameter is declared with bounds")
     reaching = [values[p.name].interval for p in outside]
@@ -330,8 +330,16 @@ def within_bounds(
     )
 
 
-def _held_check(held: Sequence[Held], cause: Note | None) -> Check:
-    """Parameters at their bounds: what chance takes there, or what contradicts the bound."""
+def held_check(held: Sequence[Held], cause: Note | None = None) -> Check:
+    """Parameters at their bounds: what chance takes there, or what contradicts the bound.
+
+    Parameters
+    ----------
+    held : sequence of Held
+        One at least.
+    cause : Note, optional
+        What to blame before signs and units.
+    """
     farthest = max(each.distance for each in held)
     against = farthest > MIN_DISTANCE_FROM_NOISE.value
     listed = "; ".join(each.text for each in held)

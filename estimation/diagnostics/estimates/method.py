@@ -86,7 +86,7 @@ def method_check(
             "estimate but for chance",
             lambda moved, listed: (
                 f"idm-iv differs from didim, {listed}: "
-                f"{_whom(_vaguer(moved, estimates['idm-iv'], estimates['didim']), law_passed)}"
+                f"{_whom(vaguer(moved, estimates['idm-iv'], estimates['didim']), law_passed)}"
             ),
         ),
         _by_difference(
@@ -161,32 +161,25 @@ def _parting(name: str, each: HausmanTest, other: Estimate) -> str:
     return f"{name} by {each.difference:+.2g} {value.unit} ({percent}{each.shift:.2g} deviations)"
 
 
-def prefers_instruments(
-    found: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate, levels: Levels
-) -> bool:
-    """Whether instruments are to be believed though the control is the law's.
+def vaguer(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> list[str]:
+    """What DIDIM knows less of among the parameters that the two part in.
 
-    They differ from DIDIM in what they know more of: the encoder's steps, or a force that the
-    model lacks, move both.
+    In these instruments are to be believed though the control is the law's: they differ from DIDIM
+    in what they know more of. The encoder's steps, or a force that the model lacks, move both.
     """
-    return bool(_vaguer(parted(found, levels.level), iv, didim))
-
-
-def _vaguer(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> list[str]:
-    """What DIDIM knows less of among the parameters that the two part in."""
     return [
         name for name in moved if didim.parameters[name].deviation > iv.parameters[name].deviation
     ]
 
 
-def _whom(vaguer: Sequence[str], law_passed: bool | None) -> str:
+def _whom(less_sure: Sequence[str], law_passed: bool | None) -> str:
     """Which of the two a control law speaks for, on which DIDIM alone rests."""
     why = "could not be checked" if law_passed is None else "is not the declared one"
     return first_case(
         (
-            law_passed and vaguer,
+            law_passed and less_sure,
             "the encoder's steps, or a force that the model lacks, move both, and didim is the "
-            f"vaguer in {', '.join(vaguer)}, so the verdict is of the instruments",
+            f"vaguer in {', '.join(less_sure)}, so the verdict is of the instruments",
         ),
         (
             law_passed,

@@ -4,14 +4,13 @@ In: an axis and a record. Out: `LawCheck`, with what would mend it.
 Knows nothing of estimates, and of what the loop makes of the law.
 """
 
-from .by_runs import GainsBeside as GainsBeside
+from .by_runs import LawByGains as LawByGains
 from .control_law import (
     FoundGains as FoundGains,
     LawCheck as LawCheck,
     check_found_law as check_found_law,
     check_law as check_law,
     first_failing as first_failing,
-    first_law as first_law,
     law_check as law_check,
 )
 from .terms import compared_as as compared_as

@@ -28,7 +28,7 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 
-from .sentences import WHICH_LAW
+from .sentences import off_text, scale_text
 from .terms import compared_as, hac_fit, noisy_ticks
 
 # of a control, and of what other gains do not change of it; less tells nothing of a gain
@@ -36,12 +36,15 @@ _MIN_GAIN_TOLD_APART = 1e-4
 # residual with one gain changed, by that with another; up to it, either may be wrong
 _MAX_SAME_RESIDUAL = 1.1
 
+# what a law leaves of the control by what the log leaves open, up to which it may be right: of
+# right laws behind logs that round to 1 to 20 um it is 0.6 to 1.1 times that
+MOST_OPEN = MIN_DISTANCE_FROM_NOISE.value
 _DRAWS = 3  # of what the log's last digit leaves open
 _LARGEST = 5.0  # logarithm of a change that is told to first order
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class GainsBeside:
+class LawByGains:
     """A law beside the recorded control, by its gains.
 
     Attributes
@@ -75,7 +78,7 @@ class GainsBeside:
         law: ControlLaw,
         record: Record,
         used: NDArray[np.bool_],
-    ) -> "GainsBeside":
+    ) -> "LawByGains":
         """A law beside a record of one piece, with a reference and a control.
 
         Parameters
@@ -118,20 +121,38 @@ class GainsBeside:
         declared, gains = self.along.law.gains, self.gains
         return {name: gains[name] / (declared[name] or 1.0) for name in self.free}
 
-    def best(self, names: Sequence[str]) -> "GainsBeside":
+    def best(self, names: Sequence[str]) -> "LawByGains":
         """The same with the values of such gains that give the recorded control best."""
         every = [*self.along.law.gains]
         free = [every.index(name) for name in names]
         point = self.along.fitted(self.point, self.compared, free)
         return replace(self, point=point, free=tuple(names))
 
-    @property
-    def flipped(self) -> "GainsBeside":
-        """The same beside the control of the other sign."""
-        along = replace(self.along, control=-self.along.control)
+    def of_control(self, times: float) -> "LawByGains":
+        """The same beside a control of which the recorded one is so many times."""
+        along = replace(self.along, control=self.along.control / times)
         return replace(self, along=along, point=along.fitted(along.declared, self.compared, ()))
 
-    def unless_rounded(self) -> "GainsBeside":
+    @cached_property
+    def scale(self) -> "tuple[float, LawByGains] | None":
+        """How many times the law's the recorded control is, where that explains it by any gains.
+
+        With the law beside the control without it; -1 for one of the other sign.
+        """
+        every = map(self.compared, (self.along.output(self.point), self.along.control))
+        output, control = self._besides_start(np.column_stack([*every])).T
+        power = float(output @ output)
+        times = float(output @ control) / power if power > 0 else 0.0
+        if not np.isfinite(times) or times == 0 or abs(times - 1) < MAX_SCALE_ERROR.value:
+            return None
+        times = times if times > 0 else -1.0
+        scaled = self.of_control(times)
+        # What the log rounds is open besides.
+        most = max(MAX_LAW_RESIDUAL.value, MOST_OPEN * self.open_percent)
+        explains = scaled.percent < most and (times < 0 or not scaled.off)
+        return (times, scaled) if explains else None
+
+    def unless_rounded(self) -> "LawByGains":
         """The same without a rounding that the record refutes.
 
         A reference that its maker computes in whole steps looks like one that the log rounded, and
@@ -235,7 +256,7 @@ class GainsBeside:
             scatter = scatter + np.mean([np.outer(m, m) for m in moved], axis=0)
         return named, fit.theta, scatter
 
-    def least_change(self) -> "tuple[GainsBeside, ...]":
+    def least_change(self) -> "tuple[LawByGains, ...]":
         """The same with the fewest other gains with which none is off; the best if none is enough.
 
         Several where other single gains explain the control as well.
@@ -250,15 +271,6 @@ class GainsBeside:
                 return (best,) if free else tuple(sorted(alike, key=lambda each: each.percent))
             free = best.free
         return (best,)
-
-    @property
-    def said(self) -> str:
-        """In words: ``kp is 1.1 times the declared one, 44 for 40``."""
-        return " and ".join(
-            f"{name} is {times:.4g} times the declared one, {self.gains[name]:.5g} for "
-            f"{self.along.law.gains[name]:.5g}"
-            for name, times in self.times.items()
-        )
 
     @cached_property
     def _off(self) -> Array:
@@ -277,28 +289,42 @@ class GainsBeside:
         return np.asarray(columns - basis @ (basis.T @ columns))
 
 
-def said_of_gains(beside: GainsBeside, start: str) -> tuple[str, GainsBeside | None]:
-    """The least change of gains that explains the control, in words, and the law with it."""
-    law = beside.along.law
-    changes = beside.least_change() if law.gains else ()
+def said_of_gains(by_gains: LawByGains) -> tuple[str, LawByGains | None]:
+    """The least change of gains that explains the control, in words, and the law with it.
+
+    A control that is recorded with another scale is what such a gain may make of it too.
+    """
+    declared, said = by_gains.along.law.gains, ""
+    changes = by_gains.least_change() if declared else ()
     best = changes[0] if changes else None
-    if best is None or best.percent > MAX_LAW_RESIDUAL.value or best.off:
-        return (
-            f"{start}no change of its gains explains it; check how it forms the velocity, its "
-            f"filters, its limits and anti-windup, the period and the noise; {WHICH_LAW}",
-            None,
+    if best is not None and best.percent < MAX_LAW_RESIDUAL.value and not best.off:
+        ways = "; or ".join(
+            " and ".join(
+                f"{name} is {times:.4g} times the declared one, {change.gains[name]:.5g} for "
+                f"{declared[name]:.5g}"
+                for name, times in change.times.items()
+            )
+            for change in changes
         )
-    ways = "; or ".join(change.said for change in changes)
-    these = "that" if len(best.free) == 1 else "these"
-    rest = first_case(
-        (len(changes) > 1, "the record does not tell which"),
-        (
-            len(law.gains) > len(best.free),
-            f"and every other gain is right; declare {these}",
-        ),
-        (True, f"declare {these}"),
-    )
-    return f"{start}{ways}, {rest}", best
+        these = "that" if len(best.free) == 1 else "these"
+        rest = first_case(
+            (len(changes) > 1, "the record does not tell which"),
+            (
+                len(declared) > len(best.free),
+                f"and every other gain is right; declare {these}",
+            ),
+            (True, f"declare {these}"),
+        )
+        said = f"{ways}, {rest}"
+    else:
+        best = None
+    if by_gains.scale is not None:
+        times, scaled = by_gains.scale
+        other = scale_text(times, f", with which it would be {off_text(scaled.percent)}")
+        said = (
+            f"{said}; or {scale_text(times)}: the law alone does not tell which" if said else other
+        )
+    return said, best
 
 
 def _told_apart(columns: Array, size: float) -> list[int]:

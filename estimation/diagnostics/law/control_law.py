@@ -1,8 +1,9 @@
 """The declared control law against what the drive did.
 
 The recorded control is regressed on the law's own terms, computed from the recorded reference and
-position, and on a test signal that was added to it. Every factor must be 1. What they are instead
-tells the fault: millimetres for metres, a flipped sign, another gain, another clock, a delay. A law
+position, and on a test signal that was added to it. Every factor must be 1. A law that fails is run
+with other gains, and held against a control of another scale, which tells the fault: another gain,
+millimetres for metres, a flipped sign; so are another clock and a delay. A law
 that takes an ideal sensor's velocity is compared after a zero-phase low-pass of both sides, since
 that velocity is not recorded; the identification's own filter plays no part.
 
@@ -12,7 +13,7 @@ is held against the control with the gains that the control itself asks for; wha
 then be those, as surely as both are known.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -36,22 +37,21 @@ from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.missing import Missing, of_found
 from axisid.support.remedy import Note, Remedy
 
-from .by_runs import GainsBeside, said_of_gains
+from .by_runs import MOST_OPEN, LawByGains, said_of_gains
 from .sentences import (
     MAX_FACTOR_ERROR,
-    are_alike,
-    large_fault,
+    TEST_SIGNAL,
+    WHICH_LAW,
+    is_near,
     late_note,
+    lean_text,
     off_text,
-    one_gain,
-    remedy_by_test_signal,
     repair_of,
-    small_fault,
+    test_signal_text,
 )
 from .terms import (
     CONSTANT,
     INJECTED,
-    LawReading,
     best_shift,
     compared_with_law,
     fitted_factors,
@@ -69,9 +69,6 @@ from .terms import (
 # least deviation of a factor of a law that reads an ideal velocity, which is in no log: measured,
 # up to 2.4e-4 off on twins without noise, 1e-5 to 1e-4 on whole ones
 _FACTOR_BLUR = 1e-4
-# what a law leaves of the control by what the log leaves open, up to which it may be right: of
-# right laws behind logs that round to 1 to 20 um it is 0.6 to 1.1 times that
-_MOST_OPEN = MIN_DISTANCE_FROM_NOISE.value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,14 +133,6 @@ class LawCheck:
         return explained and bool(self.factors) and min(self.factors.values()) > 0
 
 
-def first_law(records: Sequence[tuple[GeneratedAxis, Record]]) -> LawCheck | Missing:
-    """The check of the first of several records that fails it, else that of the first of all.
-
-    Each record comes with its axis, whose law may have gains that are known of it.
-    """
-    return first_failing([check_law(axis, record) for axis, record in records])
-
-
 def first_failing(laws: Sequence[LawCheck | Missing]) -> LawCheck | Missing:
     """The first check that fails its record, those before that factors tell; else the first."""
     failing = [each for each in laws if isinstance(each, LawCheck) and not each.passed]
@@ -159,22 +148,21 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     if incomparable is not None:
         return incomparable
     uneven = is_uneven(record)
-    told = list[tuple[LawCheck, str, Record]]()
+    first = _compared(axis, law, record, advises=not uneven)
+    if isinstance(first, Missing) or first.passed or not uneven:
+        return first
+    told = [(first, "", record)]
     # Where times are uneven, a law may have read something else than the samples.
-    own: LawReading = ("", record, None)
-    for said, read, remedy in (own, *(other_readings(record) if uneven else ())):
+    for said, read, remedy in other_readings(record):
         found = _compared(axis, law, read, advises=False)
-        if isinstance(found, LawCheck):
-            told.append((found, said, read))
-        if not told or (told[0][0].passed and len(told) == 1):
-            return found
         if isinstance(found, LawCheck) and found.passed:
-            as_it_is = f"it is {told[0][0].residual_percent:.2g} % off as the record has them"
+            as_it_is = f"it is {first.residual_percent:.2g} % off as the record has them"
             meaning = f"{found.meaning}, {said}; {as_it_is}" + ": " * (remedy is not None)
             return replace(found, meaning=meaning, remedy=remedy)
+        told += [(found, said, read)] if isinstance(found, LawCheck) else []
     best, said, nearest = min(told, key=lambda each: each[0].unexplained)
     off = float(best.residual_percent or 0.0)
-    left = open_for_jitter(axis, record, off) if uneven else None
+    left = open_for_jitter(axis, record, off)
     if left is not None and best.unexplained >= MAX_LAW_RESIDUAL.value:
         return Missing(
             "the record's samples are off even times, and what the law read between them, noise "
@@ -200,7 +188,7 @@ def _compared(
         return Missing("the control is at the drive's limit, or masked, nearly all the time")
     left_open = left_open_percent(axis, record, used)
     declared = residual_percent(control, terms, used)
-    if left_open > MAX_LAW_RESIDUAL.value and declared < _MOST_OPEN * left_open:
+    if left_open > MAX_LAW_RESIDUAL.value and declared < MOST_OPEN * left_open:
         return Missing(
             f"the record is sampled every {record.period:.6g} s, the control law runs every "
             f"{law.period:.6g} s, and what it reads between the samples, noise above all, leaves "
@@ -209,14 +197,16 @@ def _compared(
     shift = best_shift(terms.sum(axis=1), control, used)
     # An integral shows its start along the whole record, and wrong gains move what starts it.
     by_terms = law.is_polynomial and not law.balanced and not hides_command(axis)
+    by_products = not law.gains or by_terms
     told = (
-        _by_products(axis, law, record, control, terms, used)
-        if not law.gains or by_terms
+        _by_products(law, record, control, terms, used)
+        if by_products
         else _by_gains(axis, law, record, used, shift)
     )
     if isinstance(told, Missing):
         return told
-    (check, faulty), declared = told, float(told[0].residual_percent or 0.0)
+    check, off, lean, by_gains = told
+    declared = float(check.residual_percent or 0.0)
     between = f"; what it reads between the samples leaves {left_open:.2g} % open"
     check = replace(
         check,
@@ -227,7 +217,8 @@ def _compared(
     )
     if check.passed or not advises:
         return check
-    explained, fault = faulty(check)
+    by_gains = by_gains or LawByGains.of(axis, law, record, used)
+    explained, fault = _fault(axis, record, check, off, lean, by_gains, by_products=by_products)
     if explained and (repair := repair_of(axis, law, record, explained, shift)):
         said = f"the recorded control is not the declared law's ({off_text(declared)}), but "
         return replace(check, meaning=said + repair.text, remedy=repair.remedy)
@@ -237,12 +228,12 @@ def _compared(
     return fault
 
 
-#: A check that is not worded yet, and what words it where it fails, with what explains the control.
-_Told = tuple[LawCheck, Callable[[LawCheck], tuple[float, LawCheck]]]
+#: A check that is not worded yet, which factors are off, what leans, and the law by its gains where
+#: that was asked.
+_Told = tuple[LawCheck, list[str], dict[str, float], LawByGains | None]
 
 
 def _by_products(
-    axis: GeneratedAxis,
     law: ControlLaw,
     record: Record,
     control: Array,
@@ -263,18 +254,6 @@ def _by_products(
     left, declared = (control - terms.sum(axis=1))[used], residual_percent(control, terms, used)
     lean = lean_of(left, control[used], following)
 
-    def fault(check: LawCheck) -> tuple[float, LawCheck]:
-        simple = bool(one_gain(law, factors)) or are_alike(factors)
-        explained = fitted if fitted is not None and simple else declared
-        if declared < MAX_LAW_RESIDUAL.value:
-            said = small_fault(axis, record, scaled, lean, factors)
-            return explained, replace(check, meaning=said)
-        level = relative_error_percent(left - left.mean(), control[used]) < MAX_LAW_RESIDUAL.value
-        constant = lean.get(CONSTANT) if level else None
-        said = large_fault(law, factors, deviations, declared, fitted, constant)
-        remedy = remedy_by_test_signal(record, fitted, constant)
-        return explained, replace(check, meaning=said, remedy=remedy)
-
     check = LawCheck(
         factors=factors,
         deviations=deviations,
@@ -284,69 +263,86 @@ def _by_products(
         passed=not (scaled or lean),
         meaning="",
     )
-    return check, fault
+    return check, [*scaled], lean, None
 
 
 def _by_gains(
     axis: GeneratedAxis, law: ControlLaw, record: Record, used: NDArray[np.bool_], shift: int
 ) -> _Told | Missing:
     """Of a law that is limited, filtered or has an integral, by runs of it."""
-    beside = GainsBeside.of(axis, law, record, used)
-    declared, left = beside.percent, beside.left
+    by_gains = LawByGains.of(axis, law, record, used)
+    declared, left = by_gains.percent, by_gains.left
     # A shift that explains the control shows through whatever the log rounds.
-    if not shift and _is_hidden(declared, beside):
-        beside = beside.unless_rounded()
-    if not shift and _is_hidden(declared, beside):
+    if not shift and _is_hidden(declared, by_gains):
+        by_gains = by_gains.unless_rounded()
+    if not shift and _is_hidden(declared, by_gains):
         return Missing(
             "what the log rounds of position and reference leaves "
-            f"{beside.open_percent:.2g} % of the declared law's control open"
+            f"{by_gains.open_percent:.2g} % of the declared law's control open"
         )
-    off = beside.off
-    leans = [leaning(each, beside.neighbours)[0] for each in beside.left_open]
+    off = by_gains.off
+    leans = [leaning(each, by_gains.neighbours)[0] for each in by_gains.left_open]
     open_ = MIN_DISTANCE_FROM_NOISE.value * np.abs([np.zeros(2), *leans]).max(axis=0)
-    lean = lean_of(left, beside.compared(beside.along.control), beside.neighbours, open_)
-    large = declared >= MAX_LAW_RESIDUAL.value
-
-    def fault(check: LawCheck) -> tuple[float, LawCheck]:
-        start = f"the recorded control is not the declared law's ({off_text(declared)}): "
-        left_flipped = beside.flipped.percent if large and not shift else np.inf
-        # What the log rounds is open besides.
-        if left_flipped < max(MAX_LAW_RESIDUAL.value, _MOST_OPEN * beside.open_percent):
-            said = (
-                f"{start}its sign is opposite to the law's, with which it would be "
-                f"{off_text(left_flipped)}; check the sign of the control or of the positions"
-            )
-            return 0.0, replace(check, factors={}, meaning=said)
-        if not large:
-            start = "the recorded control is the declared law's but for its gains: "
-        said, change = said_of_gains(beside, start)
-        explained = declared if change is None or len(change.free) > 1 else change.percent
-        if not (off or large):
-            return explained, replace(check, meaning=small_fault(axis, record, {}, lean, {}))
-        if change is None:
-            remedy = remedy_by_test_signal(record, None) if large else None
-            return explained, replace(check, factors={}, meaning=said, remedy=remedy)
-        factors = {**dict.fromkeys(beside.asked, 1.0), **change.times}
-        return explained, replace(
-            check, factors=factors, fitted_residual_percent=change.percent, meaning=said
-        )
-
+    lean = lean_of(left, by_gains.compared(by_gains.along.control), by_gains.neighbours, open_)
     check = LawCheck(
-        factors={name: value for name, (value, _) in beside.asked.items()},
+        factors={name: value for name, (value, _) in by_gains.asked.items()},
         residual_percent=declared,
         fitted_residual_percent=declared,
         delay=0,
         passed=not (off or lean),
         meaning="",
     )
-    return check, fault
+    return check, off, lean, by_gains
 
 
-def _is_hidden(declared: float, beside: GainsBeside) -> bool:
+def _fault(
+    axis: GeneratedAxis,
+    record: Record,
+    check: LawCheck,
+    off: Sequence[str],
+    lean: dict[str, float],
+    by_gains: LawByGains,
+    *,
+    by_products: bool,
+) -> tuple[float, LawCheck]:
+    """What a law that fails looks like; what is left where gains explain it, percent of control."""
+    declared = float(check.residual_percent or 0.0)
+    large = declared >= MAX_LAW_RESIDUAL.value
+    level = by_gains.left - by_gains.left.mean()
+    left = relative_error_percent(level, by_gains.compared(by_gains.along.control))
+    by_constant = CONSTANT in lean and left < MAX_LAW_RESIDUAL.value
+    if by_constant if large else not off:
+        return declared, replace(check, meaning=lean_text(axis, record, lean))
+    start = "the recorded control is the declared law's but for its factors: "
+    if large:
+        start = f"the recorded control is not the declared law's ({off_text(declared)}): "
+    far = [name for name, value in check.factors.items() if not is_near(value, 1.0)] or [*off]
+    if far == [INJECTED]:
+        said = f"{start}check {test_signal_text(check.factors[INJECTED])}"
+        return declared, replace(check, meaning=said)
+    said, change = said_of_gains(by_gains)
+    if not said:
+        said = (
+            "no change of its gains explains it; check how it forms the velocity, its filters, its "
+            f"limits and anti-windup, the period and the noise; {WHICH_LAW}"
+        )
+        check = replace(check, remedy=TEST_SIGNAL if large and record.injected is None else None)
+    check = replace(check, meaning=start + said)
+    if not by_products and change is None:
+        check = replace(check, factors={})
+    elif change is not None and not by_products:
+        factors = {**dict.fromkeys(by_gains.asked, 1.0), **change.times}
+        check = replace(check, factors=factors, fitted_residual_percent=change.percent)
+    if change is None and by_gains.scale is not None:
+        return by_gains.scale[1].percent, check
+    return declared if change is None or len(change.free) > 1 else change.percent, check
+
+
+def _is_hidden(declared: float, by_gains: LawByGains) -> bool:
     """Whether what the log rounds hides whether the law is right."""
-    rounded = beside.open_percent
+    rounded = by_gains.open_percent
     is_much = max(declared, rounded) >= MAX_LAW_RESIDUAL.value
-    return is_much and declared < _MOST_OPEN * rounded
+    return is_much and declared < MOST_OPEN * rounded
 
 
 @of_found
@@ -458,8 +454,8 @@ def check_found_law(axis: GeneratedAxis, record: Record, found: FoundGains) -> L
     ):
         return first
     record = record.longest()
-    beside = GainsBeside.of(axis, law, record, compared_with_law(axis, law, record)[2])
-    best = beside.best(found.names)
+    by_gains = LawByGains.of(axis, law, record, compared_with_law(axis, law, record)[2])
+    best = by_gains.best(found.names)
     there = check_law(axis.with_gains(best.gains), record)
     if isinstance(there, Missing):
         return first
@@ -467,7 +463,7 @@ def check_found_law(axis: GeneratedAxis, record: Record, found: FoundGains) -> L
         return _beside_found(there, best, law, found)
     if first.passed:
         return first
-    flipped = beside.flipped.best(found.names)
+    flipped = by_gains.of_control(-1.0).best(found.names)
     if flipped.percent < MAX_LAW_RESIDUAL.value:
         listed = " and ".join(f"{name} {flipped.gains[name]:.5g}" for name in found.names)
         said = (
@@ -476,11 +472,11 @@ def check_found_law(axis: GeneratedAxis, record: Record, found: FoundGains) -> L
             "positions"
         )
         return replace(there, factors={}, meaning=said, remedy=None)
-    return _not_even(there, axis, beside, record, found.names)
+    return _not_even(there, axis, by_gains, record, found.names)
 
 
 def _beside_found(
-    there: LawCheck, best: GainsBeside, law: ControlLaw, found: FoundGains
+    there: LawCheck, best: LawByGains, law: ControlLaw, found: FoundGains
 ) -> LawCheck:
     """The check of the law with the gains that the control asks for, held against those found."""
     asked, was = best.gains, np.array([law.gains[name] for name in found.names])
@@ -523,15 +519,15 @@ def apart_in_deviations(off: Array, covariance: Array, freedom: float) -> float:
 def _not_even(
     there: LawCheck,
     axis: GeneratedAxis,
-    beside: GainsBeside,
+    by_gains: LawByGains,
     record: Record,
     names: tuple[str, ...],
 ) -> LawCheck:
     """What is said of a law that gives the control by no values of its free gains."""
-    law, listed = beside.along.law, " and ".join(names)
+    law, listed = by_gains.along.law, " and ".join(names)
     held = [name for name in law.gains if name not in names]
     if held:
-        asked = beside.best(tuple(law.gains)).gains
+        asked = by_gains.best(tuple(law.gains)).gains
         whole = check_law(axis.with_gains(asked), record)
         if isinstance(whole, LawCheck) and whole.passed:
             off = [n for n in held if abs(asked[n] / law.gains[n] - 1) > MAX_SCALE_ERROR.value]

@@ -18,10 +18,9 @@ from axisid.estimation.records import Record
 from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
     MAX_SCALE_ERROR,
-    MIN_DISTANCE_FROM_NOISE,
     MIN_SAMPLES_PER_FACTOR,
 )
-from axisid.modeling.declaration import ControlLaw, gain
+from axisid.modeling.declaration import ControlLaw
 from axisid.modeling.laws import velocity_variants
 from axisid.support.errors import ModelError
 from axisid.support.remedy import Note, Remedy, Setting
@@ -29,7 +28,6 @@ from axisid.support.remedy import Note, Remedy, Setting
 from .terms import (
     CONSTANT,
     DRIFT,
-    INJECTED,
     MOST_SHIFT,
     at_limit,
     compared_with_law,
@@ -66,67 +64,59 @@ def off_text(percent: float) -> str:
     return f"off by {percent:.3g} % of the control" if share < 1 else "off by more than it is"
 
 
-def remedy_by_test_signal(
-    record: Record, fitted: float | None, constant: float | None = None
-) -> Remedy | None:
-    """How to name a test signal, where nothing else explains what the law leaves."""
-    explained = fitted is not None and fitted <= MAX_LAW_RESIDUAL.value
-    if record.injected is not None or constant is not None or explained:
-        return None
-    return Remedy.of(
-        "; or name a test signal that was added to the control or to the reference, with ",
-        Setting("columns", "injected=NAME"),
-        " and ",
-        Setting("injected-at"),
-    )
+#: How to name a test signal, where nothing else explains what the law leaves.
+TEST_SIGNAL = Remedy.of(
+    "; or name a test signal that was added to the control or to the reference, with ",
+    Setting("columns", "injected=NAME"),
+    " and ",
+    Setting("injected-at"),
+)
 
 
-def small_fault(
-    axis: GeneratedAxis,
-    record: Record,
-    scaled: dict[str, float],
-    lean: dict[str, float],
-    factors: dict[str, float],
-) -> str:
-    """What factors near 1, or a control that leans, look like.
+def lean_text(axis: GeneratedAxis, record: Record, lean: dict[str, float]) -> str:
+    """What a control that leans looks like.
 
     A position from another zero makes as much of a constant, where the law does not integrate.
     """
     law, unit = axis.axis.control, axis.axis.drive.unit
     assert law is not None  # noqa: S101  # there is none to check without it
     leaning = " and ".join(f"a {name} of {value:.3g} {unit}" for name, value in lean.items())
-    zero = position_zero(axis, law, record) if CONSTANT in lean and not scaled else None
+    zero = position_zero(axis, law, record) if CONSTANT in lean else None
     also = ""
     if zero is not None and zero.control is not None:
         also = (
             f". Or the position is {zero.away:+.3g} {axis.axis.coordinate.unit} from its zero "
             "beside the reference, a constant tracking error, of which the law makes as much"
         )
-    listed = ", ".join(f"{name} x {value:.4g}" for name, value in scaled.items())
-    one, of_signal = one_gain(law, factors), set(scaled) == {INJECTED}
-    alike = bool(scaled) and np.ptp([*scaled.values()]) < MAX_SCALE_ERROR.value
-    what = first_case(
-        (of_signal, _of_test_signal(scaled.get(INJECTED, 1.0))),
-        (alike, "the control's scaling, such as the gain of a converter"),
-        (True, "the gains, the velocity filter and the period"),
+    return (
+        "the recorded control is the declared law's but for "
+        f"{leaning}{' over the record' * (DRIFT in lean)}: check the offset of the control, or "
+        "an integral of the drive that the law does not declare; it moves friction and offsets"
+        f"{also}"
     )
-    every = "" if of_signal else "; what scales the control scales every estimate"
-    common = _common(law, factors) if alike and set(scaled) == set(factors) else ""
-    return "the recorded control is the declared law's but for " + first_case(
+
+
+def scale_text(times: float, left: str = "") -> str:
+    """What a control is that is so many times the law's, what is left then, and what to check."""
+    unit = next((what for scale, what in _UNITS.items() if is_near(times, scale)), "")
+    stands = f" (one unit stands for another, such as {unit})" * bool(unit)
+    return first_case(
         (
-            not scaled,
-            f"{leaning}{' over the record' * (DRIFT in lean)}: check the offset of the control, or "
-            "an integral of the drive that the law does not declare; it moves friction and offsets"
-            f"{also}",
+            times < 0,
+            f"its sign is opposite to the law's{left}; check the sign of the control or of the "
+            "positions",
         ),
-        (one, f"one gain ({listed}): {one}"),
-        (True, f"its factors ({listed}): {common}check {what}{every}"),
+        (
+            True,
+            f"the control is recorded {times:.4g} times as large as it is{stands}, which scales "
+            f"every estimate{left}; check its unit and scaling",
+        ),
     )
 
 
-def _of_test_signal(factor: float) -> str:
+def test_signal_text(factor: float) -> str:
     """What of a test signal makes it count by a factor: a unit only where it is that of one."""
-    found = (what for scale, what in _COLUMN_FAULTS.items() if _is_near(factor, scale))
+    found = (what for scale, what in _COLUMN_FAULTS.items() if is_near(factor, scale))
     size = (
         "the size of the test signal, such as a gain or a filter between where it is logged and "
         "where it is added"
@@ -134,105 +124,9 @@ def _of_test_signal(factor: float) -> str:
     return next((f"the test signal: {what}" for what in found), size)
 
 
-def _is_near(factor: float, scale: float) -> bool:
+def is_near(factor: float, scale: float) -> bool:
+    """Whether a factor is one that would be exact, but for what else is wrong."""
     return abs(factor / scale - 1) < MAX_FACTOR_ERROR
-
-
-def _explaining(law: ControlLaw, factors: dict[str, float]) -> Iterator[tuple[str, bool]]:
-    """Gains each of which alone explains the factors of the products, in words; if in all alike."""
-    products = {str(product): product.as_powers_dict() for product, _ in law.terms}
-    values = np.array(list(factors.values()))
-    if not factors.keys() <= products.keys() or not len(values) or np.any(values <= 0):
-        return  # a test signal has a factor too, which no gain explains
-    for name, value in law.gains.items():
-        powers = np.array([float(products[each].get(gain(name), 0)) for each in factors])
-        if not powers.any():
-            continue
-        times = float(np.exp(powers @ np.log(values) / (powers @ powers)))
-        left = float(np.abs(values / times**powers - 1).max())
-        if left < min(MAX_FACTOR_ERROR, _MAX_ONE_GAIN_ERROR * abs(times - 1)):
-            said = f"{name} is {times:.4g} times the declared one, {times * value:.5g} for "
-            yield f"{said}{value:.5g}", bool(np.ptp(powers) == 0)
-
-
-def one_gain(law: ControlLaw, factors: dict[str, float]) -> str:
-    """The one gain that is off, if one explains the factors of the products; or empty.
-
-    A gain that all products have alike is no such one: nothing tells it from the control's scale.
-    """
-    found = [said for said, in_all in _explaining(law, factors) if not in_all]
-    return f"{found[0]}, and every other gain is right; declare that" if len(found) == 1 else ""
-
-
-def _common(law: ControlLaw, factors: dict[str, float]) -> str:
-    """The gains that alone would be off by a factor of every product; or empty."""
-    found = [said for said, in_all in _explaining(law, factors) if in_all]
-    if not found:
-        return ""
-    times = float(np.median([*factors.values()]))
-    return (
-        f"either {' or '.join(found)}, or the control is recorded {times:.4g} times as large as "
-        "it is, which scales every estimate: the law alone does not tell which; "
-    )
-
-
-def are_alike(factors: dict[str, float]) -> bool:
-    """Whether one number stands for all factors, by what it is off 1 itself."""
-    values = np.array(list(factors.values()))
-    common = float(np.median(values)) if factors else 1.0
-    most = min(MAX_FACTOR_ERROR, _MAX_ONE_GAIN_ERROR * abs(common - 1))
-    return bool(np.all(np.abs(values / common - 1) < most))
-
-
-def large_fault(
-    law: ControlLaw,
-    factors: dict[str, float],
-    deviations: dict[str, float],
-    residual: float,
-    fitted: float | None,
-    constant: float | None,
-) -> str:
-    """Which fault the figures look like, and what to do."""
-    listed = "".join(f", {name} x {value:.4g}" for name, value in factors.items())
-    # The factors that are far from 1, or else clearly another, however near.
-    off = [name for name, value in factors.items() if not _is_near(value, 1.0)]
-    clear = MIN_DISTANCE_FROM_NOISE.value
-    off = off or [n for n, sd in deviations.items() if abs(factors[n] - 1) > clear * sd]
-    unexplained = fitted is None or fitted > MAX_LAW_RESIDUAL.value or not off
-    common = float(np.median([*factors.values()])) if factors else 1.0
-    unit = next((what for scale, what in _UNITS.items() if _is_near(common, scale)), "")
-    of_signal = _of_test_signal(factors.get(INJECTED, 1.0))
-    return f"the recorded control is not the declared law's ({off_text(residual)}{listed}): " + (
-        first_case(
-            (
-                constant is not None,
-                f"a constant of {constant or 0.0:.3g} explains it; check the control's offset, or "
-                "an integral of the drive that the law does not declare",
-            ),
-            (
-                unexplained,
-                "no factor explains it; check the gains, the velocity filter, the period, the "
-                f"drive's limit and the noise; {WHICH_LAW}",
-            ),
-            (one := one_gain(law, factors), one),
-            (off == [INJECTED], f"with this factor it would be; check {of_signal}"),
-            (
-                not are_alike(factors),
-                f"with these factors it would be; check {' and '.join(off)}, the velocity filter "
-                "and the period",
-            ),
-            (
-                _is_near(common, -1.0),
-                "its sign is flipped; check the sign of the control or of the positions",
-            ),
-            (unit, f"one unit stands for another, such as {unit}"),
-            (
-                True,
-                f"every gain is off by one factor; {_common(law, factors)}check the control's unit "
-                "and scaling, and the velocity filter",
-            ),
-        )
-    )
 
 
 def late_note(shift: int, delay: int | None) -> Note:

@@ -18,7 +18,6 @@ from .alignment import (
 from .column_comparison import (
     ColumnComparison as ColumnComparison,
     compared_motion as compared_motion,
-    compared_motions as compared_motions,
     force_check as force_check,
     limit_check as limit_check,
     motion_check as motion_check,

@@ -417,14 +417,6 @@ def compared_motion(
     return columns if isinstance(columns, Missing) else ColumnComparison.of(columns)
 
 
-def compared_motions(
-    record: Record, velocities: Sequence[Array] = ()
-) -> dict[str, ColumnComparison | Missing]:
-    """`compared_motion` of each of the two that was measured."""
-    roles = (role for role in record.motion if role != "position")
-    return {role: compared_motion(record, role, velocities) for role in roles}
-
-
 def motion_check(
     axis: GeneratedAxis, record: Record, role: str, found: ColumnComparison | Missing | None
 ) -> Check | Missing | None:

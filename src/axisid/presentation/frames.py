@@ -112,7 +112,7 @@ def _of_validation(result: Validation) -> Mapping[str, Any]:
             "tracking_error_percent": each.tracking_error_percent,
             "reestimate_percent": None
             if each.reestimate is None
-            else each.reestimate.share_percent,
+            else each.reestimate.apart.share_percent,
             "holds": each.holds,
         }
         for each in result

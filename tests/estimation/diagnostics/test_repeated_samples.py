@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid.estimation.diagnostics.records_alike import mean_times, overlaps, repeated_check
+from axisid.estimation.diagnostics.records_alike import overlaps, repeated_check
 from axisid.estimation.records import Record, Repairs, read_record
 
 
@@ -46,7 +46,7 @@ def test_a_record_given_three_times_counts_so() -> None:
     found = overlaps(records)
     assert len(found) == 3
     assert all(each.is_whole for each in found)
-    assert mean_times(records, found) == 3.0
+    assert repeated_check(records).figure == 3.0
 
 
 def test_an_overlap_of_no_weight_is_a_note() -> None:

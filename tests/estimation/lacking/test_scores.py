@@ -61,7 +61,7 @@ def test_values_are_those_of_least_squares_with_the_columns_in_the_model(
         assert tested.powers[place] == pytest.approx((alone.ssr - both.ssr) / ROWS)
         moved = scores.moved_by(columns[:, place], tested.values[place])
         assert moved == pytest.approx(both.params[:PARAMETERS] - alone.params)
-        assert scores.beside(columns[:, place]).net == pytest.approx(both.resid)
+        assert scores.beside(columns[:, place]).nets[:, 0] == pytest.approx(both.resid)
         then, more = scores.beside(columns[:, place]), columns[:, (place + 1) % 4]
         three = sm.OLS(y, np.hstack([X, columns[:, place], more])).fit()
         moved = then.moved_by(more, then.test(more[:, None]).values[0])

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from axisid import (
+    Identification,
     Parameter,
     Record,
     build,
@@ -27,7 +28,7 @@ from axisid import (
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.commands.main import cli
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
-from axisid.estimation.checks import Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.lacking import Lack, lacking, scores_at
 from axisid.support.arrays import Array
 from tests.refusals import refuses
@@ -52,12 +53,19 @@ def of_plant(kind: str) -> Record:
     return twin_record(replace(AXIS, name="plant", force=AXIS.force + force))
 
 
+def _lacking(
+    result: Identification, records: int = 1, levels: Levels = DEFAULT_LEVELS
+) -> tuple[Lack, ...]:
+    half = [np.ptp(value.interval) / 2 for value in result.preferred.parameters.values()]
+    return lacking(scores_at(result.data, result.preferred), np.array(half), records, levels)
+
+
 def found(record: Record, methods: Sequence[str] = ("idm-ls", "idm-iv")) -> tuple[Lack, ...]:
     """What is found lacking, with least squares alone where the record has no loop."""
     without_loop = record.reference is None
     axis = replace(AXIS, control=None) if without_loop else AXIS
     result = identify(axis, record, methods=["idm-ls"] if without_loop else methods)
-    return lacking(scores_at(result.data, result.preferred), result.preferred)
+    return _lacking(result)
 
 
 @pytest.mark.slow
@@ -93,14 +101,11 @@ def test_friction_that_is_not_declared_is_told_as_what_it_is(
     twin: Record, name: str, kind: str, method: str
 ) -> None:
     result = identify(leave_out(AXIS, name), twin, methods=[method])
-    lacks = lacking(scores_at(result.data, result.preferred), result.preferred)
+    lacks = _lacking(result)
     assert lacks[0].kind == kind
     assert lacks[0].values == pytest.approx([twin.provenance.truth[name]], rel=0.1)
     surer = Levels(level=lacks[0].p_value / 1e9)
-    assert not any(
-        lack.kind == kind
-        for lack in lacking(scores_at(result.data, result.preferred), result.preferred, 1, surer)
-    )
+    assert not any(lack.kind == kind for lack in _lacking(result, 1, surer))
 
 
 @pytest.mark.parametrize("given", [0, 1, 2.0, -0.1, math.nan, "0.01", True, None])
@@ -136,7 +141,7 @@ def test_of_an_axis_with_a_known_value_the_friction_that_is_not_declared_is_told
 ) -> None:
     declared = fix(AXIS, **{known: twin.provenance.truth[known]})
     result = identify(leave_out(declared, name) if name else declared, twin, methods=["idm-iv"])
-    lacks = lacking(scores_at(result.data, result.preferred), result.preferred)
+    lacks = _lacking(result)
     assert [lack.kind for lack in lacks[:1]] == ([kind] if kind else [])
 
 
@@ -151,7 +156,7 @@ def test_without_a_loop_a_term_is_found_away_from_reversals(kind: str) -> None:
 def test_a_delay_is_found_and_said_by_one_check() -> None:
     late = replace(AXIS, name="late", drive=replace(AXIS.drive, delay=1e-3))
     result = identify(AXIS, twin_record(late), methods=["idm-ls", "idm-iv"])
-    lacks = lacking(scores_at(result.data, result.preferred), result.preferred)
+    lacks = _lacking(result)
     assert lacks[0].kind == "delay"
     assert lacks[0].values == pytest.approx((1e-3,), rel=0.3)
     failing = {check.name: str(check.note) for check in result.verdict if check.status == "fail"}
@@ -220,13 +225,13 @@ def test_an_offset_that_is_not_declared_is_told_with_its_size() -> None:
 def test_nothing_is_lacking_in_right_models_of_other_axes(name: str, seed: int) -> None:
     axis = build(load_axis(name))
     result = identify(axis, twin_record(axis, seed=seed), methods=["idm-iv"])
-    assert lacking(scores_at(result.data, result.preferred), result.preferred) == ()
+    assert _lacking(result) == ()
 
 
 def test_what_is_judged_does_not_matter(emps2015: GeneratedAxis, twin: Record) -> None:
     """The rows of an inverse model tell of a direct one too."""
     result = identify(emps2015, twin, methods=["ddm-ls"])
-    assert lacking(scores_at(result.data, result.preferred), result.preferred) == ()
+    assert _lacking(result) == ()
 
 
 @pytest.mark.parametrize("command", ["identify", "fit", "sweep", "compare", "study", "fleet"])

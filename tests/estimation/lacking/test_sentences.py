@@ -47,6 +47,7 @@ def _lack(term: Term) -> Lack:
         share=0.04,
         own_share=0.03,
         p_value=1e-9,
+        unit=term.unit.format(force="N", unit="m"),
     )
 
 

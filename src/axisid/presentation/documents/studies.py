@@ -3,7 +3,7 @@
 from msgspec import UNSET
 
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.lacking import amount, sentence
+from axisid.estimation.lacking import sentence
 from axisid.estimation.law_search import ExplainedLaw, LawSearch
 from axisid.estimation.parameters import Known
 from axisid.estimation.studies import (
@@ -101,14 +101,15 @@ def written_validation(validation: Validation) -> WrittenValidation:
 
 
 def _method(validation: MethodValidation) -> WrittenMethodValidation:
-    again = validation.reestimate
+    difference = validation.reestimate
+    again = None if difference is None else difference.apart
     return written_as(
         WrittenMethodValidation,
         validation,
         reason=note_text(validation.reason) or "",
         anew=None
         if again is None
-        else dict(zip(again.names, map(finite, again.physical.tolist()), strict=True)),
+        else dict(zip(again.names, map(finite, again.own.tolist()), strict=True)),
         anew_distances=None
         if again is None
         else dict(zip(again.names, map(finite, again.distances.tolist()), strict=True)),
@@ -214,20 +215,17 @@ def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
     ]
     if not looked:
         return None
-    found = []
-    for lacks, axis, record in looked:
-        for each in lacks:
-            size, deviation, unit = amount(each, axis)
-            found.append(
-                WrittenLack(
-                    subject=sentence(each, axis, record),
-                    size=size,
-                    deviation=deviation,
-                    unit=unit,
-                    chance=each.p_value,
-                )
-            )
-    return tuple(found)
+    return tuple(
+        WrittenLack(
+            subject=sentence(each, axis, record),
+            size=each.size,
+            deviation=each.deviation,
+            unit=each.unit,
+            chance=each.p_value,
+        )
+        for lacks, axis, record in looked
+        for each in lacks
+    )
 
 
 def _fitted(fit: OutputFit, place: int, name: str) -> WrittenFitted:

@@ -81,6 +81,25 @@ def test_a_gain_that_is_wrong_alone_is_named_with_its_value(name: str, gain: str
     assert check.fitted_residual_percent < 1e-3
 
 
+@pytest.mark.parametrize(
+    ("times", "said"),
+    [
+        (0.8, "; or the control is recorded 0.8 times as large as it is, which scales every"),
+        (1e-3, "one unit stands for another, such as millimetres for metres"),
+        (-1.0, "its sign is opposite to the law's, with which it would be off by"),
+    ],
+)
+def test_another_scale_of_the_control_is_told_beside_the_gain_that_makes_as_much(
+    times: float, said: str
+) -> None:
+    record = _record(P_PI)
+    scaled = replace(record, control=times * np.asarray(record.control))
+    check = check_law(_axis(P_PI), scaled)
+    assert not check.passed
+    assert said in check.meaning
+    assert ("kv is 0.8 times the declared one" in check.meaning) == (times == 0.8)
+
+
 @pytest.mark.slow
 def test_a_law_that_saturates_is_told_by_its_anti_windup() -> None:
     check = _checked("cascade_p_pi, back-calculation", {"tracking_time": 1.1}, 3.0)

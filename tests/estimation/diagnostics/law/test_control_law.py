@@ -76,7 +76,7 @@ def test_plain_backward_difference_is_told_from_the_drives_own_filter(
 
 
 FAULTS: dict[str, tuple[Callable[[Record], Record], str]] = {
-    "sign": (lambda r: replace(r, control=-r.control), "its sign is flipped"),  # type: ignore[operator]
+    "sign": (lambda r: replace(r, control=-r.control), "its sign is opposite"),  # type: ignore[operator]
     "unit of the control": (
         lambda r: replace(r, control=1e-3 * r.control),  # type: ignore[operator]
         "one unit stands for another",
@@ -85,7 +85,7 @@ FAULTS: dict[str, tuple[Callable[[Record], Record], str]] = {
         lambda r: replace(r, position=1e3 * r.position, reference=1e3 * r.reference),  # type: ignore[operator]
         "one unit stands for another",
     ),
-    "converter": (lambda r: replace(r, control=0.8 * r.control), "every gain is off by one"),  # type: ignore[operator]
+    "converter": (lambda r: replace(r, control=0.8 * r.control), "; or the control is recorded"),  # type: ignore[operator]
     "delay": (
         lambda r: replace(r, control=np.roll(r.control, 2)),
         "comes 2 samples later; declare delay=2",
@@ -97,9 +97,9 @@ FAULTS: dict[str, tuple[Callable[[Record], Record], str]] = {
     ),
     "unit and delay": (
         lambda r: replace(r, control=1e3 * np.roll(r.control, 2)),  # type: ignore[operator]
-        "no factor explains it",
+        "no change of its gains explains it",
     ),
-    "small scaling": (lambda r: replace(r, control=1.05 * r.control), "control's scaling"),  # type: ignore[operator]
+    "small scaling": (lambda r: replace(r, control=1.05 * r.control), "check its unit and scaling"),  # type: ignore[operator]
     "unit of the position": (
         lambda r: replace(r, position=1e3 * r.position),
         "with the position times 0.001: check its unit, such as millimetres",
@@ -248,5 +248,5 @@ def test_a_gain_that_is_declared_a_little_wrong_is_named_with_its_value(
     assert not found.passed
     (told,) = re.findall(rf"\b{gain} is [\d.]+ times the declared one, ([\d.]+) for", found.meaning)
     assert float(told) == pytest.approx(law.gains[gain], rel=0.1 * abs(off))
-    assert "no factor" not in found.meaning
+    assert "no change of its gains" not in found.meaning
     assert "but it is" not in found.meaning

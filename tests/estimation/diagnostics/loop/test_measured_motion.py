@@ -11,7 +11,6 @@ from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.loop import (
     ColumnComparison,
     compared_motion,
-    compared_motions,
     motion_check,
 )
 from axisid.estimation.records import Record as _Record
@@ -33,7 +32,8 @@ def compared(record: _Record, role: str = "velocity") -> ColumnComparison:
 
 
 def checked(axis: GeneratedAxis, record: Record, role: str = "velocity") -> Check | Missing | None:
-    return motion_check(axis, record, role, compared_motions(record).get(role))
+    found = compared_motion(record, role) if role in record.motion else None
+    return motion_check(axis, record, role, found)
 
 
 def changed(record: Record, factor: float = 1.0, offset: float = 0.0) -> Record:

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.regression import score_products, widened
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds import MIN_SHOWN
 from axisid.support.arrays import Array
+
+from .covariance import score_products, widened
+from .linear import Applied
 
 # of the errors, in pairs so far apart between masks: measured with half of the samples masked, at
 # random or in blocks, 0.9 to 1.4 times the scatter is claimed
@@ -27,9 +28,6 @@ _OWN = 1e-6  # of each output's variance: what no other output and no past tells
 # of the variances, below which errors have forgotten what was; asked every so many lags
 _FORGOTTEN, _ASKED = 1e-12, 256
 _PATIENCE = 250  # orders beyond twice the best one, after which none longer is tried
-# of the largest change of the outputs along a direction that they do not show; a parameter with
-# as much is named
-_MIN_PART = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -247,37 +245,18 @@ def _symmetric(matrix: Array) -> Array:
     return np.asarray((matrix + matrix.T) / 2)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Scattering:
-    """Covariance of what columns make of errors, and how sure it is.
-
-    Attributes
-    ----------
-    matrix : (k, k) array
-    freedom : (k,) array
-        Degrees of freedom of each variance.
-    """
-
-    matrix: Array
-    freedom: Array
-
-    def beside(self, sure: Array) -> "Scattering":
-        """The sum with a covariance (k, k) that is known."""
-        return added([self, Scattering(matrix=sure, freedom=np.full(len(sure), np.inf))])
-
-
-def added(found: Sequence[Scattering]) -> Scattering:
-    """The sum of independent ones, such as those of records: of how many degrees it is."""
+def added(found: Sequence[Applied]) -> Applied:
+    """The sum of independent covariances, such as those of records: of how many degrees it is."""
     matrix = np.sum([each.matrix for each in found], axis=0)
     whole = np.diag(matrix)
     unsure = np.sum([np.diag(each.matrix) ** 2 / each.freedom for each in found], axis=0)
     freedom = np.divide(whole**2, unsure, out=np.full(len(whole), np.inf), where=unsure > 0)
-    return Scattering(matrix=matrix, freedom=freedom)
+    return Applied(matrix=matrix, freedom=freedom)
 
 
 def by_colour(
     columns: Array, model: Autoregression, spans: Sequence[slice], rows: int, taken: float
-) -> Scattering:
+) -> Applied:
     """Of columns (n, k) and a record's errors that follow a model, as sure as that model is.
 
     Parameters
@@ -299,7 +278,7 @@ def by_colour(
     return _less_taken(matrix, whole, taken)
 
 
-def by_windows(columns: Array, errors: Array, windows: Sequence[slice], taken: float) -> Scattering:
+def by_windows(columns: Array, errors: Array, windows: Sequence[slice], taken: float) -> Applied:
     """Of columns (n, k) and errors of windows that are independent of each other, by their scores.
 
     A sandwich clustered by window: what moves an axis besides its control is summed up twice in the
@@ -323,83 +302,20 @@ def by_windows(columns: Array, errors: Array, windows: Sequence[slice], taken: f
     return _less_taken(scores.T @ scores, whole, taken)
 
 
-def _less_taken(matrix: Array, whole: Array, taken: float) -> Scattering:
+def _less_taken(matrix: Array, whole: Array, taken: float) -> Applied:
     """A covariance of so many degrees of freedom (k,), of which a fit has taken some."""
     left = np.maximum(whole - taken, 1.0)
     more = np.divide(whole, left, out=np.ones_like(whole), where=np.isfinite(whole))
-    return Scattering(matrix=widened(matrix, np.diag(matrix) * more), freedom=left)
+    return Applied(matrix=widened(matrix, np.diag(matrix) * more), freedom=left)
 
 
-def larger(told: Scattering, columns: Array, twins: Array, spans: Sequence[slice]) -> Scattering:
+def larger(told: Applied, columns: Array, twins: Array, spans: Sequence[slice]) -> Applied:
     """What is told of columns (n, k), or what twins (n, B) make of them where that is more."""
     pairs = ((columns[rows].T, twins[rows]) for rows in spans)
     made = sum((each @ own for each, own in pairs), np.zeros((len(told.matrix), twins.shape[1])))
     by_twins = made.var(axis=1, ddof=1)
     more = by_twins > np.diag(told.matrix)
-    return Scattering(
+    return Applied(
         matrix=widened(told.matrix, by_twins),
         freedom=np.where(more, twins.shape[1] - 1.0, told.freedom),
     )
-
-
-@dataclass(frozen=True, slots=True)
-class Unseen:
-    """Directions in which parameters change and the outputs do not.
-
-    Attributes
-    ----------
-    changes : (k, P) array
-        What each parameter alone would change in the outputs, along each direction.
-    moves : (k, P) array
-        How the parameters move together.
-    """
-
-    changes: Array
-    moves: Array
-
-    @property
-    def parts(self) -> NDArray[np.bool_]:
-        """Which parameters are part of a direction, (k, P)."""
-        size = np.abs(self.changes)
-        return np.asarray(size > _MIN_PART * size.max(axis=1, keepdims=True, initial=0.0))
-
-    def among(self, chosen: NDArray[np.bool_]) -> "Unseen":
-        """The same of parameters of which these are the chosen ones."""
-        into = np.eye(len(chosen))[chosen]
-        return Unseen(self.changes @ into, self.moves @ into)
-
-    def texts(self, names: Sequence[str]) -> tuple[str, ...]:
-        """In words: ``Fc at all``, ``M and m apart (...)``."""
-        pairs = zip(self.moves, self.parts, strict=True)
-        return tuple(_said(moves, np.flatnonzero(parts), names) for moves, parts in pairs)
-
-
-def unseen_directions(jacobian: Array, scale: Array) -> Unseen:
-    """Directions in which the errors do not change.
-
-    Parameters
-    ----------
-    jacobian : (n, P) array
-        Of weighted errors, and of what was known before.
-    scale : (P,) array
-        Of the parameters.
-    """
-    scaled = jacobian * scale
-    sizes = np.linalg.norm(scaled, axis=0)
-    seen = sizes > MIN_SHOWN.value * sizes.max(initial=0.0)
-    alone = np.eye(len(sizes))[~seen]
-    if not seen.any():
-        return Unseen(alone, alone)
-    _, values, rows = np.linalg.svd(np.linalg.qr(scaled[:, seen] / sizes[seen], mode="r"))
-    lost = rows[values <= MIN_SHOWN.value * values[0]]
-    chosen = Unseen(lost, lost / sizes[seen] * scale[seen]).among(seen)
-    return Unseen(np.vstack([alone, chosen.changes]), np.vstack([alone, chosen.moves]))
-
-
-def _said(moves: Array, parts: NDArray[np.intp], names: Sequence[str]) -> str:
-    named = [names[int(j)] for j in parts]
-    if len(named) == 1:
-        return f"{named[0]} at all"
-    share = moves[parts] / moves[parts[0]]
-    told = ", ".join(f"{m:+.3g} of {n}" for m, n in zip(share, named, strict=True))
-    return f"{' and '.join(named)} apart ({told} together change nothing)"

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from axisid.estimation.told_by_outputs.colour import unseen_directions
+from axisid.estimation.fitting.unseen import unseen_directions
 
 NAMES = ("M", "Fv", "m")
 

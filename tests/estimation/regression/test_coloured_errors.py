@@ -5,8 +5,8 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from axisid.estimation.told_by_outputs import autoregression_of
-from axisid.estimation.told_by_outputs.colour import by_whittle
+from axisid.estimation.regression import autoregression_of
+from axisid.estimation.regression.coloured_errors import by_whittle
 
 
 @pytest.mark.parametrize("rows", [0, 1, 2, 3, 50, 501])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from axisid.estimation.told_by_outputs import Autoregression, autoregression_of
+from axisid.estimation.regression import Autoregression, autoregression_of
 from axisid.support.arrays import Array
 
 _FIRST = np.array([[0.5, 0.3], [-0.2, 0.6]])
