@@ -25,7 +25,10 @@
 # What you change in a file that a command wrote is lost when it runs again.
 #
 # **Options that would have no effect** are refused, and so is one that is given twice and is no list:
-# `--lags` without HAC deviations, a sampling period beside a rate of resampling, `--no-sweep` without a page.
+# `--validate-like` without `--validate`, `--full` without anything printed, repairs of a twin.
+#
+# **What is not at the keyboard.** What is said of a log beyond four options stands in [its `run.toml`](logs.md#say-what-a-log-is);
+# settings of an estimate that are seldom asked for are arguments in Python (`Prefilter`, `identify`, `summary`).
 
 # %% tags=["hide-input"]
 import click

@@ -1,29 +1,34 @@
-"""Write the result that the README shows anew, from the command above it.
+"""Write the result that the README shows anew, from the run.toml and the command above it.
 
 python docs/readme_figures.py FOLDER/DATA_EMPS.mat
 """
 
+import json
 import re
 import shlex
 import sys
 from contextlib import redirect_stdout, suppress
 from io import StringIO
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from axisid.commands.main import main as axisid
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 _BLOCK = re.compile(
-    r"(?s)(```console\n\$ \.venv/bin/axisid )(identify emps DATA_EMPS[^\n]*\n)(.*?)```"
+    r"(?s)(```console\n\$ \.venv/bin/axisid )(identify emps run\.toml[^\n]*\n)(.*?)```"
 )
+_SAID = re.compile(r"(?s)```toml\nlog = \"DATA_EMPS\.mat\"\n(.*?)```")
 
 
-def command(text: str) -> list[str]:
-    """Arguments of the command whose result the README shows."""
-    found = _BLOCK.search(text)
-    if found is None:
-        raise ValueError("the README has no `identify emps DATA_EMPS.mat`")
-    return shlex.split(found[2])
+def command(text: str, log: Path, folder: Path) -> list[str]:
+    """Arguments of the command whose result the README shows, with its run.toml of a log."""
+    said, found = _SAID.search(text), _BLOCK.search(text)
+    if said is None or found is None:
+        raise ValueError("the README has no run.toml of DATA_EMPS.mat, or no command with it")
+    file = folder / "run.toml"
+    file.write_text(f"log = {json.dumps(str(log.absolute()))}\n{said[1]}", encoding="utf-8")
+    return [str(file) if a == file.name else a for a in shlex.split(found[2])]
 
 
 def with_result(text: str, output: str) -> str:
@@ -35,10 +40,9 @@ def with_result(text: str, output: str) -> str:
 def main() -> None:
     """Run the command on a record and write the README."""
     text = README.read_text(encoding="utf-8")
-    arguments = [sys.argv[1] if a == "DATA_EMPS.mat" else a for a in command(text)]
     printed = StringIO()
-    sys.argv = ["axisid", *arguments]
-    with suppress(SystemExit), redirect_stdout(printed):
+    with TemporaryDirectory() as folder, suppress(SystemExit), redirect_stdout(printed):
+        sys.argv = ["axisid", *command(text, Path(sys.argv[1]), Path(folder))]
         axisid()
     README.write_text(with_result(text, printed.getvalue()), encoding="utf-8")
 

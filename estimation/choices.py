@@ -1,4 +1,4 @@
-"""What users choose by name, a row for each: methods of estimation, covariances, outputs of fits.
+"""What users choose by name, a row for each: methods, covariances, outputs of fits, keys of a log.
 
 In: nothing. Out: rows that say where it lives, from which `axisid.estimation.methods` has it.
 Knows nothing of how anything is computed, so that help and completion load no stage.
@@ -71,11 +71,6 @@ def method_names() -> tuple[str, ...]:
     return tuple(row.name for row in METHOD_ROWS)
 
 
-def is_iteration(name: str) -> bool:
-    """Return whether a method iterates, so that it starts somewhere."""
-    return any(row.method in (_INSTRUMENTS, _DIDIM) for row in METHOD_ROWS if row.name == name)
-
-
 def instruments_of(name: str) -> str:
     """Return the method that solves least squares' form by instruments; empty for other methods."""
     forms = [row.form for row in METHOD_ROWS if (row.name, row.method) == (name, _LEAST_SQUARES)]
@@ -109,8 +104,6 @@ class CovarianceRow:
         As users give it, ``hac``.
     label : str
         In tables.
-    assumes : str
-        What residuals may be, for help: ``"autocorrelated"``.
     covariance : str
         ``module:class`` of the `Covariance`.
     allows_autocorrelation : bool
@@ -121,7 +114,6 @@ class CovarianceRow:
 
     name: str
     label: str
-    assumes: str
     covariance: str
     allows_autocorrelation: bool = False
     takes_lags: bool = False
@@ -133,7 +125,6 @@ COVARIANCE_ROWS = (
     CovarianceRow(
         name="hac",
         label="HAC",
-        assumes="autocorrelated",
         covariance=f"{_REGRESSION}.covariance:Hac",
         allows_autocorrelation=True,
         takes_lags=True,
@@ -141,13 +132,11 @@ COVARIANCE_ROWS = (
     CovarianceRow(
         name="robust",
         label="robust",
-        assumes="of any variance",
         covariance=f"{_REGRESSION}.covariance:Robust",
     ),
     CovarianceRow(
         name="iid",
         label="i.i.d.",
-        assumes="alike and independent",
         covariance=f"{_REGRESSION}.covariance:PublishedCovariance",
     ),
 )
@@ -156,16 +145,6 @@ COVARIANCE_ROWS = (
 def covariance_names() -> tuple[str, ...]:
     """Return the names, in the order of help."""
     return tuple(row.name for row in COVARIANCE_ROWS)
-
-
-def assumptions() -> str:
-    """Return what each covariance assumes of residuals, for help."""
-    return ", ".join(f"{row.name} {row.assumes}" for row in COVARIANCE_ROWS)
-
-
-def takes_lags(name: str) -> bool:
-    """Return whether a covariance is over a number of lags."""
-    return any(row.takes_lags for row in COVARIANCE_ROWS if row.name == name)
 
 
 CONTROL, POSITION, FORCE, OPEN_LOOP = "control", "position", "force", "open-loop"
@@ -212,6 +191,130 @@ FIT_STARTS = (INSTRUMENTS_START, LEAST_SQUARES_START, NOMINAL_START)
 
 #: What becomes of samples near rests and reversals, first the choice by default.
 RESTS = ("leave-out", "keep")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogKey:
+    """What may be said of a log, by a key of its run.toml and an argument in Python.
+
+    Attributes
+    ----------
+    name : str
+        Of the key, and of the argument of `read_record` or of `Repairs`.
+    said : str
+        What it means, for help and for comments.
+    example : str
+        A value as TOML has it.
+    option : str
+        What it is called on the command line, without dashes; empty where it stands in the file
+        alone.
+    metavar : str
+        Of the option.
+    is_repair : bool
+        Whether it is one of `Repairs`.
+    """
+
+    name: str
+    said: str
+    example: str
+    option: str = ""
+    metavar: str = ""
+    is_repair: bool = False
+
+
+#: By name, in the order of a file, whose tables are last.
+LOG_KEYS: Mapping[str, LogKey] = {
+    key.name: key
+    for key in (
+        LogKey(
+            name="sample_period",
+            said="In place of the time column's mean step, s; confirms that the log is not sampled "
+            "as the control law runs, which is then simulated at its own period.",
+            example="1e-3",
+        ),
+        LogKey(
+            name="windows",
+            said="Take only this part of the log, s, or these, each filtered and simulated by "
+            "itself.",
+            example='["2..8.5", "12.."]',
+            option="window",
+            metavar="FROM..TO",
+        ),
+        LogKey(
+            name="injected_at",
+            said="What the test signal in the column injected was added to, control or reference; "
+            "to the control before the drive's limit.",
+            example='"control"',
+        ),
+        LogKey(
+            name="resample",
+            said="Uneven or different times onto an even grid.",
+            example='"auto"',
+            option="resample",
+            metavar="HZ|auto",
+            is_repair=True,
+        ),
+        LogKey(
+            name="gaps",
+            said="Cut the log where samples are missing or its clock goes back; each piece is "
+            "filtered by itself.",
+            example='"split"',
+            option="gaps",
+            metavar="split",
+            is_repair=True,
+        ),
+        LogKey(
+            name="wrap",
+            said="Undo jumps of the position by it; give other columns a lost sign back, as in "
+            '"control=65536".',
+            example='"360:deg"',
+            is_repair=True,
+        ),
+        LogKey(
+            name="mask",
+            said="Leave out the rows that samples reach which the drive's limit or a recorder cut "
+            "off.",
+            example='"clipped"',
+            is_repair=True,
+        ),
+        LogKey(
+            name="tail",
+            said="Leave out what is no row at the end of a text: a line or number cut off, a "
+            "footer.",
+            example='"drop"',
+            is_repair=True,
+        ),
+        LogKey(
+            name="max_memory",
+            said="Bytes that reading the log may take, half of the machine's memory by default.",
+            example="4e9",
+        ),
+        LogKey(
+            name="columns",
+            said="Columns by name or number (#3); roles: time, position, velocity and acceleration "
+            "(measured), reference, control, force, injected (a test signal), signals that the "
+            "axis declares; units such as mm, deg, rpm, ms, mA, or a scaling, as in "
+            "inc:counts*360deg/4096/50+0.2deg.",
+            example='{ time = "t:ms", position = "pos:mm" }',
+            option="columns",
+            metavar="ROLE=NAME[:UNIT],...",
+        ),
+        LogKey(
+            name="shift",
+            said="Move a column so many samples to later times, or by a time such as 2ms, where "
+            "the log wrote it too early.",
+            example="{ control = 1 }",
+            is_repair=True,
+        ),
+        LogKey(
+            name="between",
+            said="What a measured velocity, acceleration or force is between its values, where "
+            "they are written in every few samples alone: spline, linear or held.",
+            example='{ velocity = "spline" }',
+            is_repair=True,
+        ),
+    )
+}
 
 
 def check_among(*rows: tuple[str, object, Collection[str]]) -> None:

@@ -28,7 +28,7 @@ swept.plot()
 
 # %% [markdown]
 # Where there is little noise, many cut-offs do: their intervals overlap, and the rule of thumb is as good as the
-# recommendation. On a terminal: `axisid sweep AXIS LOG --figure sweep.png`. A report contains it (`--no-sweep` leaves it out).
+# recommendation. On a terminal: `axisid sweep AXIS LOG --figure sweep.png`. A report contains it.
 #
 # ## What filter and noise do
 #

@@ -88,7 +88,7 @@ pid = ControlLaw(
 #
 # `period` is that of the law, which need not be the log's: a velocity loop at 16 kHz under a log at 1 kHz, or a log
 # faster than the loop. The loop is then simulated at the law's period and sampled as the log is. Since a wrong time
-# column looks the same, it is to be confirmed, by `--sample-period 1e-3` beside the log's own times, or in the
+# column looks the same, it is to be confirmed, by `sample_period = 1e-3` in its `run.toml` beside the log's own times, or in the
 # declaration: `reference_between="spline"`, `"linear"` or `"held"` says that the law has a clock of its own, and how the
 # reference runs between the samples of a slower log (without it, as a spline). Of a held reference the control is a sawtooth of which
 # the log shows one edge; the law itself then tells its mean, which moves the axis. A continuous law takes any log.

@@ -92,7 +92,7 @@ print(result.summary())
 # it is the mean of what is held before and after a sample, to which the acceleration belongs.
 #
 # The check `recorded signals` holds each against the force that it makes: a column that was logged late or early is told
-# with its delay and the `--shift` that mends it, and one in another unit (bar read as Pa) with its factor where its
+# with its delay and the `shift` that mends it, and one in another unit (bar read as Pa) with its factor where its
 # coefficient is known. Where that is estimated, it takes the factor on itself: the verdict says that the signal's
 # scale rests on its column and unit alone. The library has such an axis, `balanced_slide`.
 #

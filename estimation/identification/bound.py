@@ -44,7 +44,7 @@ def layout_for(
     return layout_of(axis, records, known_of(known, records), local, commanded=commanded)
 
 
-def tells_gain(records: Sequence[Record], gain: str) -> bool:
+def tells_gain(records: Sequence[Record], gain: str = "identified") -> bool:
     """Whether a known force may tell the drive gain of the records, and is to."""
     return gain == "identified" and all(record.force is None for record in records)
 

@@ -17,7 +17,9 @@ from .record import (
     record_labels as record_labels,
 )
 from .repairs import Repairs as Repairs
+from .run_file import is_run_file as is_run_file, log_of as log_of
 from .shifts import advised_shift as advised_shift
+from .started_run import started_run as started_run
 from .time_base import (
     clock_of as clock_of,
     hold_delay as hold_delay,

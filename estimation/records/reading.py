@@ -27,6 +27,7 @@ from .clocks import clocked, filled
 from .record import Record
 from .repairs import Repairs, Span, split_at_gaps
 from .resampling import Laid, resample
+from .run_file import is_run_file, read_run
 from .shifts import shifted
 from .spikes import spike_notes
 from .time_steps import (
@@ -47,7 +48,7 @@ def read_record(
     columns: Mapping[str, str | Column] | None = None,
     sample_period: float | None = None,
     injected_at: str | None = None,
-    windows: Iterable[tuple[float | None, float | None]] = (),
+    windows: Iterable[tuple[float | None, float | None] | str] = (),
     repairs: Repairs | None = None,
     max_memory: float | None = None,
 ) -> Record:
@@ -59,7 +60,9 @@ def read_record(
         A file of a format of `axisid.estimation.logs.formats` by its ending (``.mat``,
         ``.parquet``, ``.npz``, ``.mf4``, ``.tdms``, ``.bag``, ...), the folder of a ROS 2 bag, and
         delimited text by any other ending, also compressed (``.csv.gz``).
-        Or a dataframe, or a mapping of column names to arrays.
+        Or a dataframe, or a mapping of column names to arrays. Or a ``run.toml`` that names the
+        log and says what it is: its keys are the arguments here, and those of `repairs`, by which
+        what is given here goes before what it says.
     axis : Axis or GeneratedAxis, optional
         Its `columns` name the columns of its logs; its coordinate and drive say what they measure.
     columns : mapping of str to str or Column, optional
@@ -74,10 +77,10 @@ def read_record(
         ``"reference"``, over what the axis says.
     sample_period : float, optional
         s; takes the place of the time column's mean step, and of the column if there is none.
-    windows : iterable of (float or None, float or None), optional
+    windows : iterable of (float or None, float or None) or str, optional
         First and last time, s, as the log's own time counts, of what is taken; None for the log's
-        beginning or end. All else is left out before anything is looked at: each window is a
-        segment of the record. The whole log by default.
+        beginning or end, or ``"2..8.5"``. All else is left out before anything is looked at: each
+        window is a segment of the record. The whole log by default.
     repairs : Repairs, optional
         What may be done to the data; nothing by default.
     max_memory : float, optional
@@ -91,6 +94,8 @@ def read_record(
 
     Raises
     ------
+    RunFileError
+        A ``run.toml`` is wrong: every mistake in it.
     DataError
         The file is missing, malformed or too large, changes while it is read, lacks a column, or
         needs a repair that is not asked for; a window is outside it, or holds nothing.
@@ -113,6 +118,18 @@ def read_record(
             "the like.",
             code="repairs-type",
         )
+    if is_run_file(log):
+        file, said = read_run(
+            Path(str(log)),
+            declared,
+            columns=columns or {},
+            repairs=repairs or Repairs(),
+            sample_period=sample_period,
+            injected_at=injected_at,
+            windows=windows,
+            max_memory=max_memory,
+        )
+        return read_record(file, axis, **said)
     repairs = repairs or Repairs()
     chosen = checked_windows(windows)
     table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)

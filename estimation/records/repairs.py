@@ -15,6 +15,8 @@ from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 from axisid.support.mappings import FrozenMapping
+from axisid.support.real_numbers import is_real
+from axisid.support.user_values import quoted
 
 from .between import Between, checked_between
 from .clipping import Mask
@@ -67,10 +69,8 @@ class Repairs:
 
     def __post_init__(self) -> None:
         rate = self.resample
-        if rate not in ("auto", None) and not (
-            isinstance(rate, (int, float)) and math.isfinite(rate) and rate > 0
-        ):
-            raise UsageError(f"the rate to resample at is {rate!r}; give hertz, or auto.")
+        if rate not in ("auto", None) and not (is_real(rate) and 0 < rate < math.inf):
+            raise UsageError(f"the rate to resample at is {quoted(rate)}; give hertz, or auto.")
         ways = (
             ("repair of gaps", self.gaps, ("split",)),
             ("mask", self.mask, ("clipped",)),

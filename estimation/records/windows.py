@@ -2,7 +2,9 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +21,7 @@ from .repairs import Span
 Window = tuple[float, float]
 
 _ROUNDING = 1e-6  # of a step: times are sums
-_GIVE = "give pairs of seconds, such as (2.0, 5.0), with None where a window has no end"
+_GIVE = 'give FROM..TO in seconds, such as "2..5", "2.." or "..5", or a pair, such as (2.0, None)'
 
 
 def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
@@ -30,9 +32,10 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
     UsageError
         One is no pair of numbers, ends before it begins, or reaches into another.
     """
-    if isinstance(windows, (str, bytes)) or not isinstance(windows, Iterable):
+    listed = [windows] if isinstance(windows, str) else windows
+    if isinstance(listed, bytes) or not isinstance(listed, Iterable):
         raise UsageError(f"the windows are {quoted(windows)}; {_GIVE}.", code="windows")
-    found = sorted(_checked(each) for each in windows)
+    found = sorted(_checked(each) for each in listed)
     for one, other in pairwise(found):
         if other[0] < one[1]:
             raise UsageError(
@@ -44,7 +47,13 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
 
 
 def _checked(window: object) -> Window:
-    pair = tuple(window) if isinstance(window, (tuple, list)) else ()
+    pair: tuple[Any, ...] = ()
+    if isinstance(window, str):
+        ends = [end.strip() or None for end in window.split("..")]
+        with suppress(ValueError):
+            pair = () if ends == [None, None] else tuple(end and float(end) for end in ends)
+    elif isinstance(window, (tuple, list)):
+        pair = tuple(window)
     if len(pair) != 2 or not all(end is None or is_real(end) for end in pair):
         raise UsageError(f"a window is {quoted(window)}; {_GIVE}.", code="window")
     start = -math.inf if pair[0] is None else float(pair[0])

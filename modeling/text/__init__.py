@@ -1,11 +1,14 @@
 """Axes and formulas as text.
 
-In: TOML, formulas, names of files. Out: `Axis`, expressions; nothing of it is run.
+In: TOML, formulas, names of files. Out: `Axis`, expressions, tables; nothing of it is run.
 Knows nothing of models and of code.
 """
 
 from .loading import load_axis as load_axis
+from .mistakes import nearest as nearest
 from .parameter_function import (
     FunctionLike as FunctionLike,
     parameter_function as parameter_function,
 )
+from .toml_file import read_columns as read_columns, read_toml as read_toml
+from .toml_table import Table as Table

@@ -6,19 +6,16 @@ Expressions are text, read by `read_expression`. All mistakes of a file are told
 import inspect
 import math
 import re
-import tomllib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import sympy
 
 from axisid.modeling.declaration import (
     ROLES,
     Axis,
-    Column,
     Drive,
     Experiment,
     Move,
@@ -43,9 +40,9 @@ from axisid.support.errors import DeclarationError, ModelError
 from .element_calls import Elements, elements_along
 from .toml_control import read_control
 from .toml_drive import read_drive
+from .toml_file import read_columns, read_toml
 from .toml_table import Symbols, Table, checked_name
 
-_LARGEST_FILE, _LONGEST_LINE = 50_000, 2500
 _PARTS = (
     "coordinate",
     "parameters",
@@ -73,59 +70,7 @@ def axis_from_toml(file: Path) -> Axis:
     DeclarationError
         The file cannot be read, or with all that is wrong in it.
     """
-    mistakes: list[str] = []
-    axis = _axis(Table("", _document(file), mistakes))
-    if axis is None or mistakes:
-        count = "a mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
-        raise DeclarationError(f"{file} has {count}:", mistakes)
-    return axis
-
-
-def _document(file: Path) -> dict[str, Any]:
-    text = _text(file)
-    try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
-        lines = text.splitlines()
-        pointer = []
-        if place and int(place[1]) <= len(lines):
-            line, column = lines[int(place[1]) - 1], int(place[2]) - 1
-            start = max(0, column - 40)
-            shown = "".join(c if c.isprintable() else " " for c in line[start : start + 80])
-            pointer = [f"{shown}\n{' ' * (column - start)}^"]
-        what = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
-        hint = " (text and expressions stand in quotes)" if "Invalid value" in what else ""
-        raise DeclarationError(f"{file} is not valid TOML: {what}{hint}.", pointer) from error
-
-
-def _text(file: Path) -> str:
-    try:
-        with file.open("rb") as stream:
-            content = stream.read(_LARGEST_FILE + 1)
-    except OSError as error:
-        raise ModelError(f"{file} cannot be read: {error.strerror}.") from error
-    if len(content) > _LARGEST_FILE:
-        raise ModelError(
-            f"{file} is larger than a declaration may be, {_LARGEST_FILE} bytes.",
-            code="declaration-size",
-        )
-    try:
-        text = content.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise ModelError(
-            f"{file} is not UTF-8 text: see byte 0x{content[error.start]:02x} in line {line}. Save "
-            "it as UTF-8.",
-            code="declaration-encoding",
-        ) from error
-    for i, line_text in enumerate(text.split("\n"), 1):
-        if len(line_text) > _LONGEST_LINE:
-            raise ModelError(
-                f"{file}: line {i} is longer than {_LONGEST_LINE} characters.",
-                code="declaration-line",
-            )
-    return text
+    return read_toml(file, _axis, DeclarationError)
 
 
 def _axis(root: Table) -> Axis | None:
@@ -148,7 +93,7 @@ def _axis(root: Table) -> Axis | None:
     declare = _dynamics(root, symbols, elements_along(coordinate or _stand_in(moving)))
     readable = len(root.mistakes) == before
     drive = read_drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
-    columns = _columns(root.table("columns"), recorded)
+    columns = read_columns(root.table("columns"), (*ROLES, *recorded, "injected_at"))
     parts = {
         "control": read_control(root, recorded, constants),
         "injected_at": columns.pop("injected_at", ""),
@@ -255,20 +200,6 @@ def _dynamics(root: Table, symbols: Symbols, elements: Elements) -> Callable[...
         if key in table.values
     }
     return partial(declare, **fields)
-
-
-def _columns(table: Table, signals: Symbols) -> dict[str, str]:
-    """Columns by role, each a text or a table of what it means, and ``injected_at``."""
-    keys = dict.fromkeys((*ROLES, *signals, "injected_at"))
-    table.only(*keys)
-    found = {
-        key: table.table(key).made(Column)
-        if isinstance(table.values[key], Mapping)
-        else table.read(key, str)
-        for key in keys
-        if key in table.values
-    }
-    return {key: str(column) for key, column in found.items() if column}
 
 
 def _experiment(root: Table, unknown: Symbols, recorded: Symbols) -> Experiment | None:

@@ -15,7 +15,7 @@ from typing import Any, TypeVar, get_args, get_origin
 import sympy
 
 from axisid.modeling.quantities import check_name, number
-from axisid.support.errors import ModelError
+from axisid.support.errors import ModelError, UsageError
 
 from .element_calls import Elements
 from .expression import read_expression
@@ -107,7 +107,7 @@ class Table:
             return make()
         except TextError as error:
             self.say(key, f"{error.where}: {error.reason}", error.pointer)
-        except ModelError as error:
+        except (ModelError, UsageError) as error:
             self.say(key, str(error))
         return None
 

@@ -6,13 +6,14 @@ import stat
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from axisid import load_axis, twin_record
+from axisid import identify, load_axis, twin_record
 from axisid.estimation.methods import METHODS
 from axisid.estimation.records.record import Record
 
@@ -48,7 +49,7 @@ def log(tmp_path: Path, twin: Record) -> Callable[..., Path]:
 
 @pytest.mark.slow
 def test_json_keeps_its_contract(run: Run) -> None:
-    code, out, err = run("identify", "emps2015", "--json", "-", "--start", "nominal")
+    code, out, err = run("identify", "emps2015", "--json", "-")
     assert (code, err) == (0, "")
     result = json.loads(out)
     assert [e["method"] for e in result["estimates"]] == [*METHODS]
@@ -62,24 +63,21 @@ def test_json_keeps_its_contract(run: Run) -> None:
         iterations = estimate["iterations"]
         assert bool(iterations) == (estimate["method"] in ("idm-iv", "ddm-iv", "didim"))
         if iterations:
-            assert iterations[0] == {"M": 100.0, "Fv": 0.0, "Fc": 0.0}
+            assert set(iterations[0]) == {"M", "Fv", "Fc"}
             assert iterations[-1]["M"] == estimate["parameters"]["M"]["value"]
 
 
 @pytest.mark.slow
 def test_settings_reach_the_prefilter(run: Run, log: Callable[..., Path]) -> None:
-    options = (
-        "--method idm-ls --cutoff 50 --order 3 --decimate 4 --decimation scipy --drop 20 30 "
-        "--hold zoh --reversals keep --sample-period 1e-3 --json -"
-    )
+    options = "--method idm-ls --cutoff 50 --decimate 4 --hold zoh --reversals keep --json -"
     code, out, _ = run("identify", "emps2015", log(), *options.split())
     assert code == 0
     assert json.loads(out)["prefilter"] == {
         "cutoff": 50.0,
-        "order": 3,
+        "order": 4,
         "decimate": 4,
-        "decimation": "scipy",
-        "drop": [20, 30],
+        "decimation": "matlab",
+        "drop": None,
         "hold": "zoh",
         "reversals": "keep",
         "silent": 0,
@@ -136,14 +134,11 @@ def test_bad_data_exits_3_with_one_sentence(
         (["emps2015", "--cutoff", "600"], 2, "not below 500 Hz"),
         (["emps2015", "--cutoff", "-1"], 2, "the cutoff is -1.0 Hz"),
         (["emps2015", "--decimate", "0"], 2, "the decimation is 0"),
-        (["emps2015", "--order", "0"], 2, "the filter order is 0"),
-        (["emps2015", "--drop", "-1", "0"], 2, "rows to drop"),
         (["emps2015", "--decimate", "x"], 2, "not a valid integer"),
         (["emps2015", "--method", "ols"], 2, "'ols' is not one of"),
         (["emps2015", "--columns", "time"], 2, "not ROLE=NAME"),
-        (["emps2015", "--sample-period", "1"], 2, "describes a record"),
+        (["emps2015", "--window", "1..2"], 2, "describes a record"),
         (["emps2015", "--json", "no/such/folder/x.json"], 2, "does not exist"),
-        (["emps2015", "--drop", "7000", "0", "--decimate", "700"], 3, "transients take"),
         ([], 2, "Missing argument"),
         (["emps2015", "--nonsense"], 2, "No such option"),
         (["emps2015", "--fix", "M"], 2, "'M' fixes nothing; write NAME=VALUE"),
@@ -359,16 +354,16 @@ def test_axis_file_that_prints_does_not_spoil_json(run: Run, tmp_path: Path) -> 
 
 
 def test_failed_method_exits_6_after_the_others_were_reported(
-    run: Run, log: Callable[..., Path], tmp_path: Path
+    run: Run, log: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    nominal = partial(identify, start="nominal")
+    monkeypatch.setattr("axisid.commands.options.stages.identify", nominal, raising=False)
     (tmp_path / "empty.py").write_text(
         "from dataclasses import replace\nfrom axisid import Parameter, load_axis\n"
         "a = load_axis('emps2015')\n"
         "axis = replace(a, parameters=(Parameter('M', 'kg'), *a.parameters[1:]))\ndel a\n"
     )
-    code, out, err = run(
-        "identify", tmp_path / "empty.py", log(), "--json", "-", "--start", "nominal"
-    )
+    code, out, err = run("identify", tmp_path / "empty.py", log(), "--json", "-")
     assert code == 6
     result = json.loads(out)
     assert [e["method"] for e in result["estimates"]] == ["idm-ls", "ddm-ls"]
@@ -437,7 +432,7 @@ def test_file_name_that_is_no_text_is_written_in_the_report(run: Run, tmp_path: 
     lines = ["time,reference,position,control", *(",".join(map(repr, map(float, r))) for r in rows)]
     log = tmp_path / os.fsdecode(b"log\xff.csv")
     log.write_text("\n".join(lines[:2000]))
-    code, _, err = run("identify", "emps2015", log, "--no-sweep", "--report", page)
+    code, _, err = run("identify", "emps2015", log, "--method", "idm-ls", "--report", page)
     assert (code, page.is_file()) == (0, True), err
 
 

@@ -69,7 +69,7 @@ def test_nothing_is_overwritten(run: Run, here: Path) -> None:
         (["double"], "a keyword of C"),
         (["emps"], "an axis of the library"),
         (["sympy", "--python"], "would hide the Python module sympy"),
-        ([], "Missing argument"),
+        ([], "name the axis, or a log by --record"),
     ],
 )
 def test_bad_names_are_refused(run: Run, here: Path, arguments: list[str], message: str) -> None:

@@ -130,19 +130,19 @@ def _right_after_rests(folder: Path, _out: str) -> None:
 FAULTS: tuple[Fault, ...] = (
     Fault(
         name="a friction at speeds that no row has",
-        make=_asked("identify", _SLOW, "--no-native"),
+        make=_asked("identify", _SLOW),
         code=6,
         says=r"does not show P, .*a force of \S+ N where it acts most.* --leave-out P",
     ),
     Fault(
         name="a force at a place that the axis never reaches",
-        make=_asked("identify", _FAR, "--method", "idm-iv", "--no-native"),
+        make=_asked("identify", _FAR, "--method", "idm-iv"),
         code=6,
         says=r"does not show P[,:] .*make a parameter in N about \S+ and its nominal value is 10",
     ),
     Fault(
         name="a term that no cut-off shows",
-        make=_asked("sweep", _SLOW, "--from", "50", "--to", "60", "--points", "2", "--no-native"),
+        make=_asked("sweep", _SLOW, "--from", "50", "--to", "60", "--points", "2"),
         code=6,
         says=r"no cut-off gave an estimate: .*does not show P",
     ),
@@ -153,7 +153,6 @@ FAULTS: tuple[Fault, ...] = (
             _SLOW,
             "--leave-out",
             "P",
-            "--no-native",
             "--method",
             "idm-iv",
             "--json",

@@ -14,6 +14,7 @@ from scipy.io import savemat
 
 from axisid import DataError, UsageError, identify, load_axis, read_record, twin_record
 from tests.faults.fault import Fault, Misuse
+from tests.run_files import run_file
 
 Make = Callable[[Path], list[object]]
 
@@ -81,7 +82,7 @@ def _onto_notes(name: str, *command: object) -> Make:
 
 def _packed_text(_: Path) -> list[object]:
     Path("log.csv.gz").write_bytes(gzip.compress(b"time,position\n" + b"0,0\n" * 1_000_000))
-    return ["identify", "emps2015", "log.csv.gz", "--max-memory", "0.02"]
+    return ["identify", "emps2015", run_file(Path("log.csv.gz"), max_memory=2e7)]
 
 
 def _packed_archive(_: Path) -> list[object]:
@@ -92,12 +93,12 @@ def _packed_archive(_: Path) -> list[object]:
         head = {"descr": "|i1", "fortran_order": False, "shape": (10_000_000,)}
         np.lib.format.write_array_header_1_0(entry, head)
         entry.write(bytes(10_000_000))
-    return ["identify", "emps2015", "log.npz", "--max-memory", "0.02"]
+    return ["identify", "emps2015", run_file(Path("log.npz"), max_memory=2e7)]
 
 
 def _packed_matlab(_: Path) -> list[object]:
     savemat("log.mat", {"position": np.zeros(5_000_000)}, do_compression=True)
-    return ["identify", "emps2015", "log.mat", "--max-memory", "0.02"]
+    return ["identify", "emps2015", run_file(Path("log.mat"), max_memory=2e7)]
 
 
 def _infinite_result(_: Path) -> list[object]:
@@ -158,11 +159,6 @@ def _tells_its_path(folder: Path, out: str) -> None:
     assert record["source"] == "log.csv"
     assert record["given"] == "./log.csv"
     assert record["path"] == str(folder / "log.csv")
-
-
-def _tells_its_seed(_: Path, out: str) -> None:
-    drawn = json.loads(out)["estimates"][0]["drawn"]
-    assert {value["seed"] for value in drawn.values()} == {0}
 
 
 def _given_below(folder: Path) -> list[object]:
@@ -294,7 +290,7 @@ def _write() -> Iterator[Fault]:
 
 _SWEEP = ("sweep", "emps2015", "--figure")
 _EXPORT = ("export", "a.json", "--axis", "emps2015", "--to", "c", "-o")
-_PAGE = ("--method", "idm-ls", "--no-sweep", "--report")
+_PAGE = ("--method", "idm-ls", "--report")
 
 
 def _onto_result(_: Path) -> list[object]:
@@ -329,15 +325,13 @@ def _looped_figures(folder: Path) -> list[object]:
 
 
 def _period_beside_rate(folder: Path) -> list[object]:
-    asked = ("--resample", "auto", "--sample-period", "2e-3")
-    return ["identify", "emps2015", write_log(folder), *asked]
+    said = run_file(write_log(folder), resample="auto", sample_period=2e-3)
+    return ["identify", "emps2015", said]
 
 
 def _ask() -> Iterator[Fault]:
     """Options that would be ignored."""
     given = (
-        ("lags without HAC", ("--covariance", "iid", "--lags", "3"), "--lags is of HAC"),
-        ("lags with robust deviations", ("--lags", "3", "--covariance", "robust"), "--lags is of"),
         (
             "an option given again",
             ("--json", "a.json", "--json", "b.json"),
@@ -349,13 +343,8 @@ def _ask() -> Iterator[Fault]:
             "--cutoff is given 2 times",
         ),
         ("columns given again", ("--columns", "time=t") * 2, "--columns is given 2 times"),
-        ("a format of no figures", ("--figure-format", "svg"), "nothing without --figures"),
-        ("a width of no figures", ("--figure-width", "88"), "nothing without --figures"),
-        ("no sweep of no page", ("--no-sweep",), "nothing without --report or --figures"),
         ("more of what is not printed", ("--full", "--json", "-"), "--full is of what is printed"),
-        ("an alignment of all rows", ("--decimate", "1", "--decimation", "scipy"), "keeps all"),
-        ("no room", ("--max-memory", "0"), "a positive number of GB"),
-        ("room that is no number", ("--max-memory", "nan"), "a positive number of GB"),
+        ("a record like none", ("--validate-like", "1"), "nothing without --validate"),
     )
     for name, options, says in given:
         yield Fault(name=name, make=_identify(*options), code=2, says=says)
@@ -366,10 +355,10 @@ def _ask() -> Iterator[Fault]:
         says="given as 0.002 s, but the time column steps by 0.001 s",
     )
     yield Fault(
-        name="room for a twin",
-        make=lambda _: ["identify", "emps2015", "--max-memory", "1"],
+        name="a repair of a twin",
+        make=lambda _: ["identify", "emps2015", "--gaps", "split"],
         code=2,
-        says="--max-memory describes a record",
+        says="--gaps describes a record",
     )
     yield Fault(
         name="two ways to declare",
@@ -397,13 +386,6 @@ def _done() -> Iterator[Fault]:
     )
     yield Fault(
         name="where a record lies", make=_given_below, code=0, says="path", after=_tells_its_path
-    )
-    yield Fault(
-        name="the seed of draws",
-        make=_identify("--method", "idm-ls", "--draws", "20", "--json", "-"),
-        code=0,
-        says="seed",
-        after=_tells_its_seed,
     )
 
 

@@ -9,18 +9,20 @@ from zoneinfo import ZoneInfo
 
 from tests.faults.fault import Fault, Misuse
 from tests.faults.files import columns_of_a_log, write_log
+from tests.run_files import run_file
 
 Make = Callable[[Path], list[object]]
 
 _RESULT = '{"schema": "axisid.identification/1"}\n'
 
 
-def _on_log(*options: str, logs: int = 1) -> Make:
+def _on_log(*options: str, logs: int = 1, **said: object) -> Make:
     """Identify from a log, given so often, over a result that must stay as it is."""
 
     def make(folder: Path) -> list[object]:
         (folder / "kept.json").write_text(_RESULT)
         log = write_log(folder)
+        log = run_file(log, **said) if said else log
         return ["identify", "emps2015", *[log] * logs, *options, "--json", "kept.json"]
 
     return make
@@ -83,13 +85,12 @@ _OF_ZONES = (
 #: Name, options, code and what is said, of one log.
 _OF_A_LOG = (
     ("window backwards", ("--window", "3..1"), 2, "does not end after it begins"),
-    ("window of no number", ("--from", "nan"), 2, "begins at nan s, which is no time"),
-    ("window from infinity", ("--from", "inf"), 2, "begins at inf s, which is no time"),
-    ("window of words", ("--window", "a..b"), 2, "give FROM..TO in seconds, such as 2..5"),
+    ("window of no number", ("--window", "nan.."), 2, "begins at nan s, which is no time"),
+    ("window from infinity", ("--window", "inf.."), 2, "begins at inf s, which is no time"),
+    ("window of words", ("--window", "a..b"), 2, "give FROM..TO in seconds"),
     ("window beside the log", ("--window", "100..200"), 3, "whose time goes from 0 to 7.8 s"),
     ("windows that overlap", ("--window", "1..3", "--window", "2..4"), 2, "give them as one"),
     ("window of two rows", ("--window", "1..1.001"), 3, "needs 3 rows or more, not 2"),
-    ("window given twice over", ("--from", "2", "--window", "3..4"), 2, "is another"),
     ("factor of nothing", ("--columns", "position=position:m/0"), 2, "nothing is divided by 0"),
     ("factor of no number", ("--columns", "position=position:m*nan"), 2, "'nan' is no number"),
     ("factor of absurd size", ("--columns", "position=position:m*1e9999999"), 2, "beyond any"),
@@ -103,12 +104,14 @@ _OF_A_LOG = (
     ("unknown unit", ("--columns", "position=position:furlong"), 2, "'furlong', which is not kno"),
     ("column beyond the last", ("--columns", "position=#9"), 3, "no column '#9'.*found time, refe"),
     ("column before the first", ("--columns", "position=#0"), 3, "no column '#0'"),
-    ("shift by a part", ("--shift", "control=1.5"), 2, "give a whole number.*--resample auto"),
-    ("shift of the time", ("--shift", "time=1"), 2, "'time' is no column that can be moved"),
-    ("shift of no column", ("--shift", "wheel=1"), 2, "'wheel' is no column that can be moved"),
-    ("shift beyond the log", ("--shift", "control=99999"), 2, "by 99999 samples, and has 7801"),
-    ("shift in kilograms", ("--shift", "control=1kg"), 2, "or a time with its unit, such as 2ms"),
-    ("start of no kind", ("--start", "best"), 2, "'best' is not one of 'least-squares', 'nominal'"),
+)
+#: Name, shift, code and what is said.
+_SHIFTS = (
+    ("shift by a part", {"control": 1.5}, 2, "give a whole number.*--resample auto"),
+    ("shift of the time", {"time": 1}, 3, "shift: 'time' is no column that can be moved"),
+    ("shift of no column", {"wheel": 1}, 2, "'wheel' is no column that can be moved"),
+    ("shift beyond the log", {"control": 99999}, 2, "by 99999 samples, and has 7801"),
+    ("shift in kilograms", {"control": "1kg"}, 3, "or a time with its unit, such as 2ms"),
 )
 #: The same of two logs.
 _OF_TWO = (
@@ -117,10 +120,13 @@ _OF_TWO = (
     ("too many known values", ("--known", "M=1,2,3"), "there are 2 records; give one for each"),
     ("known words", ("--known", "M=a,b"), "number 1 is no value"),
     ("local and known", ("--local", "Fc", "--known", "Fc=1,2"), "leave one of the two out"),
-    ("columns of no record", ("--columns-of", "3", "time=t"), "record 3 is none: there are 2"),
 )
 
 FAULTS: list[Fault] = [
+    *(
+        Fault(name=name, make=_on_log(shift=shift), code=code, says=says)
+        for name, shift, code, says in _SHIFTS
+    ),
     *(
         Fault(name=name, make=_on_log(*options), code=code, says=says)
         for name, options, code, says in _OF_A_LOG

@@ -1,15 +1,17 @@
 """Faults of signals: time in other units, clocks that jump or drift, spikes, cut-off values."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache, partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from axisid import DataError, Record, build, load_axis, twin_record
 from tests.faults.fault import Fault, Misuse
+from tests.run_files import run_file
 
 Columns = dict[str, np.ndarray]
 Spoil = Callable[[Columns], Columns]
@@ -33,8 +35,12 @@ def _log(
     without: str = "",
     digits: str = "%.9g",
     cut: int = 0,
+    said: Mapping[str, object] = MappingProxyType({}),
 ) -> list[object]:
-    """Write the log of a twin, spoilt, with so many letters of its end cut off."""
+    """Write the log of a twin, spoilt, with so many letters of its end cut off.
+
+    What is said of it goes into a run.toml.
+    """
     record = _twin(axis)
     columns = spoil({role: values.copy() for role, values in record.channels().items()})
     kept = {role: values for role, values in columns.items() if role != without}
@@ -45,7 +51,7 @@ def _log(
     np.savetxt(file, table, fmt=digits, delimiter=",", header=header, comments="")
     if cut:
         file.write_text(file.read_text().rstrip()[:-cut])
-    return ["identify", axis, file, *_LS, *options]
+    return ["identify", axis, run_file(file, **said) if said else file, *_LS, *options]
 
 
 def _slower(columns: Columns, factor: float) -> Columns:
@@ -149,22 +155,23 @@ _TIME_BASE = (
     ),
     Fault(
         name="a sampling period that nothing confirms",
-        make=lambda folder: _log(folder, _timeless, "--sample-period", "1.05e-3"),
+        make=lambda folder: _log(folder, _timeless, said={"sample_period": 1.05e-3}),
         code=0,
-        says="FAIL law: .* check --sample-period, which nothing else confirms",
+        says="FAIL law: .* check sample_period = ... in run.toml, which nothing else confirms",
     ),
     Fault(
         name="a log that keeps one sample in two",
         make=lambda folder: _log(folder, _thinned, without="reference"),
         code=0,
-        says="FAIL law: .* if the log keeps one sample in 2, confirm that by --sample-period 0.002",
+        says="FAIL law: .* if the log keeps one sample in 2, confirm that by sample_period = 0.002",
     ),
     _repaired(
         "a log that keeps one sample in two, as the user confirms",
         lambda folder: _log(
             folder,
             _thinned,
-            *("--sample-period", "2e-3", "--json", folder / _RESULT),
+            *("--json", folder / _RESULT),
+            said={"sample_period": 2e-3},
             without="reference",
         ),
         "law.*: not evaluated, the record is sampled every 0.002 s",
@@ -227,11 +234,13 @@ _CLOCK = (
         name="time stamps of too few digits",
         make=lambda folder: _log(folder, _coarse),
         code=3,
-        says=r"too coarse: .* give --sample-period to count by \(0\.00\d+ s in their mean\)",
+        says=r"too coarse: .* give sample_period = .* to count by \(0\.00\d+ s in their mean\)",
     ),
     _repaired(
         "time stamps of too few digits, counted",
-        lambda folder: _log(folder, _coarse, "--sample-period", "1e-3", "--json", folder / _RESULT),
+        lambda folder: _log(
+            folder, _coarse, "--json", folder / _RESULT, said={"sample_period": 1e-3}
+        ),
         "time stamps that step by 0 to 4 ms replaced by a count",
     ),
     Fault(
@@ -278,7 +287,11 @@ _VALUES = (
     _repaired(
         "a control that the recorder cut off, masked",
         lambda folder: _log(
-            folder, _clipped, "--mask", "clipped", "--json", folder / _RESULT, axis="emps"
+            folder,
+            _clipped,
+            *("--json", folder / _RESULT),
+            axis="emps",
+            said={"mask": "clipped"},
         ),
         r"clipped samples masked.*: position 0, control \d+ \(at -.* and .*\).* pass law, ",
         axis="emps",

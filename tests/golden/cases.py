@@ -1,13 +1,14 @@
 """The results that are kept: command lines, each with what it needs to run."""
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from axisid import Identification, Prefilter, build, identify, load_axis, read_record, twin_record
 
 EMPS = "{data}/emps/DATA_EMPS.mat"
 DFKI = "{data}/dfki_pendulum"
-_RECIPE = (
-    "--cutoff 100 --drop 49 0 --hold raw --reversals keep --sample-period 1e-3 "
-    "--decimate 10 --decimation matlab"
-)
+_PERIOD = "sample_period = 1e-3"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,16 +24,35 @@ class Case:
         ``{folder}`` for an empty one.
     before : str
         A command that makes what this one reads, or a real record that it needs as a text.
+    runs : mapping of str to str
+        Files of what is said of EMPS's record, and what they say, in the folder.
+    made : callable, optional
+        Makes the result in place of the command, where Python alone has what it asks for.
     """
 
     name: str
-    command: str
+    command: str = ""
     before: str = ""
+    runs: Mapping[str, str] = field(default_factory=dict)
+    made: Callable[[Mapping[str, Path]], Identification] | None = None
 
     @property
     def record(self) -> str | None:
         """The real record that it reads, if it does."""
-        return next((each for each in (EMPS, DFKI) if each in self.before + self.command), None)
+        return next((each for each in (EMPS, DFKI) if each in self.before), None)
+
+
+def _recipe(places: Mapping[str, Path]) -> Identification:
+    """By the published recipe."""
+    filtered = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
+    axis = build(load_axis("emps"))
+    return identify(axis, read_record(EMPS.format(**places), axis, sample_period=1e-3), filtered)
+
+
+def _otherwise(_: Mapping[str, Path]) -> Identification:
+    axis = build(load_axis("rotary_table"))
+    how = {"loss": "huber", "covariance": "robust", "start": "nominal"}
+    return identify(axis, twin_record(axis), **how)
 
 
 CASES: tuple[Case, ...] = (
@@ -42,7 +62,7 @@ CASES: tuple[Case, ...] = (
     ),
     Case(
         name="identify-otherwise",
-        command="identify rotary_table --loss huber --covariance robust --start nominal",
+        made=_otherwise,
     ),
     Case(
         name="several-records",
@@ -60,13 +80,19 @@ CASES: tuple[Case, ...] = (
         name="study",
         command="study emps --runs 3 --checks 1 --method idm-ls --method fit:control",
     ),
-    Case(name="emps-recipe", command=f"identify emps {EMPS} {_RECIPE}"),
+    Case(name="emps-recipe", before=EMPS, made=_recipe),
     Case(
         name="emps-halves",
-        command=f"identify emps {EMPS} --sample-period 1e-3 --window 0..13 "
-        f"--validate {EMPS} --validate-window 12..24",
+        before=EMPS,
+        runs={"first": f'{_PERIOD}\nwindows = "0..13"', "last": f'{_PERIOD}\nwindows = "12..24"'},
+        command="identify emps {folder}/first.toml --validate {folder}/last.toml",
     ),
-    Case(name="emps-fit", command=f"fit emps {EMPS} --sample-period 1e-3"),
+    Case(
+        name="emps-fit",
+        before=EMPS,
+        runs={"run": _PERIOD},
+        command="fit emps {folder}/run.toml",
+    ),
     Case(
         name="dfki",
         before=DFKI,

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from axisid.commands.main import cli
-from tests.golden.cases import DFKI, Case
+from tests.golden.cases import DFKI, EMPS, Case
 
 FOLDER = Path(__file__).parent / "outputs"
 #: Members that are kept beside values and ends of intervals, their deviations, and statuses.
@@ -32,8 +32,13 @@ def result_of(case: Case, places: Mapping[str, Path]) -> Kept:
     """Run a case, and keep of its result what is compared."""
     if case.before == DFKI:
         _join(Path(DFKI.format(**places)), places["folder"] / "dfki_joined.csv")
-    elif case.before:
+    elif case.before and case.before != EMPS:
         _output(case.before, places)
+    for name, said in case.runs.items():
+        log = EMPS.format(**places)
+        (places["folder"] / f"{name}.toml").write_text(f"log = {log!r}\n{said}\n")
+    if case.made is not None:
+        return dict(_kept(json.loads(json.dumps(case.made(places).to_dict())), ()))
     return dict(_kept(json.loads(_output(f"{case.command} --json -", places)), ()))
 
 

@@ -1,9 +1,5 @@
 """The real record gives the published figures (docs of the benchmark, Janot et al. 2019)."""
 
-import json
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -18,19 +14,14 @@ PUBLISHED = {
     "Fc": ("20.3935", "0.1012"),
     "tau0": ("-3.1648", "0.0444"),
 }
-RECIPE = (
-    "--cutoff 100 --decimate 10 --decimation matlab --drop 49 0 --hold raw --reversals keep "
-    "--sample-period 1e-3"
-).split()
+RECIPE = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
 
 
 @pytest.mark.slow
 def test_published_least_squares_to_every_printed_digit(
-    run: Callable[..., tuple[int, str, str]], emps_file: Path
+    emps: GeneratedAxis, emps_record: Record
 ) -> None:
-    code, out, _ = run("identify", "emps", emps_file, "--method", "idm-ls", *RECIPE, "--json", "-")
-    assert code == 0
-    (estimate,) = json.loads(out)["estimates"]
+    (estimate,) = identify(emps, emps_record, RECIPE, ["idm-ls"]).to_dict()["estimates"]
     for name, (value, sd) in PUBLISHED.items():
         parameter = estimate["parameters"][name]
         assert f"{parameter['value']:.4f}" == value

@@ -31,6 +31,7 @@ from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration import back_and_forth
 from benchmarks.machines import Machine, records, white
 from tests.refusals import refuses
+from tests.run_files import run_file
 
 TRUTH = {"M": 100.0, "Fv": 240.0, "Fc": 25.0}
 MOVES = back_and_forth(speeds=(0.04, 0.12), acceleration=0.8, seconds=0.75, repeat=2)
@@ -162,8 +163,10 @@ def test_the_command_line_takes_it_and_the_file_says_where_it_entered(
     arguments = ["identify", "emps2015", str(file), "--columns", "injected=exc", "--json", str(out)]
     code, _, err = run(*arguments)
     assert code != 0
-    assert "add --injected-at control or --injected-at reference" in " ".join(err.split())
-    code, text, err = run(*arguments, "--injected-at", "control")
+    said = 'add injected_at = "control" in run.toml or injected_at = "reference" in run.toml'
+    assert said in " ".join(err.split())
+    own = run_file(file, columns={"injected": "exc"}, injected_at="control")
+    code, text, err = run("identify", "emps2015", own, "--json", out)
     assert (code, err) == (0, "")
     assert "'exc' was added to the control" in " ".join(text.split())
     written = json.loads(out.read_text())

@@ -23,7 +23,7 @@ from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.signals.filtered_record import check_filter
 from axisid.modeling.text.mistakes import TextError
 from axisid.support.errors import DeclarationError
-from axisid.support.remedy import as_options
+from axisid.support.remedy import ARGUMENTS, as_options
 from docs.extensions.error_tables import coded_errors, page
 
 N = 400
@@ -102,8 +102,9 @@ def test_error_speaks_in_arguments_and_to_the_command_line_in_options(
     assert error.remedy.settings
     assert "--" not in str(error)
     options = error.worded(as_options)
-    named = (setting.name.rpartition(" ")[2] for setting in error.remedy.settings)
-    assert all(f"--{name}" in options for name in named)
+    for setting in error.remedy.settings:
+        key = f"{ARGUMENTS[setting.name].name}" if ARGUMENTS[setting.name].place else ""
+        assert (key or f"--{setting.name.rpartition(' ')[2]}") in options
     assert options.endswith((".", ")"))
 
 

@@ -11,6 +11,7 @@ import pytest
 
 import axisid
 from axisid.commands.main import cli
+from axisid.estimation.choices import LOG_KEYS
 from axisid.support.remedy import ARGUMENTS, Setting, as_arguments, as_options
 
 RESAMPLE, SPLIT = Setting("resample", "auto"), Setting("gaps", "split")
@@ -18,7 +19,7 @@ UNNAMED = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 
 
 @pytest.mark.parametrize("name", ARGUMENTS)
-def test_setting_is_an_option_of_a_command(name: str) -> None:
+def test_setting_is_an_option_of_a_command_or_a_key_of_a_log(name: str) -> None:
     options = {
         option
         for name, command in cli.commands.items()
@@ -28,7 +29,11 @@ def test_setting_is_an_option_of_a_command(name: str) -> None:
         for option in (each, f"{name} {each}")
     }
     command, _, option = name.rpartition(" ")
-    assert f"{command} --{option}".strip() in options
+    argument = ARGUMENTS[name]
+    if argument.place == "run.toml":
+        assert argument.name in LOG_KEYS
+    elif not argument.place:
+        assert f"{command} --{option}".strip() in options
 
 
 @pytest.mark.parametrize("name", ARGUMENTS)
@@ -54,11 +59,11 @@ def test_setting_is_an_argument_in_python(name: str) -> None:
         ),
         (
             (Setting("columns", "time=NAME,force=NAME:N"), Setting("wrap", "360:deg")),
-            "--columns time=NAME,force=NAME:N --wrap 360:deg",
+            '--columns time=NAME,force=NAME:N and wrap = "360:deg" in run.toml',
             'columns={"time": "NAME", "force": "NAME:N"}, repairs=Repairs(wrap="360:deg")',
         ),
-        ((Setting("sample-period"),), "--sample-period", "sample_period=..."),
-        ((Setting("max-memory", "GB"),), "--max-memory GB", "max_memory=BYTES"),
+        ((Setting("sample-period"),), "sample_period = ... in run.toml", "sample_period=..."),
+        ((Setting("max-memory", "BYTES"),), "max_memory = BYTES in run.toml", "max_memory=BYTES"),
         ((Setting("hold", "zoh"),), "--hold zoh", 'Prefilter(hold="zoh")'),
         (
             (Setting("leave-out", "a"), Setting("leave-out", "b")),
@@ -66,7 +71,12 @@ def test_setting_is_an_argument_in_python(name: str) -> None:
             'leave_out(axis, "a", "b")',
         ),
         ((Setting("fix", "m=2+-0.1"),), "--fix m=2+-0.1", "fix(axis, m=(2, 0.1))"),
-        ((Setting("draws", "50"),), "--draws 50", "summary(draws=50)"),
+        (
+            (Setting("shift", "control=-1"), Setting("shift", "force=2ms")),
+            'shift.control = -1, shift.force = "2ms" in run.toml',
+            'repairs=Repairs(shift={"control": "-1", "force": "2ms"})',
+        ),
+        ((Setting("start", "nominal"),), 'start="nominal" in Python', 'start="nominal"'),
         (
             (Setting("window", "2..5"), Setting("window", "8..")),
             "--window 2..5 --window 8..",
@@ -78,7 +88,7 @@ def test_setting_is_an_argument_in_python(name: str) -> None:
             'fit(axis, record, "open-loop")',
         ),
         ((Setting("json"),), "--json", "to_dict() as JSON"),
-        ((Setting("wrap", given=False),), "leave --wrap out", "leave wrap out"),
+        ((Setting("wrap", given=False),), "leave wrap out in run.toml", "leave wrap out"),
     ],
 )
 def test_settings_are_worded_as_options_and_as_arguments(

@@ -7,7 +7,6 @@ import click
 from axisid.commands.options import (
     Command,
     Filtering,
-    Judging,
     Reading,
     Sharing,
     Target,
@@ -21,7 +20,6 @@ from axisid.commands.options import (
     leave_out_option,
     put_result,
     stages,
-    start_option,
     takes,
 )
 from axisid.estimation.choices import comparing
@@ -90,9 +88,6 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 @takes("reading", Reading)
 @takes("sharing", Sharing)
 @leave_out_option
-@start_option
-@takes("levels", Judging)
-@click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @force_option
 def compare(
@@ -106,9 +101,6 @@ def compare(
     reading: Reading,
     sharing: Sharing,
     left_out: tuple[str, ...],
-    started_at: str,
-    levels: Judging,
-    no_native: bool,
     json_file: str | None,
     force: bool,
 ) -> None:
@@ -130,9 +122,7 @@ def compare(
         named[0],
         record,
         reading,
-        no_native=no_native,
         skip_bad=sharing.skip_bad,
-        own_columns=sharing.own_columns(len(record)),
     )
     inputs, said = sharing.of(inputs, len(record))
     inputs.say_set_aside()
@@ -145,9 +135,7 @@ def compare(
     _add_named(candidates, axes, left_out)
     _check_left_out(candidates, left_out)
     with ProgressLine("comparing") as line:
-        built = {
-            name: stages.build(axis, native=not no_native) for name, axis in candidates.items()
-        }
+        built = {name: stages.build(axis) for name, axis in candidates.items()}
         filtered = filtering.prefilter(data[0].period)
         result = stages.compare(
             built,
@@ -155,9 +143,7 @@ def compare(
             filtered,
             method,
             progress=line,
-            start=started_at,
             skip_bad=sharing.skip_bad,
-            **levels.arguments(),
             **said,
         ).with_set_aside(inputs.set_aside)
     put_result(result, json_file)

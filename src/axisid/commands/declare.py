@@ -7,31 +7,64 @@ from pathlib import Path
 
 import click
 
-from axisid.commands.options import Command, complete_axis, stages, write_output
+from axisid.commands.options import (
+    Command,
+    check_idle,
+    complete_axis,
+    complete_file,
+    stages,
+    write_output,
+)
 from axisid.presentation.console import ProgressLine, print_document
 from axisid.support.errors import ModelError, UsageError
 
 
 @click.command(
     cls=Command,
-    short_help="Start a declaration in this folder.",
-    epilog="Example: axisid new my_axis && axisid identify my_axis.toml",
+    short_help="Start a declaration, or a run.toml of a log.",
+    epilog="Examples: axisid new my_axis && axisid identify my_axis.toml, or "
+    "axisid new --record log.csv && axisid identify my_axis.toml run.toml",
 )
-@click.argument("name")
+@click.argument("name", required=False)
 @click.option("--newton/--lagrange", default=True, help="By forces or by energies.  [newton]")
 @click.option("--toml/--python", default=True, help="As data, or as a program.  [toml]")
-def new(name: str, newton: bool, toml: bool) -> None:
+@click.option(
+    "--record",
+    metavar="LOG",
+    shell_complete=complete_file,
+    help="In place of a declaration start a run.toml (or NAME.toml) beside a log: what is said of "
+    "it, with what was found in it. It stands in the place of the log in every command.",
+)
+def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
     """Start a declaration, NAME.toml or NAME.py in this folder, with comments.
 
     It is complete: a linear stage (a pendulum with --lagrange) with its control law, and an
     experiment whose twin can be identified at once.
     """
+    if record is not None:
+        for option in ("--newton", "--toml"):
+            check_idle(option, "is of a declaration, and --record starts a run.toml")
+        _start_run(Path(record), name or "run")
+        return
+    if name is None:
+        raise click.UsageError("name the axis, or a log by --record LOG.")
     file = Path(f"{name}.toml" if toml else f"{name}.py")
     _check_new(name, file)
     write_output(str(file), scaffold(name, newton=newton, toml=toml))
     click.echo(f"wrote {file}; edit it, then (the last line is of its twin; add your log to it):")
     click.echo(f"  axisid show {file}")
     click.echo(f"  axisid identify {file}")
+
+
+def _start_run(log: Path, name: str) -> None:
+    """Write what is found in a log beside it."""
+    if Path(name).name != name:
+        raise UsageError(f"{name!r} is no name of a file beside {log}; give one without a folder.")
+    file = log.parent / f"{name}.toml"
+    _check_free(file)
+    write_output(str(file), stages.started_run(log))
+    click.echo(f"wrote {file}; look at its columns, say the rest, then:")
+    click.echo(f"  axisid identify AXIS {file}")
 
 
 @click.command(cls=Command, epilog="Example: axisid show emps --format latex > emps.tex")
@@ -74,7 +107,11 @@ def _check_new(name: str, file: Path) -> None:
         raise UsageError(str(error)) from error
     if name in stages.LIBRARY:
         raise UsageError(f"{name!r} is an axis of the library; choose another name.")
-    if os.path.lexists(file):
-        raise UsageError(f"{file} is there already; choose another name or move it.")
+    _check_free(file)
     if file.suffix == ".py" and find_spec(name) is not None:
         raise UsageError(f"{name}.py would hide the Python module {name}; choose another name.")
+
+
+def _check_free(file: Path) -> None:
+    if os.path.lexists(file):
+        raise UsageError(f"{file} is there already; choose another name or move it.")

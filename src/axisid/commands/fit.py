@@ -5,7 +5,6 @@ import click
 from axisid.commands.options import (
     Command,
     Fitting,
-    Judging,
     Reading,
     Sharing,
     Target,
@@ -34,7 +33,6 @@ from axisid.presentation.console import ProgressLine
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", nargs=-1, shell_complete=complete_file)
 @takes("asked", Fitting)
-@takes("levels", Judging)
 @click.option(
     "--seed",
     type=click.IntRange(min=0),
@@ -52,7 +50,6 @@ from axisid.presentation.console import ProgressLine
     "each.",
 )
 @leave_out_option
-@click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the result as JSON; - for standard output.")
 @click.option("--report", metavar="FILE", help="Write a page of HTML: verdict, table, figures.")
 @force_option
@@ -60,13 +57,11 @@ def fit(
     axis: str,
     record: tuple[str, ...],
     asked: Fitting,
-    levels: Judging,
     seed: int,
     reading: Reading,
     sharing: Sharing,
     fix: tuple[str, ...],
     left_out: tuple[str, ...],
-    no_native: bool,
     json_file: str | None,
     report: str | None,
     force: bool,
@@ -85,9 +80,7 @@ def fit(
         reading,
         fixed=fix,
         left_out=left_out,
-        no_native=no_native,
         skip_bad=sharing.skip_bad,
-        own_columns=sharing.own_columns(len(record)),
     )
     inputs, shared = sharing.of(inputs, len(record))
     inputs.say_set_aside()
@@ -99,7 +92,6 @@ def fit(
             progress=line,
             seed=seed,
             **asked.arguments(),
-            **levels.arguments(),
             **shared,
         )
     put_result(result, json_file)

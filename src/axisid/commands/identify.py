@@ -1,6 +1,5 @@
 """``axisid identify``."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,36 +8,32 @@ import click
 
 from axisid.commands.options import (
     Command,
-    Estimating,
     Filtering,
     Inputs,
-    Judging,
     Options,
     Reading,
     Sharing,
     Target,
-    Window,
     axis_and_records,
     bootstrap_option,
     bounded_option,
     check_folder,
     check_idle,
+    check_methods,
     check_needed,
     check_targets,
     command_line,
     complete_axis,
     complete_file,
-    draws_option,
-    drive_time_option,
     fix_option,
     force_option,
     json_option,
     leave_out_option,
+    loss_option,
     method_option,
     option,
     print_result,
     put_json,
-    read_windows,
     stages,
     takes,
 )
@@ -49,18 +44,9 @@ from axisid.support.remedy import as_options
 
 def _check_idle(json_file: str | None) -> None:
     """Refuse options that the others leave without effect."""
-    check_needed(("--figure-format", "--figure-width"), ("--figures",))
-    check_needed(("--no-sweep",), ("--report", "--figures"))
-    check_needed(("--validate-window", "--validate-like"), ("--validate",))
+    check_needed(("--validate-like",), ("--validate",))
     if json_file == "-":
         check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
-
-
-def _finite(_: click.Context, parameter: click.Parameter, value: float) -> float:
-    """No range that click knows leaves out what is no number."""
-    if not math.isfinite(value):
-        raise click.BadParameter("give a number of millimetres", param=parameter)
-    return value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,14 +59,6 @@ class Validating(Options):
         metavar="RECORD",
         multiple=True,
         shell_complete=complete_file,
-    )
-    windows: tuple[Window, ...] = option(
-        "As --window, of the record of --validate, which else is taken whole; that may be the "
-        "same file.",
-        name="validate-window",
-        read=read_windows,
-        multiple=True,
-        metavar="FROM..TO",
     )
     like: int | None = option(
         "The record, of those that are identified from, whose --local parameters and --known "
@@ -102,19 +80,7 @@ class Validating(Options):
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", nargs=-1, shell_complete=complete_file)
 @method_option
-@takes(
-    "filtering",
-    Filtering,
-    cutoff="Butterworth low-pass.  [default: 60, or a fifth of the log's rate if that is less]",
-    order="Its order.  [default: 4]",
-    decimate="Keep one row in N.  [default: 10, or more where the cut-off asks for it]",
-    decimation="Rows aligned to the record's end or start.  [default: matlab]",
-    drop="Samples left out at both ends.  [default: the filter's transient]",
-    hold="zoh pairs motion with the mean of the forces held around a sample; raw with the one "
-    "after it.  [default: zoh for a control that a drive holds, else raw]",
-    reversals="Samples near a reversal or a rest, where the low-pass rounds what friction does at "
-    "once.  [default: leave-out for axes with friction, unless that hides a parameter]",
-)
+@takes("filtering", Filtering)
 @takes("reading", Reading)
 @takes("sharing", Sharing)
 @fix_option(
@@ -122,17 +88,10 @@ class Validating(Options):
     "for each."
 )
 @leave_out_option
-@drive_time_option(
-    "Estimate the drive's lag or its delay too, from where it is declared; every deviation "
-    "then has what its own adds. Of one record, which shows their sum alone."
-)
-@click.option("--no-native", is_flag=True, help="Simulate in the CasADi virtual machine, slower.")
 @takes("validating", Validating)
-@takes("estimating", Estimating)
+@loss_option
 @bounded_option
 @bootstrap_option
-@takes("levels", Judging)
-@draws_option
 @click.option("--all", "every", is_flag=True, help="Print every method, side by side, with notes.")
 @click.option(
     "--full",
@@ -144,23 +103,6 @@ class Validating(Options):
     "--report", metavar="FILE", help="Write a page of HTML to show: verdict, tables, figures."
 )
 @click.option("--figures", metavar="DIR", help="Write the figures into a folder.")
-@click.option(
-    "--figure-format",
-    type=click.Choice(["pdf", "svg", "png"]),
-    default="pdf",
-    show_default=True,
-    help="Of --figures.",
-)
-@click.option(
-    "--figure-width",
-    type=click.FloatRange(60, 400),
-    default=160,
-    show_default=True,
-    metavar="MM",
-    help="Of --figures; a column of a journal has 88.",
-    callback=_finite,
-)
-@click.option("--no-sweep", is_flag=True, help="Page and figures without a sweep of the cut-off.")
 @force_option
 def identify(
     axis: str,
@@ -170,23 +112,16 @@ def identify(
     filtering: Filtering,
     reading: Reading,
     sharing: Sharing,
-    estimating: Estimating,
+    loss: str,
     bounded: bool,
     bootstrap: int,
-    levels: Judging,
-    draws: int | None,
     every: bool,
     full: bool,
     json_file: str | None,
     fix: tuple[str, ...],
     left_out: tuple[str, ...],
-    drive_time: str | None,
-    no_native: bool,
     report: str | None,
     figures: str | None,
-    figure_format: str,
-    figure_width: float,
-    no_sweep: bool,
     force: bool,
 ) -> None:
     """Identify AXIS from one RECORD or several, or from its built-in twin if none is given.
@@ -195,16 +130,16 @@ def identify(
     rotary_table, valve, crank, linear_motor, balanced_slide, servo_joint) or a TOML or Python file
     that declares one.
     RECORD is a log: delimited text of any dialect, MATLAB, Parquet, NumPy .npz, MDF4, TDMS, JSON or
-    a ROS bag. Values are SI unless the file or --columns says otherwise. Several records are one
-    regression with one set of parameters, each filtered, weighted and checked by itself.
+    a ROS bag; or a run.toml, which says what a log is. Values are SI unless that, the log or
+    --columns says otherwise. Several records are one regression with one set of parameters, each
+    filtered, weighted and checked by itself.
     """
     filtering.prefilter()  # refused before anything is read
     targets = [Target("--json", json_file, "identify"), Target("--report", report, "report")]
     check_targets(targets, (*record, axis, *validating.further), force=force)
-    own_columns = sharing.own_columns(len(record))
     _check_idle(json_file)
-    estimating.check(methods)
-    _check_figures(figures, figure_format, len(record), force=force)
+    check_methods(methods)
+    _check_figures(figures, len(record), force=force)
     inputs = axis_and_records(
         axis,
         record,
@@ -212,10 +147,7 @@ def identify(
         validating.further,
         fixed=fix,
         left_out=left_out,
-        drive_time=drive_time,
-        no_native=no_native,
         skip_bad=sharing.skip_bad,
-        own_columns=own_columns,
     )
     if validating.further:
         sharing.check_validates(validating.like)
@@ -233,21 +165,26 @@ def identify(
             skip_bad=sharing.skip_bad,
             bounded=bounded,
             bootstrap=bootstrap,
-            **estimating.arguments(),
-            **levels.arguments(),
+            loss=loss,
             **shared,
         ).with_set_aside(inputs.set_aside)
 
-    asked: dict[str, Any] = {
-        "report": report,
-        "figures": figures,
-        "form": figure_format,
-        "width": figure_width,
-        "swept": not no_sweep,
-    }
     like = validating.like
     own = None if like is None else _place(inputs, result.records, like)
-    _put(result, json_file, others, draws or 0, asked, every=every, full=full, like=own)
+    with ProgressLine("judging the estimates"):
+        validations = [stages.validate(result, other, like=own) for other in others]
+        names = [each.record.provenance.source for each in validations]
+        check = stages.joined([each.check for each in validations], names)
+        result = replace(result, further=() if check is None else (check,))
+    refused = _put(result, json_file, validations, every=every, full=full)
+    for path in stages.write_outputs(
+        result, validations, _say, report=report, figures=figures, command=command_line()
+    ):
+        click.echo(f"wrote {path}", err=json_file == "-")
+    if refused is not None:
+        raise refused
+    if result.failed:
+        raise EstimationError("; ".join(stages.missing_notes(result.failed, as_options)))
 
 
 def _place(inputs: Inputs, used: "Sequence[stages.Record]", number: int) -> int:
@@ -269,7 +206,7 @@ def _held_out(
     prefilter: "stages.Prefilter",
 ) -> list["stages.Record"]:
     """Records for --validate; refused before the long part where the filter does not suit one."""
-    records = [reading.record(log, axis, validating.windows) for log in validating.further]
+    records = [reading.record(log, axis, whole=True) for log in validating.further]
     for log, record in zip(validating.further, records, strict=True):
         try:
             _ = stages.FilteredRecord.bind(axis, record, prefilter).signals
@@ -279,38 +216,31 @@ def _held_out(
     return records
 
 
-def _check_figures(folder: str | None, form: str, records: int, *, force: bool) -> None:
+def _check_figures(folder: str | None, records: int, *, force: bool) -> None:
     """Refuse a folder of figures that holds others of the same names."""
     if folder is None:
         return
 
     numbers = ["", *(f"-{i + 1}" for i in range(records) if records > 1)]
-    drawn = {f"{name}{i}.{form}": "figure" for name in stages.NAMES for i in numbers}
+    drawn = {f"{name}{i}.pdf": "figure" for name in stages.NAMES for i in numbers}
     check_folder(folder, "--figures", drawn, force=force)
 
 
 def _put(
     result: "stages.Identification",
     json_file: str | None,
-    others: "Sequence[stages.Record]",
-    draws: int,
-    asked: dict[str, Any],
+    validations: "Sequence[stages.Validation]",
     *,
     every: bool,
     full: bool,
-    like: int | None = None,
-) -> None:
-    """Write the result, then print it, and fail if a method came to nothing."""
+) -> UsageError | None:
+    """Write the result and print it; a place that it could not be written to is told later."""
     with ProgressLine("judging the estimates"):
-        validations = [stages.validate(result, other, like=like) for other in others]
-        names = [each.record.provenance.source for each in validations]
-        check = stages.joined([each.check for each in validations], names)
-        result = replace(result, further=() if check is None else (check,))
-        written = None if json_file is None else result.to_dict(draws)
+        written = None if json_file is None else result.to_dict()
         document = (
             ()
             if json_file == "-"
-            else stages.as_blocks(result, draws=draws, every=every, full=full, wording=as_options)
+            else stages.as_blocks(result, every=every, full=full, wording=as_options)
         )
     refused: UsageError | None = None
     if json_file is not None and written is not None:
@@ -323,20 +253,14 @@ def _put(
             refused = error  # told after the result, which it must not cost
     if json_file == "-":
         for method, reason in result.skipped.items():
-            click.echo(f"axisid: without {method}: {reason.worded(as_options)}", err=True)
+            _say(f"without {method}: {reason.worded(as_options)}")
     else:
         print_document(document)
         for validation in validations:
             click.echo()
             print_result(validation)
+    return refused
 
-    def say(line: str) -> None:
-        click.echo(f"axisid: {line}", err=True)
 
-    asked |= {"draws": draws, "command": command_line()}
-    for path in stages.write_outputs(result, validations, say, **asked):
-        click.echo(f"wrote {path}", err=json_file == "-")
-    if refused is not None:
-        raise refused
-    if result.failed:
-        raise EstimationError("; ".join(stages.missing_notes(result.failed, as_options)))
+def _say(line: str) -> None:
+    click.echo(f"axisid: {line}", err=True)

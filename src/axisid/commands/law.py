@@ -27,14 +27,12 @@ from axisid.presentation.console import ProgressLine
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", required=False, shell_complete=complete_file)
 @takes("reading", Reading)
-@click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the result as JSON; - for stdout.")
 @force_option
 def law(
     axis: str,
     record: str | None,
     reading: Reading,
-    no_native: bool,
     json_file: str | None,
     force: bool,
 ) -> None:
@@ -45,7 +43,7 @@ def law(
     """
     logs = () if record is None else (record,)
     check_targets([Target("--json", json_file, "law")], (*logs, axis), force=force)
-    inputs = axis_and_records(axis, logs, reading, no_native=no_native)
+    inputs = axis_and_records(axis, logs, reading)
 
     generated, data = inputs.axis, inputs.records[0]
     with ProgressLine(f"finding the law of {generated.axis.name}") as line:

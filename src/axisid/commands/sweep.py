@@ -7,7 +7,6 @@ import click
 from axisid.commands.options import (
     Command,
     Filtering,
-    Judging,
     Reading,
     Sharing,
     Target,
@@ -20,7 +19,6 @@ from axisid.commands.options import (
     leave_out_option,
     put_result,
     stages,
-    start_option,
     takes,
 )
 from axisid.presentation.console import ProgressLine
@@ -38,18 +36,10 @@ from axisid.support.errors import UsageError
 @click.option("--from", "lowest", type=float, metavar="HZ", help="Lowest cut-off.")
 @click.option("--to", "highest", type=float, metavar="HZ", help="Highest cut-off.")
 @click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
-@takes(
-    "filtering",
-    Filtering,
-    without=("cutoff", "decimate", "decimation", "drop"),
-    order="Of the Butterworth filter.  [default: 4]",
-)
-@takes("reading", Reading, without=("start", "stop"))
+@takes("filtering", Filtering, without=("cutoff", "decimate"))
+@takes("reading", Reading)
 @takes("sharing", Sharing)
 @leave_out_option
-@start_option
-@takes("levels", Judging)
-@click.option("--no-native", is_flag=True, help="As in identify.")
 @json_option("Write the results as JSON; - for stdout.")
 @click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
 @force_option
@@ -63,9 +53,6 @@ def sweep(
     reading: Reading,
     sharing: Sharing,
     left_out: tuple[str, ...],
-    started_at: str,
-    levels: Judging,
-    no_native: bool,
     json_file: str | None,
     figure: str | None,
     force: bool,
@@ -88,9 +75,7 @@ def sweep(
         record,
         reading,
         left_out=left_out,
-        no_native=no_native,
         skip_bad=sharing.skip_bad,
-        own_columns=sharing.own_columns(len(record)),
     )
     inputs, shared = sharing.of(inputs, len(record))
     inputs.say_set_aside()
@@ -105,8 +90,6 @@ def sweep(
             filtering.prefilter(),
             progress=line,
             skip_bad=sharing.skip_bad,
-            start=started_at,
-            **levels.arguments(),
             **shared,
         ).with_set_aside(inputs.set_aside)
     put_result(result, json_file)

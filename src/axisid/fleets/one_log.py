@@ -11,7 +11,7 @@ from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.identification import Identification, identify
-from axisid.estimation.records import read_record
+from axisid.estimation.records import log_of, read_record
 from axisid.estimation.signals import Prefilter
 from axisid.fleets.items import FleetItem
 from axisid.modeling.declaration import Axis, fix, leave_out
@@ -193,14 +193,15 @@ def _digest(text: str) -> str:
 
 
 def log_digest(log: Path) -> str:
-    """Hash of the bytes of a log; of a folder, of all that is in it.
+    """Hash of the bytes of a log; of a folder, of all that is in it; of a run.toml, of its log too.
 
     Raises
     ------
     OSError
         It cannot be read.
     """
-    made = hashlib.sha256()
+    named = log_of(log)
+    made = hashlib.sha256(b"" if named == log else log_digest(named).encode())
     for file in sorted(p for p in log.rglob("*") if p.is_file()) if log.is_dir() else [log]:
         if log.is_dir():
             made.update(f"{file.relative_to(log)}\0".encode(errors="replace"))

@@ -71,8 +71,15 @@ class ModelError(AxisidError):
     code = "model"
 
 
-class DeclarationError(ModelError):
-    """A file declares an axis wrongly: every mistake in it.
+class DataError(AxisidError):
+    """The record is missing, malformed, or cannot serve what is asked of it."""
+
+    exit_code = 3
+    code = "data"
+
+
+class FileError(AxisidError):
+    """A file that a user wrote is wrong: every mistake in it.
 
     Attributes
     ----------
@@ -81,21 +88,24 @@ class DeclarationError(ModelError):
         Each may have several lines.
     """
 
-    code = "declaration"
-
-    def __init__(self, headline: str, mistakes: Sequence[str]) -> None:
-        listed = "\n".join(mistakes).replace("\n", "\n  ")
-        super().__init__(f"{headline}\n  {listed}")
+    def __init__(self, headline: str, mistakes: Sequence[str] = (), *, code: str = "") -> None:
+        listed = "\n".join(("", *mistakes)).replace("\n", "\n  ")
+        super().__init__(f"{headline}{listed}", code=code)
         self.args = (headline, mistakes)  # for pickle
         self.headline = headline
         self.mistakes = tuple(mistakes)
 
 
-class DataError(AxisidError):
-    """The record is missing, malformed, or cannot serve what is asked of it."""
+class DeclarationError(FileError, ModelError):
+    """A file declares an axis wrongly: every mistake in it."""
 
-    exit_code = 3
-    code = "data"
+    code = "declaration"
+
+
+class RunFileError(FileError, DataError):
+    """A file says wrongly what a log is: every mistake in it."""
+
+    code = "run-file"
 
 
 class EstimationError(AxisidError):

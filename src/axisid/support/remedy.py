@@ -1,9 +1,10 @@
 """What to do about an error or a note, as data: sentences with the settings that they speak of.
 
-A setting is an option of the command line and an argument in Python. Which is which stands in
-`ARGUMENTS` alone; whoever shows a sentence chooses how it is worded.
+A setting is an option of the command line, or a key of a run.toml, and an argument in Python. Which
+is which stands in `ARGUMENTS` alone; whoever shows a sentence chooses how it is worded.
 """
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -11,7 +12,9 @@ from types import MappingProxyType
 
 from .number_text import plain_numbers
 
-_ANY = "..."  # a value that is left to the user, in Python
+_ANY = "..."  # a value that is left to the user
+_FILE, _PYTHON = "run.toml", "Python"
+_PLAIN = re.compile(r"[-+\d.e]*|[A-Z]+")  # a number or a placeholder, which TOML has without quotes
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,12 +52,16 @@ class Argument:
         How the callable is written around its arguments; ``{}`` for the one that is called anyway.
     written : callable
         Takes the name and the values, and gives the text of all of them.
+    place : str
+        Where it is set beside Python: ``run.toml``, by a key of this name; empty for an option, and
+        ``Python`` where nothing else sets it.
     """
 
     of: str
     name: str = ""
     call: str = "{}"
     written: Callable[[str, Sequence[str]], str]
+    place: str = ""
 
 
 #: Gives the words for settings that stand together.
@@ -62,14 +69,35 @@ Wording = Callable[[Sequence[Setting]], str]
 
 
 def as_options(settings: Sequence[Setting]) -> str:
-    """As on the command line: ``--resample auto --gaps split``."""
-    return " ".join(_option(setting) for setting in settings)
+    """As on the command line: ``--gaps split``; or ``mask = "clipped" in run.toml``."""
+    by_place: dict[str, list[Setting]] = {}
+    for setting in settings:
+        by_place.setdefault(ARGUMENTS[setting.name].place, []).append(setting)
+    return " and ".join(_at(place, each) for place, each in by_place.items())
+
+
+def _at(place: str, settings: Sequence[Setting]) -> str:
+    if not place:
+        return " ".join(map(_option, settings))
+    said = as_arguments(settings) if place == _PYTHON else ", ".join(map(_key, settings))
+    return f"{said} in {place}"
 
 
 def _option(setting: Setting) -> str:
     command, _, name = setting.name.rpartition(" ")
     option = f"axisid {command} " * bool(command) + f"--{name} {setting.value}".rstrip()
     return option if setting.given else f"leave {option} out"
+
+
+def _key(setting: Setting) -> str:
+    """As TOML has it; a table is a dotted key."""
+    argument = ARGUMENTS[setting.name]
+    if not setting.given:
+        return f"leave {argument.name} out"
+    by_role = argument.written is _mapping
+    role, _, amount = setting.value.partition("=") if by_role else ("", "", setting.value)
+    text = amount or _ANY if _PLAIN.fullmatch(amount) else _quoted(amount)
+    return f"{argument.name}{f'.{role}' if by_role else ''} = {text}"
 
 
 def as_arguments(settings: Sequence[Setting]) -> str:
@@ -100,11 +128,6 @@ def _text(name: str, values: Sequence[str]) -> str:
 def _number(name: str, values: Sequence[str]) -> str:
     """An argument that is a number, in the unit of the option."""
     return f"{name}={values[-1] or _ANY}"
-
-
-def _bytes(name: str, values: Sequence[str]) -> str:
-    """An argument in bytes, whose option is in gigabytes."""
-    return f"{name}={values[-1].replace('GB', 'BYTES') or _ANY}"
 
 
 def _mapping(name: str, values: Sequence[str]) -> str:
@@ -170,30 +193,34 @@ _PREFILTER = "Prefilter({})"
 ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
     {
         "columns": Argument(of="read_record", name="columns", written=_mapping),
-        "injected-at": Argument(of="read_record", name="injected_at", written=_text),
-        "sample-period": Argument(of="read_record", name="sample_period", written=_number),
+        "injected-at": Argument(of="read_record", name="injected_at", written=_text, place=_FILE),
+        "sample-period": Argument(
+            of="read_record", name="sample_period", written=_number, place=_FILE
+        ),
         "window": Argument(of="read_record", name="windows", written=_windows),
-        "max-memory": Argument(of="read_record", name="max_memory", written=_bytes),
-        "mask": Argument(of="estimation.Repairs", name="mask", call=_REPAIRS, written=_text),
+        "max-memory": Argument(of="read_record", name="max_memory", written=_number, place=_FILE),
+        "mask": Argument(
+            of="estimation.Repairs", name="mask", call=_REPAIRS, written=_text, place=_FILE
+        ),
         "resample": Argument(
             of="estimation.Repairs", name="resample", call=_REPAIRS, written=_text
         ),
         "gaps": Argument(of="estimation.Repairs", name="gaps", call=_REPAIRS, written=_text),
-        "wrap": Argument(of="estimation.Repairs", name="wrap", call=_REPAIRS, written=_text),
-        "tail": Argument(of="estimation.Repairs", name="tail", call=_REPAIRS, written=_text),
-        "shift": Argument(of="estimation.Repairs", name="shift", call=_REPAIRS, written=_mapping),
+        "wrap": Argument(
+            of="estimation.Repairs", name="wrap", call=_REPAIRS, written=_text, place=_FILE
+        ),
+        "tail": Argument(
+            of="estimation.Repairs", name="tail", call=_REPAIRS, written=_text, place=_FILE
+        ),
+        "shift": Argument(
+            of="estimation.Repairs", name="shift", call=_REPAIRS, written=_mapping, place=_FILE
+        ),
         "between": Argument(
-            of="estimation.Repairs", name="between", call=_REPAIRS, written=_mapping
+            of="estimation.Repairs", name="between", call=_REPAIRS, written=_mapping, place=_FILE
         ),
         "decimate": Argument(of="Prefilter", name="decimate", call=_PREFILTER, written=_number),
         "hold": Argument(of="Prefilter", name="hold", call=_PREFILTER, written=_text),
         "reversals": Argument(of="Prefilter", name="reversals", call=_PREFILTER, written=_text),
-        "draws": Argument(
-            of="Identification.summary",
-            name="draws",
-            call="summary({})",
-            written=_number,
-        ),
         "all": Argument(
             of="Identification.summary",
             name="every",
@@ -205,7 +232,7 @@ ARGUMENTS: Mapping[str, Argument] = MappingProxyType(
         "validate-like": Argument(of="validate", name="like", written=_number),
         "local": Argument(of="identify", name="local", written=_names),
         "known": Argument(of="identify", name="known", written=_by_record),
-        "start": Argument(of="identify", name="start", written=_text),
+        "start": Argument(of="identify", name="start", written=_text, place=_PYTHON),
         "loss": Argument(of="identify", name="loss", written=_text),
         "bounded": Argument(of="identify", name="bounded", written=_true),
         "horizon": Argument(of="fit", name="horizon", written=_number),

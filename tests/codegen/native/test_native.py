@@ -244,16 +244,6 @@ def test_no_working_compiler_means_the_virtual_machine_and_one_line(
 
 
 @pytest.mark.slow
-def test_no_native_switch_compiles_nothing_and_says_nothing(
-    cache: Path, run: Callable[..., tuple[int, str, str]]
-) -> None:
-    code, _, err = run("identify", "emps2015", "--no-native", *QUICK)
-    assert code == 0
-    assert err == ""
-    assert not cache.exists()
-
-
-@pytest.mark.slow
 def test_full_disk_means_the_virtual_machine(cache: Path) -> None:
     import resource
 

@@ -29,8 +29,8 @@ def test_a_fleet_is_identified_resumed_and_followed(run: Run, tmp_path: Path) ->
 def test_options_without_effect_and_foreign_files_are_refused(run: Run, tmp_path: Path) -> None:
     log = tmp_path / "a.csv"
     log.write_text("time,position\n")
-    code, _, err = run("fleet", str(log), "--method", "idm-ls", "--start", "nominal")
-    assert (code, "--start is of instruments" in err) == (2, True)
+    code, _, err = run("fleet", str(log), "--method", "idm-ls", "--method", "all")
+    assert (code, "--method all is by itself" in err) == (2, True)
     (tmp_path / "a.json").write_text("{}")
     code, _, err = run("fleet", str(log), "--axis", AXIS, "--output", str(tmp_path))
     assert (code, "this command did not write it" in err) == (2, True)

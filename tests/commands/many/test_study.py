@@ -30,7 +30,7 @@ def test_figures_are_printed_and_everything_is_written(run: Run, tmp_path: Path)
     arguments = ["study", "emps2015", "--runs", "10", "--method", "idm-ls", "--truth", "M=90"]
     arguments += ["--control-noise", "0.01", "--output", files["runs.npz"]]
     arguments += ["--json", files["study.json"], "--report", files["page.html"]]
-    arguments += ["--figures", str(tmp_path / "figures"), "--figure-format", "svg"]
+    arguments += ["--figures", str(tmp_path / "figures")]
     code, out, _ = run(*arguments)
     assert code == 0
     assert "IDM-LS" in out
@@ -40,7 +40,7 @@ def test_figures_are_printed_and_everything_is_written(run: Run, tmp_path: Path)
     with np.load(files["runs.npz"]) as arrays:
         assert len(arrays["run"]) == 10
     assert len([*(tmp_path / "figures").iterdir()]) == 3
-    code, out, _ = run(*arguments[:-4])
+    code, out, _ = run(*arguments[:-2])
     assert code == 0  # over its own files
     Path(files["runs.npz"]).write_text("mine")
     code, _, err = run(*arguments)
@@ -57,11 +57,11 @@ def test_numbers_are_written_though_nobody_reads_what_is_printed(
 
     monkeypatch.setattr(command, "put_result", gone)
     file = tmp_path / "runs.npz"
-    arguments = ["--method", "idm-ls", "--lags", "3", "--loss", "huber", "--output", str(file)]
+    arguments = ["--method", "idm-ls", "--loss", "huber", "--output", str(file)]
     run("study", "emps2015", "--runs", "1", *arguments)
     with np.load(file) as arrays:
         settings = json.loads(str(arrays["axisid.monte_carlo"]))["settings"]
-    assert (settings["lags"], settings["loss"]) == (3, "huber")
+    assert settings["loss"] == "huber"
 
 
 @pytest.mark.usefixtures("short")
@@ -89,9 +89,7 @@ def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
         (["--correlation-time", "0.1"], "--control-noise"),
         (["--position-noise", "-1"], "0 or more"),
         (["--output", "runs.csv"], ".npz or .parquet"),
-        (["--figure-format", "svg"], "--figures"),
-        (["--covariance", "iid", "--lags", "3"], "--lags is of HAC"),
-        (["--checks", "0", "--level", "0.05"], "--level is of the checks"),
+        (["--method", "fit:control", "--loss", "huber"], "--loss is of identify"),
     ],
 )
 def test_what_makes_no_sense_is_refused(run: Run, arguments: list[str], said: str) -> None:

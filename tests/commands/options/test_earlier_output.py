@@ -6,9 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from axisid import load_axis, sweep, twin_record
 from axisid.commands.options.outputs import is_earlier
 from axisid.paper.study import STUDY_FILES
-from axisid.presentation.drawing.files import FORMATS
+from axisid.presentation.drawing.files import FORMATS, write_figures
+from axisid.presentation.plots import sweep_plot
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -17,7 +19,7 @@ KINDS = (
     *("identify", "fit", "sweep", "compare", "compare-results", "report", "figure", "export"),
     *("generate", "paper"),
 )
-QUICK = ("--method", "idm-ls", "--no-sweep")
+QUICK = ("--method", "idm-ls")
 
 
 @pytest.fixture
@@ -34,7 +36,7 @@ def done(run: Run, *arguments: object) -> None:
 @pytest.mark.slow
 def test_every_output_is_written_anew_by_its_command_alone(run: Run, here: Path) -> None:
     commands = {
-        "identify": ("identify", "emps2015", *QUICK[:2], "--json", "identify"),
+        "identify": ("identify", "emps2015", *QUICK, "--json", "identify"),
         "fit": ("fit", "emps2015", "--json", "fit"),
         "report": ("identify", "emps2015", *QUICK, "--report", "report"),
         "sweep": ("sweep", "emps2015", "--points", 2, "--json", "sweep"),
@@ -54,7 +56,7 @@ def test_every_output_is_written_anew_by_its_command_alone(run: Run, here: Path)
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_exports_are_written_anew(run: Run, here: Path, target: str) -> None:
-    done(run, "identify", "emps2015", *QUICK[:2], "--json", "result.json")
+    done(run, "identify", "emps2015", *QUICK, "--json", "result.json")
     export = ("export", "result.json", "--axis", "emps2015", "--to", target, "-o", "exported")
     for _ in range(2):
         done(run, *export)
@@ -67,19 +69,23 @@ def test_exports_are_written_anew(run: Run, here: Path, target: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "form",
-    [pytest.param(form, marks=() if form == "png" else pytest.mark.slow) for form in FORMATS],
-)
-def test_figures_are_written_anew(run: Run, here: Path, form: str) -> None:
-    command = ("identify", "emps2015", *QUICK, "--figures", "figures", "--figure-format", form)
+def test_figures_are_written_anew(run: Run, here: Path) -> None:
+    command = ("identify", "emps2015", *QUICK, "--figures", "figures")
     done(run, *command)
     for figure in (here / "figures").iterdir():
         assert [kind for kind in KINDS if is_earlier(figure, kind)] == ["figure"]
-    (here / "figures" / f"tracking.{form}").write_text("mine")
+    (here / "figures" / "tracking.pdf").write_text("mine")
     code, _, err = run(*command)
     assert code == 2
-    assert f"tracking.{form}" in err
+    assert "tracking.pdf" in err
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_figure_of_every_form_is_known(here: Path, form: str) -> None:
+    axis = load_axis("emps2015")
+    plot = sweep_plot(sweep(axis, twin_record(axis), (30.0, 60.0)))
+    for figure in write_figures([plot], here, form):
+        assert [kind for kind in KINDS if is_earlier(figure, kind)] == ["figure"]
 
 
 def test_generated_code_is_written_anew(run: Run, here: Path) -> None:

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from axisid import Record
+from tests.run_files import run_file
 
 Run = Callable[..., tuple[int, str, str]]
-FILTER = ("--method", "idm-ls", "--no-native")
+FILTER = ("--method", "idm-ls")
 
 
 @pytest.fixture
@@ -79,13 +80,12 @@ def test_log_in_other_units_and_another_dialect_gives_the_same_estimates(
 @pytest.mark.parametrize(
     ("options", "code", "message"),
     [
-        (["--resample", "fast"], 2, "'fast' is no rate; give hertz, or auto"),
+        (["--resample", "fast"], 2, "resample at is 'fast'; give hertz, or auto"),
+        (["--resample", "-1"], 2, "resample at is -1.0; give hertz, or auto"),
         (["--resample", "100"], 2, "its noise would fold"),
-        (["--wrap", "0"], 2, "the modulus is '0'; give a positive number"),
-        (["--wrap", "1e-9"], 3, "more than the modulus"),
         (["--columns", "time=t,position=pos:deg,control=volts"], 2, "is measured in m"),
         (["--columns", "time=t,position=pos:inc,control=volts"], 2, "'inc', which is not known"),
-        (["--gaps", "fill"], 2, "'fill' is not 'split'"),
+        (["--gaps", "fill"], 2, "no repair of gaps 'fill'; choose from split"),
     ],
 )
 def test_what_cannot_be_done_is_one_sentence(
@@ -105,21 +105,15 @@ def test_what_cannot_be_done_is_one_sentence(
 
 
 @pytest.mark.slow
-def test_windows_and_shifts_are_taken_and_told(
+def test_windows_are_taken_and_told(
     run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
 ) -> None:
     file = write(tmp_path / "log.csv", columns)
-    one = estimates(run, file, "--columns", CHOSEN, "--from", 0.5, "--to", 2.5)
-    same = estimates(run, file, "--columns", CHOSEN, "--window", "0.5..2.5")
-    assert values(one) == values(same)
+    one = estimates(run, file, "--columns", CHOSEN, "--window", "0.5..2.5")
     assert one["record"]["windows"] == [[0.5, 2.5]]
-    two = estimates(
-        run, file, "--columns", CHOSEN, "--window", "..1", "--window", "1.5..", "--shift",
-        "control=1",
-    )  # fmt: skip
-    first, last = columns["t"][[1, -1]]
+    two = estimates(run, file, "--columns", CHOSEN, "--window", "..1", "--window", "1.5..")
+    first, last = columns["t"][[0, -1]]
     assert two["record"]["windows"] == [[first, 1.0], [1.5, last]]
-    assert [repair["kind"] for repair in two["record"]["repairs"]] == ["shift", "window"]
     cut = write(tmp_path / "cut.csv", {k: v[500:2501] for k, v in columns.items()})
     assert values(estimates(run, cut, "--columns", CHOSEN)) == values(one)
 
@@ -129,10 +123,9 @@ def test_a_second_record_has_windows_of_its_own(
     run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
 ) -> None:
     file = write(tmp_path / "log.csv", columns)
-    found = estimates(
-        run, file, "--columns", CHOSEN, "--to", 1.5, "--validate", file, "--validate-window",
-        "1.5..2.5",
-    )  # fmt: skip
+    other = run_file(file, windows="1.5..2.5")
+    words = ("--columns", CHOSEN, "--window", "..1.5", "--validate", other)
+    found = estimates(run, file, *words)
     assert found["record"]["windows"] == [[0.0, 1.5]]
     assert found["validation"]["record"]["windows"] == [[1.5, 2.5]]
 
@@ -140,20 +133,16 @@ def test_a_second_record_has_windows_of_its_own(
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--window", "2-5"), "is no window; give FROM..TO"),
+        (("--window", "2-5"), "a window is '2-5'; give FROM..TO"),
         (("--window", "5..2"), "does not end after it begins"),
-        (("--window", "1..2", "--from", 1), "give each by --window"),
-        (("--from", 100), "outside the log"),
-        (("--shift", "control"), "is not ROLE=N"),
-        (("--shift", "control=x"), "give samples, such as 1"),
-        (("--shift", "control=0.5ms"), "--resample auto"),
-        (("--validate-window", "1..2"), "nothing without --validate"),
+        (("--window", "100.."), "outside the log"),
+        (("--validate-like", "1"), "nothing without --validate"),
     ],
 )
-def test_windows_and_shifts_that_cannot_be_are_refused(
+def test_windows_that_cannot_be_are_refused(
     run: Run, tmp_path: Path, columns: dict[str, np.ndarray], arguments: tuple[object], said: str
 ) -> None:
     file = write(tmp_path / "log.csv", columns)
     code, _, err = run("identify", "emps2015", file, "--columns", CHOSEN, *arguments, *FILTER)
-    assert code == (3 if "--from" in arguments[:1] else 2)
+    assert code == (3 if "100.." in arguments else 2)
     assert said in " ".join(err.split())

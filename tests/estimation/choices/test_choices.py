@@ -1,12 +1,12 @@
 """The rows that say what users may choose are those that are run, and cheap to look at."""
 
 from axisid.estimation.choices import (
+    COVARIANCE_ROWS,
     METHOD_ROWS,
     comparing,
     covariance_names,
     method_names,
     same_estimates,
-    takes_lags,
 )
 from axisid.estimation.estimates import COVARIANCES, covariance_of
 from axisid.estimation.methods import METHODS
@@ -17,9 +17,9 @@ def test_every_row_is_in_the_table_that_is_run() -> None:
     assert [*METHODS] == [*method_names()]
     assert [*METHODS] == [method.name for method in METHODS.values()]
     assert [*COVARIANCES] == [*covariance_names()]
-    for name in COVARIANCES:
-        lags = getattr(covariance_of(name, 7), "lags", None)
-        assert lags == (7 if takes_lags(name) else None)
+    for row in COVARIANCE_ROWS:
+        lags = getattr(covariance_of(row.name, 7), "lags", None)
+        assert lags == (7 if row.takes_lags else None)
 
 
 def test_models_are_compared_by_the_inverse_model_alone() -> None:

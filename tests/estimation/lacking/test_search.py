@@ -2,10 +2,11 @@
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -17,16 +18,18 @@ from axisid import (
     Parameter,
     Record,
     build,
+    compare,
     fit,
     fix,
     identify,
     leave_out,
     load_axis,
     load_result,
+    monte_carlo,
+    sweep,
     twin_record,
 )
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.commands.main import cli
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.lacking import Lack, lacking, scores_at
@@ -234,7 +237,6 @@ def test_what_is_judged_does_not_matter(emps2015: GeneratedAxis, twin: Record) -
     assert _lacking(result) == ()
 
 
-@pytest.mark.parametrize("command", ["identify", "fit", "sweep", "compare", "study", "fleet"])
-def test_every_command_that_judges_takes_levels(command: str) -> None:
-    options = {option for each in cli.commands[command].params for option in each.opts}
-    assert options >= {"--level", "--least-share"}
+@pytest.mark.parametrize("judge", [identify, fit, sweep, compare, monte_carlo])
+def test_whatever_judges_takes_levels(judge: Callable[..., object]) -> None:
+    assert {*signature(judge).parameters} >= {"level", "least_share"}

@@ -52,7 +52,7 @@ def test_one_file_and_one_row_add_a_method_to_the_command(tmp_path: Path) -> Non
     done = commands_with(
         tmp_path,
         RECIPE,
-        f"identify emps2015 --method {NAME} --json result.json --report report.html --no-sweep",
+        f"identify emps2015 --method {NAME} --json result.json --report report.html",
         f"export result.json --axis emps2015 --to csv --method {NAME} -o out.csv",
         "identify --help",
         "export --help",
@@ -66,5 +66,5 @@ def test_one_file_and_one_row_add_a_method_to_the_command(tmp_path: Path) -> Non
     assert "IDM-WLS" in (tmp_path / "report.html").read_text()
     assert f"emps2015,{NAME},M," in (tmp_path / "out.csv").read_text()
     help_pages = "".join(done.stdout.split())
-    assert "[idm-ls|ddm-ls|idm-iv|ddm-iv|didim|idm-wls|all]" in help_pages
+    assert "[all|idm-ls|ddm-ls|idm-iv|ddm-iv|didim|idm-wls]" in help_pages
     assert "[idm-ls|ddm-ls|idm-iv|ddm-iv|didim|idm-wls]" in help_pages

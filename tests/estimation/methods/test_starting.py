@@ -68,12 +68,6 @@ def test_another_start_is_refused(emps2015: GeneratedAxis, twin: Record, start: 
         identify(emps2015, twin, start=start)  # type: ignore[arg-type]
 
 
-def test_a_start_without_instruments_is_refused(run) -> None:  # type: ignore[no-untyped-def]
-    code, _, err = run("identify", "emps2015", "--method", "idm-ls", "--start", "nominal")
-    assert code == 2
-    assert "--start is of instruments" in err
-
-
 def test_the_nominal_values_serve_where_least_squares_leads_to_no_end() -> None:
     """A white reference: from least squares the first iterate's loop diverges."""
     axis, record = white("belt_axis", 1e-3, 0, noisy=True)

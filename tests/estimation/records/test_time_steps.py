@@ -85,7 +85,10 @@ def test_drift_is_that_of_each_segment() -> None:
             r"Sort the rows by their time",
         ),
         (TIME[::-1], "Sort the rows by their time"),
-        (np.repeat(TIME[:500:4], 4), r"too coarse: .*--sample-period to count by \(0\.00\d+ s in"),
+        (
+            np.repeat(TIME[:500:4], 4),
+            r"too coarse: .*sample_period = .* to count by \(0\.00\d+ s in",
+        ),
     ],
 )
 def test_advice_is_what_helps(time: np.ndarray, advice: str) -> None:

@@ -37,10 +37,6 @@ Run = Callable[..., tuple[int, str, str]]
 
 ZOH = Prefilter(hold="zoh", drop=(48, 0))
 RECIPE = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
-OPTIONS = [
-    *"--cutoff 100 --decimate 10 --drop 49 0 --hold raw".split(),
-    *"--reversals keep --sample-period 1e-3".split(),
-]
 
 
 @pytest.fixture(scope="module")
@@ -259,13 +255,11 @@ def test_a_record_without_any_noise_is_compared(ladder: dict[str, GeneratedAxis]
 
 @pytest.mark.slow
 def test_real_record_gives_the_published_directional_friction(
-    run: Run, emps_file: Path, tmp_path: Path
+    emps_record: Record,
 ) -> None:
     """Row 2 of the published table to every printed digit, and the choice of its authors."""
-    file = tmp_path / "compare.json"
-    code, _, err = run("compare", emps_file, "--ladder", "emps", *OPTIONS, "--json", file)
-    assert (code, err) == (0, "")
-    result = json.loads(file.read_text())
+    candidates = {name: build(each) for name, each in friction_ladder(load_axis("emps")).items()}
+    result = compare(candidates, emps_record, RECIPE).to_dict()
     by_name = {c["name"]: c for c in result["candidates"]}
     estimate = by_name["directional"]["estimate"]
     published = {

@@ -21,9 +21,11 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.main import cli
 from tests.axes.stage import generated, stage, stage_record
 from tests.refusals import refuses
+from tests.run_files import run_file
 
 STAGE = """
 from tests.axes.stage import stage
+from tests.run_files import run_file
 axis = stage()
 """
 
@@ -142,8 +144,6 @@ def test_the_command_line_takes_several_logs(logs: list[str], tmp_path: Path) ->
         (("--known", "m_add=0"), "has 1 known value,"),
         (("--known", "m_add=0,x"), "number 2 is no value"),
         (("--local", "nothing"), "no parameter 'nothing'"),
-        (("--columns-of", "3", "time=t"), "record 3 is none"),
-        (("--gain", "declared"), "--gain says nothing without --known"),
     ],
 )
 def test_options_of_several_have_errors_with_their_place(
@@ -160,10 +160,9 @@ def test_a_single_log_has_no_parameter_of_its_own(logs: list[str]) -> None:
 def test_columns_may_be_named_for_one_log(logs: list[str], tmp_path: Path) -> None:
     text = Path(logs[2]).read_text().replace("t,q,r,u", "zeit,lage,soll,strom")
     (tmp_path / "other.csv").write_text(text)
-    columns = "time=zeit,position=lage,reference=soll,control=strom"
-    told = _run(
-        *logs[:2], str(tmp_path / "other.csv"), "--columns-of", "2", columns, "--method", "idm-ls"
-    )
+    columns = {"time": "zeit", "position": "lage", "reference": "soll", "control": "strom"}
+    own = run_file(tmp_path / "other.csv", columns=columns)
+    told = _run(*logs[:2], str(own), "--method", "idm-ls")
     assert "columns 2  time = zeit" in told
 
 

@@ -102,10 +102,12 @@ def _places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]
 
 
 @pytest.mark.slow
-def test_identification_with_everything(checker: Draft202012Validator, run: Any) -> None:
-    code, out, _ = run("identify", "emps2015", "--draws", "20", "--json", "-")
-    assert code == 0
-    _check(checker, json.loads(out))
+def test_identification_with_everything(
+    checker: Draft202012Validator, emps2015: GeneratedAxis, twin: Record
+) -> None:
+    written = identify(emps2015, twin).to_dict(draws=20)
+    _check(checker, written)
+    assert {value["seed"] for value in written["estimates"][0]["drawn"].values()} == {0}
 
 
 @pytest.mark.slow

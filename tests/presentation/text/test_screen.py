@@ -12,8 +12,10 @@ from axisid.codegen.artefacts import GeneratedAxis
 Run = Callable[..., tuple[int, str, str]]
 
 
-def test_emps_fits_on_a_screen(run: Run, emps_file: Path) -> None:
-    code, out, _ = run("identify", "emps", emps_file, "--sample-period", "1e-3")
+def test_emps_fits_on_a_screen(run: Run, emps_file: Path, tmp_path: Path) -> None:
+    file = tmp_path / "run.toml"
+    file.write_text(f"log = {str(emps_file)!r}\nsample_period = 1e-3\n")
+    code, out, _ = run("identify", "emps", file)
     lines = out.splitlines()
     assert code == 0
     assert len(lines) <= 40

@@ -6,19 +6,17 @@ import click
 
 from axisid.commands.options import (
     Command,
-    Estimating,
     Filtering,
-    Judging,
     Reading,
     bounded_option,
     check_folder,
+    check_methods,
     complete_axis,
     complete_file,
-    draws_option,
-    drive_time_option,
     fix_option,
     force_option,
     leave_out_option,
+    loss_option,
     method_option,
     stages,
     takes,
@@ -66,14 +64,10 @@ from axisid.support.errors import EstimationError
 @takes("filtering", Filtering)
 @takes("reading", Reading)
 @method_option
-@takes("estimating", Estimating)
+@loss_option
 @bounded_option
-@takes("levels", Judging)
-@draws_option
 @fix_option("As in identify, of all logs.")
 @leave_out_option
-@drive_time_option("As in identify.")
-@click.option("--no-native", is_flag=True, help="As in identify.")
 @force_option
 def fleet(
     logs: tuple[str, ...],
@@ -85,27 +79,24 @@ def fleet(
     filtering: Filtering,
     reading: Reading,
     methods: tuple[str, ...],
-    estimating: Estimating,
+    loss: str,
     bounded: bool,
-    levels: Judging,
-    draws: int | None,
     fix: tuple[str, ...],
     left_out: tuple[str, ...],
-    drive_time: str | None,
-    no_native: bool,
     force: bool,
 ) -> None:
     """Identify an axis from each of many LOGS by itself, and tell which stand out.
 
-    LOGS are files, folders, patterns in quotes (all with the folders in them), and manifests, in
-    folders too: a CSV or Parquet table with a column log, and where they are wanted axis, serial,
-    columns; its other columns are conditions, which go on into the table of the fleet.
+    LOGS are files (a log, or a run.toml that says what one is), folders, patterns in quotes (all
+    with the folders in them), and manifests, in folders too: a CSV or Parquet table with a column
+    log, and where they are wanted axis, serial, columns; its other columns are conditions, which go
+    on into the table of the fleet.
 
     Each log has a result NAME.json, the same as of identify --json, and a line in fleet.jsonl; all
     together have fleet.parquet (fleet.csv without pyarrow). A log that is bad, hangs or ends its
     process is told with the reason, and the others go on.
     """
-    estimating.check(methods)
+    check_methods(methods)
     prefilter = filtering.prefilter()  # refused before anything is read
 
     items = stages.gather_items(logs, output)
@@ -122,15 +113,11 @@ def fleet(
                 prefilter=prefilter,
                 fixed=stages.read_fixed(fix),
                 left_out=left_out,
-                drive_time=drive_time,
-                native=not no_native,
                 reading=reading.settings(),
                 progress=line,
                 methods=None if "all" in methods else methods,
                 bounded=bounded,
-                draws=draws or 0,
-                **estimating.arguments(),
-                **levels.arguments(),
+                loss=loss,
             )
     except KeyboardInterrupt:
         click.echo(f"axisid: what is done is in {output}; --resume goes on from there", err=True)

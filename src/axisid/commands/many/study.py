@@ -7,19 +7,19 @@ import click
 
 from axisid.commands.options import (
     Command,
-    Estimating,
     Filtering,
-    Judging,
     Target,
     bootstrap_option,
     check_folder,
     check_idle,
+    check_methods,
     check_needed,
     check_targets,
     complete_axis,
     force_option,
     json_option,
     leave_out_option,
+    loss_option,
     put_result,
     stages,
     takes,
@@ -76,9 +76,8 @@ _RUNS, _CHECKS = 200, 0
 )
 @takes("filtering", Filtering)
 @leave_out_option
-@takes("estimating", Estimating, start="As in identify.")
+@loss_option
 @bootstrap_option
-@takes("levels", Judging)
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of all.")
 @click.option(
     "--jobs",
@@ -88,18 +87,10 @@ _RUNS, _CHECKS = 200, 0
     metavar="N",
     help="Processes; the numbers are the same for any.",
 )
-@click.option("--no-native", is_flag=True, help="As in identify.")
 @click.option("--output", metavar="FILE", help="Write the numbers of every run: .npz or .parquet.")
 @json_option("Write the figures of the study as JSON; - for stdout.")
 @click.option("--report", metavar="FILE", help="Write a page of HTML: tables and figures.")
 @click.option("--figures", metavar="DIR", help="Write the figures into a folder.")
-@click.option(
-    "--figure-format",
-    type=click.Choice(["pdf", "svg", "png"]),
-    default="pdf",
-    show_default=True,
-    help="Of --figures.",
-)
 @force_option
 def study(
     axis: str,
@@ -110,17 +101,14 @@ def study(
     checks: int,
     filtering: Filtering,
     left_out: tuple[str, ...],
-    estimating: Estimating,
+    loss: str,
     seed: int,
     bootstrap: int,
-    levels: Judging,
     jobs: int,
-    no_native: bool,
     output: str | None,
     json_file: str | None,
     report: str | None,
     figures: str | None,
-    figure_format: str,
     force: bool,
     **noise: float | None,
 ) -> None:
@@ -129,16 +117,12 @@ def study(
     Bias and scatter of every estimate, how often its intervals hold the truth, and how often each
     check fails: on twins of the axis itself, or of another one (--twin).
     """
-    _check_methods(methods, estimating)
-    check_needed(("--figure-format",), ("--figures",))
+    _check_methods(methods)
     check_needed(("--correlation-time",), ("--control-noise", "--disturbance"))
-    if not checks:
-        for option in Judging.names().values():
-            check_idle(option, "is of the checks, of which --checks 0 makes none")
-    outputs = _Outputs(output=output, report=report, figures=figures, form=figure_format)
+    outputs = _Outputs(output=output, report=report, figures=figures)
     outputs.check(json_file, (axis, twin), force=force)
     with ProgressLine(f"deriving {axis}"):
-        identified, simulated = _axes(axis, twin, left_out, native=not no_native)
+        identified, simulated = _axes(axis, twin, left_out)
 
     with ProgressLine("twins") as line:
         result = stages.monte_carlo(
@@ -152,8 +136,7 @@ def study(
             checks=checks,
             seed=seed,
             bootstrap=bootstrap,
-            **estimating.arguments(),
-            **levels.arguments(),
+            loss=loss,
             jobs=jobs,
             progress=line,
             keep=outputs.keep,
@@ -164,25 +147,25 @@ def study(
         click.echo(f"wrote {path}", err=json_file == "-")
 
 
-def _check_methods(methods: tuple[str, ...], estimating: Estimating) -> None:
+def _check_methods(methods: tuple[str, ...]) -> None:
     """Refuse options of identify that the methods leave without effect."""
     regressions = tuple(method for method in methods if not fitted_output(method))
     if regressions:
-        estimating.check(regressions)
+        check_methods(regressions)
         return
-    for option in (*Estimating.names().values(), "--bootstrap", *Filtering.names().values()):
+    for option in ("--loss", "--bootstrap", *Filtering.names().values()):
         check_idle(option, f"is of identify, which --method {' and '.join(methods)} does without")
 
 
 def _axes(
-    axis: str, twin: str | None, left_out: tuple[str, ...], *, native: bool
+    axis: str, twin: str | None, left_out: tuple[str, ...]
 ) -> "tuple[stages.GeneratedAxis, stages.GeneratedAxis]":
     """What is identified, and what is simulated: with every term, as an axis has."""
     whole = stages.load_axis(axis)
-    identified = stages.build(stages.leave_out(whole, *left_out), native=native)
+    identified = stages.build(stages.leave_out(whole, *left_out))
     if twin is not None:
-        return identified, stages.build(stages.load_axis(twin), native=native)
-    return identified, stages.build(whole, native=native) if left_out else identified
+        return identified, stages.build(stages.load_axis(twin))
+    return identified, stages.build(whole) if left_out else identified
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -192,7 +175,6 @@ class _Outputs:
     output: str | None
     report: str | None
     figures: str | None
-    form: str
 
     def check(self, json_file: str | None, inputs: tuple[str | None, ...], *, force: bool) -> None:
         """Refuse places that cannot or must not be written to, before anything is computed."""
@@ -205,7 +187,7 @@ class _Outputs:
         if self.output is not None:
             stages.check_output(Path(self.output))
         if self.figures is not None:
-            names = {f"{name}.{self.form}": "figure" for name in stages.PLOTS}
+            names = {f"{name}.pdf": "figure" for name in stages.PLOTS}
             check_folder(self.figures, "--figures", names, force=force)
 
     def keep(self, partial: "stages.MonteCarlo") -> None:
@@ -230,5 +212,5 @@ class _Outputs:
         if self.figures is not None:
             drawn = stages.monte_carlo_plots(result).values()
             plots = [plot for plot in drawn if isinstance(plot, stages.Plot)]
-            written += map(str, stages.write_figures(plots, Path(self.figures), self.form))
+            written += map(str, stages.write_figures(plots, Path(self.figures), "pdf"))
         return written

@@ -144,7 +144,6 @@ def _pair(text: str, option: str, form: str, read: Callable[[str], float]) -> tu
     help="Of the logs in a folder.",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of all.")
-@click.option("--no-native", is_flag=True, help="As in identify.")
 @force_option
 def twin(
     axis: str,
@@ -162,7 +161,6 @@ def twin(
     sample_period: float | None,
     form: str,
     seed: int,
-    no_native: bool,
     force: bool,
     **noise: float | None,
 ) -> None:
@@ -183,7 +181,7 @@ def twin(
     scatters, drifts = shares_of(scatter, "--scatter"), shares_of(drift, "--drift")
     moves, values = _moves(speeds, acceleration, seconds, repeat, dwell), truth_of(truth)
     with ProgressLine(f"deriving {axis}"):
-        built = stages.build(stages.load_axis(axis), native=not no_native)
+        built = stages.build(stages.load_axis(axis))
         made = stages.twin_of(built, values, moves)
         alike = stages.TwinMachines(
             axis=made,

@@ -10,17 +10,14 @@ from .completion import (
     completion as completion,
 )
 from .estimator_options import (
-    Estimating as Estimating,
     Filtering as Filtering,
     Fitting as Fitting,
-    Judging as Judging,
     bootstrap_option as bootstrap_option,
     bounded_option as bounded_option,
-    draws_option as draws_option,
-    drive_time_option as drive_time_option,
+    check_methods as check_methods,
     fix_option as fix_option,
+    loss_option as loss_option,
     method_option as method_option,
-    start_option as start_option,
 )
 from .groups import (
     Command as Command,
@@ -53,7 +50,5 @@ from .outputs import (
 )
 from .record_options import (
     Reading as Reading,
-    Window as Window,
     is_log as is_log,
-    read_windows as read_windows,
 )

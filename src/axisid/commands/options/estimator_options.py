@@ -13,20 +13,13 @@ from axisid.estimation.choices import (
     OUTPUTS,
     RESTS,
     ROW_LOSSES,
-    STARTS,
-    assumptions,
-    covariance_names,
-    is_iteration,
     method_names,
-    takes_lags,
 )
-from axisid.estimation.thresholds import LEAST_SHARE, LEVEL
 
 from . import stages
-from .groups import Options, check_idle, option
+from .groups import Options, option
 from .inputs import names_in
 
-_AS_IDENTIFY = "As in identify."
 #: Of the option ``--bootstrap``.
 BOOTSTRAP: dict[str, Any] = {
     "help": "Bias and deviations from N simulated twins of the records, with their noise as it is "
@@ -38,7 +31,7 @@ BOOTSTRAP: dict[str, Any] = {
 method_option = click.option(
     "--method",
     "methods",
-    type=click.Choice([*method_names(), "all"]),
+    type=click.Choice(["all", *method_names()]),
     multiple=True,
     default=("all",),
     show_default="all",
@@ -52,19 +45,12 @@ bounded_option = click.option(
     help="Hold a parameter that the judged method would have beyond its declared bound at that "
     "bound; else it is reported and fails a check.",
 )
-draws_option = click.option(
-    "--draws",
-    type=click.IntRange(2, 1_000_000),
-    metavar="N",
-    help="Add intervals from N draws of each estimate, which do without the delta method.",
-)
-start_option = click.option(
-    "--start",
-    "started_at",
-    type=click.Choice(STARTS),
-    default=STARTS[0],
+loss_option = click.option(
+    "--loss",
+    type=click.Choice(ROW_LOSSES),
+    default=ROW_LOSSES[0],
     show_default=True,
-    help="As in identify.",
+    help="How rows count: by squares, or for less the larger their residual is.",
 )
 bootstrap_option = click.option("--bootstrap", show_default=True, **BOOTSTRAP)
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -76,20 +62,26 @@ _WEIGHT = re.compile(rf"\s*([\w-]+)\s*=\s*({_NUMBER})\s*")
 class Filtering(Options):
     """The filter that the command line asks for, as far as it does."""
 
-    cutoff: float | None = option(_AS_IDENTIFY, type=float, metavar="HZ")
-    order: int | None = option(_AS_IDENTIFY, type=int, metavar="N")
-    decimate: int | None = option(_AS_IDENTIFY, type=int, metavar="N")
-    decimation: str | None = option(_AS_IDENTIFY, type=click.Choice(["matlab", "scipy"]))
-    drop: tuple[int, int] | None = option(_AS_IDENTIFY, type=int, nargs=2, metavar="START END")
-    hold: str | None = option(_AS_IDENTIFY, type=click.Choice(["raw", "zoh"]))
-    reversals: str | None = option(_AS_IDENTIFY, type=click.Choice(["keep", "leave-out"]))
-
-    def __post_init__(self) -> None:
-        if self.decimate == 1 and self.decimation is not None:
-            raise click.UsageError(
-                "--decimation aligns rows of which some are left out, and --decimate 1 keeps "
-                "all; leave one of them out."
-            )
+    cutoff: float | None = option(
+        "Butterworth low-pass.  [default: 60, or a fifth of the log's rate if that is less]",
+        type=float,
+        metavar="HZ",
+    )
+    decimate: int | None = option(
+        "Keep one row in N.  [default: 10, or more where the cut-off asks for it]",
+        type=int,
+        metavar="N",
+    )
+    hold: str | None = option(
+        "zoh pairs motion with the mean of the forces held around a sample; raw with the one "
+        "after it.  [default: zoh for a control that a drive holds, else raw]",
+        type=click.Choice(["raw", "zoh"]),
+    )
+    reversals: str | None = option(
+        "Samples near a reversal or a rest, where the low-pass rounds what friction does at once.  "
+        "[default: leave-out for axes with friction, unless that hides a parameter]",
+        type=click.Choice(["keep", "leave-out"]),
+    )
 
     def prefilter(self, period: float | None = None) -> "stages.Prefilter":
         """The filter; what is left open suits the sampling period, if that is known."""
@@ -99,72 +91,15 @@ class Filtering(Options):
         return stages.Prefilter.suited(period, **given)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Estimating(Options):
-    """How rows are estimated from, arguments of `identify`."""
-
-    covariance: str = option(
-        f"What intervals, draws and tests assume of the residuals: {assumptions()}.",
-        covariance_names()[0],
-        type=click.Choice(covariance_names()),
-    )
-    lags: int | None = option(
-        "Rows over which the HAC deviations take residuals as alike.  [default: from the data]",
-        type=click.IntRange(min=0),
-        metavar="N",
-    )
-    start: str = option(
-        "Of instruments: least squares where its simulated loop follows the record, or the "
-        "nominal values, as published.",
-        STARTS[0],
-        type=click.Choice(STARTS),
-    )
-    loss: str = option(
-        "How rows count: by squares, or for less the larger their residual is.",
-        ROW_LOSSES[0],
-        type=click.Choice(ROW_LOSSES),
-    )
-
-    def check(self, methods: tuple[str, ...]) -> None:
-        """Refuse options that the others leave without effect."""
-        if "all" in methods and len(methods) > 1:
-            raise click.UsageError(
-                "--method all is by itself; name those that are wanted, or none."
-            )
-        if "all" not in methods and not any(map(is_iteration, methods)):
-            named = " and ".join(methods)
-            check_idle("--start", f"is of instruments, which --method {named} does without")
-        if not takes_lags(self.covariance):
-            check_idle(
-                "--lags", f"is of HAC deviations, which --covariance {self.covariance} leaves out"
-            )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Judging(Options):
-    """What checks are held to, arguments of what judges."""
-
-    level: float = option(
-        "Chance that a check speaks against a right model, over all that it looks for.",
-        LEVEL.value,
-        type=float,
-    )
-    least_share: float = option(
-        "Part of the force, or of a parameter, from which that matters; so does what the "
-        "model lacks where it moves a parameter by more than its interval.",
-        LEAST_SHARE.value,
-        type=float,
-    )
+def check_methods(methods: tuple[str, ...]) -> None:
+    """Refuse all methods with others."""
+    if "all" in methods and len(methods) > 1:
+        raise click.UsageError("--method all is by itself; name those that are wanted, or none.")
 
 
 def fix_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Add ``--fix``, which the command takes as `fix`."""
     return click.option("--fix", multiple=True, metavar="NAME=VALUE[+-SD]", help=said)
-
-
-def drive_time_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Add ``--drive-time``, which the command takes as `drive_time`."""
-    return click.option("--drive-time", type=click.Choice(["lag", "delay"]), help=said)
 
 
 def _names(texts: tuple[str, ...]) -> tuple[str, ...]:

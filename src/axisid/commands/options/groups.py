@@ -7,12 +7,14 @@ ignored are refused: the user meant something by them.
 
 import functools
 from collections import Counter
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
 import click
 from click.core import ParameterSource
+
+from axisid.estimation.choices import LOG_KEYS
 
 
 def option(
@@ -104,13 +106,57 @@ def _read(read: Callable[[Any], Any], value: Any, option: str) -> Any:
         raise
 
 
+#: Titles of a command's help, and the options below each; those of no title are first.
+_TITLES: Mapping[str, str] = {
+    "Options": "",
+    "Log": "columns window resample gaps",
+    "Filter": "cutoff decimate hold reversals",
+    "Estimation": "method loss bounded bootstrap",
+    "Parameters": "fix leave-out bound prior free truth",
+    "Several records": "local known skip-bad",
+    "Second record": "validate validate-like",
+    "Output": "all full json report figure figures csv force help",
+}
+_SAID = {
+    "Log": "All else of a log is said in a run.toml, which stands in its place: axisid new "
+    "--record LOG writes one."
+}
+
+
 class Command(click.Command):
-    """A command that takes an option once, unless the option is a list."""
+    """A command that takes an option once, unless the option is a list; its help has titles."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options, each below its title."""
+        title_of = {name: title for title, names in _TITLES.items() for name in names.split()}
+        rows: dict[str, list[tuple[str, str]]] = {title: [] for title in _TITLES}
+        for parameter in self.get_params(ctx):
+            record = parameter.get_help_record(ctx)
+            if isinstance(parameter, click.Option) and record is not None:
+                name = max(parameter.opts, key=len).removeprefix("--")
+                rows[title_of.get(name, "Options")].append(record)
+        for title, own in rows.items():
+            if own:
+                with formatter.section(title):
+                    formatter.write_dl(own)
+                    if said := _SAID.get(title):
+                        formatter.write_paragraph()
+                        formatter.write_text(said)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Refuse what is given again, of which only the last would count."""
         if not ctx.resilient_parsing:
-            *_, order = self.make_parser(ctx).parse_args(args=[*args])
+            try:
+                *_, order = self.make_parser(ctx).parse_args(args=[*args])
+            except click.NoSuchOption as error:
+                key = error.option_name.lstrip("-").replace("-", "_")
+                if key not in LOG_KEYS:
+                    raise
+                raise click.UsageError(
+                    f"{error.option_name} is no option, but the key {key} of a log's run.toml, "
+                    "which axisid new --record LOG writes.",
+                    ctx,
+                ) from error
             for parameter, times in Counter(order).items():
                 if times > 1 and isinstance(parameter, click.Option) and _counts_once(parameter):
                     names = "/".join((*parameter.opts, *parameter.secondary_opts))

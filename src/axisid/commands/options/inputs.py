@@ -12,8 +12,8 @@ from axisid.support.errors import AxisidError, UsageError
 from axisid.support.remedy import Note, as_options
 
 from . import stages
-from .groups import Options, check_needed, option
-from .record_options import Reading, is_log, roles
+from .groups import Options, option
+from .record_options import Reading, is_log
 
 leave_out_option = click.option(
     "--leave-out",
@@ -58,10 +58,7 @@ def axis_and_records(
     *,
     fixed: tuple[str, ...] = (),
     left_out: tuple[str, ...] = (),
-    no_native: bool,
     skip_bad: bool = False,
-    own_columns: Mapping[int, dict[str, str]] | None = None,
-    drive_time: str | None = None,
 ) -> Inputs:
     """The axis that was named, and its records or its twin's.
 
@@ -73,28 +70,22 @@ def axis_and_records(
     further : sequence of str
         Other logs that `reading` is of.
     fixed, left_out : tuple of str
-    no_native, skip_bad : bool
-    own_columns : mapping of int to dict, optional
-        Columns of single logs, by their place.
-    drive_time : str, optional
-        The drive's time that is estimated, ``lag`` or ``delay``.
+    skip_bad : bool
     """
     named = f"the twin of {axis}" if not logs else " and ".join(logs)
     with ProgressLine(f"reading {named}"):
         if is_log(axis):
-            raise UsageError(f"{axis} is a log by its ending; the axis comes first: AXIS RECORD.")
+            raise UsageError(f"{axis} is a log; the axis comes first: AXIS RECORD.")
         whole = stages.fix(stages.load_axis(axis), **stages.read_fixed(fixed))
-        if drive_time is not None:
-            whole = replace(whole, drive=whole.drive.estimating(drive_time))
-        generated = stages.build(stages.leave_out(whole, *left_out), native=not no_native)
+        generated = stages.build(stages.leave_out(whole, *left_out))
         if logs:
-            return _read(generated, logs, reading, own_columns or {}, skip_bad=skip_bad)
+            return _read(generated, logs, reading, skip_bad=skip_bad)
         if reading.given and not further:
             verb = "describes" if len(reading.given) == 1 else "describe"
             said = f"{' and '.join(reading.given)} {verb} a record"
             raise UsageError(f"{said}; name its file.")
         # The twin has every term, as an axis does whatever is identified of it.
-        own = stages.build(whole, native=not no_native) if left_out else generated
+        own = stages.build(whole) if left_out else generated
         return Inputs(axis=generated, records=(stages.twin_record(own),), used=(0,), set_aside={})
 
 
@@ -102,7 +93,6 @@ def _read(
     axis: "stages.GeneratedAxis",
     logs: Sequence[str],
     reading: Reading,
-    own_columns: Mapping[int, dict[str, str]],
     *,
     skip_bad: bool,
 ) -> Inputs:
@@ -110,9 +100,8 @@ def _read(
     found: dict[int, stages.Record] = {}
     bad: dict[str, Note] = {}
     for i, log in enumerate(logs):
-        own = replace(reading, columns=own_columns.get(i, reading.columns))
         try:
-            found[i] = own.record(log, axis)
+            found[i] = reading.record(log, axis)
         except AxisidError as error:
             if len(logs) == 1:
                 raise
@@ -133,30 +122,13 @@ def names_in(text: str | None) -> tuple[str, ...]:
 
 
 def _known(texts: tuple[str, ...]) -> dict[str, tuple[tuple[float, float], ...]]:
-
     return stages.read_known(texts)
-
-
-def _columns(given: tuple[tuple[int, str], ...]) -> dict[int, dict[str, str]]:
-    found: dict[int, dict[str, str]] = {}
-    for number, columns in given:
-        if number in found:
-            raise click.BadParameter(f"record {number} is given twice")
-        found[number] = roles(columns)
-    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sharing(Options):
     """What several records share and what is each one's own, as the command line says it."""
 
-    columns_of: Mapping[int, dict[str, str]] = option(
-        "Columns of the record number N alone, in place of --columns; again for each.",
-        read=_columns,
-        type=(click.IntRange(min=1), str),
-        multiple=True,
-        metavar="N ROLE=NAME[:UNIT],...",
-    )
     local: tuple[str, ...] = option(
         "Parameters that each of several records, two or more, has for itself.",
         read=names_in,
@@ -168,11 +140,6 @@ class Sharing(Options):
         read=_known,
         multiple=True,
         metavar="NAME=V1,V2+-SD,...",
-    )
-    gain: str = option(
-        "Of the drive, where a known force tells it.",
-        "identified",
-        type=click.Choice(["identified", "declared"]),
     )
     skip_bad: bool = option(
         "Go on without those of several records that cannot be used; they are counted and named, "
@@ -199,13 +166,12 @@ class Sharing(Options):
         UsageError
             There are not as many known values as logs, or something is each log's own of one.
         """
-        check_needed(("--gain",), ("--known",))
         stages.known_of(self.known, max(logs, 1))
         if not inputs.set_aside:
-            return inputs, {"local": self.local, "known": self.known, "gain": self.gain}
+            return inputs, {"local": self.local, "known": self.known}
         declared = {p.name for p in inputs.axis.declared.parameters}
         own = [name for name in self.local if name in declared]  # others are refused later
-        commanded = stages.tells_gain(inputs.records, self.gain)
+        commanded = stages.tells_gain(inputs.records)
         whole = stages.layout_for(inputs.axis, logs, own, self.known, commanded=commanded)
         _, _, known, aside = stages.layout_without(
             inputs.axis,
@@ -218,20 +184,4 @@ class Sharing(Options):
         )
         told = replace(inputs, set_aside=aside)
         local = self.local if len(inputs.used) > 1 else ()
-        return told, {"local": local, "known": known, "gain": self.gain}
-
-    def own_columns(self, logs: int) -> dict[int, dict[str, str]]:
-        """Columns by the place of their log, from 0.
-
-        Raises
-        ------
-        click.BadParameter
-            There is no such log.
-        """
-        for number in self.columns_of:
-            if number > logs:
-                there = f"there {'is 1 record' if logs == 1 else f'are {logs} records'}"
-                raise click.BadParameter(
-                    f"record {number} is none: {there}", param_hint="--columns-of"
-                )
-        return {number - 1: columns for number, columns in self.columns_of.items()}
+        return told, {"local": local, "known": known}

@@ -175,7 +175,8 @@ def check_replaced(
 def _read_by(inputs: Sequence[str | None]) -> dict[str, str]:
     """What is said of the files that a run reads, by their real paths."""
     said = "it is an input of this run; name another file"
-    return {_real(file_of(given)): said for given in inputs if given}
+    files = [file_of(given) for given in inputs if given]
+    return {_real(file): said for file in (*files, *map(stages.log_of, files))}
 
 
 def _refuse(file: str, problem: str, option: str) -> NoReturn:

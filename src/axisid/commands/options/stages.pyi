@@ -32,11 +32,14 @@ from axisid.estimation.parameters import known_of as known_of, read_known as rea
 from axisid.estimation.records import (
     Record as Record,
     Repairs as Repairs,
+    log_of as log_of,
     read_record as read_record,
+    started_run as started_run,
 )
 from axisid.estimation.signals import FilteredRecord as FilteredRecord, Prefilter as Prefilter
 from axisid.estimation.simulation import twin_record as twin_record
 from axisid.estimation.studies import (
+    Validation as Validation,
     compare as compare,
     default_cutoffs as default_cutoffs,
     sweep as sweep,

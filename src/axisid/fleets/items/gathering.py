@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from axisid.estimation.logs import log_endings
+from axisid.estimation.records import log_of
 from axisid.estimation.tables import library
 from axisid.support.errors import DataError, UsageError
 from axisid.support.files.regular_file import opened_regular, read_regular
@@ -23,7 +24,7 @@ _LOG, _OWN = "log", ("log", "axis", "serial", "columns")
 _TEXT, _PARQUET = (".csv", ".tsv", ".txt"), (".parquet", ".pq")
 _LOOKED_AT = 4096  # bytes of a header
 _RESULTS = ".json"  # a log's ending too
-_FLEET = "fleet"  # ledger and table
+_FLEET, _RUN = "fleet", "run"  # ledger and table; what is said of a log
 _BY_PATH = ""  # where nothing but the path of a log is told
 
 
@@ -59,13 +60,19 @@ class FleetItem:
 
 def result_names(items: Sequence[FleetItem]) -> list[str]:
     """Names of the items' results: those of the logs, with a mark where two have the same."""
-    plain = [Path(item.log).name.partition(".")[0] or "log" for item in items]
+    plain = [_stem(item.log) or _LOG for item in items]
     times = Counter(name.lower() for name in plain)  # some file systems know no case
     marked = [
         name if times[name.lower()] == 1 else f"{name}-{_mark(item)}"
         for name, item in zip(plain, items, strict=True)
     ]
     return list(_apart(marked))
+
+
+def _stem(log: str) -> str:
+    """The name of a log; that of a run.toml says nothing, and gives way to its log's."""
+    stem = Path(log).name.partition(".")[0]
+    return log_of(log).name.partition(".")[0] if stem == _RUN else stem
 
 
 def _mark(item: FleetItem) -> str:
@@ -234,7 +241,8 @@ def gather_items(
     Parameters
     ----------
     logs : path, FleetItem or iterable of them
-        Files, patterns, folders (with the folders and manifests in them), manifests.
+        Files, patterns, folders (with the folders and manifests in them), manifests; a run.toml
+        among them stands in the place of its log.
     out : Path
         Folder of the results, whose files are no logs.
 
@@ -253,6 +261,8 @@ def gather_items(
     listed = [logs] if isinstance(logs, (str, Path, FleetItem)) else list(logs)
     told = [each for place, one in enumerate(listed, 1) for each in _items(one, out, place)]
     described = {_place(item) for item, by in told if by != _BY_PATH}
+    runs = ((item.log, log_of(item.log)) for item, _ in told)
+    described |= {os.path.abspath(log) for run, log in runs if log != Path(run)}
     found: dict[Hashable, tuple[FleetItem, str]] = {}
     for item, by in told:
         if by == _BY_PATH and _place(item) in described:
@@ -335,7 +345,7 @@ def _logs_in(folder: Path, out: Path) -> list[Path]:
     return sorted(
         file
         for file in folder.rglob("*")
-        if file.suffix.lower() in endings and _may_be_log(file, out)
+        if (file.suffix.lower() in endings or log_of(file) != file) and _may_be_log(file, out)
     )
 
 

@@ -9,7 +9,7 @@ from axisid.estimation.studies import Sweep
 from axisid.presentation.plots import Panel, Plot, Series, force_plot, row_times, sweep_plot
 from axisid.support.files.regular_file import replace_file
 
-from .matplotlib import WIDTH, Drawing, draw, rendered
+from .matplotlib import Drawing, draw, rendered
 
 FORMATS = ("pdf", "svg", "png")
 #: Every figure that a result can have.
@@ -56,9 +56,7 @@ def sweep_figure(result: Sweep, path: Path) -> None:
     _save(draw(sweep_plot(result), title), path)
 
 
-def write_figures(
-    plots: Iterable[Plot], folder: Path, form: str, width: float = WIDTH
-) -> list[Path]:
+def write_figures(plots: Iterable[Plot], folder: Path, form: str) -> list[Path]:
     """Write each plot into its own file, made for a page with a caption.
 
     Parameters
@@ -67,8 +65,6 @@ def write_figures(
     folder : Path
         Made if it is not there.
     form : {"pdf", "svg", "png"}
-    width : float
-        In mm.
 
     Returns
     -------
@@ -79,7 +75,7 @@ def write_figures(
     written = []
     for plot in plots:
         path = folder / f"{plot.name}.{form}"
-        _save(draw(plot, width=width), path)
+        _save(draw(plot), path)
         written.append(path)
     return written
 

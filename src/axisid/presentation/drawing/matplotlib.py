@@ -38,9 +38,8 @@ _COLORS = {
     "violet": "#b0578d",
 }
 _INK, _RULE, _SHADE = "#1f2328", "#e3e5e8", "#8a8f98"
-WIDTH = 160.0  # mm, of a page with margins
+_WIDTH = 160.0  # mm, of a page with margins
 _INCH = 25.4  # mm
-_NARROW = 110.0  # mm, below which a legend has two columns
 _PANEL, _AROUND = 1.5, 0.7  # inches
 _NAMED = 0.17  # inches, of the names of marks
 _DENSE = 2000  # points from which they are drawn as an image inside a vector file
@@ -86,7 +85,7 @@ class Drawing(Figure):
         return rendered(self, "png")
 
 
-def draw(plot: Plot, title: str = "", width: float = WIDTH) -> Drawing:
+def draw(plot: Plot, title: str = "") -> Drawing:
     """Draw a plot.
 
     Parameters
@@ -94,15 +93,13 @@ def draw(plot: Plot, title: str = "", width: float = WIDTH) -> Drawing:
     plot : Plot
     title : str
         Above it; none where a caption stands below.
-    width : float
-        In mm; the letters are of one size whatever it is.
     """
     weights = [panel.weight for panel in plot.panels]
     height = _AROUND + _PANEL * max(sum(weights), 1.6)
     with rc_context(_style()):
-        figure = Drawing(figsize=(width / _INCH, height), layout="constrained")
+        figure = Drawing(figsize=(_WIDTH / _INCH, height), layout="constrained")
         rows = figure.subplots(len(weights), 1, sharex=True, squeeze=False, height_ratios=weights)
-        _draw_panels(list(rows[:, 0]), plot, 4 if width > _NARROW else 2)
+        _draw_panels(list(rows[:, 0]), plot, 4)
         if title:
             figure.suptitle(title, x=0.01, horizontalalignment="left", fontsize=10)
         figure.align_ylabels(list(rows[:, 0]))

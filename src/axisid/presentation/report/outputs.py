@@ -26,10 +26,6 @@ def write_outputs(
     *,
     report: str | None = None,
     figures: str | None = None,
-    form: str = "pdf",
-    width: float = 160.0,
-    swept: bool = True,
-    draws: int = 0,
     command: str = "",
 ) -> list[Path]:
     """Write what is asked for and return the files.
@@ -45,14 +41,6 @@ def write_outputs(
         File of the page.
     figures : str, optional
         Folder of the figures.
-    form : {"pdf", "svg", "png"}
-        Of the figures.
-    width : float
-        Of the figures, mm.
-    swept : bool
-        Whether a sweep over the cut-off belongs to both.
-    draws : int
-        Of the page's intervals without the delta method; 0 for none.
     command : str
         What reproduces the result.
 
@@ -63,7 +51,7 @@ def write_outputs(
     """
     if report is None and figures is None:
         return []
-    cutoffs = _swept(result, say) if swept else None
+    cutoffs = _swept(result, say)
     written = []
     try:
         if report is not None:
@@ -71,7 +59,6 @@ def write_outputs(
                 result,
                 cutoffs,
                 validation=validations,
-                draws=draws,
                 command=command,
                 made=datetime.now().astimezone(),
                 wording=as_options,
@@ -84,7 +71,7 @@ def write_outputs(
             found = plots_by_record(result, cutoffs).values()
             every = (plot for of_one in found for plot in of_one.values())
             plots = [plot for plot in every if isinstance(plot, Plot)]
-            written += write_figures(plots, Path(figures), form, width)
+            written += write_figures(plots, Path(figures), "pdf")
     except OSError as error:
         place = error.filename or report or figures
         raise UsageError(f"{place} cannot be written: {error.strerror}.") from error
@@ -97,7 +84,7 @@ def _swept(result: Identification, say: Say) -> Sweep | None:
 
     def progress(done: int, count: int, _: str) -> None:
         if time.monotonic() - begin > _PATIENCE:
-            say(f"sweep for the report: {done} of {count} cut-offs (--no-sweep leaves it out)")
+            say(f"sweep for the report: {done} of {count} cut-offs")
 
     try:
         return report_sweep(result, progress)

@@ -151,7 +151,6 @@ def report_html(
     cutoffs: Sweep | None = None,
     *,
     validation: Validation | Sequence[Validation] | None = None,
-    draws: int = 0,
     command: str = "",
     made: datetime | None = None,
     wording: Wording = as_arguments,
@@ -165,8 +164,6 @@ def report_html(
         Of the same record; see `report_sweep`.
     validation : Validation or sequence of Validation, optional
         On further records.
-    draws : int
-        As in `Identification.summary`.
     command : str, optional
         What reproduces it.
     made : datetime, optional
@@ -185,10 +182,9 @@ def report_html(
         subheading=escape(_subheading(result)),
         verdict=verdict_html(diagnosis.verdict, diagnosis.preferred, wording),
         parameters=parameters_html(
-            identification_facts(result, draws, wording),
+            identification_facts(result, 0, wording),
             {p.name: p.description for p in (*result.axis.declared.parameters, *form.declared)},
             checked,
-            draws,
             wording=wording,
         ),
         figures=figures_html(plots, result.record_names if result.of_records else (), wording),

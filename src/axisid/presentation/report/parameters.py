@@ -23,7 +23,6 @@ from axisid.presentation.html import (
 from axisid.presentation.saved import SavedEstimate, SavedIdentification
 from axisid.presentation.text import (
     checks_table,
-    draws_table,
     iterations,
     missing_notes,
     moves_notes,
@@ -106,11 +105,10 @@ def parameters_html(
     result: SavedIdentification,
     described: Mapping[str, str],
     validations: Sequence[Validation] = (),
-    draws: int = 0,
     *,
     wording: Wording = as_arguments,
 ) -> str:
-    """Tables of the inverse model, of the direct one and draws on request, of further records.
+    """Tables of the inverse model, of the direct one, of further records.
 
     `described` has what a parameter is, in words, by its name, where that was declared.
     """
@@ -127,9 +125,6 @@ def parameters_html(
         f"them</summary>{_of_form(result, described, tables[form])}</details>"
         for form in shown[1:]
     ]
-    if draws:
-        drawn = _scrolled(draws_table(result.estimates, draws))
-        parts.append(f"<details><summary>Intervals from draws</summary>{drawn}</details>")
     parts += [_validation(each, wording) for each in validations]
     return "".join(parts)
 

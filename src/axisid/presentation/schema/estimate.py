@@ -128,7 +128,7 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
     ] = UNSET
     residual_tests: WrittenResidualTests
     remarks: tuple[str, ...]
-    drawn: Annotated[Mapping[str, WrittenDrawn] | UnsetType | None, about("With --draws.")] = UNSET
+    drawn: Annotated[Mapping[str, WrittenDrawn] | UnsetType | None, about("With draws=.")] = UNSET
     physical: WrittenPhysical | UnsetType = UNSET
     covariances: Annotated[
         Mapping[str, Matrix] | UnsetType,

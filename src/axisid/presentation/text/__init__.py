@@ -14,7 +14,6 @@ from .estimate import (
 )
 from .identification import (
     diagnosis_blocks as diagnosis_blocks,
-    draws_table as draws_table,
     identification_document as identification_document,
     missing_notes as missing_notes,
     preferred_physical as preferred_physical,

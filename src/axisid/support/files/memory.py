@@ -101,7 +101,7 @@ class Room:
         whose = "as much as it may" if self.given else "half of what there is"
         return DataError(
             f"{what} would take more than {self.limit / GIGABYTE:.3g} GB of memory, {whose}. ",
-            Remedy.of(less, ", or allow more (", Setting("max-memory", "GB"), ")."),
+            Remedy.of(less, ", or allow more (", Setting("max-memory", "BYTES"), ")."),
             code=MEMORY,
         )
 

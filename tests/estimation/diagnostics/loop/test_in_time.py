@@ -79,11 +79,11 @@ def test_a_control_logged_as_it_is_computed_is_to_be_shifted_not_the_delay() -> 
     found = result(1, 1, 1)
     law = said(found, "control law")
     assert law.startswith("fail")
-    assert "--shift control=1" in law
+    assert "shift.control = 1" in law
     assert "delay=" not in law
     alignment = said(found, "alignment")
     assert alignment.startswith("note"), "it counts once"
-    assert "--shift control=1" in alignment
+    assert "shift.control = 1" in alignment
     assert "the drive's delay" not in alignment
     assert re.search(r"so that the control is (0.9|1)\d* samples early beside", alignment)
 
@@ -92,7 +92,7 @@ def test_a_control_logged_as_it_is_computed_is_to_be_shifted_not_the_delay() -> 
 def test_who_declared_the_wrong_delay_is_told_of_both() -> None:
     found = result(1, 0, 1)
     assert said(found, "control law").startswith("pass")
-    assert "--shift control=1, and declare delay=1" in said(found, "alignment")
+    assert "shift.control = 1 in run.toml, and declare delay=1" in said(found, "alignment")
     off = abs(found["idm-iv"].parameters["b"].value - TRUTH["b"])
     assert off > 10 * result(1, 1, 0)["idm-iv"].parameters["b"].sd_hac
 
@@ -113,7 +113,7 @@ def test_shifted_as_advised_it_is_the_truth() -> None:
 def test_a_wrong_delay_is_a_wrong_delay(true: int, declared: int) -> None:
     law = said(result(true, declared, 0), "control law")
     assert f"declare delay={true}. The motion supports that" in law
-    assert "--shift" not in law
+    assert "shift" not in law
 
 
 @pytest.mark.slow
@@ -131,4 +131,4 @@ def test_a_reference_or_position_at_another_time_is_named(role: str, samples: in
     axis = build(load_axis("rotary_table"))
     record = twin_record(axis, seed=2)
     check = check_law(axis, record.shifted(**{role: samples}))
-    assert f"--shift {role}={-samples}" in check.note.worded(as_options)
+    assert f"shift.{role} = {-samples}" in check.note.worded(as_options)

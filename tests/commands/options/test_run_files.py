@@ -1,0 +1,179 @@
+"""A run.toml stands in the place of a log in every command, and gives what options give."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+import pytest
+
+from axisid import Record, fleet, load_axis
+from axisid.commands.main import cli
+from axisid.fleets.items import gather_items
+from tests.run_files import run_file
+
+Run = Callable[..., tuple[int, str, str]]
+LS = ("--method", "idm-ls", "--bootstrap", "0")
+NAMED = {"time": "t", "reference": "r", "position": "pos", "control": "volts"}
+
+
+@pytest.fixture
+def log(twin: Record, tmp_path: Path) -> Path:
+    columns = {NAMED[role]: values[:3000] for role, values in twin.channels().items()}
+    columns["pos"] = 1e3 * columns["pos"]
+    rows = (",".join(f"{x:.12g}" for x in row) for row in zip(*columns.values(), strict=True))
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join([",".join(columns), *rows]))
+    return file
+
+
+OPTIONS = ("--columns", "time=t,reference=r:mm,position=pos:mm,control=volts", "--window", "0.2..2")
+SAID: dict[str, Any] = {
+    "columns": {**NAMED, "position": "pos:mm", "reference": "r:mm"},
+    "windows": "0.2..2",
+}
+
+
+def told(run: Run, *words: object) -> dict[str, Any]:
+    code, out, err = run(*words, "--json", "-")
+    assert code == 0, err
+    found: dict[str, Any] = json.loads(out)
+    return found
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("identify", "emps2015", "{}", *LS),
+        ("compare", "--ladder", "emps2015", "{}"),
+        pytest.param(("fit", "emps2015", "{}", "--bootstrap", "0"), marks=pytest.mark.slow),
+        pytest.param(("sweep", "emps2015", "{}", "--points", "2"), marks=pytest.mark.slow),
+        pytest.param(("law", "emps2015", "{}"), marks=pytest.mark.slow),
+    ],
+    ids=lambda words: words[0],
+)
+def test_it_stands_in_the_place_of_a_log(run: Run, log: Path, command: tuple[str, ...]) -> None:
+    own = told(run, *(word.format(run_file(log, **SAID)) for word in command))
+    other = told(run, *(word.format(log) for word in command), *OPTIONS)
+    assert own == other
+
+
+def test_options_go_before_it_and_a_second_record_is_as_its_own_says(run: Run, log: Path) -> None:
+    first = run_file(log, "first.toml", **{**SAID, "windows": "0.2..1.2"})
+    second = run_file(log, "second.toml", **{**SAID, "windows": "1.5..2.5"})
+    found = told(run, "identify", "emps2015", first, *LS, "--validate", second)
+    assert found["record"]["windows"] == [[0.2, 1.2]]
+    assert found["validation"]["record"]["windows"] == [[1.5, 2.5]]
+    found = told(run, "identify", "emps2015", first, *LS, "--window", "0.3..2")
+    assert found["record"]["windows"] == [[0.3, 2.0]]
+
+
+def test_its_mistakes_are_listed_and_it_is_no_axis(run: Run, log: Path) -> None:
+    file = run_file(log, gapz="split", mask="clip")
+    code, out, err = run("identify", "emps2015", file)
+    lines = err.splitlines()
+    assert (code, out) == (3, "")
+    assert lines[0].endswith("run.toml has 2 mistakes:")
+    assert "gapz: there is no such key" in lines[1]
+    assert "Did you mean 'gaps'?" in lines[1]
+    assert lines[2] == "  mask: there is no mask 'clip'; choose from clipped."
+    code, _, err = run("identify", file, "emps2015")
+    assert (code, "is a log; the axis comes first" in err) == (2, True)
+    code, _, err = run("identify", "emps2015", run_file(log), "--json", log, "--force")
+    assert (code, "it is an input of this run" in err) == (2, True)
+
+
+def test_a_list_of_axes_ends_before_it(run: Run, log: Path) -> None:
+    code, _, err = run("compare", "--axes", "emps2015", run_file(log, **SAID))
+    assert code == 2
+    assert "two axes or more" in err
+
+
+@pytest.mark.slow
+def test_what_new_writes_gives_what_options_give(
+    run: Run, twin: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    twin.write("log.csv", load_axis("emps2015"))
+    code, out, err = run("new", "--record", "log.csv")
+    assert (code, err) == (0, "")
+    assert "axisid identify AXIS run.toml" in out
+    own = told(run, "identify", "emps2015", "run.toml", *LS)
+    assert own == told(run, "identify", "emps2015", "log.csv", *LS)
+    text = Path("run.toml").read_text()
+    Path("run.toml").write_text(text.replace('# windows = ["2..8.5", "12.."]', 'windows = "1..3"'))
+    own = told(run, "identify", "emps2015", "run.toml", *LS)
+    assert own == told(run, "identify", "emps2015", "log.csv", *LS, "--window", "1..3")
+
+
+def test_new_keeps_what_is_there_and_stays_beside_the_log(run: Run, log: Path) -> None:
+    assert run("new", "mine", "--record", log)[0] == 0
+    assert (log.parent / "mine.toml").is_file()
+    for words, said in (
+        (("mine", "--record", log), "is there already"),
+        (("../mine", "--record", log), "is no name of a file beside"),
+        (("--record", log, "--python"), "--record starts a run.toml"),
+        (("--record", log.parent / "absent.csv"), "cannot be read"),
+        ((), "name the axis, or a log by --record"),
+    ):
+        code, _, err = run("new", *words)
+        assert code in (2, 3)
+        assert said in err
+
+
+def _copy(log: Path, folder: Path) -> Path:
+    copied = folder / "log.csv"
+    copied.write_bytes(log.read_bytes())
+    return copied
+
+
+def test_a_fleet_takes_it_from_folders_manifests_and_python(log: Path) -> None:
+    logs = log.parent / "logs"
+    for name in ("a", "b"):
+        (logs / name).mkdir(parents=True)
+        run_file(_copy(log, logs / name), **SAID)
+    (logs / "axis.toml").write_text('name = "mine"\n')
+    items = gather_items(logs, log.parent / "out")
+    assert [Path(item.log).relative_to(logs).as_posix() for item in items] == [
+        "a/run.toml",
+        "b/run.toml",
+    ]
+    manifest = log.parent / "manifest.csv"
+    manifest.write_text("log,serial\nlogs/a/run.toml,1\nlogs/b/run.toml,2\n")
+    how: dict[str, Any] = {"jobs": 1, "methods": ["idm-ls"], "bootstrap": 0}
+    out = log.parent / "out"
+    result = fleet(manifest, "emps2015", out, **how)
+    assert not result.failed
+    assert sorted(file.name[:3] for file in out.glob("*.json")) == ["log", "log"]
+    before = [row.key for row in result.rows]
+    assert [row.key for row in fleet(manifest, "emps2015", out, resume=True, **how).rows] == before
+    run_file(logs / "a" / "log.csv", **{**SAID, "windows": "0.5..2"})
+    (logs / "b" / "log.csv").write_text(log.read_text() + "\n")
+    again = fleet(manifest, "emps2015", out, resume=True, **how)
+    assert all(one != other for one, other in zip((r.key for r in again.rows), before, strict=True))
+
+
+@pytest.mark.parametrize("name", ["identify", "fit", "sweep", "compare", "law", "fleet"])
+def test_options_of_a_log_are_four_and_help_says_where_the_rest_is(run: Run, name: str) -> None:
+    said = " ".join(run(name, "--help")[1].split())
+    assert "All else of a log is said in a run.toml, which stands in its place" in said
+    options = {o for p in cli.commands[name].params for o in p.opts}
+    assert {"--columns", "--window", "--resample", "--gaps"} <= options
+    assert not {"--sample-period", "--shift", "--wrap", "--mask", "--tail"} & options
+
+
+def test_identify_has_few_options_below_titles(run: Run) -> None:
+    options = [p for p in cli.commands["identify"].params if isinstance(p, click.Option)]
+    assert len(options) <= 25
+    said = run("identify", "--help")[1]
+    titles = [line for line in said.splitlines() if line.endswith(":") and line[0] != " "]
+    assert titles[0] == "Log:"
+    assert "Options:" not in titles
+    assert all(f"\n  {option.opts[-1]}" in said for option in options)
+
+
+def test_a_key_that_is_taken_for_an_option_is_told(run: Run) -> None:
+    code, _, err = run("identify", "emps", "log.csv", "--sample-period", "1e-3")
+    assert code == 2
+    assert "the key sample_period of a log's run.toml, which axisid new --record" in err

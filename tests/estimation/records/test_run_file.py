@@ -1,0 +1,263 @@
+"""A run.toml stands in the place of a log: every key, all mistakes at once, and how one starts."""
+
+import csv
+import math
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import AxisidError, DataError, Record, load_axis, read_record
+from axisid.estimation import Repairs
+from axisid.estimation.choices import LOG_KEYS
+from axisid.estimation.records import log_of
+from axisid.estimation.records.started_run import started_run
+from axisid.support.errors import RunFileError
+from tests.fuzz.cases import Fuzz, WrongError, one_of
+from tests.run_files import run_file
+
+N = 400
+TIME = 1e-3 * np.arange(N)
+COLUMNS = {
+    "t": TIME,
+    "q": np.mod(40 * TIME, 2 * np.pi),
+    "r": 40 * TIME,
+    "u": np.clip(np.cos(30 * TIME), -0.9, 0.9),
+    "v": np.repeat(40 + np.sin(30 * TIME[::4]), 4),
+    "e": 0.1 * np.sin(90 * TIME),
+}
+ROLES = {"time": "t", "position": "q", "reference": "r", "control": "u"}
+STRAIGHT = {"time": "t", "position": "r", "control": "u"}
+WRAP = "6.283185307179586"
+
+
+def write(folder: Path, ending: str = "") -> Path:
+    log = folder / "log.csv"
+    with log.open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(COLUMNS)
+        writer.writerows(zip(*(column.tolist() for column in COLUMNS.values()), strict=True))
+    log.write_text(log.read_text() + ending)
+    return log
+
+
+#: Of each key what is said in TOML, and what that is in Python.
+SAID: dict[str, tuple[object, object]] = {
+    "sample_period": (1e-3, 1e-3),
+    "windows": (["0.05..0.2", "0.25.."], [(0.05, 0.2), (0.25, None)]),
+    "injected_at": ("control", "control"),
+    "resample": ("auto", "auto"),
+    "gaps": ("split", "split"),
+    "wrap": (WRAP, WRAP),
+    "mask": ("clipped", "clipped"),
+    "tail": ("drop", "drop"),
+    "max_memory": (1e9, 1e9),
+    "columns": (ROLES, ROLES),
+    "shift": ({"control": 1}, {"control": 1}),
+    "between": ({"velocity": "linear"}, {"velocity": "linear"}),
+}
+
+
+def same(one: Record, other: Record) -> bool:
+    columns, others = one.channels(), other.channels()
+    return (
+        columns.keys() == others.keys()
+        and all(np.array_equal(columns[role], others[role]) for role in columns)
+        and (one.windows, one.masked, one.spans) == (other.windows, other.masked, other.spans)
+        and one.provenance == other.provenance
+    )
+
+
+def test_every_key_is_tried() -> None:
+    assert SAID.keys() == LOG_KEYS.keys()
+
+
+@pytest.mark.parametrize("key", LOG_KEYS)
+def test_every_key_says_what_its_argument_says(key: str, tmp_path: Path) -> None:
+    log = write(tmp_path, "some words\n" if key == "tail" else "")
+    roles = {
+        **ROLES,
+        **{"injected_at": {"injected": "e"}, "between": {"velocity": "v"}}.get(key, {}),
+    }
+    toml: dict[str, Any] = {"columns": roles, "wrap": WRAP, key: SAID[key][0]}
+    toml |= {"columns": roles}
+    python: dict[str, Any] = {"columns": roles, "wrap": WRAP, key: SAID[key][1]}
+    python |= {"columns": roles}
+    repairs = {name: python.pop(name) for name in [*python] if LOG_KEYS[name].is_repair}
+    found = read_record(run_file(log, **toml))
+    assert same(found, read_record(log, **python, repairs=Repairs(**repairs)))
+    without = read_record(log, columns=ROLES, repairs=Repairs(wrap=WRAP, tail="drop"))
+    assert key in ("columns", "wrap", "tail", "max_memory") or not same(found, without)
+
+
+def test_examples_of_keys_are_values_of_them(tmp_path: Path) -> None:
+    log = write(tmp_path)
+    for key in LOG_KEYS.values():
+        file = tmp_path / "run.toml"
+        file.write_text(f'log = "{log.name}"\n{key.name} = {key.example}\n')
+        try:
+            read_record(file)
+        except RunFileError as error:
+            raise AssertionError(key.name) from error
+        except AxisidError:
+            pass  # it is said of another log
+
+
+def test_arguments_go_before_what_the_file_says_one_by_one(tmp_path: Path) -> None:
+    log = write(tmp_path)
+    said: dict[str, Any] = {"columns": {**ROLES, "control": "v"}, "wrap": WRAP, "gaps": "split"}
+    file = run_file(log, windows="0.1..0.2", **said)
+    found = read_record(
+        file, columns={"control": "u"}, windows=[(0.0, 0.3)], repairs=Repairs(mask="clipped")
+    )
+    repairs = Repairs(wrap=WRAP, gaps="split", mask="clipped")
+    assert same(found, read_record(log, columns=ROLES, windows=[(0.0, 0.3)], repairs=repairs))
+
+
+def test_columns_may_be_tables_and_name_signals_of_the_axis(tmp_path: Path) -> None:
+    log = write(tmp_path)
+    scaled = run_file(log, columns={**STRAIGHT, "position": {"name": "r", "scale": 0.5}})
+    assert read_record(scaled).position == pytest.approx(20 * TIME)
+    slide = load_axis("balanced_slide")
+    signal = slide.signals[0].name
+    with pytest.raises(RunFileError, match=rf"columns\.{signal}: there is no such key"):
+        read_record(run_file(log, columns={signal: "v"}))
+    with pytest.raises(DataError) as refused:
+        read_record(run_file(log, columns={signal: "nothing"}), slide)
+    assert not isinstance(refused.value, RunFileError)
+
+
+def test_the_log_is_as_from_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = run_file(write(tmp_path), columns=STRAIGHT)
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path / "other")
+    assert len(read_record("../run.toml")) == len(read_record(file)) == N
+    assert log_of("../run.toml") == Path("../log.csv")
+    assert log_of("../log.csv") == Path("../log.csv")
+
+
+MISTAKES = """
+gaps = "splitt"
+windows = "5..2"
+sample_period = "fast"
+colums = {}
+mask = 3
+max_memory = -1
+injected_at = "here"
+wrap = [1]
+resample = true
+tail = "crop"
+log = "lgo.csv"
+[columns]
+positon = "q"
+time = 3
+[shift]
+control = "x"
+[between]
+velocity = "splin"
+"""
+
+
+def test_all_mistakes_are_told_at_once_each_with_its_key(tmp_path: Path) -> None:
+    write(tmp_path)
+    file = tmp_path / "run.toml"
+    file.write_text(MISTAKES)
+    with pytest.raises(RunFileError) as refused:
+        read_record(file)
+    told = dict(mistake.split(": ", 1) for mistake in refused.value.mistakes)
+    keys = {*LOG_KEYS, "colums", "columns.positon", "columns.time", "log"} - {"columns"}
+    assert told.keys() == keys
+    assert refused.value.headline.endswith("run.toml has 15 mistakes:")
+    for key, said in {
+        "gaps": "no repair of gaps 'splitt'; choose from split",
+        "colums": "Did you mean 'columns'?",
+        "columns.positon": "Did you mean 'position'?",
+        "log": "Did you mean 'log.csv'?",
+        "sample_period": "'fast'; give a positive number of seconds",
+    }.items():
+        assert said in told[key]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "log: it is missing; add the log's path"),
+        ('log = "run.toml"', "log: it is 'run.toml'; give the path of a log"),
+        ("log = 3", "log: it is 3; give the path of a log"),
+        ("log = log.csv", "is not valid TOML"),
+        ("columns = 1", r"columns: it is 1; give a table, as in \[columns\]"),
+    ],
+)
+def test_what_is_no_run_file_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    (tmp_path / "run.toml").write_text(text)
+    with pytest.raises(RunFileError, match=said):
+        read_record(tmp_path / "run.toml")
+    with pytest.raises(RunFileError, match="cannot be read"):
+        read_record(tmp_path / "absent.toml")
+
+
+def test_values_of_any_kind_are_taken_or_told(tmp_path: Path) -> None:
+    log = write(tmp_path)
+    values = ("true", "-1", "0", "nan", "1e999", '""', '"x"', '"1..2"', "[]", "[[0.1, 0.2]]", "{}")
+    values += (
+        '["split"]',
+        "{ control = 1 }",
+        "{ a = { b = 1 } }",
+        "2026-01-01",
+        "1979-05-27T07:32:00Z",
+    )
+    values += ("[[1]]", '{ velocity = "linear" }', "{ control = inf }", '"auto"', "07:32:00")
+
+    def check(case: tuple[tuple[str, str], ...]) -> None:
+        lines = dict(case)
+        file = tmp_path / "run.toml"
+        file.write_text(
+            "\n".join([f'log = "{log.name}"', *(f"{k} = {v}" for k, v in lines.items())])
+        )
+        try:
+            record = read_record(file)
+        except AxisidError:
+            return
+        if not all(map(math.isfinite, record.time)):
+            raise WrongError(f"time: {case}")
+
+    Fuzz(
+        name="run files",
+        count=400,
+        draw=lambda rng: tuple(
+            (one_of(rng, [*LOG_KEYS]), one_of(rng, values)) for _ in range(int(rng.integers(1, 4)))
+        ),
+        check=check,
+        smaller=lambda case: (case[:i] + case[i + 1 :] for i in range(len(case))),
+        shown=repr,
+    ).run()
+
+
+def test_a_started_file_has_what_was_found_and_runs(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    rows = (f"{i};{10 * math.sin(0.01 * i):.4f};{i % 7}" for i in range(500))
+    log.write_text("\n".join(["t;pos [mm];u", *rows]))
+    file = tmp_path / "run.toml"
+    file.write_text(started_run(log))
+    said = tomllib.loads(file.read_text())
+    assert said == {
+        "log": "log.csv",
+        "columns": {"time": "t:ms", "position": "pos", "control": "u"},
+    }
+    text = file.read_text()
+    assert all(f"\n# {key} = " in text for key in LOG_KEYS if key != "columns")
+    assert '"pos": -' in text
+    named = {"time": "t:ms", "position": "pos", "control": "u"}
+    assert same(read_record(file), read_record(log, columns=named))
+    every = text.replace("\n# wrap = ", "\nwrap = ").replace("\n# gaps = ", "\ngaps = ")
+    assert {"wrap", "gaps"} < tomllib.loads(every).keys()
+
+
+def test_a_started_file_is_toml_whatever_columns_are_called(tmp_path: Path) -> None:
+    odd = ['a "b" \\ c', "\x7f", "é\u2028", "position", "T"]
+    log = dict.fromkeys(odd, TIME)
+    np.savez(tmp_path / "log.npz", **log)
+    said = tomllib.loads(started_run(tmp_path / "log.npz"))
+    assert said["columns"] == {"time": "T", "position": "position"}
