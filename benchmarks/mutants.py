@@ -195,8 +195,8 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "the sandwich is corrected for one parameter": (
         _COVARIANCE,
-        "(n / (n - k) if corrected else 1.0)",
-        "(n / (n - 1) if corrected else 1.0)",
+        "n / (n - k) * matrix",
+        "n / (n - 1) * matrix",
         (f"{_SANDWICH}::test_classical_and_robust_are_those_of_statsmodels",),
     ),
     "the kernel is one lag wider": (
@@ -220,9 +220,9 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     "instruments are as sure as a regressor of their own": (
         "estimation/regression/linear.py",
         "        influence=np.linalg.solve(projected, basis.T).T / X.scale,\n"
-        "        neighbours=X.neighbours,\n    )\n\n\ndef weighted",
+        "        neighbours=X.neighbours,\n    )\n\n\ndef as_counted",
         "        influence=(Z.basis @ Z.inverse.T).astype(float),\n"
-        "        neighbours=X.neighbours,\n    )\n\n\ndef weighted",
+        "        neighbours=X.neighbours,\n    )\n\n\ndef as_counted",
         (f"{_SANDWICH}::test_instrumental_variables_are_those_of_linearmodels",),
     ),
     "a mapped covariance knows no signs": (
@@ -233,7 +233,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     # Rows, filters and instruments.
     "decimated rows end before the last sample": (
-        "estimation/signals/sampled_filter.py",
+        "estimation/signals/prefilter.py",
         "return decimate - (decimate * math.ceil(samples / decimate) - samples) - 1",
         "return decimate - (decimate * math.ceil(samples / decimate) - samples) - 2",
         (
@@ -257,7 +257,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         (f"{_REG}/test_simulated_rows.py",),
     ),
     "the force held before a sample is that after it": (
-        "estimation/simulation/between.py",
+        "estimation/simulation/two_clocks.py",
         'out["held"] = np.where(since > 0, force[last], earlier[last])',
         'out["held"] = np.where(since > 0, force[last], force[last])',
         (f"{_CLOCKS}::test_before_a_sample_the_force_is_that_of_the_evaluation_before_it",),

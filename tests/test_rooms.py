@@ -237,7 +237,7 @@ def test_modules_are_imported_by_text_in_few_places(modules: dict[str, Path]) ->
     calls = ("import_module(", "resolve_name(")
     found = {n for n, file in modules.items() if any(c in file.read_text() for c in calls)}
     stub = {"commands.options.stages"}  # whose arrows the stub beside it has
-    rows = {"exports.targets", "estimation.methods.methods", "estimation.estimates.covariances"}
+    rows = {"exports.targets", "estimation.methods.methods", "estimation.estimates.value"}
     assert (
         found
         == {"support.presentable", "estimation.tables.table", "modeling.library"} | stub | rows

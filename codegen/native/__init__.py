@@ -4,6 +4,6 @@ In: generated C. Out: native functions, or why there are none. Knows nothing of 
 """
 
 from .column_filter import column_filter as column_filter
-from .lanes import LaneLibrary as LaneLibrary, Thinning as Thinning
+from .lanes import Decimation as Decimation, LaneLibrary as LaneLibrary
 from .native import Native as Native
 from .slices import slices as slices

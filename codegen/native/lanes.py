@@ -14,7 +14,7 @@ _WIDE, _STATES, _STREAMS, _STRETCH = 8, 8, 7, 16  # as in the C text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Thinning:
+class Decimation:
     """How columns are filtered forward and backward, and which of their samples are kept.
 
     Attributes
@@ -97,11 +97,11 @@ class LaneLibrary:
         motion: tuple[Array, Array, Array],
         delay: float,
         excluded: NDArray[np.bool_] | None,
-        thinning: Thinning,
+        decimation: Decimation,
     ) -> Array:
         """Regressor, known part if there is any, and force of measured lanes, (n, columns, L)."""
         samples, lanes = control.shape
-        out = np.empty((thinning.rows, self._columns + 1, lanes))
+        out = np.empty((decimation.rows, self._columns + 1, lanes))
         self._call(
             "lanes_measured",
             samples,
@@ -110,9 +110,9 @@ class LaneLibrary:
             *motion,
             float(delay),
             _bytes(excluded),
-            *thinning.arguments,
+            *decimation.arguments,
             out,
-            self._work(thinning, lanes),
+            self._work(decimation, lanes),
         )
         return out
 
@@ -122,11 +122,11 @@ class LaneLibrary:
         before: Array | None,
         parameters: Array,
         excluded: NDArray[np.bool_] | None,
-        thinning: Thinning,
+        decimation: Decimation,
     ) -> Array:
         """Regressor of simulated lanes, and known part if there is any, (n, columns, L)."""
         samples, lanes = loops[0].shape
-        out = np.empty((thinning.rows, self._columns, lanes))
+        out = np.empty((decimation.rows, self._columns, lanes))
         self._call(
             "lanes_simulated",
             samples,
@@ -135,24 +135,24 @@ class LaneLibrary:
             before,
             np.ascontiguousarray(parameters.T),
             _bytes(excluded),
-            *thinning.arguments,
+            *decimation.arguments,
             out,
-            self._work(thinning, lanes),
+            self._work(decimation, lanes),
         )
         return out
 
-    def weights(self, excluded: NDArray[np.bool_], thinning: Thinning) -> Array:
+    def weights(self, excluded: NDArray[np.bool_], decimation: Decimation) -> Array:
         """What rows make of ones where nothing is excluded, (n, L)."""
         samples, lanes = excluded.shape
-        out = np.empty((thinning.rows, lanes))
+        out = np.empty((decimation.rows, lanes))
         self._call(
             "lanes_weights",
             samples,
             lanes,
             _bytes(excluded),
-            *thinning.arguments,
+            *decimation.arguments,
             out,
-            self._work(thinning, lanes),
+            self._work(decimation, lanes),
         )
         return out
 
@@ -197,8 +197,8 @@ class LaneLibrary:
         self._call("lanes_lagged", rows, lanes, p, lags, np.ascontiguousarray(columns), out)
         return out
 
-    def _work(self, thinning: Thinning, lanes: int) -> Array:
-        every, blocks = int(thinning.sizes[5]), int(thinning.sizes[8])
+    def _work(self, decimation: Decimation, lanes: int) -> Array:
+        every, blocks = int(decimation.sizes[5]), int(decimation.sizes[8])
         columns, groups = self._columns + 1, -(-lanes // _WIDE)
         blocked = every * (_STREAMS + 2 * columns + 1)
         states = groups * (_STRETCH + -(-blocks // _STRETCH) + 1)

@@ -222,7 +222,6 @@ class NativeLibrary:
         wanted: Sequence[str],
         threads: int,
         recorded: Array | None = None,
-        into: Sequence[Array] | None = None,
     ) -> tuple[NDArray[np.int32], NDArray[np.int64], dict[str, Array]]:
         """Run many simulations side by side.
 
@@ -242,9 +241,6 @@ class NativeLibrary:
             Lanes are shared out among so many.
         recorded : (N, 2 s) or (N, 2 s, B) array or None
             Recorded signals, value and rate of each in turn.
-        into : sequence of (N, B) array, optional
-            What is wanted is written into these, in the order of `SIGNALS`; into new ones by
-            default.
 
         Returns
         -------
@@ -255,7 +251,7 @@ class NativeLibrary:
         samples, lanes = len(reference), len(parameters)
         parameters = self._with_gains(parameters)
         names = [name for name in SIGNALS if name in wanted]
-        arrays = [np.empty((samples, lanes)) for _ in names] if into is None else into
+        arrays = [np.empty((samples, lanes)) for _ in names]
         signals = dict(zip(names, arrays, strict=True))
         status = np.zeros(lanes, dtype=np.int32)
         stopped = np.zeros(lanes, dtype=np.int64)

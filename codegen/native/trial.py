@@ -20,7 +20,7 @@ from axisid.support.arrays import Array
 
 from .child import run_child
 from .errors import NativeUnavailableError, WrongLibraryError
-from .lanes import LaneLibrary, Thinning
+from .lanes import Decimation, LaneLibrary
 from .library import NativeLibrary
 
 _PERIOD, _SAMPLES = 1e-3, 4
@@ -193,7 +193,7 @@ def lanes_trial(functions: Mapping[str, Any], *, known: bool) -> Trial:
     kept = [each[rows].reshape(1, -1) for each in (q, dq, ddq, np.ones(shape))]
     wanted = by_sample(functions["idm_regressor"].call(kept)[0].full(), _ROWS * _LANES)
     wanted = wanted.reshape(_ROWS, _LANES, -1).transpose(0, 2, 1)
-    thinning = Thinning(
+    decimation = Decimation(
         sizes=np.array(
             [0, len(q), 0, len(q), 0, _EVERY, _EVERY - 1, 0, _ROWS, _ROWS], dtype=np.int64
         ),
@@ -203,8 +203,8 @@ def lanes_trial(functions: Mapping[str, Any], *, known: bool) -> Trial:
         ends=np.zeros((8, 8)),
         direct=1.0,
     )
-    measured = library.measured(force, (q, dq, ddq), 0.0, None, thinning)
-    simulated = library.simulated((q, dq, ddq, force, np.ones(shape)), None, sets, None, thinning)
+    measured = library.measured(force, (q, dq, ddq), 0.0, None, decimation)
+    simulated = library.simulated((q, dq, ddq, force, np.ones(shape)), None, sets, None, decimation)
     for found in (measured, simulated):
         trial.expect("rows of lanes", found[:, : wanted.shape[1]], wanted)
     return trial

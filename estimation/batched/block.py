@@ -17,14 +17,13 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
-from axisid.codegen.native import LaneLibrary, Thinning
+from axisid.codegen.native import Decimation, LaneLibrary
+from axisid.estimation.regression import Equations
 from axisid.estimation.signals import DECIMATION_PADDING, FilteredRecord, Motion, SampledFilter
 from axisid.estimation.thresholds import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array
 
-from .lanes import RecordLanes
-from .loops import lane_starts, simulated_lanes
-from .workspace import spaces
+from .lanes import RecordLanes, lane_starts, simulated_lanes
 
 _Modes = NDArray[np.complex128]
 _Filter = tuple[_Modes, _Modes, _Modes, float]
@@ -32,7 +31,7 @@ _Filter = tuple[_Modes, _Modes, _Modes, float]
 Chosen = NDArray[np.bool_]
 
 
-def _thinning_of(sampled: SampledFilter, samples: int) -> Thinning:
+def _decimation_of(sampled: SampledFilter, samples: int) -> Decimation:
     """Which rows a filter keeps of so many samples, and by what sums.
 
     Parameters
@@ -55,7 +54,7 @@ def _thinning_of(sampled: SampledFilter, samples: int) -> Thinning:
     beyond = begin + every * (blocks - 1) - last
     poles, residues, gains, direct = _modes(sampled) if every > 1 else _ALL_PASS
     powers = poles ** np.arange(every + 1)[:, None]
-    return Thinning(
+    return Decimation(
         sizes=np.array(
             [
                 start,
@@ -126,24 +125,6 @@ def _pairs(values: _Modes) -> Array:
     return parts.reshape(*values.shape[:-1], -1)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LaneRows:
-    """Rows of the inverse model, of lanes; zero where a lane has none.
-
-    Attributes
-    ----------
-    left : (n, L) array
-        Less what no parameter scales.
-    whole : (n, L) array
-        With it.
-    regressor : (n, p, L) array
-    """
-
-    left: Array
-    whole: Array
-    regressor: Array
-
-
 @dataclass(frozen=True, kw_only=True)
 class Block:
     """Lanes that are identified side by side.
@@ -168,7 +149,7 @@ class Block:
     @cached_property
     def motion(self) -> Motion:
         """The measured motion, filtered, (N, L) each."""
-        return self.filtered(self.lanes.position, "measured")
+        return self.filtered(self.lanes.position)
 
     @cached_property
     def library(self) -> LaneLibrary:
@@ -178,13 +159,13 @@ class Block:
         return library
 
     @cached_property
-    def thinning(self) -> Thinning:
+    def decimation(self) -> Decimation:
         """Which rows are kept, and by what sums."""
-        return _thinning_of(self.filter, len(self.lanes.reference))
+        return _decimation_of(self.filter, len(self.lanes.reference))
 
-    def filtered(self, position: Array, name: str) -> Motion:
-        """Motions as measured ones are filtered, (N, L) each; there until others of the name."""
-        q, dq, ddq = spaces(name, 3, *position.shape)
+    def filtered(self, position: Array) -> Motion:
+        """Motions as measured ones are filtered, (N, L) each."""
+        q, dq, ddq = np.empty((3, *position.shape))
         sampled, low_pass = self.filter, self.filter.low_pass
         self.library.motion(
             position,
@@ -196,17 +177,14 @@ class Block:
         )
         return q, dq, ddq
 
-    def rows(self, excluded: Chosen | None, rows: Chosen | None) -> LaneRows:
-        """Rows of the records."""
+    def rows(self, excluded: Chosen | None, rows: Chosen | None) -> Equations:
+        """Rows of the records, (n, L) and (n, p, L); zero where a lane has none."""
         found = self.library.measured(
-            self.lanes.control, self.motion, self.template.hold_delay, excluded, self.thinning
+            self.lanes.control, self.motion, self.template.hold_delay, excluded, self.decimation
         )
         found, p = _kept(found, rows), len(self.axis.parameters)
-        whole = found[:, -1]
-        known = found.shape[1] > p + 1
-        return LaneRows(
-            left=whole - found[:, p] if known else whole, whole=whole, regressor=found[:, :p]
-        )
+        intercept = found[:, p] if found.shape[1] > p + 1 else np.zeros(1)
+        return Equations(left=found[:, -1], intercept=intercept, regressor=found[:, :p])
 
     def simulated_rows(
         self,
@@ -220,7 +198,7 @@ class Block:
         signals = tuple(loops[name] for name in names)
         held = self.template.prefilter.hold == "zoh"
         before = loops["direction_before"] if held else None
-        found = self.library.simulated(signals, before, physical, excluded, self.thinning)
+        found = self.library.simulated(signals, before, physical, excluded, self.decimation)
         found, p = _kept(found, rows), len(self.axis.parameters)
         return found[:, :p], found[:, p] if found.shape[1] > p else 0.0
 
@@ -228,7 +206,7 @@ class Block:
         """Which rows lanes have, (n, L), without excluded samples; None for all."""
         if excluded is None:
             return None
-        weights = self.library.weights(excluded, self.thinning)
+        weights = self.library.weights(excluded, self.decimation)
         return np.asarray((weights > MIN_ROW_WEIGHT.value) | ~excluded.any(axis=0))
 
     def turns(self, motion: Motion) -> Chosen:

@@ -18,9 +18,8 @@ from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
 from .block import Block
-from .iteration import LaneFits, fitted_lanes
+from .iteration import LaneFits, combined, fitted_lanes, inverse_products
 from .lanes import ALONE, FAILED, SIDE_BY_SIDE, LaneEstimates, RecordLanes
-from .regression import combined, inverse_products
 
 #: The method of which lanes go side by side.
 METHOD = "idm-iv"

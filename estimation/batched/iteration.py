@@ -1,13 +1,21 @@
-"""Lanes from their rows to estimates; see `axisid.estimation.methods.instrumental`."""
+"""Lanes from their rows to estimates; see `axisid.estimation.methods.instrumental`.
+
+Instrumental variables and least squares are by normal equations that are refined. Columns are
+scaled to unit norm; the equations of the residuals are solved once more, which leaves the digits
+that a factorisation has as long as the columns are not nearly dependent. Lanes of which that is not
+so are told, and solved elsewhere.
+"""
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.methods import Pace
+from axisid.codegen.native import LaneLibrary
+from axisid.estimation.methods import StepControl
 from axisid.estimation.problems import Reach, shown_up_to
-from axisid.estimation.regression import InverseForm
+from axisid.estimation.regression import Equations, InverseForm
 from axisid.estimation.signals import (
     Prefilter,
     Signals,
@@ -25,9 +33,120 @@ from axisid.estimation.thresholds import (
 )
 from axisid.support.arrays import Array
 
-from .block import Block, Chosen, LaneRows
-from .regression import LaneSolutions, fitted, inverse_products, norms, row_counts, solved
-from .workspace import some_lanes
+from .block import Block, Chosen
+
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+
+def some_lanes(values: NDArray[Scalar] | None, chosen: NDArray[np.intp]) -> NDArray[Scalar] | None:
+    """Some lanes, by number, of values (..., L) that there may be, in contiguous memory."""
+    return None if values is None else np.ascontiguousarray(values[..., chosen])
+
+
+_MOST_CONDITION = 1e6  # of the scaled products: digits are lost beyond
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LaneSolutions:
+    """Solutions of lanes.
+
+    Attributes
+    ----------
+    theta : (L, p) array
+    residuals : (n, L) array
+    mixing : (L, p, p) array
+        ``(Z'X)^-1``.
+    power : (L,) array
+        Of the residuals.
+    sound : (L,) array of bool
+        Where the products are well conditioned.
+    """
+
+    theta: Array
+    residuals: Array
+    mixing: Array
+    power: Array
+    sound: NDArray[np.bool_]
+
+
+def products(library: LaneLibrary, one: Array, other: Array) -> Array:
+    """``sum a_t b_t'`` of columns (n, p, L) and (n, q, L), (L, p, q), each lane by itself."""
+    return library.products(one, other).transpose(2, 0, 1)
+
+
+def row_counts(rows: NDArray[np.bool_] | None, shape: tuple[int, ...]) -> Array:
+    """How many rows each lane has, (L,)."""
+    return np.full(shape[1], float(shape[0])) if rows is None else rows.sum(axis=0).astype(float)
+
+
+def combined(columns: Array, matrices: Array) -> Array:
+    """Columns (n, p, L), each a sum of all by the matrices of the lanes (L, p, p), (n, p, L)."""
+    every = range(columns.shape[1])
+    made = [sum(columns[:, j] * matrices[:, i, j] for j in every) for i in every]
+    return np.stack(made, axis=1)
+
+
+def fitted(regressor: Array, theta: Array) -> Array:
+    """``X theta`` of lanes, (n, L), for parameters (L, p)."""
+    every = range(theta.shape[1])
+    return np.asarray(sum(regressor[:, i] * theta[:, i] for i in every))
+
+
+def solved(
+    library: LaneLibrary, left: Array, regressor: Array, instruments: Array
+) -> LaneSolutions:
+    """``(Z'X)^-1 Z'y`` of lanes; least squares where the instruments are the regressor.
+
+    Parameters
+    ----------
+    library : LaneLibrary
+    left : (n, L) array
+    regressor, instruments : (n, p, L) array
+    """
+    together = products(library, instruments, regressor)
+    aside = products(library, instruments, left[:, None])[:, :, 0]
+    by, scale = norms(library, instruments), norms(library, regressor)
+    with np.errstate(all="ignore"):
+        scaled = together / by[:, :, None] / scale[:, None, :]
+    finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(aside).all(axis=1)
+    scaled[~finite] = np.eye(scaled.shape[1])
+    sound = finite & (np.linalg.cond(scaled) < _MOST_CONDITION)
+    scaled[~sound] = np.eye(scaled.shape[1])
+    with np.errstate(all="ignore"):
+        mixing = np.linalg.inv(scaled) / scale[:, :, None] / by[:, None, :]
+    theta = _applied(mixing, aside)
+    residuals = left - fitted(regressor, theta)
+    step = products(library, instruments, residuals[:, None])[:, :, 0]
+    theta = theta + _applied(mixing, step)
+    residuals = left - fitted(regressor, theta)
+    return LaneSolutions(
+        theta=theta,
+        residuals=residuals,
+        mixing=mixing,
+        power=products(library, residuals[:, None], residuals[:, None])[:, 0, 0],
+        sound=sound,
+    )
+
+
+def inverse_products(library: LaneLibrary, columns: Array) -> Array:
+    """``(Z'Z)^-1`` of columns (n, p, L), (L, p, p); of no meaning where there is none."""
+    with np.errstate(all="ignore"):
+        raw = products(library, columns, columns)
+        scale = np.sqrt(np.diagonal(raw, axis1=1, axis2=2))
+        scaled = raw / scale[:, :, None] / scale[:, None, :]
+        scaled[~np.isfinite(scaled).all(axis=(1, 2))] = np.eye(scaled.shape[1])
+        return np.asarray(np.linalg.pinv(scaled) / scale[:, :, None] / scale[:, None, :])
+
+
+def _applied(matrices: Array, vectors: Array) -> Array:
+    """``M v`` of lanes, (L, p)."""
+    return np.asarray((matrices * vectors[:, None, :]).sum(axis=2))
+
+
+def norms(library: LaneLibrary, columns: Array) -> Array:
+    """Of columns (n, p, L), (L, p)."""
+    return np.asarray(np.sqrt(library.lagged(columns, 0)[0].T))
+
 
 _MOST = 8  # steps of lanes; what takes more is identified alone
 _CLEARLY = 0.5  # of what a record may hide: lanes nearer to that are looked at alone
@@ -72,7 +191,7 @@ class _FirstFit:
 
     Attributes
     ----------
-    measured : LaneRows
+    measured : Equations
     theta : (L, p) array
     loops : _Loops
         Simulated with it.
@@ -82,7 +201,7 @@ class _FirstFit:
         Which lanes show every parameter by far.
     """
 
-    measured: LaneRows
+    measured: Equations
     theta: Array
     loops: _Loops
     follows: Chosen
@@ -95,7 +214,7 @@ def fitted_lanes(block: Block, asked: Prefilter) -> LaneFits:
     shown = np.ones(len(block.lanes), dtype=bool)
     if excluded is not None:
         first = _first_fit(block, excluded, block.rows_of(excluded))
-        again = block.turns(block.filtered(first.loops.position, "simulated"))
+        again = block.turns(block.filtered(first.loops.position))
         # Where the loop does not follow, the record's own reversals stay.
         excluded = np.where(first.follows & excluded.any(axis=0), again, excluded)
         shown = first.shown
@@ -108,10 +227,11 @@ def fitted_lanes(block: Block, asked: Prefilter) -> LaneFits:
 def _first_fit(block: Block, excluded: Chosen | None, rows: Chosen | None) -> _FirstFit:
     """Least squares of all lanes, with the samples and rows that they have."""
     measured = block.rows(excluded, rows)
-    found = solved(block.library, measured.left, measured.regressor, measured.regressor)
+    left = measured.left - measured.intercept
+    found = solved(block.library, left, measured.regressor, measured.regressor)
     every = np.ones(len(block.lanes), dtype=bool)
     loops = _loops_of(block, found.theta, every, excluded, rows)
-    error = _unexplained(measured.whole, fitted(loops.Z, found.theta) + loops.intercept)
+    error = _unexplained(measured.left, fitted(loops.Z, found.theta) + loops.intercept)
     return _FirstFit(
         measured=measured,
         theta=found.theta,
@@ -142,7 +262,7 @@ def _show_too_little(block: Block, near: Chosen) -> Chosen:
 
 
 def _clearly_shown(
-    block: Block, measured: LaneRows, rows: NDArray[np.bool_] | None, first: LaneSolutions
+    block: Block, measured: Equations, rows: NDArray[np.bool_] | None, first: LaneSolutions
 ) -> NDArray[np.bool_]:
     """Which lanes show every parameter by far, (L,), from least squares of their rows.
 
@@ -192,7 +312,7 @@ def _unexplained(whole: Array, simulated: Array) -> Array:
 
 def _iterated(
     block: Block,
-    measured: LaneRows,
+    measured: Equations,
     excluded: Chosen | None,
     rows: Chosen | None,
     physical: Array,
@@ -201,6 +321,7 @@ def _iterated(
 ) -> LaneFits:
     """Iterate lanes from least squares (L, p), whose loops are known, until they stand still."""
     n, p, lanes = measured.regressor.shape
+    net = measured.left - measured.intercept
     end = LaneFits(  # its arrays are filled in as lanes end
         theta=np.full((lanes, p), np.nan),
         residuals=np.zeros((n, lanes)),
@@ -211,7 +332,7 @@ def _iterated(
         instruments=np.zeros((n, p, lanes)),
         iterations=np.zeros(lanes, dtype=np.int64),
     )
-    paces = [Pace() for _ in range(lanes)]
+    paces = [StepControl() for _ in range(lanes)]
     physical, size = physical.copy(), np.full(lanes, np.inf)
     active = active.copy()
     for step in range(1, _MOST + 2):
@@ -228,7 +349,7 @@ def _iterated(
         going = at[~done]
         Z = np.ascontiguousarray(loops.Z[..., np.flatnonzero(inside)[~done]])
         left, regressor = (
-            np.ascontiguousarray(each[..., going]) for each in (measured.left, measured.regressor)
+            np.ascontiguousarray(each[..., going]) for each in (net, measured.regressor)
         )
         found = solved(block.library, left, regressor, Z)
         inverse = inverse_products(block.library, Z)

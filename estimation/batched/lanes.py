@@ -1,12 +1,30 @@
 """Records side by side, and what is estimated of each."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.lowering import SIGNALS, LoopSettings, LoopStart
+from axisid.estimation.loops import (
+    START_SAMPLES,
+    at_rest_misses,
+    below_limit,
+    first_velocities,
+    law_memory,
+    loop_starts,
+)
 from axisid.estimation.records import Record
+from axisid.estimation.simulation import (
+    allowed_distance,
+    at_rest,
+    has_constant_substeps,
+    most_substeps,
+    simulate_batch,
+    substeps_at_start,
+)
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
 
@@ -98,3 +116,105 @@ class LaneEstimates(Exact):
     iterations: NDArray[np.int64]
     how: tuple[str, ...]
     errors: Mapping[int, str]
+
+
+def lane_starts(
+    axis: GeneratedAxis,
+    reference: Array,
+    position: Array,
+    control: Array,
+    period: float,
+    record: Callable[[int], Record],
+) -> tuple[LoopStart, NDArray[np.bool_]]:
+    """Starts as `loop_starts` has them of each, and of which lanes that is so.
+
+    Lanes begin with what the law declares for an axis at rest; those whose first controls say
+    otherwise are the others.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        With a sampled law, whose drive acts at once.
+    reference : (N,) array
+    position, control : (N, L) array
+    period : float
+        s
+    record : callable
+        Gives a lane as a record.
+    """
+    velocity = first_velocities(position, period)
+    start = LoopStart(position=position[0].copy(), velocity=velocity, memory=None)
+    rests = np.ones(len(velocity), dtype=bool)
+    law = axis.axis.control
+    if law is None or not law_memory(axis):
+        return start, rests
+    if law.balanced or law.takes_velocity:
+        found = [loop_starts(axis, record(lane))[0].memory for lane in range(len(velocity))]
+        return start, np.array([memory is None for memory in found])
+    first = control[:START_SAMPLES]
+    off = first - _at_rest(axis, reference, position, len(first))
+    power = np.mean(control**2, axis=0)
+    return start, np.asarray(~at_rest_misses(off, below_limit(axis, first), power))
+
+
+def _at_rest(axis: GeneratedAxis, reference: Array, position: Array, samples: int) -> Array:
+    """The first controls of the law of an axis that rested before, (samples, L)."""
+    lanes = position.shape[1]
+    commanded = np.broadcast_to(reference[:samples, None], (samples, lanes)).copy()
+    (state,) = axis.evaluate("control_start", commanded[0], position[0])
+    made = np.empty((samples, lanes))
+    for k in range(samples):
+        read = (commanded[k], position[k], np.zeros(lanes))
+        control, state = axis.evaluate("control_law", *read, state)
+        made[k] = control[:, 0]
+    return made
+
+
+def simulated_lanes(
+    axis: GeneratedAxis,
+    physical: Array,
+    lanes: RecordLanes,
+    start: LoopStart,
+) -> tuple[dict[str, Array], NDArray[np.bool_]]:
+    """Signals by name, (N, B) each, of loops with parameters (B, p), and which went well."""
+    nothing = np.zeros(0)  # of recorded signals
+    well = at_rest(axis, physical, start.position, nothing)[0]
+    shape = (len(lanes.reference), len(physical))
+    if not well.any():
+        return {name: np.full(shape, np.nan) for name in SIGNALS}, well
+    # What cannot be simulated repeats a lane that can.
+    physical = np.where(well[:, None], physical, physical[np.argmax(well)])
+    counts = substeps_at_start(axis, physical, start.position, lanes.period, nothing)
+    alike = has_constant_substeps(axis) and bool(np.all(counts == counts[0]))
+    library = axis.native.library()
+    if library is None or not alike or counts[0] > most_substeps(len(lanes.reference)):
+        batch = simulate_batch(
+            axis,
+            physical,
+            lanes.reference,
+            lanes.period,
+            start=start.position,
+            start_velocity=start.velocity,
+            wanted=SIGNALS,
+            threads=1,
+        )
+        return batch.signals, well & [lane not in batch.failures for lane in range(len(well))]
+    reach = float(np.ptp(lanes.reference))
+    away = np.abs(start.position - lanes.reference[0])
+    settings = LoopSettings(
+        period=lanes.period,
+        resolution=0.0,
+        allowed=np.array([allowed_distance(reach, each) for each in away]),
+        substeps=int(counts[0]),
+    )
+    status, _, signals = library.simulate_batch(
+        lanes.reference,
+        None,
+        None,
+        np.ascontiguousarray(physical),
+        replace(start, position=np.ascontiguousarray(start.position)),
+        settings,
+        SIGNALS,
+        1,
+    )
+    return signals, well & (status == 0)

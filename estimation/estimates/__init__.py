@@ -4,7 +4,6 @@ In: the solution of a regression. Out: `Estimate` with its `Value` of each param
 Knows nothing of methods, of verdicts and of how it is shown.
 """
 
-from .covariances import COVARIANCES as COVARIANCES, covariance_of as covariance_of
 from .estimate import (
     Estimate as Estimate,
     Inference as Inference,
@@ -25,9 +24,11 @@ from .physical import (
 )
 from .value import (
     CORRECTED as CORRECTED,
+    COVARIANCES as COVARIANCES,
     Distribution as Distribution,
     NamedValues as NamedValues,
     Value as Value,
+    covariance_of as covariance_of,
     few_rows as few_rows,
     fewest as fewest,
     freedom_of as freedom_of,

@@ -1,15 +1,17 @@
-"""An estimated number, with unit, deviations and interval, and functions of such numbers."""
+"""An estimated number, with unit, deviations by covariance and interval, and functions of such."""
 
 import math
 import warnings
 from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
+from pkgutil import resolve_name
 
 import numpy as np
 from scipy.special import stdtridf, stdtrit
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.regression import Bend, delta_method, root
+from axisid.estimation.choices import COVARIANCE_ROWS, CovarianceRow
+from axisid.estimation.regression import Bend, Covariance, delta_method, root
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_ROWS_PER_PARAMETER
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
@@ -17,6 +19,17 @@ from axisid.support.errors import EstimationError, UsageError
 from axisid.support.mappings import FrozenMapping
 from axisid.support.number_text import range_text
 from axisid.support.user_values import is_among, quoted
+
+#: By name: residuals that are autocorrelated; of any variance; alike and independent.
+COVARIANCES: dict[str, CovarianceRow] = {row.name: row for row in COVARIANCE_ROWS}
+
+
+def covariance_of(name: str, lags: int | None) -> Covariance:
+    """The covariance of an estimate that is so called; None for lags lets the data choose."""
+    row = COVARIANCES[name]
+    made: Callable[..., Covariance] = resolve_name(row.covariance)
+    return made(lags) if row.takes_lags else made()
+
 
 _MIN_PRINTED_FILTER_BIAS = 0.5  # deviations, from which the value without that bias is printed
 # second-order part of a deviation by the first; beyond, the delta method is not enough

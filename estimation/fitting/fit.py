@@ -211,7 +211,7 @@ def fit(
         starts=starts,
         bootstrap=bootstrap,
         seed=seed,
-        horizon=_horizon(horizon, outputs),
+        horizon=checked_horizon(horizon, outputs),
         keeps_rests=_keeps_rests(rests, outputs),
         progress=progress,
         levels=Levels(level=level, least_share=least_share),
@@ -586,7 +586,7 @@ def _outputs(given: object) -> tuple[str, ...]:
     return found
 
 
-def _horizon(given: object, outputs: Sequence[str]) -> float | None:
+def checked_horizon(given: object, outputs: Sequence[str]) -> float | None:
     """Length of an open loop's windows, s, where it is asked for."""
     if given is None:
         return None

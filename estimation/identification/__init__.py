@@ -23,7 +23,13 @@ from .result import (
     DriveTime as DriveTime,
     Identification as Identification,
     OfProblem as OfProblem,
+    OfRecord as OfRecord,
+    RecordInfo as RecordInfo,
+    record_place as record_place,
 )
-from .set_aside import check_bad as check_bad, layout_without as layout_without
-from .several import OfRecord as OfRecord, RecordInfo as RecordInfo, record_place as record_place
-from .shared import Shared as Shared, shared_records as shared_records
+from .shared import (
+    Shared as Shared,
+    check_bad as check_bad,
+    layout_without as layout_without,
+    shared_records as shared_records,
+)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.estimation.logs.text import NoTextError, is_number, read_text
+from axisid.estimation.logs.text import NO_TEXT, is_number, read_text
 from axisid.estimation.tables import Column, Repair, Table, label_unit, loaded_column
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
@@ -20,9 +20,16 @@ from axisid.support.files.unchanged import changed, digest_of, read_whole, stamp
 from axisid.support.remedy import Remedy
 
 from .columnar import read_frame
-from .formats import ZIP, format_by_content, format_endings, format_of
-from .packings import packing_by_content, packing_of, unpacked
-from .rosbag import bag_of, is_bag, read_bag
+from .formats import (
+    ZIP,
+    format_by_content,
+    format_endings,
+    format_of,
+    packing_by_content,
+    packing_of,
+    unpacked,
+)
+from .measurement import bag_of, is_bag, read_bag
 
 _NO_TAIL = Repair(
     kind="tail",
@@ -55,7 +62,6 @@ _VALUES = frozenset(("value", "val", "values", "y", "data", "wert"))
 _UNITS = frozenset(("unit", "units", "einheit"))
 _MOST_SIGNALS = 1000
 _FEWEST_ROWS = 2  # of a signal
-_MOST_PARTS = 4  # time, name, value, unit
 
 
 def read_table(
@@ -130,11 +136,11 @@ def _as_text(file: Path, content: bytes, *, drop_tail: bool) -> Table:
     """The table of a text; what is none may be of a format that its ending does not say."""
     try:
         return read_text(str(file), content, drop_tail=drop_tail)
-    except NoTextError as error:
-        raise DataError(
-            f"{error.problem.removesuffix('.')}, or give the file the ending of its format "
-            f"({format_endings()})."
-        ) from error
+    except DataError as error:
+        if error.code != NO_TEXT:
+            raise
+        problem = f"{error.problem.removesuffix('.')}, or give the file the ending of its format "
+        raise DataError(f"{problem}({format_endings()}).", code=NO_TEXT) from error
 
 
 def _check_regular(file: Path, *, folder: bool) -> None:

@@ -3,27 +3,26 @@
 In: `Record`, axis. Out: `LawTicks`, `LoopStart`. Knows nothing of rows and parameters.
 """
 
-from .as_logged import (
-    as_logged as as_logged,
-    hides_command as hides_command,
-    late_in_log as late_in_log,
-    limit_in_log as limit_in_log,
-    with_drive as with_drive,
-)
-from .clocks import KeptByRecord as KeptByRecord, two_clocks as two_clocks
 from .law_gains import Compared as Compared, LawAlong as LawAlong, LawPoint as LawPoint
 from .law_run import (
     applied_terms as applied_terms,
+    as_logged as as_logged,
     control_along as control_along,
     control_at_ticks as control_at_ticks,
+    hides_command as hides_command,
+    late_in_log as late_in_log,
     law_memory as law_memory,
+    limit_in_log as limit_in_log,
     state_at_rest as state_at_rest,
     terms_along as terms_along,
+    with_drive as with_drive,
 )
 from .law_ticks import (
+    KeptByRecord as KeptByRecord,
     LawTicks as LawTicks,
     law_ticks as law_ticks,
     measured_velocity as measured_velocity,
+    two_clocks as two_clocks,
 )
 from .start import (
     START_SAMPLES as START_SAMPLES,

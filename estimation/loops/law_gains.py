@@ -18,8 +18,7 @@ from axisid.estimation.records import Record
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
-from .as_logged import as_logged, commands_as_logged, late_in_log, limit_in_log
-from .law_run import least_step
+from .law_run import as_logged, commands_as_logged, late_in_log, least_step, limit_in_log
 from .law_ticks import LawTicks
 from .start import MIN_MEMORY_EFFECT
 

@@ -27,17 +27,18 @@ from axisid.estimation.simulation import law_of
 from axisid.estimation.thresholds import LIMIT_TOLERANCE
 from axisid.support.arrays import Array, covered, frozen
 
-from .as_logged import as_logged, limit_in_log, with_drive
-from .clocks import KeptByRecord
 from .law_run import (
+    as_logged,
     control_along,
     law_memory,
     least_step,
+    limit_in_log,
     slopes_along,
     state_at_rest,
     states_along,
+    with_drive,
 )
-from .law_ticks import LawTicks, law_ticks
+from .law_ticks import KeptByRecord, LawTicks, law_ticks
 
 _KNOWN: KeptByRecord[GeneratedAxis, tuple[LoopStart, ...]] = KeptByRecord()
 
@@ -63,7 +64,6 @@ _MIN_START_DISTANCE = 5.0
 
 _DEGREE = 2
 _COUNTS = (6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128, 160, 192, 256)  # samples
-_FEWEST_STRETCHES = 5  # of which a median is taken
 _ORDER, _NOISE = 4, 200  # of the differences that show noise, and samples that they are taken of
 
 

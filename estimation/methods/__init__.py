@@ -7,8 +7,6 @@ Knows nothing of verdicts and of how it is shown.
 from .bootstrap import Bootstrap as Bootstrap
 from .bound_record import bound_record as bound_record
 from .estimating import estimate_by as estimate_by
-from .instrumental import Instruments as Instruments
-from .method import Method as Method
+from .instrumental import Instruments as Instruments, StepControl as StepControl
+from .method import Method as Method, scale_of as scale_of
 from .methods import METHODS as METHODS
-from .pace import Pace as Pace
-from .robust import scale_of as scale_of

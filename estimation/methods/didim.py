@@ -13,10 +13,9 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.estimation.choices import SQUARES_LOSS
-from axisid.estimation.problems import Problem, Solver
+from axisid.estimation.problems import Solver
 from axisid.estimation.regression import (
     Equations,
-    Form,
     QrFactors,
     Solution,
     search_bounds,
@@ -26,22 +25,14 @@ from axisid.estimation.thresholds import CONVERGED, MAX_SIMULATION_ERROR
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 
-from .instrumental import Instruments, Iteration, IterationState, IterationStep, Start
-from .robust import robust_least_squares, scale_of, size_by_loss
+from .instrumental import Instruments, Iteration, IterationState, IterationStep
+from .method import robust_least_squares, scale_of, size_by_loss
 
 # of a parameter, left by a step where the loop does not follow: measured, from 5 to 1000 kg on
 # the EMPS record, with 0.1 to 0.5 alike
 _LEAST_SHARE_OF_A_STEP = 0.25
 # of the simulation error; a step that adds more is halved. A loop's reversals round by less
 _MAX_ERROR_GROWTH = 1e-3
-
-
-class Didim(Instruments):
-    """Output error of the force, by the simulated loop's own rows."""
-
-    def iteration(self, form: Form, start: Start, problem: Problem) -> "Iteration":
-        """See `Instruments.iteration`."""
-        return _ByOutputError(self.name, form, start, problem, self.loss)
 
 
 _HALVINGS = 6
@@ -91,7 +82,7 @@ class _ByOutputError(Iteration):
         if self._loss == SQUARES_LOSS:
             return relative_error_percent(left - made, left) < error * most
         scale = scale_of(step.solution.residuals)
-        was = step.simulated.columns @ self._form.regressed(step.start) + step.intercept
+        was = step.simulated.columns @ self._form.regressed(step.at.physical) + step.at.intercept
         sizes = (size_by_loss(left - each, scale, self._loss) for each in (made, was))
         now, before = sizes
         return now < before * most
@@ -119,9 +110,15 @@ class _ByOutputError(Iteration):
 
     def _solved(self, step: IterationStep, reached: IterationState) -> tuple[Equations, Solver]:
         left, counts = reached.measured.left, step.solution.counts
-        solver = Solver(loop=step.simulated, intercept=step.intercept, counts=counts)
+        solver = Solver(loop=step.simulated, intercept=step.at.intercept, counts=counts)
         if self._form.is_linear:
-            intercept, regressor = step.intercept, step.simulated.columns
+            intercept, regressor = step.at.intercept, step.simulated.columns
         else:
             intercept, regressor = reached.intercept, reached.Z
         return Equations(left=left, intercept=intercept, regressor=regressor), solver
+
+
+class Didim(Instruments):
+    """Output error of the force, by the simulated loop's own rows."""
+
+    iterated = _ByOutputError

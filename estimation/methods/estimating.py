@@ -35,8 +35,7 @@ from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.remedy import Note
 
 from .bootstrap import TOO_FEW, Bootstrap, with_loops
-from .method import Fit, Method
-from .robust import loss_remarks
+from .method import Fit, Method, loss_remarks
 
 _BOUND_TOLERANCE = 1e-6  # relative distance of a nonlinear parameter from a bound that it is at
 

@@ -1,8 +1,17 @@
-"""Instrumental variables: instruments from the simulated loop, until the estimate stands still."""
+"""Instrumental variables: instruments from the simulated loop, until the estimate stands still.
 
-from collections.abc import Callable, Iterator
+The next estimate follows from instruments that are simulated with the last one. Where the model
+leaves much unexplained, a whole step may overshoot, and the iteration swings between two estimates
+for ever: part of a step ends that, at the same estimate. Where each step is a steady part of the
+last, what follows is known from two of them [Walker2011]_. And a loop that reverses thousands of
+times jumps with the parameters, as reversals move from one sample to the next: then no estimate
+follows from itself to the last digit.
+"""
+
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -30,10 +39,77 @@ from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.remedy import Note, Remedy, Setting
 
-from .least_squares import LeastSquares, least_squares_point
-from .method import Fit, Method, at_point
-from .pace import Pace
-from .robust import check_loss, robust_solution
+from .method import (
+    Fit,
+    LeastSquares,
+    Method,
+    at_point,
+    check_loss,
+    least_squares_point,
+    robust_solution,
+)
+
+_ROUNDING = 1e-9  # of the value, which stands for the deviation in records without noise
+_SWINGING = 0.5  # of the last step, backwards
+_LEAST = 0.125
+_NEAR = 0.5  # deviations, within which an estimate goes in proportion with the one before
+_FALLING = 0.25  # of the last step, up to which what follows is told from the two
+_FIRST = 3  # steps; those from the nominal values are of any size and direction
+
+
+class StepControl:
+    """Steps of one iteration, in deviations."""
+
+    def __init__(self) -> None:
+        self.share, self._taken = 1.0, 0
+        self._last: Array | None = None
+        self._goal: Array | None = None
+
+    def step(self, start: Array, goal: Array, deviation: Array) -> tuple[float, Array]:
+        """Take note of a step between parameters (p,).
+
+        `share` is then the part of it to go.
+
+        Returns
+        -------
+        size : float
+            In deviations, the largest of them.
+        further : (p,) array
+            Where the steps lead to, if they go on as they do: the goal, or beyond it.
+        """
+        unit = deviation + _ROUNDING / CONVERGED.value * np.abs(goal)
+        moved = np.divide(goal - start, unit, out=np.zeros_like(goal), where=goal != start)
+        self._taken += 1
+        if self._last is not None and self._taken > _FIRST and self._swings(moved):
+            self.share = max(self.share / 2, _LEAST)
+        further = self._beyond(goal, moved)
+        self._last, self._goal = moved, goal
+        return float(np.abs(moved).max()), further
+
+    def _beyond(self, goal: Array, moved: Array) -> Array:
+        """The goal, or where it goes on to where steps fall steadily, from this and the last.
+
+        By the secant through both, Anderson's method of depth one.
+        """
+        last, before = self._last, self._goal
+        if last is None or before is None or self.share < 1:
+            return goal
+        size, other = (float(np.abs(each).max()) for each in (moved, last))
+        ends = size * size <= CONVERGED.value * other  # the next step would be the last anyhow
+        if ends or size > _NEAR or size > _FALLING * other:
+            return goal
+        change = moved - last
+        return np.asarray(goal - float(moved @ change) / float(change @ change) * (goal - before))
+
+    def _swings(self, moved: Array) -> bool:
+        """Whether a step takes back the last one, and hardly shrinks."""
+        last = self._last
+        return (
+            last is not None
+            and float(moved @ last) < 0
+            and float(np.linalg.norm(moved)) > _SWINGING * float(np.linalg.norm(last))
+        )
+
 
 # simulation error at the end by that of least squares; beyond, a nonlinear model has gone to
 # another solution
@@ -79,13 +155,12 @@ class IterationStep:
     `further` is where the next ones would lead to, if they fall as the last did.
     """
 
-    start: Array
+    at: "IterationState"
     goal: Array
     further: Array
     size: float
     solution: Solution
     simulated: QrFactors
-    intercept: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,73 +175,24 @@ class IterationState:
     Z: Array
 
 
-class Instruments(Method):
-    """Instrumental variables from the simulated loop."""
-
-    def fit(self, problem: Problem) -> Fit:
-        """See `Method.fit`."""
-        form = problem.form(self.form)
-        problem.check_loop()
-        check_loss(self.loss, form)
-        form, start = _start_of(problem, form, self.start)
-        if start.named == NOMINAL_START or not form.is_linear:
-            return self.iteration(form, start, problem).fit()
-        return _from_least_squares(
-            self.iteration(form, start, problem),
-            lambda why: self.iteration(form, _nominal_start(form, why), problem),
-        )
-
-    def iteration(self, form: Form, start: Start, problem: Problem) -> "Iteration":
-        """The method's iteration from a start."""
-        return Iteration(self.name, form, start, problem, self.loss)
-
-
-def _from_least_squares(first: "Iteration", from_nominal: Callable[[Note], "Iteration"]) -> Fit:
-    """The fit of an iteration that starts from least squares, or from the nominal values.
-
-    Parameters
-    ----------
-    first : Iteration
-    from_nominal : callable
-        The iteration from the nominal values, for why it does not start from least squares; where
-        `first` comes to no end.
-    """
-    near: Fit | None = None
-    with suppress(EstimationError):
-        near = first.fit()
-        if not first.jumps:
-            return near
-    second = from_nominal(Note("from least squares it comes to no end"))
-    try:
-        found = second.fit()
-    except EstimationError:
-        if near is None:
-            raise
-        return near
-    return near if near is not None and second.jumps else found
-
-
 class Iteration:
     """The iteration of one method on the rows of a problem.
 
     Parameters
     ----------
-    method : str
-        For messages.
+    method : Method
     form : Form
         Linearised where it starts, if it is not linear.
     start : Start
     problem : Problem
-    loss : str
-        Of `ROW_LOSSES`.
     """
 
-    def __init__(self, method: str, form: Form, start: Start, problem: Problem, loss: str) -> None:
-        self._method, self._form, self._start, self._loss = method, form, start, loss
+    def __init__(self, method: Method, form: Form, start: Start, problem: Problem) -> None:
+        self._method, self._form, self._start, self._loss = method.name, form, start, method.loss
         self._on = problem
         self._iterates: list[Iterate] = []
         loops = sum(len(data.record.spans) for data in problem.data)
-        self._pace, self._budget = Pace(), StepBudget(loops * STEPS_OF_SEARCH)
+        self._pace, self._budget = StepControl(), StepBudget(loops * STEPS_OF_SEARCH)
         self.jumps = False  # whether the fit is near an estimate, and none
 
     def fit(self) -> Fit:
@@ -192,10 +218,16 @@ class Iteration:
         if nearest is None or nearest.size > NEARLY_CONVERGED:
             raise self._moving(physical)
         with self._naming():
-            end = self._next(replace(nearest, further=nearest.goal), nearest.start, 1.0)
+            end = self._next(replace(nearest, further=nearest.goal), nearest.at.physical, 1.0)
             reached = self._at(end)
             self.jumps = True
-            return self._ended(nearest, reached, (_jumping(nearest.size),))
+            return self._ended(
+                nearest,
+                reached,
+                f"the iteration ends {nearest.size:.1g} deviations from an estimate that follows "
+                "from itself: the simulated loop reverses so often that it jumps with the "
+                "parameters",
+            )
 
     def _moving(self, physical: Array) -> EstimationError:
         rests = rests_first(self._on.rest)
@@ -246,7 +278,7 @@ class Iteration:
         deviation = np.sqrt(np.diag(covariance))
         # Of the whole step: part of one may be small far from the solution.
         size, further = self._pace.step(at.physical, goal, deviation)
-        return IterationStep(at.physical, goal, further, size, solution, simulated, at.intercept)
+        return IterationStep(at, goal, further, size, solution, simulated)
 
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
         """By the simulated loop as instruments."""
@@ -264,9 +296,7 @@ class Iteration:
         whole = step.size <= CONVERGED.value or share == 1.0
         return step.goal if whole else physical + share * (step.goal - physical)
 
-    def _ended(
-        self, step: IterationStep, reached: IterationState, remarks: tuple[str, ...] = ()
-    ) -> Fit:
+    def _ended(self, step: IterationStep, reached: IterationState, *remarks: str) -> Fit:
         """The fit that a step led to."""
         self._check_valley()
         solution = step.solution
@@ -282,16 +312,12 @@ class Iteration:
             started=self._start.named,
             loops=reached.loops,
             simulated=reached.simulated,
-            remarks=(*self._why_not(), *remarks),
+            remarks=(*filter(None, [self._start.why_not]), *remarks),
         )
 
     def _solved(self, step: IterationStep, reached: IterationState) -> tuple[Equations, Solver]:
         """The rows that were solved, and by what."""
         return reached.measured, Solver(loop=step.simulated, counts=step.solution.counts)
-
-    def _why_not(self) -> tuple[Note, ...]:
-        """Why it did not start from least squares, if it was to."""
-        return () if self._start.why_not is None else (self._start.why_not,)
 
     def _check_valley(self) -> None:
         """A partially linear model's equations have several solutions, most of them wrong."""
@@ -315,12 +341,35 @@ class Iteration:
             raise EstimationError(problem, error.remedy, code=error.code) from error
 
 
-def _jumping(size: float) -> str:
-    """What to say of an iteration that ends near an estimate."""
-    return (
-        f"the iteration ends {size:.1g} deviations from an estimate that follows from itself: the "
-        "simulated loop reverses so often that it jumps with the parameters"
-    )
+class Instruments(Method):
+    """Instrumental variables from the simulated loop."""
+
+    #: What goes from least squares, or from the nominal values where it comes to no end.
+    iterated: ClassVar[type[Iteration]] = Iteration
+
+    def fit(self, problem: Problem) -> Fit:
+        """See `Method.fit`."""
+        form = problem.form(self.form)
+        problem.check_loop()
+        check_loss(self.loss, form)
+        form, start = _start_of(problem, form, self.start)
+        first = self.iterated(self, form, start, problem)
+        if start.named == NOMINAL_START or not form.is_linear:
+            return first.fit()
+        near: Fit | None = None
+        with suppress(EstimationError):
+            near = first.fit()
+            if not first.jumps:
+                return near
+        nominal = _nominal_start(form, Note("from least squares it comes to no end"))
+        second = self.iterated(self, form, nominal, problem)
+        try:
+            found = second.fit()
+        except EstimationError:
+            if near is None:
+                raise
+            return near
+        return near if near is not None and second.jumps else found
 
 
 def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:

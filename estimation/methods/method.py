@@ -1,17 +1,49 @@
-"""What a method of estimation is, and what it makes of a problem before that is judged."""
+"""What a method of estimation is, what it makes of a problem, and least squares as the first.
+
+A reversal that the filter rounds, a shock, a bad contact: rows whose residual is no noise of the
+others. Their squares lead least squares; by M-estimation a row counts for less the larger its
+residual is, in deviations by the median, and with the bisquare not at all from 4.7 on. Both are 95
+% as precise as least squares where the noise is normal.
+
+References
+----------
+[Huber1981]_; [BeatonTukey1974]_ for the bisquare; [HollandWelsch1977]_ for the iteration.
+"""
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
-from axisid.estimation.choices import ROW_LOSSES, STARTS
+import numpy as np
+
+from axisid.estimation.choices import BISQUARE_LOSS, HUBER_LOSS, ROW_LOSSES, SQUARES_LOSS, STARTS
 from axisid.estimation.estimates import Iterate, NotSimulated
 from axisid.estimation.problems import Problem, Solver
-from axisid.estimation.regression import Equations, Form, Solution
+from axisid.estimation.regression import (
+    Columns,
+    Equations,
+    Form,
+    InverseForm,
+    QrFactors,
+    RowCounts,
+    Solution,
+    as_counted,
+    least_squares,
+    variable_projection,
+)
 from axisid.estimation.simulation import Simulation
-from axisid.estimation.thresholds import MAX_SIMULATION_ERROR
+from axisid.estimation.thresholds import (
+    BISQUARE_TUNING,
+    HUBER_TUNING,
+    LIGHT_ROW,
+    MAX_SIMULATION_ERROR,
+    MEDIAN_OF_NORMAL,
+)
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.remedy import Note
+from axisid.support.errors import DataError, EstimationError, ModelError
+from axisid.support.remedy import Note, Remedy, Setting
 
 _NO_LOOP = NotSimulated("the method simulates no loop")
 
@@ -110,3 +142,175 @@ def at_point(solution: Solution, measured: Equations, physical: Array) -> Soluti
     """A solution moved to where the measured rows are linearised, (p,): their residuals there."""
     left = measured.left - measured.intercept - measured.regressor @ physical
     return replace(solution, theta=physical, residuals=left)
+
+
+_MOST, _STANDS_STILL = 200, 1e-10
+#: Rows whose residuals are rounding alone have no scale.
+_ROUNDING = 1e-13
+
+
+_HUBER, _BISQUARE = HUBER_TUNING.value, BISQUARE_TUNING.value
+#: Of residuals by their size in deviations, (n,): ``psi(u) / u``, which is 1 for a small one,
+#: ``psi'(u)``, and ``rho(u)``, which is ``u^2/2`` for a small one.
+RowLoss = Callable[[Array], tuple[Array, Array, Array]]
+
+
+def _huber(u: Array) -> tuple[Array, Array, Array]:
+    size = np.abs(u)
+    near = np.minimum(size, _HUBER)
+    weight = _HUBER / np.maximum(size, _HUBER)
+    return weight, (size <= _HUBER).astype(float), near**2 / 2 + _HUBER * (size - near)
+
+
+def _bisquare(u: Array) -> tuple[Array, Array, Array]:
+    share = (u / _BISQUARE) ** 2
+    inside = np.maximum(1 - share, 0.0)
+    return inside**2, inside * (inside - 4 * share), _BISQUARE**2 / 6 * (1 - inside**3)
+
+
+LOSS_FUNCTIONS: Mapping[str, RowLoss] = MappingProxyType(
+    {HUBER_LOSS: _huber, BISQUARE_LOSS: _bisquare}
+)
+#: The loss whose estimate another is iterated from, instead of least squares: one that forgets
+#: large residuals has several valleys.
+_STARTS = {BISQUARE_LOSS: HUBER_LOSS}
+
+
+def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str, plain: Solution) -> Solution:
+    """The solution of ``sum psi(e_i/s) z_i = 0`` with s from the median of the residuals' sizes.
+
+    Of least squares Z is X. The influence is that of these equations, ``Z (X' diag(psi') Z)^-1`` of
+    residuals as they count, so that every covariance of it is the sandwich that is consistent.
+
+    Parameters
+    ----------
+    y : (n,) array
+    X : Columns
+    Z : QrFactors
+    loss : str
+        Of `ROW_LOSSES`, or another for squares.
+    plain : Solution
+        By squares.
+
+    Raises
+    ------
+    EstimationError
+        It does not stand still, or what counts of the rows does not tell the parameters apart.
+    """
+    if loss not in LOSS_FUNCTIONS or scale_of(plain.residuals) <= _ROUNDING * np.linalg.norm(y):
+        return plain
+    return _iterated(y, X, Z, plain, loss)
+
+
+def robust_least_squares(y: Array, X: QrFactors, loss: str) -> Solution:
+    """`robust_solution` of least squares."""
+    return robust_solution(y, X, X, loss, least_squares(y, X))
+
+
+def size_by_loss(residuals: Array, scale: float, loss: str) -> float:
+    """What a loss makes of residuals, (n,), in their unit: their norm, if it is of squares."""
+    if loss not in LOSS_FUNCTIONS or not scale > 0:
+        return float(np.linalg.norm(residuals))
+    return scale * math.sqrt(2 * float(np.sum(LOSS_FUNCTIONS[loss](residuals / scale)[2])))
+
+
+def check_loss(loss: str, form: Form) -> None:
+    """Refuse a loss for a model whose parameters are searched for by squares.
+
+    Raises
+    ------
+    ModelError
+        The model is not linear, and the loss is not of squares.
+    """
+    if loss in LOSS_FUNCTIONS and not form.is_linear:
+        raise ModelError(
+            f"the {loss} loss is of models that are linear in their parameters, and axis "
+            f"{form.axis.axis.name!r} is not; ",
+            Remedy.of("use ", Setting("loss", SQUARES_LOSS), ", or fit the control with a loss."),
+            code="loss-of-nonlinear",
+        )
+
+
+def loss_remarks(loss: str, solution: Solution) -> list[str]:
+    """What a loss did to the rows, in words; nothing of squares."""
+    if loss not in LOSS_FUNCTIONS:
+        return []
+    if solution.counts is None:
+        return [f"{loss} loss: the rows are exact to rounding, and all count alike"]
+    weights = solution.counts.weights
+    light, least = np.count_nonzero(weights < LIGHT_ROW.value), float(weights.min())
+    return [
+        f"{loss} loss: {light} of {len(weights)} rows count for less than half, "
+        f"the least by {least:.2g}"
+    ]
+
+
+def _iterated(y: Array, X: Columns, Z: QrFactors, first: Solution, loss: str) -> Solution:
+    found = _iterated(y, X, Z, first, _STARTS[loss]) if loss in _STARTS else first
+    for _ in range(_MOST):
+        weights, slopes, _ = LOSS_FUNCTIONS[loss](found.residuals / scale_of(found.residuals))
+        before = found.theta
+        found = as_counted(y, X, Z, RowCounts(weights=weights, slopes=slopes))
+        moved = np.linalg.norm((found.theta - before) * X.scale)
+        if moved <= _STANDS_STILL * np.linalg.norm(before * X.scale):
+            return found
+    raise EstimationError(
+        f"the {loss} estimate still moves after {_MOST} iterations; use least squares, and look at "
+        "what the residuals are.",
+        code="loss-moves",
+    )
+
+
+def scale_of(residuals: Array) -> float:
+    """Deviation of normal residuals with this median size."""
+    return float(np.median(np.abs(residuals))) / MEDIAN_OF_NORMAL.value
+
+
+class LeastSquares(Method):
+    """Least squares of one form; the simulated loop is a courtesy."""
+
+    def fit(self, problem: Problem) -> Fit:
+        """See `Method.fit`."""
+        form = least_squares_point(problem.form(self.form), problem.rows)
+        measured = problem.rows(form)
+        solution = self._solved(problem, form, measured)
+        solver = Solver(counts=solution.counts)
+        try:
+            loops, intercept, right = problem.simulated(form, form.physical(solution.theta)[0])
+        except (ModelError, DataError, EstimationError) as error:
+            by_estimate = isinstance(error, EstimationError)
+            said = Note.of("no simulation error, since ", error.note)
+            return Fit(
+                form=form,
+                measured=measured,
+                solution=solution,
+                solver=solver,
+                simulated=NotSimulated(error.problem, error.remedy, by_estimate=by_estimate),
+                remarks=(said,) if by_estimate else (),  # what no method has, the verdict tells
+            )
+        simulated: Array = right @ solution.theta + intercept
+        return Fit(
+            form=form,
+            measured=measured,
+            solution=solution,
+            solver=solver,
+            loops=loops,
+            right=(intercept, right),
+            simulated=simulated,
+        )
+
+    def _solved(self, problem: Problem, form: Form, measured: Equations) -> Solution:
+        check_loss(self.loss, form)
+        regressor = problem.factored(form, measured)
+        left = measured.left - measured.intercept
+        if form.is_linear:
+            return robust_least_squares(left, regressor, self.loss)
+        # The search ends within the bounds, where a step of the linearised model might not.
+        return at_point(least_squares(left, regressor), measured, form.start)
+
+
+def least_squares_point(form: Form, rows: Callable[[Form], Equations]) -> Form:
+    """A form, at the least-squares estimate if its model is only partially linear."""
+    if form.is_linear or not isinstance(form, InverseForm):
+        return form
+    return form.at(variable_projection(form, rows))

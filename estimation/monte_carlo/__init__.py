@@ -17,11 +17,18 @@ from .plan import (
     MonteCarloPlan as MonteCarloPlan,
     declared_chain as declared_chain,
     declared_figures as declared_figures,
+    drawn_twin as drawn_twin,
     noise_of as noise_of,
     stated_by as stated_by,
     twin_of as twin_of,
+    twins as twins,
 )
-from .result import MonteCarlo as MonteCarlo
+from .result import (
+    MonteCarlo as MonteCarlo,
+    check_output as check_output,
+    run_columns as run_columns,
+    write_runs as write_runs,
+)
 from .runs import (
     DIRECT as DIRECT,
     MODEL_ERROR as MODEL_ERROR,
@@ -30,9 +37,3 @@ from .runs import (
     Estimand as Estimand,
     FailedRun as FailedRun,
 )
-from .table import (
-    check_output as check_output,
-    run_columns as run_columns,
-    write_runs as write_runs,
-)
-from .twins import drawn_twin as drawn_twin, twins as twins

@@ -1,31 +1,113 @@
-"""Many twins of an axis, each identified: the public function."""
+"""Many twins of an axis, each identified: the public function.
+
+What twins tell of the intervals of a study is told by its first runs, for all of them. Twins of
+each run, as `identify` draws them, would cost as many loops again. The runs differ in their noise
+alone, so that their estimates have one bias, and deviations that lack as much.
+"""
 
 import contextlib
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 from functools import partial
 from time import monotonic
-from typing import Any, TypeAlias
+from typing import TypeAlias
+
+import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import ROW_LOSSES, STARTS, method_names
-from axisid.estimation.identification import check_choices, requested_methods
+from axisid.estimation.identification import check_choices, identify, requested_methods
+from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import DEFAULT_COUNT, Chain, check_count
 from axisid.modeling.declaration import Axis, Move
-from axisid.support.errors import EstimationError, UsageError
+from axisid.support.arrays import Array
+from axisid.support.errors import AxisidError, EstimationError, UsageError
 from axisid.support.jobs.outcome import Outcome
 from axisid.support.jobs.run import pace, run_jobs
 from axisid.support.progress import Progress
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import quoted
 
-from .calibration import calibrated_runs, study_calibrations
-from .plan import MonteCarloPlan, noise_of, split_methods, twin_of
+from .plan import MonteCarloPlan, noise_of, split_methods, twin_of, twins
 from .result import MonteCarlo
-from .runs import BlockNumbers, block_numbers, joined, lost_block
+from .runs import (
+    INTERVALS,
+    BlockNumbers,
+    Estimand,
+    block_numbers,
+    estimand_numbers,
+    joined,
+    lost_block,
+)
+
+_RUNS = 16  # whose twins tell it
+_OF_HAC = 2 + 3 * INTERVALS.index("hac")
+
+
+#: Bias, and scales of the HAC deviation and of its interval, of what is estimated.
+Calibrations = Mapping[Estimand, tuple[float, float, float]]
+
+
+def study_calibrations(plan: MonteCarloPlan) -> Calibrations:
+    """By twins of the first runs that have any; of nothing where none has."""
+    shown: dict[Estimand, list[tuple[float, float, float]]] = {}
+    first = twins(plan, range(min(_RUNS, plan.runs))) if plan.bootstrap else ()
+    for _, record in first:
+        if isinstance(record, Record):
+            for estimand, of_one in _calibrations_of(plan, record).items():
+                shown.setdefault(estimand, []).append(of_one)
+    means = {estimand: np.mean(of_each, axis=0) for estimand, of_each in shown.items()}
+    return {estimand: (float(b), float(sd), float(w)) for estimand, (b, sd, w) in means.items()}
+
+
+def calibrated_runs(numbers: BlockNumbers, calibrations: Calibrations, judged: int) -> BlockNumbers:
+    """The numbers of runs, calibrated from the first that has no twins of its own on."""
+    changed, plain = numbers.numbers.copy(), numbers.runs >= judged
+    for place, estimand in enumerate(numbers.estimands):
+        if estimand in calibrations:
+            bias, scale, width = calibrations[estimand]
+            own = changed[plain, place]
+            own[:, 1] = own[:, 0] - bias
+            own[:, 3::3] -= bias
+            own[:, 4::3] -= bias
+            own[:, _OF_HAC] *= scale
+            ends = own[:, _OF_HAC + 1 : _OF_HAC + 3]
+            ends[:] = own[:, 1:2] + (ends - own[:, 1:2]) * width
+            changed[plain, place] = own
+    return replace(numbers, numbers=changed)
+
+
+def _calibrations_of(
+    plan: MonteCarloPlan, record: Record
+) -> dict[Estimand, tuple[float, float, float]]:
+    """Bias and scales of one run, without methods that have no twins."""
+    made: dict[Estimand, tuple[float, float, float]] = {}
+    for method in plan.regressions:
+        try:
+            with_twins, without = (
+                identify(plan.axis, record, plan.prefilter, [method], **of)
+                for of in ({**plan.settings, "bootstrap": n} for n in (plan.bootstrap, 0))
+            )
+        except AxisidError:
+            continue
+        if with_twins[method].filter_bias is None:
+            continue
+        plain = dict(estimand_numbers(without))
+        for estimand, found in estimand_numbers(with_twins):
+            made[estimand] = (found[0] - found[1], *_ratios(found, plain[estimand]))
+    return made
+
+
+def _ratios(found: Array, plain: Array) -> tuple[float, float]:
+    """Of deviations, and of the widths of their intervals."""
+    sizes = ((own[_OF_HAC], own[_OF_HAC + 2] - own[_OF_HAC + 1]) for own in (found, plain))
+    (one, wide), (other, plain_wide) = sizes
+    return (float(one / other), float(wide / plain_wide)) if other > 0 else (1.0, 1.0)
+
 
 _MOST_REASONS = 3  # that are told where nothing came of any run
 
@@ -136,7 +218,7 @@ def monte_carlo(
     simulated = generated if twin is None else as_generated(twin)
     check_choices(covariance, start, loss)
     check_count(bootstrap)
-    made = twin_of(simulated, {} if truth is None else truth, _moves(moves))
+    made = twin_of(simulated, {} if truth is None else truth, moves)
     plan = MonteCarloPlan(
         axis=generated,
         twin=made,
@@ -152,18 +234,6 @@ def monte_carlo(
     )
     _check_spread(block, jobs, executor)
     return _run(plan, _numbers_of(plan, block, jobs, executor), progress, keep)
-
-
-def _moves(moves: object) -> tuple[Any, ...] | None:
-    """The moves, which the experiment then looks at one by one."""
-    if moves is None:
-        return None
-    if isinstance(moves, str) or not isinstance(moves, Iterable):
-        raise UsageError(
-            f"the moves are {quoted(moves)}; give a list of Move(...), or leave them out.",
-            code="monte-carlo-moves",
-        )
-    return tuple(moves)
 
 
 def _methods(methods: object) -> tuple[str, ...]:

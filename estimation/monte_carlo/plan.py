@@ -1,20 +1,26 @@
-"""What is done in every run: which twin is made, and how it is identified."""
+"""What is done in every run: which twin is made, its record or its lane, and by which methods."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.estimation.batched import RecordLanes, is_served
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.choices import check_among, fit_names, fitted_output
+from axisid.estimation.choices import ROW_LOSSES, STARTS, check_among, fit_names, fitted_output
+from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
-from axisid.estimation.simulation import twin_plan
-from axisid.estimation.twins import Autoregressions, Chain
-from axisid.modeling.declaration import Experiment, Move
-from axisid.support.errors import ModelError, UsageError
+from axisid.estimation.simulation import Simulation, TwinPlan, simulate_batch, twin_plan
+from axisid.estimation.twins import Autoregressions, Chain, Draws
+from axisid.modeling.declaration import Experiment
+from axisid.support.arrays import Array
+from axisid.support.errors import AxisidError, ModelError, UsageError
 from axisid.support.mappings import FrozenMapping
-from axisid.support.real_numbers import is_real, is_whole
+from axisid.support.real_numbers import is_whole
+from axisid.support.remedy import Note
 from axisid.support.user_values import quoted
 
 #: What the intervals of a fit are of: errors that follow an autoregression.
@@ -221,43 +227,35 @@ def declared_figures(chain: Chain) -> dict[str, float | bool | None]:
     }
 
 
-def twin_of(
-    axis: GeneratedAxis, truth: Mapping[str, float], moves: tuple[Move, ...] | None
-) -> GeneratedAxis:
-    """The axis with other true values, or another experiment.
+def twin_of(axis: GeneratedAxis, truth: object, moves: object) -> GeneratedAxis:
+    """The axis with other true values, or another experiment; itself where neither is given.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    truth : mapping of str to float
+        Over the experiment's.
+    moves : sequence of Move or None
+        In place of the experiment's.
 
     Raises
     ------
     UsageError
-        A value is of no parameter, or none.
+        These are none, or a value is of no parameter.
     """
-    if not isinstance(truth, Mapping):
-        raise UsageError(
-            f"the true values are {quoted(truth)}; give a mapping of names to numbers, SI.",
-            code="study-truth-type",
-        )
-    if not truth and moves is None:
-        return axis
     declared = axis.declared
-    names = {p.name for p in declared.parameters}
-    for name, value in truth.items():
-        if name not in names:
-            raise UsageError(
-                f"axis {declared.name!r} declares no parameter {quoted(name)}; its parameters are "
-                f"{', '.join(sorted(names))}.",
-                code="unknown-truth",
-            )
-        if not is_real(value):
-            raise UsageError(
-                f"the true {name} is {quoted(value)}; give a number, SI.", code="bad-truth"
-            )
-    experiment = declared.experiment
-    if experiment is None and moves is None:
-        return axis  # which then is refused as a twin
-    given = Experiment(moves=moves or ()) if experiment is None else experiment
-    changed = replace(given, moves=given.moves if moves is None else moves)
-    changed = replace(changed, truth={**changed.truth, **truth})
-    return build(replace(declared, experiment=changed), native=axis.native.enabled)
+    before = declared.experiment
+    if moves is None and (before is None or not truth):
+        return axis  # which without an experiment is refused as a twin
+    changed: dict[str, Any] = {"truth": truth, **({} if moves is None else {"moves": moves})}
+    try:
+        given = Experiment(**changed) if before is None else replace(before, **changed)
+        if before is not None:
+            given = replace(given, truth={**before.truth, **given.truth})
+        declared = replace(declared, experiment=given)
+    except ModelError as error:
+        raise UsageError(error.problem, error.remedy, code=error.code) from error
+    return build(declared, native=axis.native.enabled)
 
 
 def _check_count(what: str, value: object, *, least: int) -> None:
@@ -267,3 +265,159 @@ def _check_count(what: str, value: object, *, least: int) -> None:
             f"{quoted(value)}; give a whole number of {least} or more.",
             code="monte-carlo-count",
         )
+
+
+_POSITION, _SENSORS, _CONTROL, _DISTURBANCE, _OFFSET = range(5)  # each a stream of its own
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrawnChain:
+    """The noise of one twin, whatever others there are.
+
+    Attributes
+    ----------
+    chain : Chain
+    seed : int
+    run : int
+        The number of the twin.
+    """
+
+    chain: Chain
+    seed: int
+    run: int
+
+    def draws(self, stream: int) -> Draws:
+        """The random numbers of a stream: a child of the seed for each run, whoever runs it."""
+        child = np.random.SeedSequence(self.seed, spawn_key=(self.run, stream))
+        return Draws(np.random.default_rng(child))
+
+    def position(self, samples: int) -> Array:
+        """Noise of the measured position, (samples,)."""
+        return self.chain.drawn_position(self.draws(_POSITION), samples)
+
+    def own(self, plan: TwinPlan) -> TwinPlan:
+        """The plan of this twin: its encoder, where it begins, and what disturbs it."""
+        chain, step, added = self.chain, self.chain.position_step, plan.added
+        begin = chain.anywhere * step / 2 + chain.drawn_offset(self.draws(_OFFSET))
+        if chain.disturbances:
+            draws, samples = self.draws(_DISTURBANCE), len(plan.reference)
+            added = {"control": chain.drawn_disturbance(draws, samples, plan.period)}
+        experiment = replace(plan.experiment, resolution=step)
+        return replace(plan, reference=plan.reference + begin, added=added, experiment=experiment)
+
+    def record(self, plan: TwinPlan, loop: Simulation) -> Record:
+        """What is logged of the loop of its own plan, without what disturbs it."""
+        chain = self.chain
+        if chain.disturbances:
+            loop = replace(loop, control=loop.control - plan.added["control"])
+        record = plan.record(
+            loop,
+            f"twin {self.run + 1} of {plan.axis.axis.name}, seed {self.seed}",
+            None if chain.velocity is None else loop.velocity,
+            None if chain.acceleration is None else plan.acceleration(loop),
+        )
+        return chain.logged(record, self.draws(_SENSORS), self.draws(_CONTROL))
+
+
+def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Record | Note]]:
+    """The record of each run, or why there is none; made when it is asked for."""
+    made = twin_plan(plan.twin)
+    for run in runs:
+        drawn = DrawnChain(chain=plan.noise, seed=plan.seed, run=run)
+        own = drawn.own(made)
+        try:
+            loop = own.loop(drawn.position)
+        except AxisidError as error:
+            yield run, error.note
+            continue
+        still = _at_rest(own, loop.position)
+        yield run, Note(still) if still else drawn.record(own, loop)
+
+
+def _at_rest(plan: TwinPlan, position: Array) -> str:
+    """Why a twin's record shows nothing: its axis stands still while its reference moves.
+
+    Parameters
+    ----------
+    plan : TwinPlan
+    position : (N,) array
+        Of the simulated axis, without noise.
+    """
+    if np.ptp(position) or not np.ptp(plan.reference):
+        return ""
+    return (
+        f"axis {plan.axis.axis.name!r} does not move with {plan.axis.describe(plan.truth)}: its "
+        "friction holds whatever the drive gives. Give true values with which it moves"
+    )
+
+
+def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
+    """The record of one run alone.
+
+    Parameters
+    ----------
+    plan : TwinPlan
+    noise : Chain
+    seed, run : int
+        As of a study, whose run has the same noise.
+
+    Raises
+    ------
+    AxisidError
+        The loop runs away.
+    """
+    drawn = DrawnChain(chain=noise, seed=seed, run=run)
+    own = drawn.own(plan)
+    return drawn.record(own, own.loop(drawn.position))
+
+
+def are_lanes(plan: MonteCarloPlan) -> bool:
+    """Whether runs that are not judged go side by side, whatever their company."""
+    made, settings = twin_plan(plan.twin), plan.settings
+    declared = plan.axis.declared.parameters
+    return (
+        len(plan.methods) == len(plan.regressions) == 1
+        and (settings["start"], settings["loss"]) == (STARTS[0], ROW_LOSSES[0])
+        and plan.axis.names == tuple(p.name for p in declared)
+        and made.clocks is None
+        and not (made.added or made.signals or made.axis.axis.signals)
+        and made.injected is None
+        and made.axis.axis.response is None
+        and not made.axis.axis.drive.logs_what_acts
+        # Twins differ by the noise of their position, and of their recorded control, alone.
+        and replace(plan.noise, position=0.0, control=()) == Chain()
+        and is_served(plan.axis, made.period, plan.methods[0])
+    )
+
+
+def twin_lanes(
+    twin: GeneratedAxis, drawn: Sequence[DrawnChain], threads: int | None
+) -> tuple[RecordLanes, Mapping[int, str]]:
+    """The records of twins side by side, and why there is none of some, by lane."""
+    plan = twin_plan(twin)
+    samples = len(plan.reference)
+    noise: Array = np.column_stack([each.position(samples) for each in drawn])
+    batch = simulate_batch(
+        plan.axis,
+        np.tile(plan.truth, (len(drawn), 1)),
+        plan.reference,
+        plan.period,
+        position_noise=noise,
+        wanted=("position", "control"),
+        threads=threads,
+    )
+    unsimulated = dict(batch.failures)
+    for lane, position in enumerate(batch["position"].T):
+        if lane not in unsimulated and (still := _at_rest(plan, position)):
+            unsimulated[lane] = still
+    noise += batch["position"]
+    control = batch["control"]
+    for lane, each in enumerate(drawn):
+        if each.chain.control:
+            control[:, lane] = each.chain.logged_control(
+                each.draws(_CONTROL), control[:, lane], plan.period
+            )
+    lanes = RecordLanes(
+        reference=plan.reference, position=noise, control=control, period=plan.period
+    )
+    return lanes, unsimulated

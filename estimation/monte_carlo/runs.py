@@ -22,8 +22,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 from axisid.support.remedy import Note, as_arguments
 
-from .plan import COLOURED, IID, MonteCarloPlan
-from .twins import DrawnChain, are_lanes, twin_lanes, twins
+from .plan import COLOURED, IID, DrawnChain, MonteCarloPlan, are_lanes, twin_lanes, twins
 
 _T = TypeVar("_T")
 Interval: TypeAlias = tuple[float, tuple[float, float]]  # a deviation, and both bounds

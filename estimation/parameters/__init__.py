@@ -5,7 +5,13 @@ In: axes, forms, records, values known of each record. Out: `JointForm` of sever
 and `Unknowns` of a search. Knows nothing of estimates, outputs and how a search is made.
 """
 
-from .known import Known as Known, Told as Told, known_of as known_of, read_known as read_known
+from .known import (
+    Known as Known,
+    Told as Told,
+    known_of as known_of,
+    prefilters_of as prefilters_of,
+    read_known as read_known,
+)
 from .layout import (
     GAIN as GAIN,
     JointForm as JointForm,
@@ -29,7 +35,6 @@ from .nuisance import (
     with_starts as with_starts,
     with_time as with_time,
 )
-from .prefilters import prefilters_of as prefilters_of
 from .unknowns import (
     End as End,
     Unknowns as Unknowns,

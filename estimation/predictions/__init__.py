@@ -6,10 +6,11 @@ Knows nothing of how parameters are searched for.
 
 from .lanes import (
     Predictions as Predictions,
+    Slopes as Slopes,
     record_rows as record_rows,
+    slopes_of as slopes_of,
 )
 from .loop_predictions import LoopPredictions as LoopPredictions, measured_output as measured_output
-from .slopes import Slopes as Slopes, slopes_of as slopes_of
 from .window_predictions import (
     FEWEST_IN_WINDOW as FEWEST_IN_WINDOW,
     WindowPredictions as WindowPredictions,

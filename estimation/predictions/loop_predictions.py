@@ -45,8 +45,7 @@ from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError
 from axisid.support.remedy import Remedy, Setting
 
-from .lanes import Predictions
-from .slopes import STEP
+from .lanes import STEP, Predictions
 
 # of a term of the law: by how much it is added and taken away for a slope
 _ADDED_SHARE = 1e-3

@@ -4,14 +4,15 @@ In: an axis, its records under their filters. Out: `Problem`, with rows, loops, 
 Knows nothing of methods and of what becomes of an estimate.
 """
 
-from .noise_free import (
+from .problem import Held as Held, Problem as Problem
+from .solver import (
+    Solver as Solver,
+    moved_by_rounding as moved_by_rounding,
     noise_free_record as noise_free_record,
     noise_free_residuals as noise_free_residuals,
+    position_step as position_step,
     slopes_by_gain as slopes_by_gain,
 )
-from .problem import Held as Held, Problem as Problem
-from .rounded_position import moved_by_rounding as moved_by_rounding, position_step as position_step
-from .solver import Solver as Solver
 from .visibility import (
     Reach as Reach,
     check_has_rows as check_has_rows,

@@ -3,13 +3,8 @@
 In: `Table`, `Axis`. Out: `Record`. Knows nothing of filters.
 """
 
-from .between import (
-    Between as Between,
-    advised_between as advised_between,
-    at_times as at_times,
-    samples_apart as samples_apart,
-)
 from .clipping import quantum_of as quantum_of
+from .clocks import check_sample_period as check_sample_period
 from .reading import read_record as read_record
 from .record import (
     Record as Record,
@@ -18,7 +13,13 @@ from .record import (
 )
 from .repairs import Repairs as Repairs
 from .run_file import is_run_file as is_run_file, log_of as log_of
-from .shifts import advised_shift as advised_shift
+from .shifts import (
+    Between as Between,
+    advised_between as advised_between,
+    advised_shift as advised_shift,
+    at_times as at_times,
+    samples_apart as samples_apart,
+)
 from .started_run import started_run as started_run
 from .time_base import (
     clock_of as clock_of,
@@ -28,5 +29,4 @@ from .time_base import (
     law_ratio as law_ratio,
     other_period as other_period,
 )
-from .time_steps import check_sample_period as check_sample_period
 from .windows import windows_text as windows_text

@@ -1,17 +1,278 @@
-"""The times of the roles' columns: one time column, each column's own, or an even count."""
+"""The times of columns: one time column, each column's own, or an even count; and their steps.
 
-from collections.abc import Mapping
+Gaps, clocks that go back, a period that drifts, one that was stated.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.estimation.tables import Samples, Table
-from axisid.estimation.thresholds import MAX_UNEVEN_STEP
-from axisid.support.errors import DataError
-from axisid.support.remedy import Remedy, Setting
+from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION, MAX_UNEVEN_STEP
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError, UsageError
+from axisid.support.real_numbers import is_real
+from axisid.support.remedy import Note, Remedy, Setting
+from axisid.support.user_values import quoted
 
-from .between import SELDOM_ROLES, advised_between, samples_apart
-from .time_steps import long_steps
+from .shifts import SELDOM_ROLES, advised_between, samples_apart
+
+# periods between mean steps of windows; jitter of a quarter moves one by as much
+_MAX_PERIOD_DRIFT = 0.005
+_MAX_STEP_SPREAD = 0.02  # periods between the time steps, up to which nothing is said of jitter
+_MAX_ODD_STEP_SHARE = 0.01  # of the time steps are odd: faults of single samples; more are jitter
+# periods in place of a clock that was set back: more than any gap needs, to cut there
+_RESTARTED_CLOCK_STEP = 4.0
+
+#: Code of an error about time steps that are not one sampling period.
+_UNEVEN = "uneven-time"
+#: Steps over which jitter averages out: even a quarter of a period to half a percent.
+_WINDOW = 100
+_SHOWN = 3
+_EVENLY = Setting("resample", "auto")
+_SPLIT = Setting("gaps", "split")
+#: What to do about a sampling period that drifts.
+_RESAMPLE_EVENLY = Remedy.of("Resample the log evenly (", _EVENLY, ").")
+
+Places = NDArray[np.int64]
+
+_MAX_STATED_PERIOD_DEVIATION = 0.005  # relative difference of a given period from the time column's
+
+
+def long_steps(time: Array, most: float) -> NDArray[np.intp]:
+    """Steps of a time, (N,), that are longer than so many median ones."""
+    steps = np.diff(time)
+    return np.flatnonzero(steps > most * np.median(steps)) if len(steps) else np.zeros(0, np.intp)
+
+
+def _odd_steps(steps: Array, typical: float) -> NDArray[np.bool_]:
+    """Which steps are not about the typical one."""
+    return (steps > MAX_EVEN_STEP.value * typical) | (steps * MAX_EVEN_STEP.value < typical)
+
+
+def _is_rare(count: int, steps: int) -> bool:
+    """Whether so many steps of all may be faults of single samples, and no jitter."""
+    return count <= max(_MAX_ODD_STEP_SHARE * steps, 1)
+
+
+def _advice_on_uneven(steps: Array, typical: float) -> Remedy:
+    """What to do about steps of which some are odd.
+
+    Parameters
+    ----------
+    steps : (n,) array
+        All of them, s, positive.
+    typical : float
+        Their median, s.
+    """
+    odd = steps[_odd_steps(steps, typical)]
+    lost = bool(np.any(odd > MAX_UNEVEN_STEP.value * typical))
+    if not _is_rare(len(odd), len(steps)):
+        cut = ", cut where samples are missing" * lost
+        said = f"That is jitter, no gaps: resample the log evenly{cut} ("
+        return Remedy.of(said, _EVENLY, _SPLIT if lost else None, ").")
+    evenly = Remedy.of(" or resample it evenly (", _EVENLY, ")")
+    is_gap = lost or bool(np.any(odd < typical))
+    return Remedy.of("Cut the log there (", _SPLIT, ")", None if is_gap else evenly, ".")
+
+
+def _advice_on_backward(time: Array, *, split: bool) -> Remedy:
+    """What to do about times, (N,), that do not increase; `split` where that was asked for."""
+    steps = np.diff(time)
+    back = int(np.sum(steps <= 0))
+    if _is_coarse(time):
+        return Remedy.of(
+            "The stamps are too coarse: export them with more digits, or give ",
+            Setting("sample-period"),
+            f" to count by ({(time[-1] - time[0]) / len(steps):.6g} s in their mean).",
+        )
+    in_order = np.diff(np.sort(time))
+    if np.all(in_order > 0) and not np.any(_odd_steps(in_order, float(np.median(in_order)))):
+        return Remedy.of("Sort the rows by their time.")
+    if not _is_rare(back, len(steps)):
+        return Remedy.of("Sort the rows and remove repeated ones.")
+    if split:
+        return Remedy.of(
+            "The columns have clocks of their own: cut the file there, and read one piece."
+        )
+    twice = " Remove rows that are repeated." if np.any(steps == 0) else ""
+    return Remedy.of(
+        "Where the clock was set back or another log was joined on, cut the log there (",
+        _SPLIT,
+        f").{twice}",
+    )
+
+
+def _is_coarse(time: Array) -> bool:
+    """Whether times stand still too often to be a fault of single rows: too few digits."""
+    steps = np.diff(time)
+    return bool(np.all(steps >= 0)) and not _is_rare(int(np.sum(steps == 0)), len(steps))
+
+
+def count_by_period(time: Array, period: float) -> tuple[Array, str]:
+    """Coarse times replaced by a count of the period, s, and what is said of it.
+
+    They must be those times but for their digits; what is not coarse stays as it is.
+    """
+    if not (np.all(np.isfinite(time)) and _is_coarse(time)):
+        return time, ""
+    counted = time[0] + period * np.arange(len(time), dtype=np.float64)
+    tick = float(np.diff(time).max())
+    if np.any(np.abs(time - counted) > tick + period):
+        return time, ""
+    return counted, (
+        f"time stamps that step by 0 to {1e3 * tick:.6g} ms replaced by a count of the sampling "
+        "period that was given"
+    )
+
+
+def count_past_restarts(time: Array, *, uneven: bool) -> tuple[Array, int, str]:
+    """Times that go on where the clock was set back, how often that was, and what is said of it.
+
+    There a gap is made of a few periods, so that the log is cut; how much time passed is not known.
+    Steps back that are no faults of single places are left, for whoever needs time to increase.
+
+    Parameters
+    ----------
+    time : (N,) array
+        s; what is not finite is passed over.
+    uneven : bool
+        Whether short steps may be jitter; else a rare one is a clock that was set back a little.
+    """
+    timed = np.flatnonzero(np.isfinite(time))
+    finite = time[timed]
+    steps = np.diff(finite)
+    typical = float(np.median(steps)) if len(steps) else 0.0
+    back = steps <= 0 if uneven else steps * MAX_EVEN_STEP.value < typical
+    places = np.flatnonzero(back)
+    if not places.size or not typical > 0 or not _is_rare(len(places), len(steps)):
+        return time, 0, ""
+    shifts = np.zeros(len(time))
+    shifts[timed[places + 1]] = _RESTARTED_CLOCK_STEP * typical - steps[places]
+    shown = [
+        f"before data row {timed[k + 1] + 1}, from {finite[k]:.9g} s to {finite[k + 1]:.9g} s"
+        for k in places[:_SHOWN]
+    ]
+    more = [f"{len(places) - _SHOWN} more"] if len(places) > _SHOWN else []
+    times = "once" if len(places) == 1 else f"{len(places)} times"
+    text = f"the clock is set back {times} ({'; '.join(shown + more)}): cut there, and counted on"
+    return time + np.cumsum(shifts), len(places), text
+
+
+def open_end(pieces: Sequence[Array]) -> float:
+    """What jitter leaves open of the mean step of segments, the times of each (n,), relative."""
+    steps = np.concatenate([np.diff(piece) for piece in pieces])
+    total = float(np.sum(steps)) if len(steps) else 0.0
+    return len(pieces) * float(np.ptp(steps)) / total if total > 0 else 0.0
+
+
+def step_notes(pieces: Sequence[Array]) -> tuple[Note, ...]:
+    """What is said of time steps that are taken as even but are not quite; empty if they are.
+
+    Jitter moves the ends of a window by a part of the spread of the steps.
+
+    Parameters
+    ----------
+    pieces : sequence of (n,) array
+        Times of each segment, s.
+    """
+    steps = np.concatenate([np.diff(piece) for piece in pieces])
+    if not steps.size:
+        return ()
+    least, most, mean = float(steps.min()), float(steps.max()), float(steps.mean())
+    slow, fast = _window_steps(pieces)
+    if fast - slow > _MAX_PERIOD_DRIFT * mean + (most - least) / _WINDOW:
+        evenly = Remedy.of("resample the log evenly (", _EVENLY, ")")
+        return (Note(f"{_drift_text(slow, fast)} and is taken as even: ", evenly),)
+    if most - least <= _MAX_STEP_SPREAD * abs(mean):
+        return ()
+    span = f"{1e3 * least:.6g} to {1e3 * most:.6g} ms"
+    return (Note(f"time steps of {span} taken as even, {1e3 * mean:.6g} ms each"),)
+
+
+def _window_steps(pieces: Sequence[Array]) -> tuple[float, float]:
+    """Least and largest mean step of windows of 100 samples, s, of the times of each segment."""
+    means = np.concatenate([np.diff(piece[::_WINDOW]) / _WINDOW for piece in pieces])
+    return float(means.min(initial=np.inf)), float(means.max(initial=0.0))
+
+
+def _drift_text(least: float, most: float) -> str:
+    return (
+        f"the sampling period drifts from {1e3 * least:.6g} to {1e3 * most:.6g} ms "
+        f"(means over {_WINDOW} samples)"
+    )
+
+
+def check_increases(source: str, what: str, time: Array, *, split: bool = False) -> None:
+    """Refuse times that do not increase; `split` where cutting the log was asked for."""
+    back = np.flatnonzero(~(np.diff(time) > 0))
+    if back.size:
+        row = back[0] + 1
+        raise DataError(
+            f"{source}: {what} does not increase in data row {row + 1}: after "
+            f"{time[row - 1]:.9g} s comes {time[row]:.9g} s. ",
+            _advice_on_backward(time, split=split),
+            code="backward-time",
+        )
+
+
+def check_time(
+    source: str, time: Array, spans: Sequence[tuple[int, int]], period: float | None
+) -> None:
+    """Refuse a time that does not increase evenly within the segments, or by another period, s."""
+    check_increases(source, "time", time)
+    steps = np.diff(time)
+    inside = np.ones(len(steps), dtype=bool)
+    inside[[start - 1 for start, _ in spans[1:]]] = False
+    typical, mean = float(np.median(steps[inside])), float(np.mean(steps[inside]))
+    gaps = np.flatnonzero(_odd_steps(steps, typical) & inside)
+    if gaps.size:
+        raise DataError(
+            f"{source}: the time step before data row {gaps[0] + 2} is {steps[gaps[0]]:.6g} s, "
+            f"{typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). ",
+            _advice_on_uneven(steps[inside], typical),
+            code=_UNEVEN,
+        )
+    if not abs(mean / typical - 1) < MAX_MEAN_STEP_DEVIATION.value:
+        raise DataError(
+            f"{source}: the time steps are uneven: {typical:.6g} s in the middle, "
+            f"{mean:.6g} s in the mean. ",
+            _RESAMPLE_EVENLY,
+            code=_UNEVEN,
+        )
+    if period is not None:
+        check_stated(source, typical, period)
+    slow, fast = _window_steps([time[start:stop] for start, stop in spans])
+    apart = MAX_MEAN_STEP_DEVIATION.value
+    if fast > mean * (1 + apart) or slow < mean * (1 - apart):
+        raise DataError(
+            f"{source}: {_drift_text(slow, fast)}, which cannot be taken as even. ",
+            _RESAMPLE_EVENLY,
+            code=_UNEVEN,
+        )
+
+
+def check_stated(source: str, found: float, stated: float, uncertainty: float = 0.0) -> None:
+    """Refuse a sampling period that was given, s, and is not the one of the time column."""
+    if not abs(stated / found - 1) < _MAX_STATED_PERIOD_DEVIATION + uncertainty:
+        raise DataError(
+            f"{source}: the sampling period is given as {stated:g} s, but the time "
+            f"column steps by {found:g} s. Correct one of them (time is in seconds).",
+            code="other-sample-period",
+        )
+
+
+def check_sample_period(period: object) -> None:
+    """Refuse what is no sampling period."""
+    if not (is_real(period) and 0 < period < math.inf):
+        raise UsageError(
+            f"the sampling period is {quoted(period)}; give a positive number of seconds.",
+            code="bad-sample-period",
+        )
+
 
 _RESAMPLE = Setting("resample", "auto")
 
@@ -76,7 +337,7 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
             empty, count = np.flatnonzero(~np.isfinite(cells)), len(cells)
             if not empty.size:
                 continue
-            row, drawn = int(empty[0]), None if is_time else _or_drawn(role, samples)
+            row = int(empty[0])
             where = f"in data row {row + 1} ({empty.size} of {count}"
             said = (
                 f"has no time {where})"
@@ -85,40 +346,30 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
             )
             raise DataError(
                 f"{table.source}: the {role} {said}. ",
-                Remedy.of(_advice_on_empty(samples), drawn, _or_end(table, row, count), "."),
+                _advice_on_empty(table, role, samples, row, timed=not is_time),
                 code="empty-cells",
             )
 
 
-def _or_drawn(role: str, samples: Samples) -> Remedy | None:
-    """More to do about a measured column that is written in every so many rows."""
-    if role not in SELDOM_ROLES or samples_apart(samples.values) == 1:
-        return None
-    return Remedy.of(", or draw it between its values (", advised_between(role), ")")
+def _advice_on_empty(table: Table, role: str, samples: Samples, row: int, *, timed: bool) -> Remedy:
+    """What to do about empty cells from a row on, of a column whose times are not the empty ones.
 
-
-def _advice_on_empty(samples: Samples) -> Remedy:
-    """What to do about empty cells: few in a row are bridged, a burst of them is a gap."""
+    Few in a row are bridged, a burst of them is a gap.
+    """
+    more: list[str | Setting | None] = []
+    if timed and role in SELDOM_ROLES and samples_apart(samples.values) > 1:
+        more += [", or draw it between its values (", advised_between(role), ")"]
+    if row >= len(samples.values) - table.incomplete:  # it and all after it look cut off
+        more += [", or leave the end of the log out (", Setting("tail", "drop"), ")"]
     if long_steps(_filled(samples).times, MAX_UNEVEN_STEP.value).size:
-        return Remedy.of(
+        said = (
             "More of them follow one another than can be bridged: resample what is there and cut "
-            "where it is missing (",
-            _RESAMPLE,
-            Setting("gaps", "split"),
-            ")",
         )
-    return Remedy.of(
-        "Remove such rows, or resample a column that is written less often than the others (",
-        _RESAMPLE,
-        ")",
-    )
-
-
-def _or_end(table: Table, row: int, count: int) -> Remedy | None:
-    """More to do about a row without a number where it and all after it look cut off."""
-    if row < count - table.incomplete:
-        return None
-    return Remedy.of(", or leave the end of the log out (", Setting("tail", "drop"), ")")
+        return Remedy.of(
+            said, "where it is missing (", _RESAMPLE, Setting("gaps", "split"), ")", *more, "."
+        )
+    said = "Remove such rows, or resample a column that is written less often than the others ("
+    return Remedy.of(said, _RESAMPLE, ")", *more, ".")
 
 
 def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:

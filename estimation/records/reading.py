@@ -21,22 +21,21 @@ from axisid.support.files.memory import Room, room_for
 from axisid.support.remedy import Note
 from axisid.support.user_values import quoted
 
-from .between import drawn_between, seldom_notes
-from .clipping import Mask, clipped, clipping_notes
-from .clocks import clocked, filled
-from .record import Record
-from .repairs import Repairs, Span, split_at_gaps
-from .resampling import Laid, resample
-from .run_file import is_run_file, read_run
-from .shifts import shifted
-from .spikes import spike_notes
-from .time_steps import (
+from .clipping import Mask, clipped, clipping_notes, spike_notes
+from .clocks import (
     check_sample_period,
+    clocked,
     count_by_period,
     count_past_restarts,
+    filled,
     open_end,
     step_notes,
 )
+from .record import Record
+from .repairs import Repairs, Span, split_at_gaps
+from .resampling import AlignedColumns, resample
+from .run_file import is_run_file, read_run
+from .shifts import drawn_between, seldom_notes, shifted
 from .windows import Window, checked_windows, edges, windows_text, within
 from .wrapping import remaining_jumps_note, signed, unsigned_notes, unwrapped
 
@@ -174,10 +173,10 @@ def _record(
     spiky = spike_notes(samples, axis, numbered=not (empty or windows or moved))
     cut = [] if repairs.mask is not None else clipping_notes(samples, axis)
     if repairs.resample is None:
-        laid = _as_sampled(samples, masks, sample_period, repairs, windows)
+        aligned = _as_sampled(samples, masks, sample_period, repairs, windows)
     else:
         splined = ("position", "velocity", "reference")
-        laid = resample(
+        aligned = resample(
             name,
             samples,
             masks,
@@ -189,11 +188,11 @@ def _record(
             edges=edges(windows),
             held=() if axis is None else [s.name for s in axis.signals if s.is_held],
         )
-    spans = laid.segments or ((0, len(laid.time)),)
-    jitter = step_notes([laid.time[start:stop] for start, stop in spans])
+    spans = aligned.segments or ((0, len(aligned.time)),)
+    jitter = step_notes([aligned.time[start:stop] for start, stop in spans])
     signals = {signal.name for signal in axis.signals} if axis is not None else set()
 
-    def record(of: Laid, *repaired: Repair, **besides: Any) -> Record:
+    def record(of: AlignedColumns, *repaired: Repair, **besides: Any) -> Record:
         return Record(
             time=of.time,
             **{r: v for r, v in of.columns.items() if r not in signals},  # type: ignore[arg-type]
@@ -230,7 +229,7 @@ def _record(
     if repairs.resample is not None and _share(samples, samples[motion_role(samples)].times):
         with suppress(DataError):  # times too uneven for a record
             sampled = record(_as_sampled(samples, masks, None, repairs, windows))
-    return record(laid, *laid.repairs, around=whole if windows else {}, sampled=sampled)
+    return record(aligned, *aligned.repairs, around=whole if windows else {}, sampled=sampled)
 
 
 def _as_sampled(
@@ -239,7 +238,7 @@ def _as_sampled(
     period: float | None,
     repairs: Repairs,
     windows: Sequence[Window],
-) -> Laid:
+) -> AlignedColumns:
     """Columns at the times that they have, cut between windows, and at gaps if it was asked for."""
     time = np.asarray(samples[motion_role(samples)].times, dtype=np.float64)
     values = {role: s.values for role, s in samples.items()}
@@ -253,7 +252,7 @@ def _as_sampled(
         values = {role: v[kept] for role, v in values.items()}
     spans = segments or ((0, len(time)),)
     jitter = open_end([time[start:stop] for start, stop in spans])
-    return Laid(
+    return AlignedColumns(
         time=time,
         columns=values,
         masked=masked,

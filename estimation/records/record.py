@@ -22,6 +22,7 @@ from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_real
 from axisid.support.user_values import quoted
 
+from .clocks import check_sample_period, check_time, open_end
 from .record_checks import (
     check_injected,
     check_lengths,
@@ -32,7 +33,6 @@ from .record_checks import (
 )
 from .repairs import Span, adjoining
 from .shifts import Rows, check_movable, checked_shifts, moved_rows
-from .time_steps import check_sample_period, check_time, open_end
 from .windows import Window, checked_windows, samples_within, window_repair, windows_text
 
 #: What a file that a record was written to says it is.
@@ -356,25 +356,6 @@ class Record(Presentable, Exact):
         roles: dict[str, Any] = {n: v for n, v in columns.items() if n not in self.signals}
         signals = {name: columns[name] for name in self.signals}
         return replace(self, **roles, signals=signals, **changed)
-
-    def with_motion(self, columns: Mapping[str, Array]) -> "Record":
-        """The record with other values in some of the columns, by role; these alone are checked.
-
-        Raises
-        ------
-        DataError
-            One has another length, or values that no signal has.
-        """
-        made, name = object.__new__(type(self)), self._name()
-        for each in fields(self):
-            object.__setattr__(made, each.name, getattr(self, each.name))
-        for role, values in columns.items():
-            object.__setattr__(made, role, checked_column(name, role, values))
-        check_lengths(name, made.channels())
-        for role in made._varying & columns.keys():
-            values = getattr(made, role)
-            check_varies(name, role, float(values.min()), float(values.max()))
-        return made
 
     def _of_roles(self) -> dict[str, Array]:
         columns = {

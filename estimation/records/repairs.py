@@ -18,10 +18,9 @@ from axisid.support.mappings import FrozenMapping
 from axisid.support.real_numbers import is_real
 from axisid.support.user_values import quoted
 
-from .between import Between, checked_between
 from .clipping import Mask
-from .shifts import checked_shifts
-from .time_steps import long_steps
+from .clocks import long_steps
+from .shifts import Between, checked_between, checked_shifts
 from .wrapping import Modulus
 
 Span = tuple[int, int]

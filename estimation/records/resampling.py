@@ -14,10 +14,10 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 
-from .between import Between, at_times
 from .clipping import Mask
+from .clocks import check_increases, check_stated, long_steps
 from .repairs import Span, adjoining, gaps_repair
-from .time_steps import check_increases, check_stated, long_steps
+from .shifts import Between, at_times
 
 _MIN_RESAMPLING_RATE = 0.9  # of the position's rate; below, its noise would fold
 
@@ -37,7 +37,7 @@ _FINE = 0.25  # of a turn over all samples: the step of the rates that are tried
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Laid:
+class AlignedColumns:
     """Columns of one time: on an even grid, or as they were sampled.
 
     Attributes
@@ -77,7 +77,7 @@ def resample(
     between: Mapping[str, Between] | None = None,
     edges: Sequence[float] | Array = (),
     held: Sequence[str] = (),
-) -> Laid:
+) -> AlignedColumns:
     """Resample columns, each with its own clock.
 
     Parameters
@@ -151,7 +151,7 @@ def resample(
         lost = sum(after - before - 1 / own for before, after in gaps)
         out = sum(len(g) for g in grids) - len(time)
         repairs.append(gaps_repair(len(gaps), lost, len(kept), out))
-    return Laid(
+    return AlignedColumns(
         time=time,
         columns=columns,
         masked=_masked_at(time, clocks, masks),

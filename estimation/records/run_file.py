@@ -15,8 +15,8 @@ from axisid.support.errors import RunFileError, UsageError
 from axisid.support.files.memory import room_for
 from axisid.support.user_values import quoted
 
+from .clocks import check_sample_period
 from .repairs import Repairs
-from .time_steps import check_sample_period
 from .windows import checked_windows
 
 _ENDING = ".toml"  # that of no format of logs

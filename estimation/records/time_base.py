@@ -16,7 +16,7 @@ from .record import Record
 
 _SAME_PERIOD = 5e-4  # relative difference: ten times what crystals differ by
 
-_MOST_THINNED = 1000
+_MOST_DECIMATED = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +108,7 @@ def other_period(law: ControlLaw | None, period: float, own: LogClock) -> OtherP
         return OtherPeriod(confirmed=True, note=Note(f"{found}, as {whose}"))
     advice = Remedy.of(
         "check the time column and its unit, or declare the drive's period"
-        f"{_thinned(logged / law.period)}, confirm that by ",
+        f"{_decimated(logged / law.period)}, confirm that by ",
         Setting("sample-period", f"{logged:.6g}"),
     )
     if own.counted:
@@ -120,17 +120,11 @@ def other_period(law: ControlLaw | None, period: float, own: LogClock) -> OtherP
             "samples (reference_between), which says that the law has a clock of its own",
         )
     return OtherPeriod(confirmed=False, note=Note(f"{found}: ", advice))
-    advice = Remedy.of(
-        "check the time column and its unit, or declare the drive's period"
-        f"{_thinned(logged / law.period)}, confirm that by ",
-        Setting("sample-period", f"{logged:.6g}"),
-    )
-    return OtherPeriod(confirmed=False, note=Note(f"{found}: ", advice))
 
 
-def _thinned(ratio: float) -> str:
+def _decimated(ratio: float) -> str:
     """Which right log has such a period."""
     count = round(ratio)
-    if 2 <= count <= _MOST_THINNED and is_same_period(ratio, count):
+    if 2 <= count <= _MOST_DECIMATED and is_same_period(ratio, count):
         return f"; if the log keeps one sample in {count}"
     return "; if the log has a clock of its own"

@@ -17,7 +17,7 @@ from axisid.support.errors import DataError
 from axisid.support.remedy import Note, Remedy, Setting
 
 from .clipping import quantum_of
-from .time_steps import long_steps
+from .clocks import long_steps
 
 _MAX_WRAPPED_SPAN = 1.001  # moduli that a wrapped position spans, with noise
 # times the largest second difference elsewhere: more than a right modulus leaves at seams

@@ -26,11 +26,6 @@ from .covariance import (
     wald as wald,
     widened as widened,
 )
-from .following_loops import (
-    follows_noise as follows_noise,
-    is_measured_by_law as is_measured_by_law,
-    recorded_loops as recorded_loops,
-)
 from .forms import (
     DirectForm as DirectForm,
     Equations as Equations,
@@ -49,7 +44,6 @@ from .linear import (
     factor as factor,
     instrumental_variables as instrumental_variables,
     least_squares as least_squares,
-    weighted_least_squares as weighted_least_squares,
 )
 from .propagation import (
     Bend as Bend,
@@ -64,12 +58,15 @@ from .residual_tests import (
     power_density as power_density,
     residual_tests as residual_tests,
 )
-from .sensor_steps import sensor_steps as sensor_steps
 from .simulated_rows import (
     LoopDataError as LoopDataError,
+    follows_noise as follows_noise,
+    is_measured_by_law as is_measured_by_law,
     lacking_law as lacking_law,
     lacking_loop as lacking_loop,
     loop_reference as loop_reference,
+    recorded_loops as recorded_loops,
+    sensor_steps as sensor_steps,
     simulated_loops as simulated_loops,
     simulated_position as simulated_position,
     simulated_right as simulated_right,

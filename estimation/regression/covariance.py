@@ -47,19 +47,16 @@ class Covariance(ABC):
         return self.applied(solution).freedom
 
 
-def applied_covariance(
-    matrix: Array, shape: tuple[int, ...], description: str, *, corrected: bool = False
-) -> Applied:
-    """A matrix with n - k degrees of freedom, of so many rows and parameters (n, k).
-
-    For small samples it is corrected, times ``n/(n - k)``.
-    """
+def applied_covariance(matrix: Array, shape: tuple[int, ...], description: str) -> Applied:
+    """A matrix with n - k degrees of freedom, of so many rows and parameters (n, k)."""
     n, k = shape
-    return Applied(
-        matrix=np.asarray((n / (n - k) if corrected else 1.0) * matrix, dtype=float),
-        freedom=np.full(k, float(n - k)),
-        description=description + ", times n/(n - k)" * corrected,
-    )
+    return Applied(matrix=matrix, freedom=np.full(k, float(n - k)), description=description)
+
+
+def _corrected(matrix: Array, shape: tuple[int, ...], description: str) -> Applied:
+    """The same times ``n/(n - k)``, for small samples."""
+    n, k = shape
+    return applied_covariance(n / (n - k) * matrix, shape, f"{description}, times n/(n - k)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,15 +80,7 @@ class PublishedCovariance(Covariance):
 
 @dataclass(frozen=True, slots=True)
 class Classical(Covariance):
-    """``sigma^2 A'A`` for independent residuals of equal variance.
-
-    Attributes
-    ----------
-    unbiased : bool
-        Divide the residuals' sum of squares by ``n - k``, not by n.
-    """
-
-    unbiased: bool = True
+    """``sigma^2 A'A``, with ``n - k``, for independent residuals of equal variance."""
 
     has_one_variance = True
 
@@ -99,36 +88,27 @@ class Classical(Covariance):
         """See `Covariance.applied`."""
         e, A = solution.counted, solution.influence
         n, k = A.shape
-        matrix = float(e @ e) / (n - k if self.unbiased else n) * (A.T @ A)
-        description = f"i.i.d., residual variance with {'n - k' if self.unbiased else 'n'}"
-        return applied_covariance(matrix, A.shape, description)
+        matrix = float(e @ e) / (n - k) * (A.T @ A)
+        return applied_covariance(matrix, A.shape, "i.i.d., residual variance with n - k")
 
 
 @dataclass(frozen=True, slots=True)
 class Robust(Covariance):
-    """``A' diag(e^2) A``: independent residuals of any variance (White).
-
-    Attributes
-    ----------
-    corrected : bool
-        Multiply by ``n/(n - k)`` (HC1), for small samples.
-    """
-
-    corrected: bool = True
+    """``A' diag(e^2) A``, times ``n/(n - k)`` (HC1): independent residuals of any variance."""
 
     def applied(self, solution: Solution) -> Applied:
         """See `Covariance.applied`."""
         scores = _scores(solution)
-        name = "heteroscedasticity-robust"
-        return applied_covariance(scores.T @ scores, scores.shape, name, corrected=self.corrected)
+        return _corrected(scores.T @ scores, scores.shape, "heteroscedasticity-robust")
 
 
 @dataclass(frozen=True, slots=True)
 class Hac(Covariance):
     """Heteroscedasticity- and autocorrelation-consistent: Bartlett kernel [NeweyWest1987]_.
 
-    The scores of each parameter are whitened by an autoregression of first order, and the long-run
-    covariance is recoloured, as in [AndrewsMonahan1992]_. Rows count as neighbours by their
+    Where the lags are not given the scores of each parameter are whitened by an autoregression of
+    first order, and the long-run covariance is recoloured, as in [AndrewsMonahan1992]_. It is times
+    ``n/(n - k)``, for small samples. Rows count as neighbours by their
     distance in time, as in [Parzen1963]_: scores of rows that are missing are zero.
 
     Attributes
@@ -136,10 +116,6 @@ class Hac(Covariance):
     lags : int or None
         How many neighbours of a row are correlated with it; None takes the plug-in rule of
         [NeweyWest1994]_ for the parameter that asks for most, at most the root of the rows.
-    prewhitened : bool or None
-        None does so where the lags are not given, which are else those of the scores themselves.
-    corrected : bool
-        Multiply by ``n/(n - k)``, for small samples.
     widened : bool or None
         Where few scores are independent, make no deviation smaller than `autoregressive_covariance`
         has it; None does so where the lags are not given. That is for what the fit took, whose
@@ -149,8 +125,6 @@ class Hac(Covariance):
     """
 
     lags: int | None = None
-    prewhitened: bool | None = None
-    corrected: bool = True
     widened: bool | None = None
 
     def __post_init__(self) -> None:
@@ -172,9 +146,7 @@ class Hac(Covariance):
     def of_scores(self, products: Callable[[int], Array], shape: tuple[int, ...]) -> Applied:
         """Of scores, (n, k), by their products as `long_run` takes them; never widened."""
         found = self.long_run(products, shape[0])
-        applied = applied_covariance(
-            found.matrix, shape, found.description, corrected=self.corrected
-        )
+        applied = _corrected(found.matrix, shape, found.description)
         return replace(applied, freedom=np.minimum(found.freedom, applied.freedom))
 
     def long_run(self, products: Callable[[int], Array], rows: int) -> Applied:
@@ -195,13 +167,14 @@ class Hac(Covariance):
         UsageError
             The lags that were given are too many for the rows.
         """
-        white, colour, whitens = self.whitened(products, rows)
+        white, colour = self.whitened(products, rows)
         lags = len(white) - 1
         gain = 1 / (1 - colour)
         kernel = 1 + 2 * float(np.sum((1 - np.arange(1, lags + 1) / (lags + 1)) ** 2))
+        whitens = self.lags is None
         coloured = 2 * (1 + colour) / (1 - colour) if whitens else 0.0
-        capped = self.lags is None and lags == most_lags(rows)
-        rule = "as given" if self.lags is not None else f"plug-in rule{', capped' * capped}"
+        capped = lags == most_lags(rows)
+        rule = f"plug-in rule{', capped' * capped}" if whitens else "as given"
         scores = "scores prewhitened by AR(1), " * whitens
         return Applied(
             matrix=np.asarray(bartlett(white) * np.outer(gain, gain), dtype=float),
@@ -209,28 +182,29 @@ class Hac(Covariance):
             description=f"HAC, {scores}Bartlett kernel, {lags} lags ({rule})",
         )
 
-    def whitened(self, products: Callable[[int], Array], rows: int) -> tuple[Array, Array, bool]:
+    def whitened(self, products: Callable[[int], Array], rows: int) -> tuple[Array, Array]:
         """Products of whitened scores at the lags that count, and their autoregression, (k,).
 
-        The latter is 0 where scores are not whitened, which comes last.
+        The latter is 0 where the lags are given, which are those of the scores themselves.
         """
-        if self.lags is not None and self.lags > rows // 4:
-            raise UsageError(
-                f"{self.lags} lags are too many for {rows} rows; give {rows // 4} or fewer.",
-                code="too-many-lags",
-            )
-        whitens = self.lags is None if self.prewhitened is None else self.prewhitened
-        lags = looked_at = first_lags(rows) if self.lags is None else int(self.lags)
+        if self.lags is not None:
+            if self.lags > rows // 4:
+                raise UsageError(
+                    f"{self.lags} lags are too many for {rows} rows; give {rows // 4} or fewer.",
+                    code="too-many-lags",
+                )
+            plain = products(int(self.lags))
+            return plain, np.zeros(plain.shape[1])
+        looked_at = first_lags(rows)
         raw = products(looked_at + 1)
-        colour = _autoregression(raw) if whitens else np.zeros(raw.shape[1])
+        colour = _autoregression(raw)
         white = _whitened(raw, colour)
-        if self.lags is None:
-            # Each parameter's scores by themselves, so that neither units nor signs enter.
-            sums = np.diagonal(white, axis1=1, axis2=2) / rows
-            lags = min(max(lags_of(list(of_one), rows) for of_one in sums.T), most_lags(rows))
+        # Each parameter's scores by themselves, so that neither units nor signs enter.
+        sums = np.diagonal(white, axis1=1, axis2=2) / rows
+        lags = min(max(lags_of(list(of_one), rows) for of_one in sums.T), most_lags(rows))
         if lags > looked_at:
             white = _whitened(products(lags + 1), colour)
-        return white[: lags + 1], colour, whitens
+        return white[: lags + 1], colour
 
 
 def _at_least(applied: Applied, other: Applied) -> Applied:

@@ -1,4 +1,4 @@
-"""The linear solutions: least squares, with weights or without, and instrumental variables.
+"""The linear solutions: least squares and instrumental variables, by squares or as a loss counts.
 
 Columns are scaled to unit norm and factored by QR; X'X is never formed, so that neither the units
 nor the square of the condition number enter. Least squares runs in the widest floats of the
@@ -7,7 +7,7 @@ digits.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -295,22 +295,6 @@ def instrumental_variables(y: Array, X: Columns, Z: QrFactors) -> Solution:
         influence=np.linalg.solve(projected, basis.T).T / X.scale,
         neighbours=X.neighbours,
     )
-
-
-def weighted_least_squares(y: Array, X: QrFactors, weights: Array) -> Solution:
-    """``(X'WX)^-1 X'Wy`` for weights on the diagonal of W, y and weights of shape (n,).
-
-    The weights are chosen, not known of the residuals: deviations for independent residuals of
-    equal variance do not depend on their unit.
-
-    Raises
-    ------
-    EstimationError
-        The rows that have weight do not tell the parameters apart.
-    """
-    solution = instrumental_variables(y, X, factor(weights[:, None] * X.columns, X.names))
-    _, triangle = _orthonormal(solution.influence.astype(np.longdouble))
-    return replace(solution, inverse_factor=triangle.T.astype(float))
 
 
 def as_counted(y: Array, X: Columns, Z: QrFactors, counts: RowCounts) -> Solution:

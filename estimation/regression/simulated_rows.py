@@ -1,15 +1,44 @@
-"""Rows of the regression as the simulated loop has them: instruments, and the model's left side."""
+"""Rows of the regression as the simulated loop has them: instruments, and the model's left side.
+
+Loops may also follow a record of which the reference is not known. What the axis got is known all
+the same: its control was recorded. Simulated with that alone the axis would drift away, so that the
+law holds it: its reference is the recorded position, and what it made of that position is taken off
+the recorded control. The axis so gets the recorded control, and the law's answer to where it
+departs from the record. Where the law is the drive's, and measures what was recorded, this is the
+loop as it was but for the noise, whatever its reference was: the noise in the recorded control is
+taken off with the rest.
+"""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.choices import OPEN_LOOP_FIT
-from axisid.estimation.loops import loop_starts, two_clocks
-from axisid.estimation.records import Record, clock_of, law_ratio, other_period
-from axisid.estimation.signals import FilteredRecord, recorded_signals
+from axisid.estimation.loops import (
+    KeptByRecord,
+    LawTicks,
+    first_velocity,
+    hides_command,
+    late_in_log,
+    loop_starts,
+    moved_start,
+    state_at_rest,
+    terms_along,
+    two_clocks,
+    with_drive,
+)
+from axisid.estimation.records import (
+    Record,
+    clock_of,
+    is_sampled_by,
+    law_ratio,
+    other_period,
+    quantum_of,
+)
+from axisid.estimation.signals import FilteredRecord, about_samples, recorded_signals
 from axisid.estimation.simulation import (
     LoopInputs,
     Simulation,
@@ -18,12 +47,55 @@ from axisid.estimation.simulation import (
     signals_about,
     simulate_loop,
 )
+from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, DataError, ModelError
 from axisid.support.remedy import Remedy, Setting
 
 from .forms import Equations, Form
+
+# of the samples change a rounded velocity; at a constant speed noise of half a step changes as
+# many, and averages the steps
+_MAX_DITHERED_SHARE = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorSteps:
+    """What the recorded motion is rounded to, SI; 0 where nothing is known of it.
+
+    Attributes
+    ----------
+    position : float
+        In the loop too.
+    velocity : float
+        Of a measured one whose noise does not average its steps.
+    """
+
+    position: float = 0.0
+    velocity: float = 0.0
+
+
+_KNOWN: KeptByRecord[int, SensorSteps] = KeptByRecord()
+
+
+def sensor_steps(axis: GeneratedAxis, record: Record) -> SensorSteps:
+    """The steps of a record's sensors."""
+    law = axis.axis.control
+    if law is None or law.continuous:
+        return SensorSteps()
+    known, fewest = _KNOWN.of(record), int(MIN_STEP_DIFFERENCES.value)
+    if fewest not in known:
+        velocity = 0.0 if record.velocity is None else quantum_of(record.velocity, fewest)
+        if record.velocity is not None:
+            # A noise of that size averages the steps out.
+            changing = np.abs(np.diff(record.velocity)) > velocity / 2
+            velocity *= bool(np.mean(changing) <= _MAX_DITHERED_SHARE)
+        known[fewest] = SensorSteps(
+            position=0.0 if record.integrated else quantum_of(record.position, fewest),
+            velocity=velocity,
+        )
+    return known[fewest]
 
 
 class LoopDataError(DataError):
@@ -174,3 +246,179 @@ def loop_equations(form: Form, loop: Simulation, physical: Array, hold: str | No
         return at.equations(loop.signals)
     after, earlier = signals_about(form.axis, physical, loop)
     return at.equations(after).mean(at.equations(earlier))
+
+
+# of the law's answer to the position's noise is in the control: 1 where the law measured what was
+# recorded, 0 where the log is coarser
+_LEAST_MEASURED_NOISE = 0.8
+
+_STRETCH = 50  # samples
+_LATEST = 3  # samples by which a log may be late
+_MOSTLY = 0.5
+
+
+def recorded_loops(
+    data: FilteredRecord,
+    physical: Array,
+    *,
+    resolution: float = 0.0,
+    away: float = 0.0,
+    position_noise: Array | None = None,
+    disturbance: Array | None = None,
+) -> tuple[Simulation, ...]:
+    """The loops of a record: from its reference, or following its position; see `simulated_loops`.
+
+    Raises
+    ------
+    ModelError, DataError, EstimationError
+        As `simulated_loops` and `followed_record` do.
+    """
+    record, starts = data.record, None
+    if record.reference is None:
+        record = followed_record(data)
+        starts = tuple(_start(data, *span, away) for span in record.spans)
+    return simulated_loops(
+        data.axis,
+        record,
+        physical,
+        resolution=resolution,
+        away=away,
+        position_noise=position_noise,
+        disturbance=disturbance,
+        starts=starts,
+    )
+
+
+def followed_record(data: FilteredRecord) -> Record:
+    """A record whose loop follows it: its position is the reference, and what is added is known.
+
+    That is the recorded control without the law's answer to the recorded position, in the drive's
+    unit. A velocity that no record has is the filtered one.
+
+    Raises
+    ------
+    ModelError
+        The axis has no control law.
+    DataError
+        The record is of another period than the law, its law is continuous, or neither control
+        nor force tells what the drive was given.
+    """
+    control, position = _control(data), data.record.position
+    answer = _answer_to_noise(data)
+    if _share(control, answer) < _LEAST_MEASURED_NOISE:
+        raise DataError("the control does not answer to the noise of the recorded position.")
+    beside = control - _answer(data, position, position)
+    late = late_in_log(data.axis)
+    for first, last in data.record.spans:  # it is applied as late as the law's own
+        beside[first : last - late] = beside[first + late : last]
+    return replace(data.record, reference=position, injected=beside, injected_at="control")
+
+
+def _start(data: FilteredRecord, first: int, last: int, away: float) -> LoopStart:
+    """Where the loop of a segment starts: on its reference, and all that is added balances."""
+    record = data.record
+    start = LoopStart(
+        position=float(record.position[first]),
+        velocity=first_velocity(record.position[first:last], record.period),
+    )
+    followed = replace(record, reference=record.position)
+    start = with_drive(data.axis, followed, (first, last), start)
+    if not away:
+        return start
+    signals = [float(values[first]) for values in data.recorded]
+    return moved_start(data.axis, start, start.position, signals, away)
+
+
+def follows_noise(data: FilteredRecord) -> bool:
+    """Whether the loop of a record has noise of its position.
+
+    It follows by a velocity that is in no record: that of the filter has the noise of the position,
+    which the law's own had not.
+    """
+    law, record = data.axis.axis.control, data.record
+    is_known = record.reference is not None or record.velocity is not None
+    return law is not None and law.takes_velocity and not is_known
+
+
+def is_measured_by_law(data: FilteredRecord) -> bool:
+    """Whether the law measured the recorded position, noise and all; so where none can be asked.
+
+    A log that tells its answer early, late or with another factor tells it all the same.
+    """
+    try:
+        control, answer = _control(data), _answer_to_noise(data)
+    except (ModelError, DataError):
+        return True
+    lags = range(-_LATEST, _LATEST + 1)
+    return any(abs(_share(np.roll(control, lag), answer)) > _MOSTLY for lag in lags)
+
+
+def _answer_to_noise(data: FilteredRecord) -> Array:
+    """What the law makes of what the filter takes off the recorded position, (N,).
+
+    Raises
+    ------
+    ModelError
+        The axis has no control law.
+    DataError
+        The record is of another period than the law, or its law is continuous.
+    """
+    law = data.axis.axis.control
+    if law is None:
+        raise no_control_law(data.axis.axis.name)
+    if law.continuous or not is_sampled_by(data.record, law):
+        raise DataError("no sampled law is known that a simulated loop would follow by.")
+    if data.record.integrated:
+        raise DataError("no position was recorded that a simulated loop would follow.")
+    smooth = data.motion[0]
+    return _answer(data, smooth, data.record.position) - _answer(data, smooth, smooth)
+
+
+def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
+    """The law's control for a reference and a measured position, (N,).
+
+    As a force sensor sees it, where that tells the control: in the mean of what is held before and
+    after a sample.
+    """
+    velocity, averaged = data.motion[1], data.record.control is None
+    pieces = []
+    for a, b in data.record.spans:
+        recorded = tuple(values[a:b] for values in data.recorded)
+        ticks = LawTicks.at_samples(reference[a:b], position[a:b], velocity[a:b], recorded)
+        made = terms_along(data.axis, ticks, state_at_rest(data.axis, ticks)).sum(axis=1)
+        pieces.append(about_samples(made, [0]) if averaged else made)
+    return np.concatenate(pieces)
+
+
+def _share(control: Array, answer: Array) -> float:
+    """How much of the law's answer to the position's noise is in the control; 1 if it should be.
+
+    Of the motion little is left in second differences, but where it turns or a move begins: beside
+    a quiet sensor that is more than its noise. So it is the median of short stretches.
+    """
+    count = (len(control) - 2) // _STRETCH
+    there, wanted = (
+        np.diff(values, 2)[: count * _STRETCH].reshape(count, _STRETCH)
+        for values in (control, answer)
+    )
+    power = np.sum(wanted**2, axis=1)
+    there, wanted, power = there[power > 0], wanted[power > 0], power[power > 0]
+    return float(np.median(np.sum(there * wanted, axis=1) / power)) if len(power) else 1.0
+
+
+def _control(data: FilteredRecord) -> Array:
+    record, drive = data.record, data.axis.axis.drive
+    if drive.logged == "current":
+        raise DataError(
+            "the record tells no command, but what is left of it after the drive's lag."
+        )
+    if hides_command(data.axis):
+        raise DataError(
+            "the record tells no command, but what the drive passes on of it: its "
+            f"{' and '.join(drive.path.declared)}."
+        )
+    if record.control is not None:
+        return record.control
+    if record.force is None or not drive.is_gain:
+        raise DataError("the record tells no control, nor a force that is the control's gain.")
+    return record.force / float(drive.gain)

@@ -11,31 +11,27 @@ from .drive_response import (
     through_path as through_path,
 )
 from .filtered_record import FilteredRecord as FilteredRecord, show_too_little as show_too_little
-from .motion import (
-    motion_lacks as motion_lacks,
-    one_direction as one_direction,
-    one_speed as one_speed,
-    rests_first as rests_first,
-)
-from .neighbours import Neighbours as Neighbours
-from .prefilter import Prefilter as Prefilter, matching_decimation as matching_decimation
-from .recorded import recorded_signals as recorded_signals
-from .sampled_filter import (
+from .prefilter import (
     DECIMATION_PADDING as DECIMATION_PADDING,
+    Prefilter as Prefilter,
     SampledFilter as SampledFilter,
     Span as Span,
+    matching_decimation as matching_decimation,
 )
-from .sampling import Sampling as Sampling
+from .sampling import Neighbours as Neighbours, Sampling as Sampling
 from .signals import (
     Motion as Motion,
     Signals as Signals,
     about_samples as about_samples,
-    drive_force as drive_force,
-)
-from .without_turns import (
     dependence as dependence,
+    drive_force as drive_force,
     losses_count as losses_count,
+    motion_lacks as motion_lacks,
     of_signals as of_signals,
+    one_direction as one_direction,
+    one_speed as one_speed,
+    recorded_signals as recorded_signals,
     remaining_information as remaining_information,
+    rests_first as rests_first,
     searches_friction as searches_friction,
 )

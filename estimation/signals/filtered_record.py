@@ -17,14 +17,22 @@ from axisid.support.remedy import Remedy, Setting
 from axisid.support.uncached import Uncached
 
 from .drive_response import DriveAlong, acting_control
-from .motion import resting
-from .neighbours import Neighbours
-from .prefilter import Prefilter
-from .recorded import beside_motion, check_position, recorded_signals
-from .sampled_filter import SampledFilter, Span
-from .sampling import Sampling
-from .signals import Motion, Signals, about_samples, checked_control
-from .without_turns import columns_of, losses_count, remaining_information, searches_friction
+from .prefilter import Prefilter, SampledFilter, Span
+from .sampling import Neighbours, Sampling
+from .signals import (
+    Motion,
+    Signals,
+    about_samples,
+    beside_motion,
+    check_position,
+    checked_control,
+    columns_of,
+    losses_count,
+    recorded_signals,
+    remaining_information,
+    resting,
+    searches_friction,
+)
 
 # of the law's period times a unit's factor, by which the record's may differ: time is in that
 # unit

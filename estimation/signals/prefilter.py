@@ -1,6 +1,9 @@
-"""How a record becomes the rows of a regression: a user's settings and nothing else.
+"""How a record becomes the rows of a regression: a user's settings, and what they do to a record.
 
-What they do to a record of some sampling period is `SampledFilter`'s.
+The position is low-passed (Butterworth, forward and backward, so without phase) and differentiated
+by central differences; a velocity or an acceleration that was measured is low-passed alike. Then
+``y`` and every column of ``X`` pass the same decimation filter, which keeps the linear relation
+between them.
 
 References
 ----------
@@ -9,11 +12,17 @@ References
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.native import column_filter
 from axisid.estimation.choices import check_among
 from axisid.estimation.records import check_sample_period
-from axisid.support.errors import UsageError
+from axisid.support.arrays import Array, frozen
+from axisid.support.errors import DataError, UsageError
 from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
@@ -181,3 +190,246 @@ class Prefilter:
 def matching_decimation(cutoff: float, period: float) -> int:
     """Rows to keep one of, so that the decimation filter's edge is at the cut-off or below."""
     return max(2, math.ceil(DECIMATION_EDGE / (cutoff * period) - 1e-9))
+
+
+_MIN_CUTOFF = 1e-4  # of the Nyquist frequency; lower is refused
+_SETTLED_TRANSIENT = 1e-3  # left of a filter's transient, which is over then
+# of a step response not yet reached; beyond, a low-pass rounds a reversal
+_MAX_STEP_REMAINDER = 0.05
+
+Span = tuple[int, int]
+
+_RIPPLE_DB = 0.05
+_DECIMATION_ORDER = 8
+#: Samples by which the filter before decimation extends a stretch at both ends.
+DECIMATION_PADDING = 3 * _DECIMATION_ORDER
+
+
+@dataclass(frozen=True, slots=True)
+class SampledFilter:
+    """What the settings do to one stretch of samples.
+
+    Attributes
+    ----------
+    settings : Prefilter
+    period : float
+        Sampling period, s.
+    native : bool
+        Whether compiled code filters where it can be had; to the same last bit.
+    """
+
+    settings: Prefilter
+    period: float
+    native: bool = False
+
+    @property
+    def dropped(self) -> tuple[int, int]:
+        """Samples left out at start and end."""
+        return self.settings.drop or (self._transient(_SETTLED_TRANSIENT),) * 2
+
+    @property
+    def cut(self) -> tuple[int, int]:
+        """Samples that the decimation filter does not see, at start and end."""
+        return self.settings.drop or (0, 0)
+
+    @property
+    def memory(self) -> int:
+        """Rows over which both filters' responses decay to 1e-3.
+
+        Rows further apart are made of different samples.
+        """
+        motion, decimate = self._transient(_SETTLED_TRANSIENT), self.settings.decimate
+        if decimate == 1:
+            return motion
+        sections = self.decimation.sections
+        slowest = max(float(np.abs(np.roots(section[3:])).max()) for section in sections)
+        rows = math.ceil(math.log(_SETTLED_TRANSIENT) / math.log(slowest))
+        return math.ceil((motion + rows) / decimate)
+
+    @property
+    def turn_reach(self) -> int:
+        """Samples to both sides of a reversal over which the low-pass rounds it."""
+        return self._transient(_MAX_STEP_REMAINDER)
+
+    @property
+    def row_gain(self) -> float:
+        """Weight of a row whose samples all have weight: an even Chebyshev filter's is below 1."""
+        return 1.0 if self.settings.decimate == 1 else 10.0 ** (-2 * _RIPPLE_DB / 20)
+
+    @property
+    def needed(self) -> int:
+        """Samples that a stretch needs to give a row."""
+        order, decimate = self.settings.order, self.settings.decimate
+        padding = DECIMATION_PADDING if decimate > 1 else 0
+        return max(3 * order, padding, 2 * decimate) + sum(self.dropped) + 1
+
+    def check(self, samples: int, what: str = "the record") -> None:
+        """Refuse a record, or its longest segment, that the settings cannot serve.
+
+        Raises
+        ------
+        UsageError
+            The cutoff is not below the Nyquist frequency.
+        DataError
+            The record is shorter than the filters' transients.
+        """
+        nyquist, cutoff = 0.5 / self.period, self.settings.cutoff
+        lowest = _MIN_CUTOFF * nyquist
+        if cutoff < lowest:
+            raise UsageError(
+                f"the cutoff {cutoff:g} Hz is too low for a record sampled at {2 * nyquist:g} "
+                f"Hz; give {lowest:g} Hz or more, and check that time is in seconds."
+            )
+        if cutoff >= nyquist:
+            raise UsageError(
+                f"the cutoff {cutoff:g} Hz is not below {nyquist:g} Hz, half the sampling "
+                f"frequency of the record; choose a lower one (about 3 to 10 times the bandwidth "
+                "of the position loop), and check that time is in seconds.",
+                code="cutoff-too-high",
+            )
+        if samples < self.needed:
+            start, end = self.dropped
+            raise DataError(
+                f"{what} has {samples} samples; {start} + {end} are dropped and the filters' "
+                f"transients take {self.needed - 1 - start - end}. Record longer, drop fewer, "
+                "raise the cutoff, or lower the order or the decimation.",
+                code="short-segment",
+            )
+
+    def remarks(self) -> tuple[str, ...]:
+        """What the settings do to the estimates, where that is not what one would want."""
+        cutoff, decimate = self.settings.cutoff, self.settings.decimate
+        edge = (DECIMATION_EDGE / decimate if decimate > 1 else 0.5) / self.period
+        if edge <= cutoff * SAME_FILTER_FREQUENCY:
+            return ()
+        wanted = matching_decimation(cutoff, self.period)
+        return (
+            f"the motion is low-passed at {cutoff:g} Hz, the force only at {edge:.4g} Hz, by "
+            "the decimation: they no longer belong together, which biases every method; decimate "
+            f"by {wanted} or more, or raise the cutoff",
+        )
+
+    def motion(
+        self, position: Array, velocity: Array | None = None, acceleration: Array | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Filtered position, velocity and acceleration of one stretch, each (N,), SI.
+
+        What is measured of the last two passes the same low-pass in place of the difference of what
+        is before it.
+        """
+        q = self.low_passed(position)
+        dq = np.gradient(q, self.period) if velocity is None else self.low_passed(velocity)
+        if acceleration is None:
+            return q, dq, np.gradient(dq, self.period)
+        return q, dq, self.low_passed(acceleration)
+
+    def low_passed(self, signal: Array) -> Array:
+        """A signal of one stretch through the low-pass of the motion, (N,)."""
+        return self._without_phase(self.low_pass, signal, self.padding)
+
+    @property
+    def low_pass(self) -> "Sections":
+        """The low-pass of the motion."""
+        return _low_pass(self.settings.order, 2 * self.settings.cutoff * self.period)
+
+    @property
+    def padding(self) -> int:
+        """Samples by which the low-pass extends a stretch at both ends."""
+        return 3 * self.settings.order
+
+    @property
+    def decimation(self) -> "Sections":
+        """The filter before decimation."""
+        return _decimation_filter(self.settings.decimate)
+
+    def reduce(self, signals: Array) -> Array:
+        """Drop the ends of one stretch and decimate: (N,) or (N, k) to (n,) or (n, k).
+
+        Ends that are named are cut off first, as in the published recipe. By default the ends have
+        no weight: the decimation filter would otherwise carry what is wrong there inwards, or
+        continue the record from the last sample that is kept, and give it much weight.
+        """
+        ends = self.weightless_ends(len(signals))
+        weighted = np.array(signals, dtype=float) if ends else np.asarray(signals, dtype=float)
+        for first, last in ends:
+            weighted[first:last] = 0.0
+        start, end = self.cut
+        kept = weighted[start : len(weighted) - end]
+        if self.settings.decimate > 1:
+            kept = self.smoothed(kept)
+        return kept[self.rows(len(signals)) - start]
+
+    def _without_phase(self, sections: "Sections", signals: Array, padding: int) -> Array:
+        """Forward and backward along the first axis, with odd extensions at both ends."""
+        compiled = column_filter() if self.native else None
+        if compiled is None:
+            from scipy.signal import sosfiltfilt
+
+            return np.asarray(sosfiltfilt(sections.sections.copy(), signals, 0, padlen=padding))
+        columns = np.asarray(signals, dtype=float).reshape(len(signals), -1)
+        made = compiled.without_phase(columns, sections.sections, sections.settled, padding)
+        return made.reshape(signals.shape)
+
+    def weightless_ends(self, samples: int) -> tuple[Span, ...]:
+        """Samples without weight at the ends of one stretch; none where ends are cut off."""
+        if self.settings.drop is not None:
+            return ()
+        start, end = self.dropped
+        return (0, start), (samples - end, samples)
+
+    def smoothed(self, signals: Array) -> Array:
+        """Signals, (N,) or (N, k), through the decimation filter, none of them left out."""
+        return self._without_phase(self.decimation, signals, DECIMATION_PADDING)
+
+    def rows(self, samples: int) -> NDArray[np.int64]:
+        """Sample numbers of the rows of one stretch of so many samples, (n,)."""
+        low, high = self.dropped
+        decimate = self.settings.decimate
+        first = self.cut[0] + self._first(samples - sum(self.cut))
+        first += max(-(-(low - first) // decimate), 0) * decimate
+        return np.arange(first, samples - high, decimate)
+
+    def _transient(self, level: float) -> int:
+        # The slowest pole of a Butterworth filter is the one nearest the imaginary axis.
+        order, cutoff = self.settings.order, self.settings.cutoff
+        slowest = 2 * math.pi * cutoff * math.sin(math.pi / (2 * order))
+        return math.ceil(-math.log(level) / slowest / self.period)
+
+    def _first(self, samples: int) -> int:
+        """First row of so many samples, aligned to their start or their end."""
+        if self.settings.decimation == "scipy":
+            return 0
+        decimate = self.settings.decimate
+        return decimate - (decimate * math.ceil(samples / decimate) - samples) - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Sections:
+    """Second-order sections, (s, 6), and their state after a step has settled, (s, 2)."""
+
+    sections: Array
+    settled: Array
+
+    @classmethod
+    def of(cls, sections: Array) -> "Sections":
+        """Return sections with the state in which they settle."""
+        from scipy.signal import sosfilt_zi
+
+        return cls(frozen(sections), frozen(sosfilt_zi(sections)))
+
+
+# Designing a filter takes as long as applying it to a record; the designs are pure functions.
+@lru_cache(maxsize=32)
+def _low_pass(order: int, edge: float) -> Sections:
+    """A Butterworth filter, its edge in units of the Nyquist frequency."""
+    from scipy.signal import butter
+
+    return Sections.of(butter(order, edge, output="sos"))
+
+
+@lru_cache(maxsize=32)
+def _decimation_filter(decimate: int) -> Sections:
+    """The filter before decimation, of Chebyshev's first kind."""
+    from scipy.signal import cheby1
+
+    return Sections.of(cheby1(_DECIMATION_ORDER, _RIPPLE_DB, 0.8 / decimate, output="sos"))

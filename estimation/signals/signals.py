@@ -1,14 +1,37 @@
-"""The five signals a regressor is made of, measured or simulated."""
+"""The signals that a regressor is made of, what an axis needs of a record, what a motion lacks.
 
-from collections.abc import Sequence
+Recorded signals are no part of what is differentiated, so that they stand in the rows as the force
+does: as they were recorded. Products of them and the motion are made sample by sample, and both
+sides of the rows then take the same decimation filter. What is held changes at a sample: its mean
+about the sample belongs to the acceleration there.
+
+Without the samples near reversals and rests friction is not rounded, which is worth much, but an
+axis that accelerates only where it turns hardly shows its inertia. What tells is the information on
+a parameter, the inverse of its variance for noise of one size. Rests are no loss, as sticking
+friction takes any force; nor is friction that depends on the speed, such as a peak about rest, as
+the low-pass rounds that near reversals. Coulomb friction counts: where it loses much, little else
+tells it from other terms.
+
+Of an axis that is partially linear the columns are those of the Jacobian at the nominal values.
+One whose nonlinear parameters are of such friction is not asked: what the low-pass makes of a peak
+about rest leads its search astray, however much of the inertia is lost with it.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.support.arrays import Array, Exact
+from axisid.estimation.records import Record
+from axisid.estimation.thresholds import MIN_MOVING_SPEED, REST_SPEED
+from axisid.support.arrays import Array, Exact, runs
 from axisid.support.errors import DataError
-from axisid.support.remedy import Remedy, Setting
+from axisid.support.remedy import Note, Remedy, Setting
+
+from .prefilter import Span
 
 #: Position, velocity and acceleration, each (N,), SI.
 Motion = tuple[Array, Array, Array]
@@ -73,3 +96,248 @@ def about_samples(held: Array, starts: Sequence[int], delay: float = 0.5) -> Arr
     before = np.concatenate([held[:1], held[:-1]])
     before[starts] = held[starts]
     return np.asarray((1 - delay) * held + delay * before, dtype=float)
+
+
+_POSITION = 0  # among what the inverse model takes
+_OF_DRIVE = 1  # among what the drive takes
+
+
+def recorded_signals(
+    axis: GeneratedAxis, source: str, columns: Mapping[str, Array]
+) -> tuple[Array, ...]:
+    """The signals that an axis declares, in its order, (N,) each.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    source : str
+        Of the record, for messages.
+    columns : mapping of str to (N,) array
+        By role or name.
+
+    Raises
+    ------
+    DataError
+        The record lacks one.
+    """
+    names = [signal.name for signal in axis.axis.signals]
+    if missing := [name for name in names if name not in columns]:
+        raise DataError(
+            f"{source} has no column for {', '.join(missing)}, which axis {axis.axis.name!r} has "
+            "as recorded signals; ",
+            Remedy.of(
+                "name it with ",
+                Setting("columns", ",".join(f"{name}=NAME" for name in missing)),
+                ".",
+            ),
+            code="no-signal",
+        )
+    return tuple(columns[name] for name in names)
+
+
+def beside_motion(
+    axis: GeneratedAxis, recorded: Sequence[Array], starts: Sequence[int]
+) -> tuple[Array, ...]:
+    """The same as they stand in the rows; segments begin at `starts`."""
+    return tuple(
+        about_samples(values, starts) if signal.is_held else values
+        for signal, values in zip(axis.axis.signals, recorded, strict=True)
+    )
+
+
+def check_position(axis: GeneratedAxis, record: Record) -> None:
+    """Refuse a record of velocity alone for an axis whose model needs the position.
+
+    Raises
+    ------
+    DataError
+        It does; what depends on the position is named.
+    """
+    needing = _needing(axis) if record.integrated else []
+    if not needing:
+        return
+    raise DataError(
+        f"{record.provenance.source} has no position, on which {' and '.join(needing)} of axis "
+        f"{axis.axis.name!r} depend{'s' * (len(needing) == 1)}; the integral of a measured "
+        "velocity drifts. ",
+        Remedy.of("Name it with ", Setting("columns", "position=NAME"), "."),
+        code="no-position",
+    )
+
+
+def _needing(axis: GeneratedAxis) -> list[str]:
+    """What of an axis depends on the position, in words."""
+    columns = dependence(axis)["position"]
+    found = [name for name, needs in zip(axis.names, columns, strict=True) if needs]
+    if _depends(axis, "idm_regressor", 1, _POSITION):
+        found.append("the known terms")
+    if _depends(axis, "drive_force", 0, _OF_DRIVE):
+        found.append("the force of the drive")
+    return found
+
+
+def _depends(axis: GeneratedAxis, name: str, output: int, place: int) -> bool:
+    return bool(np.any(axis.functions[name].jac_sparsity(output, place).nnz()))
+
+
+_MAX_REST_SPEED = 0.01  # of the largest, on average: what noise may make of a rest
+# of the samples in motion go the other way; with fewer the axis hardly reverses
+_MIN_REVERSED_SHARE = 0.01
+_MIN_STEADY_SAMPLES = 16  # at steady speed, from which it is told whether there is one speed only
+_MIN_SPEED_SPREAD = 0.1  # of the cruising speed, relative; below, there is one speed only
+_MAX_STEADY_ACCELERATION = 0.1  # of the largest; below, the speed is steady
+# of the samples of the fit: measured, an eighth at rest moves friction by a tenth, a third by
+# most of it
+MAX_REST_SHARE = 0.1
+
+
+def motion_lacks(signals: Signals) -> tuple[str, ...]:
+    """What a motion lacks, in words, whatever the axis."""
+    facts = (one_direction(signals), one_speed(signals))
+    return tuple(fact for fact in facts if fact)
+
+
+def resting(
+    signals: Signals, spans: Sequence[Span], used: NDArray[np.bool_], beside: float = 0.0
+) -> float:
+    """Part of the samples of a fit at which the axis stands still.
+
+    Parameters
+    ----------
+    signals : Signals
+        (N,)
+    spans : sequence of (int, int)
+        Segments of the record.
+    used : (N,) array of bool
+        Samples of the fit.
+    beside : float
+        Largest speed of other records of the machine.
+    """
+    still = np.zeros(len(used), dtype=bool)
+    fastest = max(float(np.abs(signals.velocity).max()), beside)
+    for first, last in spans:
+        speed = signals.velocity[first:last]
+        for start, stop in runs(np.abs(speed) < MIN_MOVING_SPEED.value * fastest):
+            # It stops and starts slowly. Creeping gets somewhere, reversing does not stay.
+            within = slice(start + (stop - start) // 4, stop - (stop - start) // 4)
+            drift = abs(float(np.mean(speed[within])))
+            stays = float(np.mean(np.abs(speed[within]))) < _MAX_REST_SPEED * fastest
+            still[first + start : first + stop] = stays and drift < REST_SPEED.value * fastest
+    return float(np.mean(still[used])) if used.any() else 0.0
+
+
+def one_direction(signals: Signals) -> str:
+    """That the velocity has one sign, in words; empty if it has both."""
+    moving = signals.velocity[_in_motion(signals)]
+    forward = float(np.mean(moving > 0)) if len(moving) else 0.0
+    if _MIN_REVERSED_SHARE <= forward <= 1 - _MIN_REVERSED_SHARE:
+        return ""
+    return f"the velocity {'never' if forward in (0, 1) else 'hardly ever'} changes its sign"
+
+
+def one_speed(signals: Signals) -> str:
+    """One cruising speed; accelerating through others in between does not tell them apart well."""
+    acceleration = np.abs(signals.acceleration)
+    steady = acceleration < _MAX_STEADY_ACCELERATION * acceleration.max()
+    speeds = np.abs(signals.velocity[_in_motion(signals) & steady])
+    if len(speeds) < _MIN_STEADY_SAMPLES:
+        return ""
+    low, middle, high = np.quantile(speeds, [0.1, 0.5, 0.9])
+    return "there is one speed only" if high - low < _MIN_SPEED_SPREAD * middle else ""
+
+
+def _in_motion(signals: Signals) -> NDArray[np.bool_]:
+    speed = np.abs(signals.velocity)
+    return np.asarray(speed > MIN_MOVING_SPEED.value * speed.max())
+
+
+def rests_first(rest: float) -> Note | None:
+    """What to say of a fit that is mostly of an axis at rest; None for another."""
+    if rest <= MAX_REST_SHARE:
+        return None
+    return Note(
+        f"the axis rests in {100 * rest:.0f} % of the samples that the fit has, where sticking "
+        "friction takes any force and no model gives it: ",
+        Remedy.of(
+            "leave the rests out (",
+            Setting("reversals", "leave-out"),
+            ", at a higher cut-off if too little is left) before anything else is checked",
+        ),
+    )
+
+
+_SIGNALS = ("position", "velocity", "acceleration", "direction")  # as the regressor takes them
+_SMALLEST = 1e-100  # whose square is exact
+_ALIKE = 1e-12  # of a column, in which it is not told from others
+
+
+def remaining_information(counts: NDArray[np.bool_], moving: Array, left: Array) -> float:
+    """The least part of the information on a parameter that is left.
+
+    Parameters
+    ----------
+    counts : (P,) array of bool
+        Of which parameters a loss counts, see `losses_count`.
+    moving, left : (P, P) array
+        Products of the regressor's columns of all samples in motion, and of those that are left.
+    """
+    both = moving + left
+    if not np.all(np.isfinite(both)):
+        return 1.0  # whatever is done, the regression will say what is wrong
+    size = np.sqrt(np.diag(both))
+    seen = counts & (np.diag(moving) > 0)
+    scale = np.outer(*(np.where(size > _SMALLEST, size, 1.0),) * 2)
+    before, after = (_information(each / scale) for each in (moving, left))
+    return float(np.min(after[seen] / before[seen], initial=1.0))
+
+
+def losses_count(axis: GeneratedAxis) -> NDArray[np.bool_]:
+    """Of which parameters, (p,), a loss counts: none of friction that depends on the speed."""
+    depends = dependence(axis)
+    return ~(depends["direction"] & depends["velocity"])
+
+
+def columns_of(axis: GeneratedAxis, signals: Signals) -> Array:
+    """Of the inverse model, (N, p), for each of its parameters."""
+    motion = (signals.position, signals.velocity, signals.acceleration, signals.direction)
+    about = () if axis.is_linear else (_about(axis),)
+    columns, _ = axis.evaluate("idm_regressor", *motion, *signals.recorded, *about)
+    return columns
+
+
+def searches_friction(axis: GeneratedAxis) -> bool:
+    """Whether a nonlinear parameter is of friction that depends on the speed."""
+    depends = dependence(axis)
+    return bool(np.any(np.array(axis.nonlinear) & depends["direction"] & depends["velocity"]))
+
+
+def _about(axis: GeneratedAxis) -> Array:
+    """Where a partially linear model is linearised: an amount of 0 would hide what it scales."""
+    hidden = (axis.nominal == 0) & ~np.array(axis.nonlinear)
+    return np.where(hidden, 1.0, axis.nominal)
+
+
+@lru_cache(maxsize=32)  # asked of an axis in every identification
+def dependence(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
+    """Which columns of the inverse model, (p,), depend on which signal."""
+    return {name: _depending(axis, place) for place, name in enumerate(_SIGNALS)}
+
+
+def of_signals(axis: GeneratedAxis) -> NDArray[np.bool_]:
+    """Which columns of the inverse model, (p,), depend on a recorded signal."""
+    places = range(len(_SIGNALS), len(_SIGNALS) + len(axis.axis.signals))
+    found = [_depending(axis, place) for place in places]
+    none = np.zeros(len(axis.parameters), dtype=bool)
+    return np.asarray(np.any([none, *found], axis=0))
+
+
+def _depending(axis: GeneratedAxis, place: int) -> NDArray[np.bool_]:
+    """Which columns of the inverse model, (p,), depend on what it takes at a place."""
+    rows, _ = axis.functions["idm_regressor"].jac_sparsity(0, place).get_triplet()
+    return np.isin(np.arange(len(axis.parameters)), rows)
+
+
+def _information(gram: Array) -> Array:
+    """Of each parameter beside the others, (p,), from products of columns of size 1 or less."""
+    inverse = np.linalg.inv(gram + _ALIKE * np.eye(len(gram)))
+    return np.asarray(1.0 / np.diag(inverse), dtype=float)

@@ -11,14 +11,11 @@ from .batch import (
     simulate_lanes as simulate_lanes,
 )
 from .closed_loop import simulate as simulate, simulate_loop as simulate_loop
-from .inputs import LoopInputs as LoopInputs
-from .lane_arguments import gains_by_lane as gains_by_lane
-from .loop_start import law_of as law_of
-from .recorded import at_law as at_law
-from .reducers import LaneBlock as LaneBlock
-from .runaway import allowed_distance as allowed_distance
+from .inputs import LoopInputs as LoopInputs, allowed_distance as allowed_distance, at_law as at_law
+from .lane_arguments import LaneBlock as LaneBlock, gains_by_lane as gains_by_lane
 from .simulated import (
     Simulation as Simulation,
+    law_of as law_of,
     logged_control as logged_control,
     measured_positions as measured_positions,
     signals_about as signals_about,

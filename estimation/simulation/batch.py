@@ -18,23 +18,24 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError
 from axisid.support.real_numbers import real_array
 
-from .between import at_log_samples
 from .closed_loop import SettledLoop, settled_loop
-from .inputs import LoopInputs
+from .inputs import LoopInputs, allowed_distance, checked_signals, lines
 from .lane_arguments import (
+    LaneBlock,
+    Reducer,
     aligned,
     axes_by_gains,
     check_lanes,
+    check_reducer,
     check_threads,
     check_wanted,
     gains_by_lane,
     in_order,
+    joined,
     optional_array,
+    reduced,
 )
-from .loop_start import checked_starts, lane_starts
-from .recorded import checked_signals, lines
-from .reducers import LaneBlock, Reducer, check_reducer, joined, reduced
-from .runaway import allowed_distance
+from .simulated import checked_starts, lane_starts
 from .steps import (
     MOST_SUBSTEPS,
     at_rest,
@@ -47,7 +48,7 @@ from .steps import (
     substeps_at_start,
     visited_signals,
 )
-from .two_clocks import clocks_of
+from .two_clocks import at_log_samples, clocks_of
 
 #: What is needed between the evaluations of a law.
 _OF_THE_LAW = tuple(name for name in SIGNALS if name != "control")

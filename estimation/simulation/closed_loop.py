@@ -24,13 +24,9 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.real_numbers import real_array
 
-from .between import at_log_samples
-from .inputs import LoopInputs
+from .inputs import LoopInputs, allowed_distance, checked_signals, lines, widened_distance
 from .lane_arguments import in_order, optional_array
-from .loop_start import checked_start, loop_start
-from .recorded import checked_signals, lines
-from .runaway import allowed_distance, widened_distance
-from .simulated import Simulation, measured_positions
+from .simulated import Simulation, checked_start, loop_start, measured_positions
 from .steps import (
     StepBudget,
     check_bounded,
@@ -41,7 +37,7 @@ from .steps import (
     further_substeps,
     place_at,
 )
-from .two_clocks import clocks_of
+from .two_clocks import at_log_samples, clocks_of
 
 
 def simulate(

@@ -23,9 +23,8 @@ from axisid.support.real_numbers import is_real, is_whole
 from axisid.support.user_values import quoted
 
 from .closed_loop import simulate_loop
-from .inputs import LoopInputs
+from .inputs import LoopInputs, checked_signals
 from .lane_arguments import checked_array, optional_array
-from .recorded import checked_signals
 from .simulated import (
     Simulation,
     logged_control,

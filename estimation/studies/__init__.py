@@ -4,12 +4,18 @@ In: axes, records, cut-offs. Out: `Sweep`, `Comparison`, `Validation`, `DriveTim
 nothing of how it is shown.
 """
 
-from .candidate import Candidate as Candidate, ParameterCheck as ParameterCheck
+from .candidate import (
+    Candidate as Candidate,
+    NestedTest as NestedTest,
+    ParameterCheck as ParameterCheck,
+)
 from .comparison import Comparison as Comparison, compare as compare
 from .friction_curve import Friction as Friction, friction as friction
 from .held_out import HeldOut as HeldOut
-from .nesting import NestedTest as NestedTest
 from .sweep import Sweep as Sweep, default_cutoffs as default_cutoffs, sweep as sweep
-from .validate import validate as validate
-from .validate_fit import FitValidation as FitValidation, validate_fit as validate_fit
+from .validate import (
+    FitValidation as FitValidation,
+    validate as validate,
+    validate_fit as validate_fit,
+)
 from .validation import MethodValidation as MethodValidation, Validation as Validation

@@ -38,9 +38,8 @@ from axisid.support.progress import Progress, with_progress
 from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import is_among, quoted
 
-from .candidate import Candidate, candidate
+from .candidate import Candidate, NestedTest, candidate, nested_tests
 from .held_out import contiguous_blocks, regression_rows
-from .nesting import NestedTest, nested_tests
 from .recommendation import checks_of
 
 # of the least held-out error, however precise both are: it is not worth a parameter

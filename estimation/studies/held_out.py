@@ -33,7 +33,7 @@ _BLOCKS = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rows:
+class Regression:
     """A regression that can be solved again on part of its rows or columns.
 
     Attributes
@@ -58,7 +58,7 @@ class Rows:
     neighbours: Neighbours
     nonlinear: tuple[str, ...] = ()
 
-    def at(self, rows: NDArray[np.intp]) -> "Rows":
+    def at(self, rows: NDArray[np.intp]) -> "Regression":
         """Some of the rows."""
         chosen = None if self.instruments is None else self.instruments[rows]
         return replace(
@@ -69,7 +69,7 @@ class Rows:
             neighbours=self.neighbours[rows],
         )
 
-    def without(self, column: int) -> "Rows":
+    def without(self, column: int) -> "Regression":
         """Without one parameter."""
         chosen = None if self.instruments is None else np.delete(self.instruments, column, axis=1)
         return replace(
@@ -94,14 +94,14 @@ class Rows:
         return factor(self.regressor, self.names, neighbours=self.neighbours)
 
 
-def regression_rows(estimate: Estimate) -> Rows:
+def regression_rows(estimate: Estimate) -> Regression:
     """The rows that an inverse model's estimate was made from."""
     axis, explained = estimate.form.axis, estimate.X @ estimate.theta
     left, regressor, instruments = estimate.residuals + explained, estimate.X, estimate.Z
     if (weights := estimate.weights) is not None:
         left, regressor = weights * left, weights[:, None] * regressor
         instruments = None if instruments is None else weights[:, None] * instruments
-    return Rows(
+    return Regression(
         left=left,
         regressor=regressor,
         instruments=instruments,
@@ -191,7 +191,7 @@ class HeldOut(Exact):
 
 
 def held_out_equation(
-    rows: Rows, blocks: Sequence[HeldOutBlock], signal: float
+    rows: Regression, blocks: Sequence[HeldOutBlock], signal: float
 ) -> tuple[HeldOut, tuple[Array, ...]]:
     """Errors of the equation, and the estimate (k,) that each block was predicted with.
 

@@ -22,6 +22,7 @@ from .unit_labels import (
     COUNTS as COUNTS,
     LABEL_WITH_UNIT as LABEL_WITH_UNIT,
     UNITS_ENTRY as UNITS_ENTRY,
+    Quantity as Quantity,
     exact_unit as exact_unit,
     is_unit as is_unit,
     label_unit as label_unit,

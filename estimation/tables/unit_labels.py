@@ -4,14 +4,13 @@ Inside the program every number is SI; this is the edge. `nm` is a nanometre and
 metre; what is not on the list is refused, not guessed.
 """
 
-import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import NamedTuple
 
-from axisid.modeling.quantities import Unit, parse_unit
+from axisid.modeling.quantities import Unit, angle_power, parse_unit
 from axisid.support.errors import ModelError
 
 from .table import numbered
@@ -105,19 +104,60 @@ COUNTS = frozenset(
 )
 
 
+#: To forty digits.
+_PI = Fraction(31415926535897932384626433832795028841971, 10**40)
+_ONE = parse_unit("1")
 _NO_UNIT = frozenset(("-", "--", "none"))
 
 
-class ExactUnit(NamedTuple):
-    """A unit's factor to SI, a fraction times a power of pi, and its coherent unit."""
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A number with its unit: a fraction, times a power of pi.
 
-    factor: Fraction
-    turns: int
-    unit: Unit
+    Attributes
+    ----------
+    value : Fraction
+        Of the coherent unit.
+    turns : int
+        Power of pi.
+    unit : Unit or None
+        Coherent; None for a plain number.
+    angle : Fraction or int
+        Power of the radian, which the unit counts as a number.
+    is_count : bool
+        Whether it is of what encoders count.
+    """
+
+    value: Fraction
+    turns: int = 0
+    unit: Unit | None = None
+    is_count: bool = False
+    angle: Fraction | int = 0
+
+    def __mul__(self, other: "Quantity") -> "Quantity":
+        return self._with(other, 1)
+
+    def __truediv__(self, other: "Quantity") -> "Quantity":
+        return self._with(other, -1)
+
+    def _with(self, other: "Quantity", power: int) -> "Quantity":
+        unit = self.unit
+        if other.unit is not None:
+            unit = (unit or _ONE) * other.unit**power if power < 0 or unit else other.unit
+        return Quantity(
+            self.value * other.value**power,
+            self.turns + power * other.turns,
+            unit,
+            self.is_count,
+            self.angle + power * other.angle,
+        )
+
+    def __float__(self) -> float:
+        return float(self.value * _PI**self.turns)
 
 
-def exact_unit(text: str) -> ExactUnit | None:
-    """What a text such as ``mm`` or ``N m`` means as a unit; None if it is not known."""
+def exact_unit(text: str) -> Quantity | None:
+    """What one of a unit such as ``mm`` or ``N m`` is; None if it is not known."""
     plain = text.strip()
     for letter, other in _SPELT.items():
         plain = plain.replace(letter, other)
@@ -126,23 +166,21 @@ def exact_unit(text: str) -> ExactUnit | None:
     plain = _NAMES.get(plain, _NAMES.get(plain.lower(), plain))
     factor, turns, coherent = _FACTORS.get(plain, ("1", 0, plain))
     try:
-        return ExactUnit(Fraction(factor), turns, parse_unit(coherent))
+        unit = parse_unit(coherent)
     except ModelError:
         return None
+    return Quantity(Fraction(factor), turns, unit, angle=angle_power(unit))
 
 
 def label_unit(text: str) -> tuple[float, Unit] | None:
-    """The same with its factor as a floating point number."""
+    """Its factor to SI, and its coherent unit; None if it is not known."""
     found = exact_unit(text)
-    if found is None:
-        return None
-    factor, turns, unit = found
-    return math.pi**turns * factor.numerator / factor.denominator, unit
+    return None if found is None or found.unit is None else (float(found), found.unit)
 
 
 def is_unit(text: str) -> bool:
     """Whether a text is surely a unit: one that is known, or what encoders count."""
-    return label_unit(text) is not None or text.strip().lower() in COUNTS
+    return exact_unit(text) is not None or text.strip().lower() in COUNTS
 
 
 LABEL_WITH_UNIT = re.compile(r"(.+?)(\s*)(?:\[([^\[\]]+)\]|\(([^()]+)\)|/\s*([^\s/]+))")

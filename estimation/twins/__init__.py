@@ -4,7 +4,6 @@ In: a problem, an estimate of it. Out: the chain of noise that the record was me
 twins, and by them the estimate's bias and deviations. Knows nothing of methods and of verdicts.
 """
 
-from .calibration import Calibration as Calibration, calibrated as calibrated
 from .chain import (
     Autoregressions as Autoregressions,
     Chain as Chain,
@@ -14,7 +13,9 @@ from .chain import (
 from .measured_chain import measured_chain as measured_chain
 from .twins import (
     DEFAULT_COUNT as DEFAULT_COUNT,
+    Calibration as Calibration,
     Twins as Twins,
+    calibrated as calibrated,
     check_count as check_count,
     twins_of as twins_of,
 )

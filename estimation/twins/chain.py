@@ -1,8 +1,9 @@
 """The chain: what stands between a motion and its log, and what acts beside the drive."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -187,7 +188,7 @@ class Chain:
         rng, of_control : Draws
             Of velocity and acceleration, and of the control or force.
         """
-        columns: dict[str, Array] = {}
+        columns: dict[str, Any] = {}
         if record.velocity is not None:
             noise = (self.velocity or 0.0) * rng.normal(len(record))
             columns["velocity"] = _rounded(record.velocity + noise, self.velocity_step, rng)
@@ -198,7 +199,7 @@ class Chain:
             role = "control" if record.force is None else "force"
             values = getattr(record, role)
             columns[role] = self.logged_control(of_control, values, record.period)
-        return record.with_motion(columns) if columns else record
+        return replace(record, **columns) if columns else record
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

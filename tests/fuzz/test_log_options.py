@@ -13,7 +13,7 @@ from axisid import AxisidError, DataError, Record, UsageError, read_record
 from axisid.estimation.logs import read_table
 from axisid.estimation.parameters import known_of, read_known
 from axisid.estimation.records import Repairs
-from axisid.estimation.records.columns.scaling import is_scaling, read_scaling
+from axisid.estimation.records.columns.units import is_scaling, read_scaling
 from axisid.estimation.records.windows import checked_windows
 from tests.fuzz.cases import Fuzz, WrongError, one_of, pieces_left_out
 

@@ -10,7 +10,7 @@ import pytest
 from axisid import UsageError
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Chain
-from axisid.estimation.monte_carlo.twins import twins
+from axisid.estimation.monte_carlo.plan import twins
 from axisid.paper.encoder import (
     ENCODER_FILES,
     NOISE,

@@ -1,9 +1,11 @@
 """Least squares in which rows at high speed count less."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from axisid.estimation.problems import Problem
-from axisid.estimation.regression import weighted_least_squares
+from axisid.estimation.regression import factor, instrumental_variables
 
 from .method import Fit, Method
 
@@ -18,5 +20,11 @@ class WeightedLeastSquares(Method):
         regressor = problem.factored(form, measured)
         speed = np.abs(problem.stacked(lambda data: data.reduce(data.signals.velocity)))
         weights = 1 / (0.1 * speed.max() + speed)
-        solution = weighted_least_squares(measured.left - measured.intercept, regressor, weights)
+        # (X'WX)^-1 X'Wy: the weighted columns as instruments.
+        weighted = factor(weights[:, None] * measured.regressor, regressor.names)
+        left = measured.left - measured.intercept
+        solution = instrumental_variables(left, regressor, weighted)
+        # Deviations for errors of one variance are of the influence, whatever the weights' unit.
+        root = np.linalg.qr(solution.influence, "r").T
+        solution = replace(solution, inverse_factor=root)
         return Fit(form=form, measured=measured, solution=solution)

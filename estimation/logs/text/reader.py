@@ -30,12 +30,15 @@ _DROP_TAIL = Setting("tail", "drop")
 _SHOWN = 40  # characters
 _NEIGHBOURS = 20  # lines above the last whose last numbers tell how long it should be
 
+#: Code of the error of a file that is no text in an encoding that is known.
+NO_TEXT = "no-text"
+
 _BEGIN = "LabVIEW Measurement"
 _END = "***End_of_Header***"
 _UNITS = "Y_Unit_Label"
 _COMMENT = "Comment"
 _HEAD = 200  # lines in which the heads are looked for
-_SEPARATORS = {"Tab": "\t", "Comma": ",", "Semicolon": ";"}
+_SEPARATOR = "Separator"  # which stands behind that word, before its own name
 
 
 def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
@@ -88,7 +91,7 @@ def _decoded(source: str, content: bytes) -> tuple[str, str]:
 
     Raises
     ------
-    NoTextError
+    DataError
         It is none of these, or has zero bytes that are not those of UTF-16.
     """
     wide = _utf16(content)
@@ -100,7 +103,10 @@ def _decoded(source: str, content: bytes) -> tuple[str, str]:
         if "\0" in text:
             break
         return text, encoding
-    raise NoTextError(source)
+    raise DataError(
+        f"{source} is no text in UTF-8, UTF-16 or Windows-1252; save it as CSV in UTF-8.",
+        code=NO_TEXT,
+    )
 
 
 def _utf16(head: bytes) -> str:
@@ -112,18 +118,6 @@ def _utf16(head: bytes) -> str:
     if max(even, odd) / half <= _MIN_ZERO_BYTE_SHARE:
         return ""
     return "utf-16-le" if odd > even else "utf-16-be"
-
-
-class NoTextError(DataError):
-    """A file is no text in an encoding that is known."""
-
-    code = "no-text"
-
-    def __init__(self, source: str) -> None:
-        super().__init__(
-            f"{source} is no text in UTF-8, UTF-16 or Windows-1252; save it as CSV in UTF-8."
-        )
-        self.args = (source,)  # for pickle
 
 
 def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, Column]:
@@ -147,13 +141,14 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
     """
     numeric = _numeric(dialect, lines[0][1])
     values = _parse([line for _, line in lines], dialect, numeric)
-    if values is None:
-        return _parse_slowly(source, lines, dialect)
-    numbers = [number for number, _ in lines]
-    columns = {k: loaded_column(v) for k, v in zip(numeric, values.T, strict=True)}
-    for k in set(range(len(dialect.names))) - set(numeric):
-        cells = [line.split(dialect.separator)[k].strip() for _, line in lines]
-        columns[k] = _of_text(source, dialect, k, numbers, cells)
+    columns: dict[int, Column] = {}
+    if values is not None:
+        columns = {k: loaded_column(v) for k, v in zip(numeric, values.T, strict=True)}
+    rows = _rows(source, lines, dialect) if values is None else []
+    for k in set(range(len(dialect.names))) - set(columns):
+        split = (line.split(dialect.separator, k + 1)[k].strip() for _, line in lines)
+        cells = [row[k] for row in rows] or [*split]
+        columns[k] = _of_cells(source, lines, dialect, k, cells)
     return _named(dialect, columns)
 
 
@@ -207,12 +202,9 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
     return values if values.shape[1] == len(numeric) else None
 
 
-def _parse_slowly(source: str, lines: list[Line], dialect: Dialect) -> dict[str, Column]:
-    """Cell by cell."""
-    width = len(dialect.names)
-    values = np.full((len(lines), width), np.nan)
-    stumbles: dict[int, int] = {}
-    texts: list[list[str]] = []
+def _rows(source: str, lines: list[Line], dialect: Dialect) -> list[list[str]]:
+    """Cells of lines that are rows of the table."""
+    width, rows = len(dialect.names), []
     for number, line in lines:
         try:
             cells = dialect.cells(line)
@@ -226,35 +218,17 @@ def _parse_slowly(source: str, lines: list[Line], dialect: Dialect) -> dict[str,
                 Remedy.of("Remove or mend the line", tail, "."),
                 code="broken-line",
             )
-        for k, cell in enumerate(cells):
-            if is_number(cell, comma=dialect.comma):
-                values[len(texts), k] = float(cell.replace(",", ".") if dialect.comma else cell)
-            elif cell:
-                stumbles.setdefault(k, len(texts))
-        texts.append(cells)
-    numbers = [number for number, _ in lines]
-    columns = {}
-    for k in range(width):
-        if k in stumbles:
-            cells, row = [text[k] for text in texts], stumbles[k]
-            advice = _tail_hint(lines, numbers[row], dialect)
-            columns[k] = _of_text(source, dialect, k, numbers, cells, row, advice)
-        else:
-            columns[k] = loaded_column(values[:, k])
-    return _named(dialect, columns)
+        rows.append(cells)
+    return rows
 
 
-def _of_text(
-    source: str,
-    dialect: Dialect,
-    k: int,
-    numbers: list[int],
-    cells: list[str],
-    row: int = 0,
-    advice: Remedy | None = None,
-) -> Column:
-    """A column with text in it, first in a row: time stamps, or one that refuses to be read."""
-    why = ""
+def _of_cells(source: str, lines: list[Line], dialect: Dialect, k: int, cells: list[str]) -> Column:
+    """A column of numbers, of time stamps, or one that refuses to be read."""
+    comma, why = dialect.comma, ""
+    row = next((i for i, c in enumerate(cells) if c and not is_number(c, comma=comma)), None)
+    if row is None:
+        plain = (cell.replace(",", ".") if comma else cell for cell in cells)
+        return loaded_column(np.array([float(cell or "nan") for cell in plain]))
     if is_stamp(cells[row]):
         try:
             seconds, note = stamp_seconds(cells)
@@ -262,8 +236,10 @@ def _of_text(
             row, why = error.row or row, error.why
         else:
             return loaded_column(seconds, unit="s", note=f"{dialect.names[k]}: {note}")
-    where = f"{source}, line {numbers[row]}: {cells[row]!r} in column {dialect.names[k]!r}"
-    return Column(read=partial(_refuse, where, why, advice, comma=dialect.comma), texts=cells)
+    number, _ = lines[row]
+    where = f"{source}, line {number}: {cells[row]!r} in column {dialect.names[k]!r}"
+    advice = _tail_hint(lines, number, dialect)
+    return Column(read=partial(_refuse, where, why, advice, comma=comma), texts=cells)
 
 
 def _tail_hint(lines: list[Line], number: int, dialect: Dialect) -> Remedy | None:
@@ -304,7 +280,8 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
             code="labview-without-samples",
         )
     head = [line for _, line in lines[: ends[-1]]]
-    separator = _separator(head)
+    said = (line[len(_SEPARATOR) :][:1] for line in head if line.startswith(_SEPARATOR))
+    separator = next(said, "\t")
     number, line = lines[ends[-1] + 1]
     names = _cells(line, separator)
     labels = next((_cells(x, separator) for x in head if x.startswith(_UNITS)), [])
@@ -317,17 +294,6 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
         notes += [f"comments passed over: {comments}"] if comments else []
     named = [f"{n} [{u}]" if u else n for n, u in zip(names, units, strict=False)]
     return [(number, separator.join(named)), *body], tuple(notes)
-
-
-def _separator(head: Sequence[str]) -> str:
-    """What separates the columns, as the first head says."""
-    said = (
-        separator
-        for line in head
-        for name, separator in _SEPARATORS.items()
-        if line.rstrip(f"{separator}\r\n") == f"Separator{separator}{name}"
-    )
-    return next(said, "\t")
 
 
 def _cells(line: str, separator: str) -> list[str]:

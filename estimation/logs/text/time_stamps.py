@@ -1,8 +1,10 @@
 """Time stamps in seconds from the first, as they are written; what may mean two is refused."""
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from datetime import date, datetime, time
+from functools import partial
+from typing import TypeVar
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 import numpy as np
@@ -49,6 +51,7 @@ _HOUR = 3600
 _SLASHED = re.compile(r"\d\d?/\d\d?/\d{4}")
 
 _Whole = NDArray[np.int64]
+_Part = TypeVar("_Part", bound=Hashable)
 
 
 class NoStampsError(ValueError):
@@ -125,9 +128,9 @@ def _filled_seconds(cells: Sequence[str]) -> tuple[Array, str]:
     return (days - _day(dates[0], order)) * _DAY + (within - within[0]) / _SECOND, note
 
 
-def _mapped(texts: Sequence[str], number: Callable[[str], int]) -> _Whole:
-    """A whole number for each text; equal texts, of which there are many, are read once."""
-    table: dict[str, int] = {}
+def _mapped(texts: Sequence[_Part], number: Callable[[_Part], int]) -> _Whole:
+    """A whole number for each part of a stamp; equal ones, which are many, are read once."""
+    table: dict[_Part, int] = {}
     for text in dict.fromkeys(texts):
         try:
             table[text] = number(text)
@@ -175,16 +178,8 @@ def _ahead_by_place(zones: Sequence[str], days: _Whole, local: _Whole) -> _Whole
     The hour that an autumn's night has twice is the second one from where the stamps go back.
     """
     minutes = local // (60 * _SECOND)
-    names = {zone: k for k, zone in enumerate(dict.fromkeys(zones))}
-    which = np.array([names[zone] for zone in zones], dtype=np.int64)
-    moments, moment_of = np.unique(
-        np.column_stack([which, days, minutes]), axis=0, return_inverse=True
-    )
-    first, second = (
-        np.array([_ahead([*names][k], day, minute, fold) for k, day, minute in moments.tolist()])
-        for fold in (0, 1)
-    )
-    ahead, later = first[moment_of.ravel()], second[moment_of.ravel()]
+    moments = [*zip(zones, days.tolist(), minutes.tolist(), strict=True)]
+    ahead, later = (_mapped(moments, partial(_ahead, fold=fold)) for fold in (0, 1))
     twice = ahead != later
     seconds = days * _DAY + local // _SECOND - ahead
     back = np.diff(seconds, prepend=seconds[0]) < -_HOUR // 4
@@ -192,8 +187,9 @@ def _ahead_by_place(zones: Sequence[str], days: _Whole, local: _Whole) -> _Whole
     return np.asarray(np.where(again, later, ahead), dtype=np.int64)
 
 
-def _ahead(zone: str, day: int, minute: int, fold: int) -> int:
-    """Seconds by which a zone is ahead of UTC at a minute of a day of its own."""
+def _ahead(at: tuple[str, int, int], fold: int) -> int:
+    """Seconds by which a zone is ahead of UTC, by its name, at a minute of a day of its own."""
+    zone, day, minute = at
     if "/" not in zone:
         return _zone(zone)
     moment = datetime.combine(date.fromordinal(day), time(minute // 60, minute % 60, fold=fold))

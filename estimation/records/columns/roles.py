@@ -10,8 +10,7 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
 
-from .scaling import is_scaling
-from .units import assumed_units_text, check_no_counts, scaled, to_si
+from .units import assumed_units_text, check_no_counts, to_si
 
 _MIN_NAME_SIMILARITY = 0.8  # by difflib, from which a column is proposed for a wanted one
 
@@ -51,26 +50,16 @@ class RoleColumns:
         for role, (name, unit, by_user) in chosen.items():
             column = table.columns[name]
             samples = column.read()
-            written = unit or column.unit
             values, note = samples.values, ""
-            if unit and is_scaling(unit):
-                values, note = scaled(
-                    role,
-                    values,
-                    unit,
-                    axis,
-                    own=column.unit,
-                    source=table.source,
-                    injected_at=self.injected_at,
-                )
-            elif written:
+            if unit or column.unit:
                 values, note = to_si(
                     role,
                     values,
-                    written,
+                    unit or column.unit,
                     axis,
                     requested=by_user and bool(unit),
                     source=table.source,
+                    own=column.unit if unit else None,
                     injected_at=self.injected_at,
                 )
             else:

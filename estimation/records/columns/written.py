@@ -20,8 +20,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError
 
 from .roles import RoleColumns
-from .scaling import is_scaling
-from .units import expected_units
+from .units import expected_units, is_scaling
 
 Units = Sequence[tuple[str, str]]  # names and units of columns
 

@@ -11,7 +11,7 @@ from axisid import Axis, build, load_axis
 from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings, LoopStart
 from axisid.codegen.native.compiler import find_compiler
 from axisid.codegen.native.errors import NativeUnavailableError
-from axisid.codegen.native.lanes import Thinning
+from axisid.codegen.native.lanes import Decimation
 from axisid.codegen.native.library import LoadedLibrary, NativeLibrary
 from axisid.codegen.native.library_cache import compiled_library
 from axisid.codegen.native.trial import Trial
@@ -174,7 +174,7 @@ def test_rows_of_lanes_are_those_of_the_virtual_machine(name: str) -> None:
         out = by_sample(axis.functions[function].call(flat)[0].full(), q.size)
         return out.reshape(*shape, -1).transpose(0, 2, 1)[every - 1 :: every]
 
-    thinning = Thinning(
+    decimation = Decimation(
         sizes=np.array([0, 60, 0, 60, 0, every, every - 1, 0, 6, 6], dtype=np.int64),
         **{name: np.zeros(8) for name in ("gains", "settled")},
         powers=np.zeros((every + 1, 8)),
@@ -185,7 +185,7 @@ def test_rows_of_lanes_are_those_of_the_virtual_machine(name: str) -> None:
     made = made.full().reshape(shape)
     late = 0.75 * made + 0.25 * np.concatenate([made[:1], made[:-1]])
     row = called("idm_regressor", q, dq, ddq, np.sign(dq))
-    found = library.measured(force, (q, dq, ddq), 0.25, None, thinning)
+    found = library.measured(force, (q, dq, ddq), 0.25, None, decimation)
     np.testing.assert_allclose(found[:, : row.shape[1]], row, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(found[:, -1], late[every - 1 :: every], rtol=1e-9)
     held = np.concatenate([force[:1], force[:-1]])
@@ -193,5 +193,5 @@ def test_rows_of_lanes_are_those_of_the_virtual_machine(name: str) -> None:
     slowed = axis.functions["direct_dynamics"].call([*given, np.tile(sets, (60, 1)).T])[0]
     other = called("idm_regressor", q, dq, slowed.full().reshape(shape), before)
     row = (called("idm_regressor", q, dq, ddq, s) + other) / 2
-    found = library.simulated((q, dq, ddq, force, s), before, sets, None, thinning)
+    found = library.simulated((q, dq, ddq, force, s), before, sets, None, decimation)
     np.testing.assert_allclose(found[:, : row.shape[1]], row, rtol=1e-9, atol=1e-9)

@@ -24,9 +24,8 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import MEASURED_POSITION, PERIOD, REFERENCE, ControlLaw, Memory, gain
 from axisid.elements import Drive
 from axisid.estimation.diagnostics.estimates import fixed_check
-from axisid.estimation.estimates.base_distance import Distance, mapped
 from axisid.estimation.estimates.estimate import Estimate
-from axisid.estimation.estimates.physical import Physical, physical_parameters
+from axisid.estimation.estimates.physical import Distance, Physical, mapped, physical_parameters
 from axisid.modeling import Experiment, back_and_forth
 from axisid.modeling.derivation.base_model import base_model
 from axisid.support.missing import Missing

@@ -11,7 +11,7 @@ from axisid.codegen.lowering.loop_settings import LoopStart
 from axisid.control import BALANCED, ControlLaw, cascade_pd, cascade_pd_averaged
 from axisid.elements import Drive, coulomb, offset, viscous
 from axisid.estimation import check_law
-from axisid.estimation.loops.clocks import two_clocks
+from axisid.estimation.loops.law_ticks import two_clocks
 from axisid.estimation.regression.simulated_rows import simulated_loops
 from axisid.estimation.simulation import LoopInputs, simulate_loop
 from axisid.estimation.simulation.twin import trajectory

@@ -10,7 +10,7 @@ import pytest
 from axisid import Prefilter, Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.identification import Identification
-from axisid.estimation.methods.robust import robust_least_squares
+from axisid.estimation.methods.method import robust_least_squares
 from axisid.estimation.regression import Hac, Robust, factor
 from axisid.support.arrays import Array
 from tests.refusals import refuses

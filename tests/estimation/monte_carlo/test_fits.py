@@ -8,7 +8,7 @@ import pytest
 from axisid import EstimationError, UsageError, fit, fix, monte_carlo
 from axisid.estimation import MonteCarlo
 from axisid.estimation.monte_carlo import COLOURED, runs
-from axisid.estimation.monte_carlo.twins import twins
+from axisid.estimation.monte_carlo.plan import twins
 from axisid.estimation.records.record import Record
 from axisid.modeling.declaration import back_and_forth
 from tests.estimation.monte_carlo.short import axis, study

@@ -12,6 +12,7 @@ from axisid import build, fix, identify, load_axis, monte_carlo
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Chain, MonteCarlo
 from axisid.estimation.monte_carlo.figures import Share
+from axisid.estimation.monte_carlo.plan import DrawnChain, twins
 from axisid.estimation.monte_carlo.runs import (
     INTERVALS,
     BlockNumbers,
@@ -19,7 +20,6 @@ from axisid.estimation.monte_carlo.runs import (
     FailedRun,
     block_numbers,
 )
-from axisid.estimation.monte_carlo.twins import DrawnChain, twins
 from axisid.estimation.records.record import Record
 from axisid.estimation.simulation.twin import twin_plan
 from axisid.modeling.declaration import Move
@@ -234,11 +234,11 @@ def test_other_true_values_are_simulated() -> None:
         ({"noise": Chain(anywhere=True)}, "twin-anywhere"),
         ({"noise": Chain(jitter=1e-5)}, "twin-sampling"),
         ({"noise": Chain(is_measured_by_law=False)}, "twin-sampling"),
-        ({"truth": {"m": 1.0}}, "unknown-truth"),
-        ({"truth": {"M": "heavy"}}, "bad-truth"),
-        ({"truth": 3}, "study-truth-type"),
-        ({"moves": 3}, "monte-carlo-moves"),
-        ({"moves": "far"}, "monte-carlo-moves"),
+        ({"truth": {"m": 1.0}}, "truth-names"),
+        ({"truth": {"M": "heavy"}}, "not-a-number"),
+        ({"truth": 3}, "truth-type"),
+        ({"moves": 3}, "listed-type"),
+        ({"moves": "far"}, "listed-type"),
         ({"moves": [Move(distance=1e-9, speed=0.05, acceleration=0.75)]}, "twin-too-short"),
         ({"runs": 10**9}, "monte-carlo-runs"),
         ({"prefilter": 60.0}, "prefilter-type"),

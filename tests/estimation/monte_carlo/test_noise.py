@@ -8,7 +8,7 @@ import numpy as np
 from axisid import identify
 from axisid.estimation import Chain
 from axisid.estimation.monte_carlo import declared_chain, declared_figures
-from axisid.estimation.monte_carlo.twins import DrawnChain, twins
+from axisid.estimation.monte_carlo.plan import DrawnChain, twins
 from axisid.estimation.records.record import Record
 from axisid.estimation.simulation.twin import twin_plan
 from tests.estimation.monte_carlo.short import FILTER, axis, study

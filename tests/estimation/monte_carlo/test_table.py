@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 from pyarrow.parquet import read_schema as parquet_schema
 
-from axisid.estimation.monte_carlo.table import write_runs
+from axisid.estimation.monte_carlo.result import write_runs
 from tests.estimation.monte_carlo.short import judged
 from tests.refusals import refuses
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from axisid.estimation.parameters.prefilters import prefilters_of
+from axisid.estimation.parameters.known import prefilters_of
 from axisid.estimation.signals.prefilter import Prefilter
 from tests.refusals import refuses
 

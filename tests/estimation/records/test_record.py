@@ -1,6 +1,5 @@
 """A record is checked once and then read-only."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -67,9 +66,3 @@ def test_period_is_the_mean_step_unless_given() -> None:
 def test_bad_records_are_explained(change: dict[str, Any], code: str, says: str) -> None:
     with refuses(code, says):
         Record(**{**GOOD, **change})
-
-
-def test_record_with_another_motion_is_that_made_of_all_its_columns(twin: Record) -> None:
-    other = {"position": twin.position + 1e-3, "control": 0.5 * twin.control}
-    assert twin.with_motion(other) == replace(twin, **other)
-    assert not twin.with_motion(other).position.flags.writeable

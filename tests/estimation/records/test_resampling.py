@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from axisid.estimation.records.resampling import Laid, resample
+from axisid.estimation.records.resampling import AlignedColumns, resample
 from axisid.estimation.tables import Samples
 from tests.refusals import refuses
 
@@ -24,7 +24,7 @@ def line(time: np.ndarray) -> np.ndarray:
 
 def laid(
     position: Clock, force: Clock, rate: float | str = "auto", *, split: bool = False, **more: float
-) -> Laid:
+) -> AlignedColumns:
     """A position on a cubic, a force on a line, each at its own times."""
     samples = {
         "position": Samples(values=cubic(position), clock=position),

@@ -6,7 +6,7 @@ import pytest
 from axisid import Record, identify, read_record, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
-from axisid.estimation.records.spikes import spikes
+from axisid.estimation.records.clipping import spikes
 from axisid.support.remedy import Setting
 
 

@@ -54,14 +54,19 @@ def by_iv(data: tuple[np.ndarray, ...]) -> Solution:
     return instrumental_variables(y, factor(X, NAMES), factor(Z, NAMES))
 
 
+def corrected(solution: Solution) -> float:
+    """What makes a covariance that of a small sample."""
+    n, k = solution.influence.shape
+    return n / (n - k)
+
+
 def test_classical_and_robust_are_those_of_statsmodels(data: tuple[np.ndarray, ...]) -> None:
     y, X, _ = data
     ols = sm.OLS(y, X)
     solution = by_ls(data)
     assert solution.theta == pytest.approx(ols.fit().params, rel=1e-9)
     assert Classical().matrix(solution) == pytest.approx(ols.fit().cov_params(), rel=1e-7)
-    hc0, hc1 = (ols.fit(cov_type=kind).cov_params() for kind in ("HC0", "HC1"))
-    assert Robust(corrected=False).matrix(solution) == pytest.approx(hc0, rel=1e-7)
+    hc1 = ols.fit(cov_type="HC1").cov_params()
     assert Robust().matrix(solution) == pytest.approx(hc1, rel=1e-7)
     for covariance in (PublishedCovariance(), Classical(), Robust()):
         assert covariance.freedom(solution).tolist() == 3 * [ols.fit().df_resid]
@@ -70,24 +75,21 @@ def test_classical_and_robust_are_those_of_statsmodels(data: tuple[np.ndarray, .
 @pytest.mark.parametrize("lags", [0, 1, 7, 30])
 def test_hac_is_that_of_statsmodels(data: tuple[np.ndarray, ...], lags: int) -> None:
     y, X, _ = data
-    for corrected in (False, True):
-        options = {"maxlags": lags, "use_correction": corrected}
-        expected = sm.OLS(y, X).fit(cov_type="HAC", cov_kwds=options).cov_params()
-        assert Hac(lags, corrected=corrected).matrix(by_ls(data)) == pytest.approx(
-            expected, rel=1e-7
-        )
+    options = {"maxlags": lags, "use_correction": True}
+    expected = sm.OLS(y, X).fit(cov_type="HAC", cov_kwds=options).cov_params()
+    assert Hac(lags).matrix(by_ls(data)) == pytest.approx(expected, rel=1e-7)
 
 
 def test_instrumental_variables_are_those_of_linearmodels(data: tuple[np.ndarray, ...]) -> None:
     y, X, Z = data
     model, solution = IV2SLS(y, None, X, Z), by_iv(data)
     cases = {
-        "unadjusted": (Classical(unbiased=False), {}),
-        "robust": (Robust(corrected=False), {}),
-        "kernel": (Hac(7, corrected=False), {"kernel": "bartlett", "bandwidth": 7}),
+        "unadjusted": (Classical(), {}),
+        "robust": (Robust(), {}),
+        "kernel": (Hac(7), {"kernel": "bartlett", "bandwidth": 7}),
     }
     for kind, (covariance, options) in cases.items():
-        result = model.fit(cov_type=kind, **options)
+        result = model.fit(cov_type=kind, debiased=True, **options)
         assert solution.theta == pytest.approx(result.params.to_numpy(), rel=1e-9)
         assert covariance.matrix(solution) == pytest.approx(result.cov.to_numpy(), rel=1e-7)
 
@@ -106,7 +108,7 @@ def long_run(scores: np.ndarray, hac: Hac | None = None, missing: float = 0.0) -
 def whitened(scores: np.ndarray, hac: Hac | None = None) -> tuple[int, np.ndarray]:
     """Lags that count of scores (n, k), and their autoregression."""
     products = partial(score_products, scores, Neighbours.consecutive(len(scores)))
-    white, colour, _ = (hac or Hac()).whitened(products, len(scores))
+    white, colour = (hac or Hac()).whitened(products, len(scores))
     return len(white) - 1, colour
 
 
@@ -115,10 +117,11 @@ def autoregressive(rng: np.random.Generator, rows: int, kept: float) -> np.ndarr
 
 
 def test_lags_follow_the_correlation_of_the_residuals(rng: np.random.Generator) -> None:
-    plain = Hac(prewhitened=False)
     white = rng.normal(size=(3000, 1))
     coloured = np.convolve(white[:, 0], np.exp(-np.arange(100) / 20.0), "same")[:, None]
-    assert whitened(white, plain)[0] < 30 < whitened(coloured, plain)[0]
+    order = Neighbours.consecutive(3000)
+    plain = [score_products(each, order, 28)[:, 0, 0] / 3000 for each in (white, coloured)]
+    assert lags_of(list(plain[0]), 3000) < 30 < lags_of(list(plain[1]), 3000)
     assert whitened(coloured)[0] < 20  # the autoregression has most of it
 
 
@@ -140,16 +143,15 @@ def test_long_run_of_an_autoregression_is_what_theory_says(
 
 def test_whitened_products_are_those_of_whitened_scores(rng: np.random.Generator) -> None:
     scores = np.cumsum(rng.normal(size=(300, 2)), axis=0)
-    hac = Hac(4, prewhitened=True)
-    found, (_, colour) = long_run(scores, hac), whitened(scores, hac)
+    found, (lags, colour) = long_run(scores), whitened(scores)
     padded = np.vstack([np.zeros((1, 2)), scores, np.zeros((1, 2))])
     white = padded[1:] - colour * padded[:-1]
     assert max(colour) == 0.97  # it would else recolour without end
     expected = sum(
-        (1 - abs(lag) / 5)
+        (1 - abs(lag) / (lags + 1))
         * white[max(lag, 0) : len(white) + min(lag, 0)].T
         @ white[max(-lag, 0) : len(white) + min(-lag, 0)]
-        for lag in range(-4, 5)
+        for lag in range(-lags, lags + 1)
     )
     gain = 1 / (1 - colour)
     assert found.matrix == pytest.approx(expected * np.outer(gain, gain), rel=1e-9)
@@ -158,9 +160,7 @@ def test_whitened_products_are_those_of_whitened_scores(rng: np.random.Generator
 @pytest.mark.parametrize("kept", [0.0, 0.6, 0.9])
 def test_freedom_is_that_of_the_scatter_of_the_variance(kept: float) -> None:
     rng = np.random.default_rng(5)
-    found = [
-        long_run(autoregressive(rng, 1000, kept), Hac(3, prewhitened=True)) for _ in range(600)
-    ]
+    found = [long_run(autoregressive(rng, 1000, kept)) for _ in range(600)]
     variances = np.array([each.matrix[0, 0] for each in found])
     scatter = 2 * variances.mean() ** 2 / variances.var()
     assert np.median([each.freedom[0] for each in found]) == pytest.approx(scatter, rel=0.35)
@@ -189,7 +189,7 @@ def test_missing_rows_count_as_rows_without_a_score(
     scores = np.zeros((places[-1] + 1, 3))
     scores[places] = solution.influence * solution.residuals[:, None]
     expected = S_hac_simple(scores, nlags=lags)
-    assert Hac(lags, corrected=False).matrix(solution) == pytest.approx(expected, rel=1e-9)
+    assert Hac(lags).matrix(solution) == pytest.approx(corrected(solution) * expected, rel=1e-9)
 
 
 def test_rows_of_two_records_have_no_covariance(data: tuple[np.ndarray, ...]) -> None:
@@ -198,7 +198,7 @@ def test_rows_of_two_records_have_no_covariance(data: tuple[np.ndarray, ...]) ->
     solution = least_squares(data[0], factor(data[1], NAMES, neighbours=apart))
     scores = solution.influence * solution.residuals[:, None]
     expected = S_hac_simple(scores[:150], nlags=9) + S_hac_simple(scores[150:], nlags=9)
-    assert Hac(9, corrected=False).matrix(solution) == pytest.approx(expected, rel=1e-9)
+    assert Hac(9).matrix(solution) == pytest.approx(corrected(solution) * expected, rel=1e-9)
 
 
 @pytest.mark.parametrize(

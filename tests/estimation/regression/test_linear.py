@@ -4,18 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-import statsmodels.api as sm
 from hypothesis import given, strategies as st
 
 from axisid import Prefilter
 from axisid.estimation import delta_method
-from axisid.estimation.regression.covariance import Classical, PublishedCovariance, Robust
-from axisid.estimation.regression.linear import (
-    factor,
-    instrumental_variables,
-    least_squares,
-    weighted_least_squares,
-)
+from axisid.estimation.regression.covariance import Classical, PublishedCovariance
+from axisid.estimation.regression.linear import factor, instrumental_variables, least_squares
 from axisid.estimation.signals import SampledFilter
 from tests.refusals import refuses
 
@@ -43,27 +37,6 @@ def test_units_of_the_columns_do_not_matter(exponents: list[int]) -> None:
     assert least_squares(y, factor(X * scale, NAMES)).theta * scale == pytest.approx(
         least_squares(y, factor(X, NAMES)).theta, rel=1e-11
     )
-
-
-def test_weights_are_those_of_statsmodels_and_their_unit_does_not_matter(
-    rng: np.random.Generator,
-) -> None:
-    X, weights = rng.normal(size=(200, 3)), rng.uniform(0.1, 3.0, 200)
-    y = X @ [1.0, -2.0, 0.5] + rng.normal(size=200)
-    expected = sm.WLS(y, X, weights).fit()
-    columns = factor(X, "abc")
-    found = weighted_least_squares(y, columns, weights)
-    assert found.theta == pytest.approx(expected.params, rel=1e-11)
-    robust = expected.get_robustcov_results("HC0").cov_params()
-    assert Robust(corrected=False).matrix(found) == pytest.approx(robust, rel=1e-10)
-    sandwich = found.influence.T @ found.influence * np.sum(found.residuals**2) / 199
-    assert PublishedCovariance().matrix(found) == pytest.approx(sandwich, rel=1e-11)
-    scaled = weighted_least_squares(y, columns, 1e6 * weights)
-    alike = weighted_least_squares(y, columns, np.full(200, 7.0))
-    plain = least_squares(y, columns)
-    for covariance in (PublishedCovariance(), Classical(), Robust()):
-        assert covariance.matrix(scaled) == pytest.approx(covariance.matrix(found), rel=1e-10)
-        assert covariance.matrix(alike) == pytest.approx(covariance.matrix(plain), rel=1e-10)
 
 
 @pytest.mark.parametrize(

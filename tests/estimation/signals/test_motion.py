@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from axisid.estimation.signals.motion import (
+from axisid.estimation.signals.signals import (
+    Signals,
     motion_lacks,
     one_direction,
     one_speed,
     resting,
 )
-from axisid.estimation.signals.signals import Signals
 
 PERIOD = 1e-3
 

@@ -18,7 +18,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.signals.filtered_record import FilteredRecord
-from axisid.estimation.signals.without_turns import dependence
+from axisid.estimation.signals.signals import dependence
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import Move
 from tests.axes.bodies import stage

@@ -13,8 +13,7 @@ from axisid.codegen.lowering import LoopStart
 from axisid.control import MEASURED_VELOCITY, ControlLaw, cascade_pd
 from axisid.elements import Drive, gravity, viscous
 from axisid.estimation import simulate_batch
-from axisid.estimation.simulation.inputs import LoopInputs
-from axisid.estimation.simulation.runaway import allowed_distance, widened_distance
+from axisid.estimation.simulation.inputs import LoopInputs, allowed_distance, widened_distance
 from tests.axes.bodies import M, b, body, q
 from tests.refusals import refuses
 

@@ -23,8 +23,8 @@ from axisid.estimation.simulation import (
     signals_about,
     twin_plan,
 )
-from axisid.estimation.simulation.between import at_log_samples
-from axisid.estimation.simulation.recorded import lines
+from axisid.estimation.simulation.inputs import lines
+from axisid.estimation.simulation.two_clocks import at_log_samples
 from axisid.modeling import Experiment, back_and_forth
 from tests.estimation.loops.test_two_clocks import LOG, cascade, cascade_p_pi, stage
 from tests.estimation.simulation.test_loop_start import THETA, by_events

@@ -5,7 +5,12 @@ import pytest
 
 from axisid import Prefilter
 from axisid.estimation.signals import Neighbours, SampledFilter
-from axisid.estimation.studies.held_out import HeldOut, Rows, contiguous_blocks, held_out_equation
+from axisid.estimation.studies.held_out import (
+    HeldOut,
+    Regression,
+    contiguous_blocks,
+    held_out_equation,
+)
 
 
 def test_blocks_cover_all_rows_once_and_keep_their_gap() -> None:
@@ -40,7 +45,7 @@ def test_each_block_is_predicted_by_the_others(rng: np.random.Generator) -> None
     X = rng.normal(size=(200, 2))
     y = X @ [2.0, -1.0] + 0.1 * rng.normal(size=200)
     following = Neighbours.consecutive(200)
-    rows = Rows(left=y, regressor=X, instruments=None, names=("a", "b"), neighbours=following)
+    rows = Regression(left=y, regressor=X, instruments=None, names=("a", "b"), neighbours=following)
     blocks = contiguous_blocks(200, 5, 2)
     found, thetas = held_out_equation(rows, blocks, float(np.linalg.norm(y)))
     expected = []
@@ -57,7 +62,9 @@ def test_instruments_are_held_out_with_their_rows(rng: np.random.Generator) -> N
     Z = rng.normal(size=(200, 1))
     X = Z + 0.3 * rng.normal(size=(200, 1))
     following = Neighbours.consecutive(200)
-    rows = Rows(left=3 * X[:, 0], regressor=X, instruments=Z, names=("a",), neighbours=following)
+    rows = Regression(
+        left=3 * X[:, 0], regressor=X, instruments=Z, names=("a",), neighbours=following
+    )
     found, thetas = held_out_equation(rows, contiguous_blocks(200, 5, 1), 1.0)
     assert thetas == pytest.approx([3.0] * 10)
     assert found.error_percent < 1e-9

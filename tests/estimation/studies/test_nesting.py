@@ -7,15 +7,14 @@ import statsmodels.api as sm
 from axisid.estimation.regression import joint_p
 from axisid.estimation.regression.covariance import Classical, Hac
 from axisid.estimation.signals import Neighbours
-from axisid.estimation.studies.candidate import criteria
-from axisid.estimation.studies.held_out import Rows
-from axisid.estimation.studies.nesting import embedding, nested_tests, wald_test
+from axisid.estimation.studies.candidate import criteria, embedding, nested_tests, wald_test
+from axisid.estimation.studies.held_out import Regression
 
 N = 300
 
 
-def rows(X: np.ndarray, left: np.ndarray) -> Rows:
-    return Rows(
+def rows(X: np.ndarray, left: np.ndarray) -> Regression:
+    return Regression(
         left=left,
         regressor=X,
         instruments=None,

@@ -61,13 +61,13 @@ def test_a_loop_is_simulated_along_the_whole_record(
     found = validate_fit(followed, other)
     assert found.horizon is None
     assert found.error == pytest.approx(followed.error, rel=0.05)
-    with refuses("validated-fit-horizon"):
+    with refuses("fit-horizon-unused"):
         validate_fit(followed, other, horizon=1.0)
 
 
 @pytest.mark.parametrize("horizon", [0.0, float("nan"), "long"])
 def test_a_horizon_is_a_positive_time(opened: OutputFit, twin: Record, horizon: Any) -> None:
-    with refuses("validated-fit-horizon-time"):
+    with refuses("fit-horizon"):
         validate_fit(opened, twin, horizon=horizon)
 
 

@@ -22,8 +22,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.main import cli
 from axisid.estimation.signals import Neighbours, SampledFilter
-from axisid.estimation.studies.reestimate import least_mean_square
-from axisid.estimation.studies.validation import Validation
+from axisid.estimation.studies.validation import Validation, least_mean_square
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import Drive
-from axisid.estimation.records.columns.scaling import ScalingError, is_scaling, read_scaling
+from axisid.estimation.records.columns.units import ScalingError, is_scaling, read_scaling
 from axisid.estimation.tables import exact_unit, label_unit
 from axisid.estimation.tables.unit_labels import _FACTORS
 from axisid.modeling import LIBRARY, Column
@@ -75,8 +75,8 @@ def test_a_scaling_is_read_to_the_last_bit(
 @pytest.mark.parametrize("unit", [*_FACTORS])
 def test_every_unit_is_known_exactly(unit: str) -> None:
     exact, known = exact_unit(unit), label_unit(unit)
-    assert float(exact.factor) * math.pi**exact.turns == pytest.approx(known[0], rel=4e-16)
-    assert exact.factor.denominator <= 10**10
+    assert float(exact.value) * math.pi**exact.turns == pytest.approx(known[0], rel=4e-16)
+    assert exact.value.denominator <= 10**10
 
 
 @pytest.mark.slow
@@ -201,8 +201,11 @@ def test_a_column_of_an_axis_file_that_is_none_is_told_with_its_key(
     [
         ("position:counts", "say what one of these counts is"),
         ("position:counts/4096", "does not say what one count is"),
-        ("position:counts*5mm/4096", "which is m, but the position is measured in rad"),
-        ("position:V*2", "but the position is measured in rad"),
+        (
+            "position:counts*5mm/4096",
+            "which is m, but the position of axis .pendulum. is measured in rad",
+        ),
+        ("position:V*2", "but the position of axis .pendulum. is measured in rad"),
     ],
 )
 def test_a_scaling_that_gives_no_position_is_refused(
