@@ -55,15 +55,17 @@ types: $(VENV)/.test
 check: $(VENV)/.test
 	$(BIN)/axisid generate --check
 
-# A worker for each core: linear algebra with threads of its own would only have them wait.
+# A worker for each core: linear algebra with threads of its own would only have them wait. A file's
+# tests share what it makes once for all of them, so that one worker runs them.
 tests studies: export OPENBLAS_NUM_THREADS ?= 1
-# MARKED= runs all tests, the slow ones last.
+PARALLEL := -n auto --dist loadfile
+# MARKED= runs all tests.
 MARKED ?= not slow
 tests: $(VENV)/.test
-	$(BIN)/pytest -n auto -m "$(MARKED)"
+	$(BIN)/pytest $(PARALLEL) -m "$(MARKED)"
 
 studies: $(VENV)/.test
-	$(BIN)/pytest -n auto -m slow
+	$(BIN)/pytest $(PARALLEL) -m slow
 
 # Pages that are programs are run; a warning is an error.
 docs: $(VENV)/.docs

@@ -27,10 +27,6 @@ settings.register_profile("axisid", deadline=None, derandomize=True)
 settings.load_profile("axisid")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    items.sort(key=lambda item: item.get_closest_marker("slow") is not None)
-
-
 @pytest.fixture(scope="session")
 def root() -> Path:
     return ROOT

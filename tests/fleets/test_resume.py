@@ -1,15 +1,18 @@
-"""A fleet that goes on: it may have grown, and its logs may have changed."""
+"""What a fleet remembers of what was done, and what a result depends on."""
 
+import math
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from axisid import FleetItem, fleet
+from axisid import DataError, FleetItem, fleet
 from axisid.fleets import Fleet, read_ledger
-from axisid.fleets.ledger import FleetRow
+from axisid.fleets.ledger import LEDGER, FleetRow, ledger_of, write_row
 from axisid.fleets.one_log import Named, Settings, log_digest, result_file
 from axisid.trends.gathering import last_results
+from tests.fleets.logs import CENTRE, row_of
 
 
 @pytest.fixture
@@ -90,3 +93,57 @@ def test_a_result_that_is_broken_is_made_again(place: Path, left: str) -> None:
     (place / "out" / "a.json").write_text(left)
     assert run(place, "x")["a"].status == "ok"
     assert run(place, "x")["a"].status == "skipped"
+
+
+AXIS = (
+    "from dataclasses import replace\nfrom axisid import load_axis\naxis = load_axis('emps2015')\n"
+)
+
+
+def test_an_axis_file_that_changes_while_the_process_lives_is_read_anew(tmp_path: Path) -> None:
+    file, item = tmp_path / "own.py", FleetItem(log="a.csv")
+    settings = Settings(folder=str(tmp_path), axis=str(file), native=False)
+    file.write_text(AXIS)
+    before = settings.key(item, "")
+    file.write_text(f"{AXIS}axis = replace(axis, name='other')\n")
+    assert settings.generated(item).axis.name == "other"
+    assert settings.key(item, "") != before
+
+
+def test_whether_compiled_code_runs_is_an_option_too(tmp_path: Path) -> None:
+    item = FleetItem(log="a.csv", axis="emps2015")
+    keys = {Settings(folder="", native=native).key(item, "") for native in (False, True)}
+    assert len(keys) == 2
+
+
+def test_rows_are_read_in_the_order_of_their_last_lines_finite_or_not(tmp_path: Path) -> None:
+    odd = row_of("odd", np.array([np.nan, 200.0, 20.0]))
+    with ledger_of(tmp_path, anew=True) as ledger:
+        for row in (row_of("a", CENTRE), odd, row_of("a", CENTRE + 1.0)):
+            write_row(ledger, row)
+        ledger.write(b'{"schema": "axisid.fle')  # cut off
+    ledger_read = read_ledger(tmp_path)
+    rows = ledger_read.rows
+    assert ledger_read.broken == (4,)
+    assert "1 line of" in ledger_read.broken_text()
+    assert list(rows) == ["odd", "a"]
+    assert math.isnan(rows["odd"].parameters["M"].value)
+    assert rows["a"].parameters["M"].value == CENTRE[0] + 1.0
+
+
+def test_a_line_that_is_no_row_is_told(tmp_path: Path) -> None:
+    (tmp_path / LEDGER).write_text('{"schema": "axisid.fleet/1", "name": null}\n')
+    with pytest.raises(DataError, match="line 1 is no row of a fleet"):
+        read_ledger(tmp_path)
+
+
+def test_a_ledger_goes_on_without_empty_lines_also_after_one_that_was_cut_off(
+    tmp_path: Path,
+) -> None:
+    for content in (b"", b"{}\n", b'{"a'):
+        (tmp_path / LEDGER).write_bytes(content)
+        with ledger_of(tmp_path, anew=False) as ledger:
+            write_row(ledger, row_of("a", CENTRE))
+        lines = (tmp_path / LEDGER).read_bytes().splitlines()
+        assert b"" not in lines
+        assert lines[-1].startswith(b'{"schema"')

@@ -1,8 +1,9 @@
-"""The examples run, and the README's code is code that runs."""
+"""The examples run, and pages show what is printed."""
 
 import json
 import re
 import runpy
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from axisid import load_axis, twin_record
+from axisid.modeling import LIBRARY
 
 ROOT = Path(__file__).resolve().parents[2]
 # Those that declare a twin; the study of a real record has its own tests.
@@ -71,3 +73,22 @@ def test_code_of_the_readme_and_the_pages_runs_as_printed(
 
 def _blocks(page: str, language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)
+
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_page_is_what_the_declaration_gives(root: Path, name: str) -> None:
+    page = runpy.run_path(str(root / "docs" / "axis_pages.py"))["page"]
+    file = root / "docs" / "axes" / f"{name}.md"
+    assert file.read_text() == page(name), "run: python docs/axis_pages.py"
+
+
+@pytest.mark.slow
+def test_command_of_a_page_runs_as_printed(root: Path, run: Callable[..., object]) -> None:
+    text = (root / "docs" / "axes" / "pendulum.md").read_text()
+    (command,) = re.findall(r"^\$ axisid (.*)$", text, re.MULTILINE)
+    code, out, err = run(*shlex.split(command))  # type: ignore[misc]
+    assert (code, err) == (0, "")
+    assert "pendulum with Coulomb friction" in out

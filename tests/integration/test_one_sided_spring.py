@@ -48,7 +48,6 @@ position_noise = 1e-6
     ("potential", "unit", "truth"),
     [
         ("k*max(0, x - rest)**2/2", "N/m", 250.0),
-        ("k*min(rest - x, 0)**2/2", "N/m", 250.0),
         ("k*abs(x - rest)**3/3", "N/m^2", 3000.0),
         ("k*max(x, rest)", "N", 9.0),
     ],

@@ -112,46 +112,6 @@ def test_parameter_maps_are_inverse_to_each_other_and_so_are_their_jacobians(
     assert np.abs(backward @ forward - np.eye(len(theta))).max() <= 1e-12 * size.max()
 
 
-def test_inverse_undoes_direct_dynamics(
-    library_axis: GeneratedAxis, rng: np.random.Generator
-) -> None:
-    theta = rng.uniform(1, 100, len(library_axis.parameters))
-    q, dq, tau, s = rng.normal(size=(4, 50))
-    beside = (*rng.normal(size=(len(library_axis.axis.signals), 50)), theta)
-    (ddq,) = library_axis.evaluate("direct_dynamics", q, dq, tau, s, *beside)
-    (back,) = library_axis.evaluate("inverse_dynamics", q, dq, ddq, s, *beside)
-    (rest,) = library_axis.evaluate("inverse_dynamics", q, dq, 0 * ddq, s, *beside)
-    assert np.all(np.abs(back[:, 0] - tau) <= 1e-9 + 1e-12 * np.abs(rest[:, 0]))
-
-
-def test_many_samples_give_the_rows_of_single_samples(
-    library_axis: GeneratedAxis, rng: np.random.Generator
-) -> None:
-    motion = rng.normal(size=(4 + len(library_axis.axis.signals), 7))
-    rows, _ = library_axis.evaluate("idm_regressor", *motion)
-    assert rows.shape == (7, len(library_axis.parameters))
-    for k in range(7):
-        single, _ = library_axis.evaluate("idm_regressor", *motion[:, k])
-        assert np.array_equal(single[0], rows[k])
-
-
-def test_closed_loop_step_is_law_then_plant(emps: GeneratedAxis, rng: np.random.Generator) -> None:
-    theta = [95.0, 200.0, 20.0, -3.0]
-    functions = emps.functions
-    for q, dq, q1, q2, noise in 1e-3 * rng.normal(size=(20, 5)):
-        signals = (2e-3, 0.0, noise, 0.4)
-        step = functions["closed_loop_step"](q, dq, [q1, q2], *signals, 1.0, theta, 1e-3)
-        control, state = functions["control_law"](2e-3, q + noise, dq, [q1, q2])
-        limit = emps.axis.drive.limit
-        control = max(-limit, min(limit, float(control) + 0.4)) if abs(control) < limit else control
-        tau = emps.axis.drive.gain * float(control)
-        q_next, dq_next = functions["plant_step"](q, dq, tau, 1.0, theta, 1e-3)[:2]
-        ddq = functions["direct_dynamics"](q, dq, tau, 1.0, theta)
-        expected = [q_next, dq_next, state[0], state[1], ddq, tau, control]
-        got = [step[0], step[1], step[2][0], step[2][1], *step[3:6]]
-        assert [float(x) for x in got] == [float(x) for x in expected]
-
-
 @pytest.mark.slow
 def test_signature_follows_the_declaration_not_the_number_type() -> None:
     axis = load_axis("emps")

@@ -69,18 +69,6 @@ def test_force_by_the_motion_is_generated_too(
     np.testing.assert_allclose(back, control, rtol=1e-12, atol=1e-12)
 
 
-def test_the_loop_applies_the_force_that_the_drive_makes(braked_emps: GeneratedAxis) -> None:
-    names = braked_emps.functions["closed_loop_step"].name_in()
-    step = braked_emps.functions["closed_loop_step"]
-    q, dq, reference = 0.01, 0.05, 0.0102
-    given = {"q": q, "dq": dq, "reference": reference, "direction": 1.0, "step": 1e-3}
-    parameters = braked_emps.nominal
-    arguments = [parameters if n == "parameters" else given.get(n, 0.0) for n in names]
-    found = dict(zip(step.name_out(), step.call(arguments), strict=True))
-    control, tau = float(found["control"]), float(found["tau"])
-    assert tau == pytest.approx(braked_emps.axis.drive.gain * control - BRAKE * dq, rel=1e-14)
-
-
 def test_the_recipes_drive_makes_the_force_that_it_says(rng: np.random.Generator) -> None:
     names: dict[str, Any] = {"__name__": "recipe"}
     (recipe,) = recipe_blocks("Add a drive")

@@ -101,12 +101,6 @@ def test_sides_put_together_the_acceleration(name: str) -> None:
         assert float(with_sides(switched, motion)) == pytest.approx(float(direct), rel=1e-12)
 
 
-@pytest.mark.parametrize("name", SWITCHED)
-def test_nothing_that_decides_by_the_position_is_left(name: str) -> None:
-    left = found(SWITCHED[name][0]).acceleration.atoms(Abs, sign, Heaviside)
-    assert not any(X in node.free_symbols for node in left)
-
-
 @pytest.mark.parametrize("name", SMOOTH)
 def test_what_is_smooth_over_the_position_has_no_sides(name: str) -> None:
     switched = found(SMOOTH[name])

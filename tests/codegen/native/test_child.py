@@ -15,8 +15,7 @@ import pytest
 
 from axisid import build, derive, load_axis
 from axisid.codegen.artefacts.texts import axis_artefacts
-from axisid.codegen.native.compiler import find_compiler
-from axisid.codegen.native.errors import NativeUnavailableError
+from axisid.codegen.native.compiler import Compiler, find_compiler
 from axisid.codegen.native.library_cache import _digest, cached_library, compiled_library
 from axisid.codegen.native.native import Native
 from axisid.codegen.native.trial import Trial
@@ -30,12 +29,8 @@ def text() -> str:
 
 
 @pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def cache(c_compiler: Compiler, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache and a folder for temporary files of this test's own."""
-    try:
-        find_compiler()
-    except NativeUnavailableError as error:
-        pytest.skip(str(error))
     (tmp_path / "temporary").mkdir()
     monkeypatch.setenv("TMPDIR", str(tmp_path / "temporary"))
     monkeypatch.setattr("tempfile.tempdir", None)

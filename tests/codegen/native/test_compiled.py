@@ -9,8 +9,6 @@ import pytest
 
 from axisid import Axis, build, load_axis
 from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings, LoopStart
-from axisid.codegen.native.compiler import find_compiler
-from axisid.codegen.native.errors import NativeUnavailableError
 from axisid.codegen.native.lanes import Decimation
 from axisid.codegen.native.library import LoadedLibrary, NativeLibrary
 from axisid.codegen.native.library_cache import compiled_library
@@ -22,7 +20,7 @@ from tests.axes.recorded import UNRECORDED, recorded_axis
 from tests.axes.remembering import bristle, dahl_axis, stack
 from tests.axes.simulated import AXES
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("c_compiler")]
 
 GRID: Mapping[str, Axis] = {
     **{name: load_axis(name) for name in LIBRARY},
@@ -31,14 +29,6 @@ GRID: Mapping[str, Axis] = {
     **{kind: recorded_axis(kind) for kind in ("pressure", "supply", "feed")},
 }
 LITTLE = 1e-15
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _compiler() -> None:
-    try:
-        find_compiler()
-    except NativeUnavailableError as error:
-        pytest.skip(str(error))
 
 
 @dataclass(frozen=True)

@@ -13,19 +13,11 @@ import numpy as np
 import pytest
 
 from axisid import UsageError, build, load_axis, simulate
-from axisid.codegen.native.compiler import find_compiler
-from axisid.codegen.native.errors import NativeUnavailableError
 from axisid.codegen.native.slices import StoppableRuns
 
+pytestmark = pytest.mark.usefixtures("c_compiler")
+
 module = import_module("axisid.codegen.native.slices")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _compiler() -> None:
-    try:
-        find_compiler()
-    except NativeUnavailableError as error:
-        pytest.skip(str(error))
 
 
 def interrupted_after(run: Callable[[], object], seconds: float) -> float:

@@ -1,21 +1,25 @@
-"""The trial of native code: right code of any model passes, and a gross fault is found."""
+"""The trial of native code, and the compiled filter of columns."""
 
+import importlib
+import platform
 from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy
+from scipy.signal import butter, sosfilt_zi, sosfiltfilt
 
 from axisid import Axis, Constant, Parameter, build, derive
 from axisid.codegen.artefacts.texts import axis_artefacts
 from axisid.codegen.lowering.loop_settings import STATUSES, LoopSettings, LoopStart
-from axisid.codegen.native.compiler import find_compiler
-from axisid.codegen.native.errors import NativeUnavailableError
+from axisid.codegen.native.column_filter import ColumnFilter, column_filter
+from axisid.codegen.native.compiler import Compiler
 from axisid.codegen.native.native import Native
-from axisid.codegen.printers import with_c_loop
+from axisid.codegen.printers import print_c_filter, with_c_loop
 from axisid.codegen.runtime.virtual_loop import VirtualLoop
 from axisid.control import cascade_pd
 from axisid.elements import Drive, coulomb, cubic_spring, end_stop, viscous
+from axisid.support.arrays import Array
 from tests.axes.bodies import body, x
 
 pytestmark = pytest.mark.slow
@@ -55,11 +59,7 @@ FAST = {
 
 
 @pytest.fixture(autouse=True)
-def _cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    try:
-        find_compiler()
-    except NativeUnavailableError as error:
-        pytest.skip(str(error))
+def _cache(c_compiler: Compiler, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("AXISID_CACHE", str(tmp_path / "cache"))
 
 
@@ -116,3 +116,50 @@ def test_overflow_in_the_virtual_machine_ends_as_not_finite_without_a_warning() 
     status, stopped, _ = loop.run(np.full(20, 1e30), None, None, LoopStart(position=0.0))
     assert STATUSES[status] == "not finite"
     assert stopped < 20
+
+
+module = importlib.import_module("axisid.codegen.native.column_filter")
+
+
+@pytest.fixture(scope="module")
+def compiled() -> ColumnFilter:
+    return column_filter()
+
+
+def _columns(count: int) -> Array:
+    return np.random.default_rng(count).normal(size=(400, count)).cumsum(axis=0)
+
+
+@pytest.mark.parametrize("order", [1, 4, 8, 10])
+@pytest.mark.parametrize("count", [1, 3, 4, 9])
+def test_columns_are_filtered_as_scipy_does(compiled: ColumnFilter, order: int, count: int) -> None:
+    sections = butter(order, 0.2, output="sos")
+    settled, padding = sosfilt_zi(sections), 3 * order
+    columns = _columns(count)
+    found = compiled.without_phase(columns, sections, settled, padding)
+    wanted = sosfiltfilt(sections, columns, axis=0, padlen=padding)
+    if platform.machine() == "x86_64":  # elsewhere SciPy's compiler may fuse products and sums
+        assert np.array_equal(found, wanted)
+    np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    "laid",
+    [np.asfortranarray, lambda x: np.repeat(x, 2, axis=0)[::2], lambda x: x[:, ::-1][:, ::-1]],
+    ids=["by column", "every other", "turned"],
+)
+def test_columns_may_lie_in_memory_in_any_way(compiled: ColumnFilter, laid: object) -> None:
+    sections = butter(4, 0.2, output="sos")
+    columns = _columns(3)
+    how = (sections, sosfilt_zi(sections), 12)
+    wanted = compiled.without_phase(columns, *how)
+    assert np.array_equal(compiled.without_phase(laid(columns), *how), wanted)  # type: ignore[operator]
+
+
+def test_a_filter_that_computes_something_else_is_not_used(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("AXISID_CACHE", str(tmp_path))
+    wrong = print_c_filter().replace("b[0] * x", "b[1] * x")
+    monkeypatch.setattr(module, "print_c_filter", lambda: wrong)
+    assert module.column_filter.__wrapped__() is None

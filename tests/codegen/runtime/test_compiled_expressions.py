@@ -16,7 +16,6 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 
 from axisid.codegen.lowering.program import Program
 from axisid.codegen.native.compiler import find_compiler
-from axisid.codegen.native.errors import NativeUnavailableError
 from axisid.codegen.printers.c import print_c_function, print_c_prelude, print_c_rows
 from axisid.codegen.printers.casadi import print_function
 from axisid.codegen.printers.python import print_python
@@ -26,7 +25,7 @@ from tests.codegen.lowering.test_lower import X, Y, program_of
 from tests.codegen.oracle import Oracle, UndecidedError
 from tests.strategies.expressions import FLOATS, JUMPS, SPECIAL, expressions, operations
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("c_compiler")]
 
 GRID = [(x, y) for x in SPECIAL for y in SPECIAL]
 Points = list[tuple[float, float]]
@@ -74,14 +73,6 @@ def exact(chosen: list[sympy.Expr], points: Points) -> tuple[Array, Array]:
                 value = oracle(expression)
                 values[i, j], errors[i, j] = float(value.exact), float(value.error)
     return values, errors
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _compiler() -> None:
-    try:
-        find_compiler()
-    except NativeUnavailableError as error:
-        pytest.skip(str(error))
 
 
 @settings(

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import pytest
 
-from axisid import Identification, identify, twin_record
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid import Identification, build, identify, load_axis, twin_record
+from axisid.modeling import LIBRARY
 
 RIGHT = 0.003  # percent
 #: Where the twin has whole counts, and friction that a dead time delays.
@@ -29,14 +29,19 @@ def off(result: Identification) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("methods", "share"), [(None, 0.0), (None, 0.01), (["idm-ls"], 0.01), (["idm-iv"], 0.01)]
+    ("name", "methods", "share"),
+    [
+        *((name, None, 0.01) for name in LIBRARY),
+        *((name, None, 0.0) for name in ("emps2015", "crank", "servo_joint")),
+        *((name, [only], 0.01) for name in ("emps", "valve") for only in ("idm-ls", "idm-iv")),
+    ],
 )
 def test_nothing_fails_on_a_record_that_is_right(
-    library_axis: GeneratedAxis, methods: Sequence[str] | None, share: float
+    name: str, methods: Sequence[str] | None, share: float
 ) -> None:
     """Without noise, and with a hundredth of the twin's own."""
-    experiment = library_axis.axis.experiment
-    record = twin_record(library_axis, position_noise=share * experiment.position_noise)
-    result = identify(library_axis, record, methods=methods)
-    assert off(result) < RIGHT_OF.get(library_axis.axis.name, RIGHT)
+    axis = build(load_axis(name))
+    record = twin_record(axis, position_noise=share * axis.axis.experiment.position_noise)
+    result = identify(axis, record, methods=methods)
+    assert off(result) < RIGHT_OF.get(name, RIGHT)
     assert failing(result) == []

@@ -1,4 +1,4 @@
-"""Covariances are rows of a table: the recipe's goes through text, JSON, exports and back."""
+"""Covariances are rows of a table, and the user's choice."""
 
 import json
 import sys
@@ -8,6 +8,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 import statsmodels.api as sm
+from scipy.special import stdtrit
 
 from axisid import Identification, Record, identify, load_result
 from axisid.codegen.artefacts import GeneratedAxis
@@ -62,3 +63,31 @@ def test_a_file_of_a_covariance_that_is_not_there_is_refused(
     monkeypatch.delitem(COVARIANCES, NAME)
     with refuses("unknown-saved-covariance", says="'hc3'"):
         load_result(file)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("chosen", ["hac", "robust", "iid"])
+def test_intervals_draws_and_correlation_are_of_the_chosen_covariance(
+    emps2015: GeneratedAxis, twin: Record, chosen: str
+) -> None:
+    result = identify(emps2015, twin, covariance=chosen)  # type: ignore[arg-type]
+    for method in ("idm-iv", "ddm-ls"):
+        estimate = result[method]
+        covariance = estimate.covariances[chosen]
+        reach = stdtrit(estimate.freedom[chosen], 0.975) * np.sqrt(np.diag(covariance))
+        for value, r, sd in zip(
+            estimate.parameters.values(), reach, np.sqrt(np.diag(covariance)), strict=True
+        ):
+            assert value.deviation == pytest.approx(sd)
+            assert value.interval == pytest.approx((value.corrected - r, value.corrected + r))
+        drawn = estimate.propagate("M", draws=20_000)
+        assert drawn.interval == pytest.approx(
+            estimate.parameters["M"].interval, abs=0.06 * estimate.parameters["M"].deviation
+        )
+        assert estimate.derive("M").deviation == pytest.approx(np.sqrt(covariance[0, 0]))
+    assert result.to_dict()["estimates"][0]["chosen_covariance"] == chosen
+
+
+def test_another_covariance_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
+    with refuses("unknown-choice", says="hac, robust, iid"):
+        identify(emps2015, twin, covariance="bootstrap")  # type: ignore[arg-type]

@@ -13,7 +13,6 @@ from axisid import (
     Record,
     build,
     fit,
-    fix,
     identify,
     load_axis,
     simulate,
@@ -52,18 +51,6 @@ def _with_gains(axis: Axis, **factors: float) -> GeneratedAxis:
     law = axis.control
     gains = {name: value * factors.get(name, 1.0) for name, value in law.gains.items()}
     return build(replace(axis, control=replace(law, gains=gains)))
-
-
-@pytest.mark.parametrize("output", ["control", "position"])
-def test_parameters_are_within_their_intervals(
-    emps2015: GeneratedAxis, twin: Record, output: str
-) -> None:
-    result = fit(emps2015, twin, output)
-    for name, value in result.parameters.items():
-        assert abs(value.value - TRUTH[name]) < 3 * value.deviation
-        assert value.deviation < 0.01 * TRUTH[name]
-    assert result.believed
-    assert result.output == output
 
 
 @pytest.mark.slow
@@ -212,32 +199,9 @@ def test_what_was_known_counts_beside_what_the_record_leaves_without_it(
         assert result.believed
 
 
-@pytest.mark.slow
-def test_a_fit_that_shows_no_parameter_is_not_believed(emps2015: GeneratedAxis) -> None:
-    record = twin_record(emps2015, seed=3).windowed((None, 2.0))
-    result = fit(emps2015, record, "position", free=("kp", "kv"))
-    assert _status(result)["parameters shown"] == "fail"
-    assert _status(result)["any parameter shown"] == "fail"
-    assert conclusion(result.checks).startswith("Do not believe these numbers")
-
-
 def test_twins_do_not_make_what_was_known_surer(emps2015: GeneratedAxis, twin: Record) -> None:
     result = fit(emps2015, twin, prior={"M": (100.2, 1e-4)}, bootstrap=8)
     assert result["M"].deviation == pytest.approx(1e-4, rel=0.01)
-
-
-@pytest.mark.slow
-def test_what_was_known_is_weighed(emps2015: GeneratedAxis, twin: Record, found: OutputFit) -> None:
-    near = fit(emps2015, twin, prior={"M": (105.0, 1e-3)})
-    assert near["M"].value == pytest.approx(105.0, abs=0.01)
-    vague = fit(emps2015, twin, prior={"M": (105.0, 1e3)})
-    np.testing.assert_allclose(vague.physical, found.physical, rtol=1e-6)
-    declared = build(fix(load_axis("emps2015"), M=(105.0, 1e-3)))
-    same = fit(declared, twin)
-    np.testing.assert_allclose(same.physical, near.physical, rtol=1e-6)
-    exact = fit(build(fix(load_axis("emps2015"), M=105.0)), twin)
-    assert exact["M"].value == 105.0
-    assert exact.fixed == {"M": 105.0}
 
 
 @pytest.mark.parametrize("loss", ["huber", "soft-l1"])
@@ -282,21 +246,6 @@ def test_a_control_that_is_scaled_by_a_fifth_is_not_believed(twin: Record) -> No
     """Its factors explain it, and would be those of its scale, which every estimate has."""
     result = fit(load_axis("emps2015"), replace(twin, control=1.2 * twin.control))
     assert conclusion(result.checks).endswith("before this is mended: law.")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("factors", [{"kp": 40.0}, {"kv": 30.0}, {"kv": -1.0}], ids=str)
-def test_an_unstable_law_is_named(twin: Record, factors: dict[str, float]) -> None:
-    """Within the drive's limit it swings and follows nothing; beyond it nothing starts."""
-    axis = _with_gains(load_axis("emps2015"), **factors)
-    try:
-        result = fit(axis, twin)
-    except EstimationError as error:
-        assert error.code in ("fit-start-lost", "fit-lane")
-        assert "the recorded control is not the declared law's" in str(error)
-    else:
-        assert _status(result)["control law"] == "fail"
-        assert not result.believed
 
 
 @pytest.mark.parametrize("output", ["control", "position"])
@@ -669,6 +618,12 @@ def test_functions_of_what_is_at_a_bound_are_refused_and_those_of_others_are_not
         ("fit-fixed", {"fixed": {"M": "five"}}),
         ("fit-fixed-bounds", {"fixed": {"M": -5.0}}),
         ("nothing-free", {"fixed": dict(TRUTH)}),
+        ("free-type", {"free": 3}),
+        ("free-open-loop", {"free": "kp", "output": "open-loop"}),
+        ("free-open-loop", {"free": "start", "output": "open-loop"}),
+        ("free-name", {"free": "ki"}),
+        ("free-name", {"free": "velocity"}),
+        ("known-and-free", {"free": "kp", "known": {"kp": [160.0]}}),
     ],
 )
 def test_what_cannot_be_asked_is_refused(
@@ -697,16 +652,16 @@ def test_a_narrow_place_in_a_flat_valley_is_told(emps2015: GeneratedAxis) -> Non
 @pytest.mark.slow
 @pytest.mark.parametrize("output", ["control", "position"])
 def test_intervals_hold_the_truth_as_often_as_they_say(output: str) -> None:
-    """95 % within what 100 runs leave to chance, each once back and forth at three speeds."""
+    """95 % within what 50 runs leave to chance, each once back and forth at three speeds."""
     declared, held = load_axis("emps2015"), []
     moves = declared.experiment.moves
     once = replace(declared.experiment, moves=moves[: len(moves) // 3])
     axis = build(replace(declared, experiment=once))
-    for seed in range(100):
+    for seed in range(50):
         result = fit(axis, twin_record(axis, seed=seed), output, start=TRUTH)
         pairs = zip(result.parameters.values(), TRUTH.values(), strict=True)
         held.append([v.interval[0] <= truth <= v.interval[1] for v, truth in pairs])
-    assert np.all(np.mean(held, axis=0) >= 0.89)
+    assert np.all(np.mean(held, axis=0) >= 0.86)
 
 
 @pytest.mark.slow
@@ -732,24 +687,6 @@ def test_free_gains_are_found_with_the_parameters(emps2015: GeneratedAxis, twin:
         assert abs(value.value - {**experiment.truth, **law.gains}[name]) < 4 * value.deviation
     assert found["kp"].deviation < 0.015 * law.gains["kp"]
     assert _status(found)["control law"] == "pass"
-
-
-@pytest.mark.parametrize(
-    ("code", "says", "given"),
-    [
-        ("free-type", "", {"free": 3}),
-        ("free-open-loop", "", {"free": "kp", "output": "open-loop"}),
-        ("free-open-loop", "a start of its own", {"free": "start", "output": "open-loop"}),
-        ("free-name", "kp, kv", {"free": "ki"}),
-        ("free-name", "start_position and start_velocity", {"free": "velocity"}),
-        ("known-and-free", "", {"free": "kp", "known": {"kp": [160.0]}}),
-    ],
-)
-def test_what_cannot_be_free_is_refused(
-    emps: GeneratedAxis, twin: Record, code: str, says: str, given: dict[str, Any]
-) -> None:
-    with refuses(code, says=says):
-        fit(emps, twin, **given)
 
 
 @pytest.mark.parametrize(

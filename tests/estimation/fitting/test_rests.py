@@ -1,20 +1,24 @@
-"""Fits of machines that rest: what has weight, and that intervals hold the truth."""
+"""Fits of machines that rest, of friction that remembers, of a time of the drive."""
 
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from axisid import build, fit, load_axis, twin_record
+from axisid import Axis, Parameter, Record, build, fit, identify, load_axis, simulate, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.elements import dahl
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.records import Record
+from axisid.estimation.fitting.timing import split_free
 from axisid.modeling import Experiment, Move, back_and_forth
+from axisid.support.arrays import Array
 from benchmarks.machines import Machine, white
-from tests.axes.remembering import dahl_axis
+from tests.axes.remembering import CASCADE, Fc, bristle, dahl_axis, declared, virtual, x
+from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
 field: Any = import_module("field")
@@ -95,9 +99,9 @@ def test_rests_are_kept_from_the_command_line(run: Run, tmp_path: Any) -> None:
     assert "samples near rests" not in run("fit", "emps2015", log, "--rests", "keep")[1]
 
 
-def off(case: Any, output: str) -> np.ndarray:
-    """How far each parameter is from the truth in deviations, of four records of a machine."""
-    fits = [fit(case.axis, record, output) for record in case.records(4, 5)]
+def off(case: Any, output: str, count: int = 2) -> np.ndarray:
+    """How far each parameter is from the truth in deviations, of some records of a machine."""
+    fits = [fit(case.axis, record, output) for record in case.records(count, 5)]
     return np.array(
         [[(f[n].value - t) / f[n].deviation for n, t in case.truth.items()] for f in fits]
     )
@@ -123,7 +127,7 @@ def test_deviations_of_an_open_loop_are_right_where_a_force_is_not_in_the_log() 
     machine = Machine(resolution=5e-8, force_noise=white(3.0))
     motion = field.Motion("trapezoids")
     case = field.Case(machine=machine, declared=machine, motion=motion)
-    assert np.sqrt(np.mean(off(case, "open-loop") ** 2)) < 1.7
+    assert np.sqrt(np.mean(off(case, "open-loop", 4) ** 2)) < 1.7
 
 
 @pytest.mark.slow
@@ -135,3 +139,93 @@ def test_few_windows_are_not_believed_and_shorter_ones_are_named(
     assert check.status == "fail"
     assert not found.believed
     assert "horizon=" in str(check.remedy)
+
+
+def _record(axis: GeneratedAxis, theta: Array, *, noise: float, samples: int) -> Record:
+    """A record of a swing whose frequency grows, each turn followed by a wiggle of micrometres."""
+    time = axis.axis.control.period * np.arange(samples)  # type: ignore[union-attr]
+    slow = 2e-3 * np.sin(2 * np.pi * (0.5 * time + 0.6 * time**2))
+    held = np.floor(time / 0.5) % 3 == 2
+    last = np.maximum.accumulate(np.where(held, 0, np.arange(samples)))
+    reference = slow[last] + np.where(held, 1e-5 * np.sin(4 * np.pi * time), 0.0)
+    white = noise * np.random.default_rng(1).normal(size=samples)
+    loop = simulate(axis, theta, reference, time[1], position_noise=white)
+    return Record(
+        time=loop.time,
+        position=loop.measured_position,
+        reference=reference,
+        control=loop.control,
+    )
+
+
+@pytest.mark.parametrize("how", [{}, {"methods": ["didim"]}, {"methods": ["idm-iv"]}])
+def test_methods_of_rows_refuse_what_no_record_has(how: dict[str, Any]) -> None:
+    axis = virtual("dahl")
+    record = _record(axis, axis.nominal, noise=0.0, samples=50)
+    with refuses("states-no-rows"):
+        identify(axis, record, **how)
+    with refuses("states-open-loop"):
+        fit(axis, record, "open-loop")
+
+
+@pytest.mark.slow
+def test_the_parameters_of_a_bristle_lie_within_their_own_intervals() -> None:
+    axis = build(bristle(control=CASCADE))
+    truth = axis.nominal * [0.9, 1.25, 0.8, 1.1, 0.9, 1.1, 0.8]
+    result = fit(axis, _record(axis, truth, noise=2e-9, samples=4000))
+    assert result.started == "nominal"
+    assert "remembers" in result.remarks[0].text
+    for name, value in zip(axis.names, truth, strict=True):
+        low, high = result.parameters[name].interval
+        assert low <= value <= high, name
+        assert result.parameters[name].deviation < 1e-3 * value
+    assert not [c.name for c in result.checks if c.status == "fail"]
+
+
+def test_what_friction_remembers_by_is_not_searched_from_nothing() -> None:
+    unknown = Parameter("s0", "N/m", lower=0.0)
+    axis = build(declared("unsized", (unknown, Fc), dahl(unknown, x, coulomb=Fc)))
+    right = virtual("dahl")
+    record = _record(right, right.nominal, noise=0.0, samples=300)
+    with refuses("fit-state-zero"):
+        fit(axis, record)
+
+
+@pytest.mark.parametrize("time", ["lag", "delay"])
+def test_a_time_of_the_drive_is_not_free_beside_friction_that_remembers(time: str) -> None:
+    axis = build(bristle(control=CASCADE))
+    record = _record(axis, axis.nominal, noise=0.0, samples=50)
+    with refuses("free-time-states"):
+        fit(axis, record, free=time)
+
+
+def test_friction_that_is_too_stiff_to_be_searched_is_refused_at_once() -> None:
+    axis = virtual("dahl")
+    record = _record(axis, axis.nominal, noise=0.0, samples=50)
+    with refuses("fit-too-stiff", says="a sample takes 1024 steps"):
+        fit(axis, record, start={"s0": 1e12})
+
+
+def _declared(axis: Axis) -> GeneratedAxis:
+    """What is asked of an axis here is its declaration."""
+    return cast(GeneratedAxis, SimpleNamespace(declared=axis))
+
+
+def test_an_open_loop_refuses_records_that_do_not_show_the_time(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    measured = replace(twin, force=np.sin(twin.time))
+    with refuses("drive-timing-record"):
+        split_free("delay", emps2015, [measured], "open-loop")
+    drive = replace(emps2015.axis.drive, lag=1e-3, logged="current")
+    behind = _declared(replace(emps2015.axis, drive=drive))
+    with refuses("drive-timing-logged"):
+        split_free("lag", behind, [twin], "open-loop")
+
+
+@pytest.mark.slow
+def test_a_delay_is_found_without_a_law(emps2015: GeneratedAxis, twin: Record) -> None:
+    axis = build(replace(emps2015.axis, control=None))
+    found = fit(axis, twin.windowed((None, 1.5)), "open-loop", free="delay", start="nominal")
+    assert abs(found["delay"].value) < 4 * found["delay"].deviation + 1e-6
+    assert found["delay"].deviation < 1e-4

@@ -106,7 +106,7 @@ def test_intervals_hold_the_truth_where_chance_takes_a_parameter_to_its_bound() 
     """As if the bound were the truth, the intervals of Fc hold in none of these."""
     axis, truth = build(load_axis("emps2015")), {"M": 100.2, "Fv": 0.4, "Fc": 24.8}
     whole, held, misses = _record(), 0, 0
-    for seed in range(60):
+    for seed in range(30):
         noise = np.random.default_rng(seed).normal(scale=3.8e-6, size=len(whole))
         loop = simulate(
             axis, [*truth.values()], whole.reference, whole.period, position_noise=noise
@@ -117,7 +117,7 @@ def test_intervals_hold_the_truth_where_chance_takes_a_parameter_to_its_bound() 
         if result.held:
             found = {name: value.interval for name, value in result.preferred.parameters.items()}
             misses += sum(not low <= truth[name] <= high for name, (low, high) in found.items())
-    assert held >= 6
+    assert held >= 3
     assert misses <= 1
 
 

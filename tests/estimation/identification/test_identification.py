@@ -14,7 +14,6 @@ from axisid import (
     Parameter,
     Prefilter,
     Record,
-    build,
     identify,
     load_axis,
     simulate,
@@ -24,7 +23,6 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd
 from axisid.elements import Drive, coulomb, viscous
-from axisid.estimation import METHODS
 from axisid.modeling import Experiment, back_and_forth
 from axisid.modeling.declaration.axis import Axis
 from axisid.support.arrays import relative_error_percent
@@ -60,14 +58,6 @@ def vertical(weight: sympy.Expr) -> Axis:
 BY_MASS, BY_NUMBER = vertical(9.81 * M), vertical(sympy.Float(982.962))
 EVERY_ROW = Prefilter(decimate=1, drop=(0, 0), hold="raw", reversals="keep")
 ALIGNED = Prefilter(cutoff=100.0, decimate=5, hold="zoh", drop=(50, 50))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("axis", [BY_MASS, BY_NUMBER], ids=["9.81 M", "983 N"])
-def test_known_gravity_is_taken_out_of_every_method(axis: Axis) -> None:
-    result = identify(axis, twin_record(axis), ALIGNED, METHODS)
-    for method in METHODS:
-        assert result[method].physical == pytest.approx([100.2, 236.9, 24.8], rel=0.02), method
 
 
 def test_simulated_left_side_is_that_of_the_simulated_loop(emps2015: GeneratedAxis) -> None:
@@ -116,17 +106,6 @@ def test_instruments_are_aligned_like_the_measured_rows(emps2015: GeneratedAxis)
     truth = np.array([100.2, 236.9, 24.8])
     assert aligned.physical == pytest.approx(truth, rel=5e-3)
     assert np.abs(raw.physical / truth - 1).max() > 1e-2
-
-
-def test_simulation_starts_where_the_record_starts() -> None:
-    axis = build(load_axis("emps2015"))
-    record = twin_record(axis, position_noise=0.0)
-    loop = simulate(axis, [100.2, 236.9, 24.8], record.reference, 1e-3, start=2e-3)
-    away = replace(record, position=loop.position, control=loop.control)
-    prefilter = Prefilter(decimate=1, drop=(0, 0), cutoff=180.0)
-    estimate = identify(axis, away, prefilter, ["idm-iv"])["idm-iv"]
-    # At 2 mm from the reference the drive saturates; a loop that began at the reference would not.
-    assert estimate.simulated[0] == pytest.approx(-351.5, rel=1e-3)
 
 
 def test_record_at_another_period_than_the_law_serves_least_squares_only() -> None:
@@ -179,18 +158,6 @@ def test_record_that_begins_in_motion_is_simulated_so(emps2015: GeneratedAxis) -
     )
     assert estimate.remarks == ()
     assert estimate.simulation_error_percent < 1.1 * whole.simulation_error_percent
-
-
-def test_parameters_that_no_motion_separates_are_identified_as_their_combination() -> None:
-    twice = Parameter("Fd", "N")
-    axis = load_axis("emps2015")
-    more = axis.force + 2 * coulomb(twice, axis.coordinate)
-    both = replace(axis, name="both", parameters=(*axis.parameters, twice), force=more)
-    both = replace(both, control=None, experiment=None)
-    record = replace(twin_record(axis), reference=None)  # which `both`, without a law, cannot use
-    found, alone = (identify(a, record, methods="idm-ls")["idm-ls"] for a in (both, axis))
-    assert list(found.parameters) == ["M", "Fv", "Fc_plus_Fd"]
-    assert found.physical == pytest.approx(alone.physical, rel=1e-12)
 
 
 @pytest.mark.parametrize(

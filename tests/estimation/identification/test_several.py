@@ -1,7 +1,7 @@
-"""Several records are one set of parameters, each filtered, weighted and checked by itself."""
+"""Several records are one set of parameters, in any order, each filtered, weighted and checked."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
@@ -18,6 +18,8 @@ from axisid import (
     fit,
     identify,
     leave_out,
+    load_axis,
+    twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive
@@ -29,6 +31,7 @@ from axisid.estimation.identification import (
 )
 from axisid.estimation.parameters import GAIN
 from axisid.estimation.records.record import record_labels
+from axisid.support.arrays import Array
 from tests.axes.stage import TRUTH, generated, stage, stage_record
 
 METHOD = ["idm-iv"]
@@ -86,14 +89,6 @@ def test_a_record_given_twice_halves_the_variance_and_is_told(plain, three) -> N
     assert told.status == "fail"
     assert "run 1 (record 1) and run 1 (record 2)" in told.meaning
     assert "repeated records" not in {c.name for c in once.verdict}
-
-
-@pytest.mark.slow
-def test_a_record_by_itself_in_a_list_is_that_record(plain, three) -> None:  # type: ignore[no-untyped-def]
-    one, listed = identify(plain, three[0]), identify(plain, [three[0]])
-    assert one.to_dict() == listed.to_dict()
-    assert listed.parts == (listed,)
-    assert not listed.of_records
 
 
 @pytest.mark.slow
@@ -231,17 +226,6 @@ def test_records_that_cannot_be_used_are_named_all_at_once_and_can_be_skipped(pl
         identify(plain, [bad, bad], methods=METHOD, skip_bad=True)
 
 
-@pytest.mark.slow
-def test_known_values_of_a_skipped_record_go_with_it() -> None:
-    good = [stage_record(1), stage_record(2, m_add=20.0)]
-    short = {role: values[:60] for role, values in good[0].channels().items()}
-    records = [good[0], Record(**short), good[1]]
-    result = identify(
-        generated(), records, methods=METHOD, known={"m_add": [0.0, 9.0, 20.0]}, skip_bad=True
-    )
-    assert [of_one.known["m_add"][0] for of_one in result.of_records] == [0.0, 20.0]
-
-
 SHORT = Record(**{role: v[:40] for role, v in stage_record(1).channels().items()})
 
 
@@ -309,3 +293,53 @@ def test_an_open_loop_of_several_records_is_judged_without_a_law(
 ) -> None:
     result = fit(plain, three[:2], output="open-loop")
     assert not any("fault" in check.meaning for check in result.checks)
+
+
+@pytest.fixture(scope="module")
+def pendulum() -> GeneratedAxis:
+    return build(load_axis("pendulum"))
+
+
+@pytest.fixture(scope="module")
+def records(pendulum: GeneratedAxis) -> tuple[Record, ...]:
+    """Of noise that shakes the axis, so that loops with such noise are drawn."""
+    made = [twin_record(pendulum, seed=s, position_noise=s * 1e-4) for s in (1, 3)]
+    return tuple(
+        replace(record, provenance=replace(record.provenance, source=f"run {i}"))
+        for i, record in enumerate(made)
+    )
+
+
+def _either_way(
+    records: Sequence[Record], found: Callable[[list[Record]], Array]
+) -> tuple[Array, Array]:
+    return found([*records]), found([*reversed(records)])
+
+
+@pytest.mark.slow
+def test_estimates_deviations_and_checks_are_the_same_in_any_order(
+    pendulum: GeneratedAxis, records: Sequence[Record]
+) -> None:
+    def found(given: list[Record]) -> Array:
+        result = identify(pendulum, given, methods=["idm-ls", "idm-iv", "didim"])
+        values = [v for e in result.estimates.values() for v in e.parameters.values()]
+        statuses.append([(check.name, check.status) for check in result.verdict])
+        return np.array([(value.corrected, value.deviation) for value in values])
+
+    statuses: list[list[tuple[str, str]]] = []
+    one, other = _either_way(records, found)
+    assert other == pytest.approx(one, rel=1e-9)
+    assert statuses[0] == statuses[1]
+
+
+@pytest.mark.slow
+def test_fits_and_their_deviations_are_the_same_in_any_order(
+    pendulum: GeneratedAxis, records: Sequence[Record]
+) -> None:
+    def found(given: list[Record]) -> Array:
+        result = fit(pendulum, given)
+        values = result.parameters.values()
+        return np.array([(value.value, value.deviation) for value in values])
+
+    one, other = _either_way(records, found)
+    assert other == pytest.approx(one, rel=1e-5)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Record, build, identify, load_axis, simulate, twin_record
+from axisid import Record, build, load_axis, simulate, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import BALANCED
 from axisid.estimation import check_law
@@ -75,13 +75,6 @@ def test_each_segment_begins_with_what_its_drive_remembers_there() -> None:
     assert np.abs(np.concatenate([s.position for s in loops]) - position[kept]).max() < HUNDREDTH_MM
 
 
-def test_the_estimate_of_a_loaded_axis_is_the_truth() -> None:
-    record, _ = carried(0)
-    result = identify(vertical(0), record, methods=["idm-iv"])
-    assert result["idm-iv"].physical == pytest.approx(THETA, rel=3e-3)
-    assert result["idm-iv"].simulation_error_percent < 0.1
-
-
 # The integral of the servo joint's law holds its load from the first sample on; the valve's drive
 # remembers commands that are to act.
 @pytest.mark.slow
@@ -111,16 +104,6 @@ def test_an_axis_that_stands_has_no_velocity(count: int, rng: np.random.Generato
     assert first_velocity(np.full(count, 0.1), 1e-3) == 0.0
     assert first_velocity(1e-6 * rng.normal(size=count), 1e-3) == 0.0
     assert first_velocity(1e-5 * np.round(rng.normal(size=count)), 1e-3) == 0.0
-
-
-@pytest.mark.slow
-def test_a_wrong_law_is_still_found_out() -> None:
-    record, _ = carried(0)
-    axis = vertical(0)
-    law = axis.axis.control
-    for name, factor in (("kp", 1.05), ("kv", 0.9), ("ki", 1.2)):
-        wrong = replace(law, gains={**law.gains, name: factor * law.gains[name]})
-        assert not checked(build(replace(axis.axis, control=wrong)), record).passed
 
 
 @pytest.mark.slow

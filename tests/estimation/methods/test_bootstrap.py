@@ -104,12 +104,6 @@ def test_a_measured_velocity_has_its_noise_in_the_chain(emps2015: GeneratedAxis)
         assert low < record.provenance.truth[name] < high
 
 
-def test_without_noise_the_bias_is_the_filters_alone(emps2015: GeneratedAxis) -> None:
-    record = twin_record(emps2015, position_noise=0.0)
-    result = identify(emps2015, record, methods="idm-iv")["idm-iv"]
-    assert result.corrected == pytest.approx([100.2, 236.9, 24.8], rel=1e-3)
-
-
 @pytest.mark.parametrize("count", [-1, 3, 1.5, 10**6, "many", None, True])
 def test_a_number_of_twins_that_is_none_is_refused(emps2015: GeneratedAxis, count: Any) -> None:
     with pytest.raises(UsageError, match="twins") as refused:

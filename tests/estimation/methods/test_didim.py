@@ -21,7 +21,6 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from benchmarks.machines import Machine, records, white
 from tests.axes.stage import generated, stage_record
-from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
 
 #: The paper's, of the published record.
 PUBLISHED = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
@@ -78,17 +77,6 @@ def test_a_twin_without_noise_gives_the_truth(name: str) -> None:
     assert np.abs(found.corrected - found.physical).max() < 1e-8 * np.abs(truth).max()
 
 
-def test_a_twin_with_noise_is_told_more_precisely_than_by_instruments(
-    result: Identification, twin: Record
-) -> None:
-    didim, iv = result["didim"].parameters, result["idm-iv"].parameters
-    for name, value in didim.items():
-        low, high = value.interval
-        assert low < twin.provenance.truth[name] < high
-        assert value.sd < 0.85 * iv[name].sd
-    assert len(result["didim"].iterates) <= 5
-
-
 def test_the_estimate_is_least_squares_of_the_loops_rows(result: Identification) -> None:
     """Its influence is ``Z (Z'Z)^-1``; its i.i.d. deviations are of that alone."""
     didim = result["didim"]
@@ -99,12 +87,6 @@ def test_the_estimate_is_least_squares_of_the_loops_rows(result: Identification)
     variance = float(didim.residuals @ didim.residuals) / (len(didim.y) - 1)
     plain = variance * np.linalg.inv(didim.X.T @ didim.X)
     assert didim.covariances["iid"] == pytest.approx(plain, rel=1e-6)
-
-
-def test_twins_find_next_to_no_bias(result: Identification) -> None:
-    biases = result["didim"].filter_bias
-    # As many twins tell a mean to a sixth of a deviation.
-    assert np.all(np.abs(biases) < 0.5 * np.sqrt(np.diag(result["didim"].covariance)))
 
 
 def test_encoder_steps_are_in_its_deviations(emps2015: GeneratedAxis, twin: Record) -> None:
@@ -142,20 +124,6 @@ def test_noise_that_shakes_friction_is_taken_off(emps2015: GeneratedAxis) -> Non
         assert abs(value.corrected - 236.9) < 3 * value.deviation
         assert checks_of(result)["missing terms"] == "pass"
     assert missed >= 3
-
-
-@pytest.mark.slow
-def test_a_nonlinear_axis_is_identified_on_its_twin() -> None:
-    axis = build(stribeck_axis())
-    record = twin_record(axis)
-    result = identify(axis, record, Prefilter(cutoff=100.0), ["idm-iv", "didim"])
-    found = result["didim"]
-    for name, value in found.parameters.items():
-        assert abs(value.corrected - TRUTH[name]) < 3 * value.deviation
-        assert value.deviation < result["idm-iv"].parameters[name].deviation
-    assert checks_of(result)["method"] == "pass"
-    quiet = identify(axis, twin_record(axis, position_noise=0.0), methods="didim")["didim"]
-    assert quiet.physical == pytest.approx([TRUTH[n] for n in axis.names], rel=1e-5)
 
 
 @pytest.mark.slow

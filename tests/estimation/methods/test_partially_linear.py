@@ -122,13 +122,6 @@ def test_search_finds_what_a_full_search_over_all_parameters_finds(
 
 
 @pytest.mark.slow
-def test_twin_is_recovered_by_least_squares_and_by_instruments(result: Identification) -> None:
-    for method in ("idm-ls", "idm-iv"):
-        assert result[method].physical == pytest.approx(list(TRUTH.values()), rel=0.01)
-    assert result["idm-iv"].iterates[0].physical == pytest.approx(result["idm-ls"].physical)
-
-
-@pytest.mark.slow
 def test_instruments_solve_their_nonlinear_equations(
     axis: GeneratedAxis, record: Record, result: Identification
 ) -> None:

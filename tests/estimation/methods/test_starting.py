@@ -5,20 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Record, build, identify, load_axis, twin_record
+from axisid import Record, identify, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.modeling.declaration import Axis
 from tests.estimation.methods.test_instrumental import white
 from tests.refusals import refuses
 
 IV = ["idm-iv", "ddm-iv"]
 STARTS = ("least-squares", "nominal")
-
-
-def with_nominal(axis: Axis, **values: float) -> Axis:
-    """An axis with other nominal values."""
-    changed = (replace(p, nominal=values.get(p.name, p.nominal)) for p in axis.parameters)
-    return replace(axis, parameters=tuple(changed))
 
 
 @pytest.mark.slow
@@ -37,13 +30,6 @@ def test_instruments_start_at_least_squares_and_end_where_the_published_start_do
         if library_axis.is_linear:
             assert there.started == "nominal"
             assert there.iterates[0].physical.tolist() == library_axis.nominal.tolist()
-
-
-def test_a_nominal_value_that_is_far_off_does_not_matter(twin: Record) -> None:
-    far = build(with_nominal(load_axis("emps2015"), M=3000.0))
-    near = build(load_axis("emps2015"))
-    found, usual = (identify(axis, twin, methods=["idm-iv"])["idm-iv"] for axis in (far, near))
-    assert found.physical == pytest.approx(usual.physical, rel=1e-9)
 
 
 def test_least_squares_whose_loop_does_not_follow_is_no_start_and_it_is_said(

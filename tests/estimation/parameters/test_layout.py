@@ -1,4 +1,4 @@
-"""Parameters of several records, and what each makes of them."""
+"""Several records: what is known of each, what each makes of the parameters, their filters."""
 
 from dataclasses import replace
 
@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from axisid import UsageError, build, fix
-from axisid.estimation.parameters.known import known_of
+from axisid.estimation.parameters.known import known_of, read_known
 from axisid.estimation.parameters.layout import layout_of
+from axisid.estimation.parameters.known import prefilters_of
+from axisid.estimation.signals.prefilter import Prefilter
 from axisid.support.remedy import as_options
 from tests.axes.leaning import leaning
 from tests.axes.stage import generated, stage
@@ -61,3 +63,71 @@ def test_what_is_fixed_of_all_records_is_said_of_each() -> None:
     with refuses("fixed-of-several") as refused:
         layout_of(axis, 2, (), ("tau0",), commanded=True)
     assert "--known M=100.0+-1.0,100.0+-1.0" in refused.value.worded(as_options)
+
+
+def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:
+    found = read_known(["m_add=0,20+-0.01", "kp= 160 , 2.4e2"])
+    assert found == {"m_add": ((0.0, 0.0), (20.0, 0.01)), "kp": ((160.0, 0.0), (240.0, 0.0))}
+    (payload, _) = known_of(found, 2)
+    assert payload.values == (0.0, 20.0)
+    assert payload.deviations == (0.0, 0.01)
+    assert payload.differs
+    assert payload.doubtful == ((20.0, 0.01),)
+    assert payload.text(1) == "20 +- 0.01"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("m_add", "write NAME=V1,V2"),
+        ("m_add=", "number 1 is no value"),
+        ("m_add=0,x", "number 2 is no value"),
+        ("m_add=0,1+-", "number 2 is no value"),
+    ],
+)
+def test_a_text_that_lists_no_values_is_refused_with_its_place(text: str, said: str) -> None:
+    with refuses("known-text", said):
+        read_known([text])
+
+
+def test_a_name_is_known_once() -> None:
+    with refuses("known-twice"):
+        read_known(["m=1,2", "m=3,4"])
+
+
+@pytest.mark.parametrize("told", [[0.0], [0.0, 1.0, 2.0], [0.0, (1.0, -1.0)], [0.0, (1, 2, 3)]])
+def test_values_that_are_not_one_for_each_record_are_refused(told: object) -> None:
+    with pytest.raises(UsageError, match="give"):
+        known_of({"m": told}, 2)  # type: ignore[dict-item]
+
+
+def test_equal_values_with_equal_deviations_are_one_thing() -> None:
+    (found,) = known_of({"m": [0.0, (20.0, 0.1), (20.0, 0.1), (20.0, 0.2)]}, 4)
+    assert found.doubtful == ((20.0, 0.1), (20.0, 0.2))
+
+
+def test_what_is_not_given_by_name_is_refused() -> None:
+    with refuses("known-not-by-name", "give values by name"):
+        known_of([1.0, 2.0], 2)  # type: ignore[arg-type]
+
+
+def test_records_of_one_period_have_the_filter_that_was_asked_for() -> None:
+    asked = Prefilter(cutoff=20.0, decimate=7)
+    assert prefilters_of(asked, 1e-3, [1e-3, 1.0000001e-3]) == [asked, asked]
+
+
+@pytest.mark.parametrize(
+    "periods", [(1e-3, 2e-3), (1e-3, 1.5e-3), (1 / 300, 1 / 500, 3e-3), (2e-3, 5e-4)]
+)
+def test_rows_are_as_far_apart_in_all_records(periods: tuple[float, ...]) -> None:
+    asked = Prefilter(cutoff=40.0, decimate=10)
+    found = prefilters_of(asked, periods[0], periods)
+    apart = [f.decimate * period for f, period in zip(found, periods, strict=True)]
+    assert apart == pytest.approx([apart[0]] * len(apart), rel=1e-9)
+    assert 0.5 * 10 * periods[0] <= apart[0] <= 2 * 10 * periods[0]
+    assert {f.cutoff for f in found} == {40.0}
+
+
+def test_periods_without_a_common_multiple_are_refused_with_advice() -> None:
+    with refuses("no-common-period"):
+        prefilters_of(Prefilter(), 1e-3, [1e-3, 1.0137e-3])

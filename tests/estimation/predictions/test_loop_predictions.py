@@ -1,4 +1,4 @@
-"""Lanes of a record's loops are the loops that are simulated one by one."""
+"""Lanes of a record's loops are single loops; their slopes by parameters, law and time."""
 
 from dataclasses import replace
 
@@ -7,9 +7,13 @@ import pytest
 
 from axisid import Record, build, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.predictions import LoopPredictions
+from axisid.estimation.parameters import with_time
+from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions, slopes_of
+from axisid.estimation.predictions.lanes import Lanes
 from axisid.estimation.regression import InverseForm, simulated_loops
+from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
+from tests.axes.complex_loop import control_of, derivative_of
 from tests.axes.lagging import THETA as LAGGING, lagging
 from tests.refusals import refuses
 
@@ -82,3 +86,103 @@ def test_the_steps_of_a_drive_are_not_simulated(logged: str) -> None:
     )
     assert np.array_equal(found, smooth)
     assert np.any(found)
+
+
+INFINITE = np.full(3, np.inf)
+
+
+def test_slopes_are_those_of_an_independent_derivative_through_reversals_and_rests(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    predictions = LoopPredictions(InverseForm(emps2015), [emps2015], [twin], "control")
+    start = predictions.stretches[0].inputs.start
+    assert start.velocity == 0.0
+    reference = np.asarray(twin.reference)
+    exact = control_of(THETA, reference, start.position).real
+    predictions.settle(THETA)
+    found = slopes_of(predictions, THETA, THETA, np.zeros(3), INFINITE)
+    np.testing.assert_allclose(found.errors + twin.control, exact, atol=1e-6)
+    slopes = derivative_of(THETA, reference, start.position)
+    off = np.linalg.norm(found.jacobian - slopes, axis=0) / np.linalg.norm(slopes, axis=0)
+    assert off.max() < 1e-5, off
+
+
+class _Parabola:
+    """Errors that are squares of the parameters, where these are allowed; for lanes that fail."""
+
+    def __init__(self, fails_beyond: float = np.inf) -> None:
+        self.seen: list[Array] = []
+        self._limit = fails_beyond
+
+    @property
+    def spans(self) -> tuple[tuple[slice, ...], ...]:
+        return ((slice(0, 2),),)
+
+    measured = counted = np.ones(2)
+
+    def settle(self, physical: Array) -> None:
+        pass
+
+    def __call__(self, physical: Array) -> Lanes:
+        self.seen.append(physical)
+        failed = {i: "it fails" for i, p in enumerate(physical) if np.any(p > self._limit)}
+        errors = (physical**2 + physical).T.copy()
+        errors[:, [*failed]] = np.nan
+        return Lanes(errors=errors, failures=failed)
+
+
+@pytest.mark.parametrize("at", [0.0, 1e-5, 0.5, 1.0])
+def test_at_a_bound_the_differences_stay_inside_and_are_of_second_order(at: float) -> None:
+    parabola, here = _Parabola(), np.array([at, 0.5])
+    lower, upper = np.zeros(2), np.ones(2)
+    found = slopes_of(parabola, here, np.ones(2), lower, upper)
+    np.testing.assert_allclose(found.jacobian, np.diag(2 * here + 1), atol=1e-9)
+    assert np.all((parabola.seen[0] >= lower) & (parabola.seen[0] <= upper))
+
+
+def test_a_parameter_whose_lane_fails_is_stepped_less() -> None:
+    parabola, here = _Parabola(fails_beyond=1.0 + 2e-5), np.array([1.0, 0.2])
+    found = slopes_of(parabola, here, np.ones(2), np.zeros(2), INFINITE[:2])
+    np.testing.assert_allclose(found.jacobian, np.diag(2 * here + 1), atol=1e-8)
+    assert len(parabola.seen) == 2
+    assert len(parabola.seen[1]) == 3  # that of the parameter alone
+
+
+LATER, STEP = 2e-5, 5e-5
+
+
+def _late(axis: GeneratedAxis, name: str, time: float) -> GeneratedAxis:
+    drive = axis.declared.drive.with_time(name, time)
+    return build(replace(axis.declared, drive=drive))
+
+
+@pytest.mark.parametrize("name", ["lag", "delay"])
+@pytest.mark.parametrize("output", ["control", "open-loop"])
+def test_errors_are_a_straight_line_of_the_time(
+    emps2015: GeneratedAxis, output: str, name: str
+) -> None:
+    record = twin_record(emps2015).windowed((None, 0.4))
+    form = InverseForm(emps2015)
+    time = Parameter(name, "s", lower=0.0)
+
+    def of(axis: GeneratedAxis, form: InverseForm, records: list[Record]) -> Predictions:
+        axes = [axis] * len(records)
+        if output == "open-loop":
+            return WindowPredictions(form, axes, records, 0.1)
+        return LoopPredictions(form, axes, records, output)
+
+    every_other = {name: values[::2] for name, values in record.channels().items()}
+    slow = Record(**every_other, sample_period=2e-3)
+    records = [record, slow] if output == "open-loop" else [record]
+    now, late = (_late(emps2015, name, 4e-4 + more) for more in (0.0, LATER))
+    searched = with_time(form, [now], time)
+    timed = of(now, searched, records)
+    step = of(_late(emps2015, name, 4e-4 + STEP), searched, records)
+    other, here = of(late, form, records), of(now, form, records)
+    timed.follow_time(step, np.append(THETA, 4e-4), 4e-4, STEP)
+    for each in (other, here):
+        each.settle(THETA)
+    found = timed(np.append(THETA, 4e-4 + LATER)[None, :]).errors[:, 0]
+    expected = other(THETA[None, :]).errors[:, 0]
+    before = here(THETA[None, :]).errors[:, 0]
+    assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected - before)

@@ -52,17 +52,6 @@ def test_draws_of_the_inertia_have_the_quantiles_of_a_reciprocal(result: Identif
     assert drawn.lost == 0
 
 
-@pytest.mark.slow
-def test_draws_agree_with_the_delta_method_where_the_map_is_straight(
-    result: Identification,
-) -> None:
-    for method in ("idm-iv", "ddm-iv"):
-        for name, value in result[method].parameters.items():
-            drawn = result[method].propagate(name, draws=40_000)
-            assert drawn.interval == pytest.approx(value.interval, abs=0.1 * value.sd_hac)
-            assert drawn.median == pytest.approx(value.corrected, abs=0.1 * value.sd_hac)
-
-
 def test_draws_without_inertia_are_counted_and_left_out(result: Identification) -> None:
     hopeless = widened(result["ddm-iv"], 1600.0)
     drawn = hopeless.propagate("M", draws=4000)

@@ -1,14 +1,16 @@
-"""Residual tests against statsmodels and SciPy, and on series whose nature is known."""
+"""Residual tests and the spectrum against statsmodels and SciPy, and on series of known nature."""
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
+from scipy.signal import lfilter, welch
 from scipy.stats import jarque_bera as scipy_jarque_bera
 from statsmodels.stats.stattools import durbin_watson
 from statsmodels.tsa.stattools import ccf
 
+from axisid.estimation.regression import power_density
 from axisid.estimation.regression.residual_tests import residual_tests
 from axisid.estimation.signals import Neighbours
+from axisid.support.missing import Missing
 
 
 @pytest.mark.parametrize("colour", [0.0, 0.6])
@@ -70,28 +72,6 @@ def test_cross_correlation_is_that_of_statsmodels(solved: tuple[np.ndarray, np.n
         assert ours[8::-1, j] == pytest.approx(ccf(Z[:, j], e, adjusted=False)[:9], rel=1e-9)
 
 
-@pytest.mark.parametrize("colour", [0.0, 0.9])
-def test_unrelated_series_stay_below_the_limit_however_coloured(
-    rng: np.random.Generator, colour: float
-) -> None:
-    n, above = 600, []
-    for _ in range(200):
-        e, z = (lfilter([1.0], [1.0, -colour], rng.normal(size=n)) for _ in range(2))
-        tests = residual_tests(e, z[:, None])
-        above.append(tests.cross_z > tests.cross_limit)
-    assert np.mean(above) < 0.08
-
-
-def test_delayed_part_of_an_instrument_is_found_at_its_lag(rng: np.random.Generator) -> None:
-    Z = rng.normal(size=(800, 2))
-    e = rng.normal(size=800) + 0.4 * np.roll(Z[:, 1], 3)
-    tests = residual_tests(e, Z, lags=10)
-    row, column = np.unravel_index(np.abs(tests.cross_correlation).argmax(), (21, 2))
-    assert (row - 10, column) == (3, 1)
-    assert tests.cross_z > tests.cross_limit
-    assert tests.cross_p < 1e-6
-
-
 def with_gaps(rng: np.random.Generator, rows: int) -> Neighbours:
     """Stretches of 5 to 40 rows, a few rows missing between them."""
     places, at = [], 0
@@ -116,19 +96,6 @@ def test_independent_residuals_are_rejected_as_often_as_declared(
     assert np.mean([t.durbin_watson for t in tests]) == pytest.approx(2.0, abs=0.02)
 
 
-def test_what_gaps_leave_of_a_correlation_is_found(rng: np.random.Generator) -> None:
-    """A first-order series of 5000 rows of which one in five is missing, at its own lags."""
-    whole = lfilter([1], [1, -0.8], rng.normal(size=6200))
-    order = Neighbours(np.flatnonzero(rng.random(6200) < 0.8))
-    e = whole[order.places]
-    tests = residual_tests(e, np.ones((len(e), 1)), 6, order)
-    # Of five pairs four are there.
-    assert tests.autocorrelation[1:] == pytest.approx(0.8 * 0.8 ** np.arange(1, 7), abs=0.08)
-    assert tests.durbin_watson == pytest.approx(2 * (1 - 0.8), abs=0.05)
-    taken = residual_tests(e, np.ones((len(e), 1)), 6)
-    assert taken.autocorrelation[6] < tests.autocorrelation[6]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("stretches", "length"), [(20, 20), (20, 25), (40, 20)])
 def test_columns_that_act_at_the_ends_of_stretches_raise_no_alarm(
@@ -147,3 +114,35 @@ def test_columns_that_act_at_the_ends_of_stretches_raise_no_alarm(
     assert np.mean([t.cross_z > t.cross_limit for t in tests]) < 0.05 + within
     outside = np.mean([np.abs(t.autocorrelation[1:]) > t.bound for t in tests])
     assert outside < 0.06
+
+
+RATE = 100.0
+
+
+def test_rows_that_all_follow_each_other_are_welch_s_own(rng: np.random.Generator) -> None:
+    both = rng.normal(size=(1000, 2))
+    found = power_density(both, RATE, Neighbours.consecutive(1000))
+    frequencies, power = welch(both, RATE, nperseg=256, axis=0)
+    np.testing.assert_array_equal(found[0], frequencies[1:])
+    np.testing.assert_allclose(found[1], power[1:], rtol=1e-12)
+
+
+def test_missing_rows_leave_the_density_as_it_is(rng: np.random.Generator) -> None:
+    """A tone of power 1/2 in noise of power 1 keeps both, though its phase is lost at each gap."""
+    pieces = [Neighbours.consecutive(300) for _ in range(20)]
+    time = np.arange(6000) / RATE
+    values = np.sin(2 * np.pi * 20 * time) + rng.normal(size=6000)
+    found = power_density(values, RATE, Neighbours.joined(pieces))
+    assert not isinstance(found, Missing)
+    frequencies, power = found
+    step = frequencies[1] - frequencies[0]
+    near = np.abs(frequencies - 20) < 3 * step
+    level = float(np.median(power[~near]))
+    assert level == pytest.approx(2 / RATE, rel=0.1)
+    assert float(np.sum(power[near] - level)) * step == pytest.approx(0.5, rel=0.1)
+
+
+def test_stretches_that_are_too_short_give_no_density() -> None:
+    for length, there in ((7, False), (8, True)):
+        order = Neighbours.joined([Neighbours.consecutive(length) for _ in range(30)])
+        assert isinstance(power_density(np.ones(30 * length), RATE, order), Missing) is not there

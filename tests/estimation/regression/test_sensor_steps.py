@@ -1,13 +1,15 @@
-"""What an encoder's steps add to a covariance, and what they do to the search for missing terms."""
+"""Rows of a sensor in steps, and of a simulated loop."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from axisid import Record, identify, simulate, twin_record
+from axisid import Record, build, identify, simulate, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.regression import sensor_steps
+from axisid.estimation.regression import InverseForm, sensor_steps
+from axisid.estimation.regression.simulated_rows import loop_equations
+from tests.axes.bodies import body, force_law
 
 TRUTH = (100.2, 236.9, 24.8)
 STEP = 5e-6
@@ -56,3 +58,18 @@ def test_a_velocity_in_coarse_steps_is_reckoned_with_unless_its_noise_averages_t
     assert chain.velocity_step == pytest.approx(step, rel=1e-6)
     for value, true in zip(estimate.parameters.values(), TRUTH, strict=True):
         assert value.interval[0] < true < value.interval[1]
+
+
+PERIOD = 1e-3
+
+
+def test_a_held_force_moves_a_free_mass_by_the_mean_of_both_its_sides(
+    rng: np.random.Generator,
+) -> None:
+    axis = build(body(control=force_law(PERIOD)), native=False)
+    force = rng.normal(size=30)
+    loop = simulate(axis, [2.0], force, PERIOD, start=0.0)
+    rows = loop_equations(InverseForm(axis), loop, np.array([2.0]), "zoh")
+    central = (loop.velocity[2:] - loop.velocity[:-2]) / (2 * PERIOD)
+    np.testing.assert_allclose(rows.regressor[1:-1, 0], central, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(rows.left[1:], (force[1:] + force[:-1]) / 2, rtol=1e-12)

@@ -1,10 +1,17 @@
-"""The force of held commands after a lag and a delay, against sums over fine steps."""
+"""The force of held commands: after a lag and a delay, and of a drive that follows the motion."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from axisid import Axis, Prefilter, Record, build, twin_record
+from axisid.elements import Drive
+from axisid.estimation.regression import InverseForm
+from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.signals.drive_response import acting_along
 from axisid.modeling.declaration import Response
+from benchmarks.motor_joint import OHMS, TRUTH, Motor, integrated, joint, on_voltage
 
 PERIOD, FINE = 1e-3, 4000
 
@@ -39,3 +46,32 @@ def test_mean_and_samples_are_those_of_small_steps(lag: float, delay: float) -> 
     recorded = np.concatenate([np.repeat(forces[:1], response.late), forces])[: len(forces)]
     applied = acting_along(recorded, response, logged="applied")
     assert np.allclose(applied.mean[:-1], found.mean[:-1], rtol=0, atol=1e-12)
+
+
+pytestmark = pytest.mark.slow
+
+CASES = {
+    "voltage": (Motor(), on_voltage()),
+    "gear": (Motor(efficiency=0.7), on_voltage(efficiency=0.7)),
+    "inductance": (Motor(lag=5e-4), on_voltage(inductance=5e-4 * OHMS)),
+}
+
+
+def least_squares(axis: Axis, record: Record) -> np.ndarray:
+    """Parameters by the rows alone, over the truth."""
+    data = FilteredRecord.bind(build(axis, native=False), record, Prefilter(cutoff=60.0))
+    rows = InverseForm(data.axis).equations(data.signals).reduced(data)
+    theta, *_ = np.linalg.lstsq(rows.regressor, rows.left - rows.intercept, rcond=None)
+    return np.asarray(theta / np.array(list(TRUTH.values())))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_rows_pair_the_motion_with_the_force_that_it_leaves(name: str) -> None:
+    motor, drive = CASES[name]
+    axis = joint(drive)
+    like = twin_record(build(axis, native=False))
+    made = integrated(motor, np.asarray(like.reference), np.zeros(len(like)))
+    record = replace(like, **made)
+    np.testing.assert_allclose(least_squares(axis, record), 1.0, rtol=0, atol=5e-4)
+    gain = replace(axis, drive=Drive(gain=drive.gain, limit=drive.limit))
+    assert least_squares(gain, record)[2] > 5  # the braking is in the viscous friction

@@ -45,19 +45,6 @@ def test_stribeck_friction_without_noise_is_found_whatever_the_filter(
 
 
 @pytest.mark.slow
-def test_stribeck_friction_with_noise_is_inside_its_intervals(stribeck: GeneratedAxis) -> None:
-    held = np.zeros(5)
-    for seed in range(1, 13):
-        record = twin_record(stribeck, seed=seed)
-        values = identify(stribeck, record, Prefilter(cutoff=100.0), "idm-iv")["idm-iv"].parameters
-        ends = np.array([value.interval for value in values.values()])
-        truth = np.array(list(TRUTH.values()))
-        held += (ends[:, 0] <= truth) & (truth <= ends[:, 1])
-    assert np.all(held >= 9)
-    assert held.mean() >= 10
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("name", "level"), [("belt_axis", "Fcp"), ("crank", "fc")])
 def test_friction_of_linear_axes_comes_out_straighter(name: str, level: str) -> None:
     axis = build(load_axis(name))

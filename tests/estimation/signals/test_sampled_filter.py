@@ -43,15 +43,6 @@ def test_compiled_code_filters_to_the_same_last_bits(
         np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-12 * np.abs(wanted).max())
 
 
-def test_low_pass_is_the_transfer_function_form_with_the_published_padding(
-    rng: np.random.Generator,
-) -> None:
-    y = np.cumsum(rng.normal(size=2000))
-    b, a = signal.butter(4, 0.2)
-    expected = signal.filtfilt(b, a, y, padlen=12)
-    assert sampled(cutoff=100.0).motion(y)[0] == pytest.approx(expected, abs=1e-7)
-
-
 def test_scipy_alignment_is_scipys_decimate_away_from_the_ends(rng: np.random.Generator) -> None:
     y = np.cumsum(rng.normal(size=2003))
     f = sampled(decimate=10, decimation="scipy", drop=(0, 0))

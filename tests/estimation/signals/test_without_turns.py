@@ -99,20 +99,6 @@ def test_friction_near_rest_is_no_reason_to_keep_what_the_filter_rounds() -> Non
     )
 
 
-def test_creeping_is_no_rest() -> None:
-    axis = build(stage())
-    creep = (Move(0.1, 0.4, 3.0), Move(0.02, 0.01, 3.0), Move(-0.1, 0.4, 3.0))
-    reference = trajectory(creep, PERIOD)
-    loop = simulate(axis, TRUTH, reference, PERIOD)
-    record = Record(
-        time=loop.time, position=loop.position, reference=reference, control=loop.control
-    )
-    kept = Prefilter.suited(PERIOD, reversals="keep")
-    assert FilteredRecord.bind(axis, record, kept).rest < 0.05
-    long = rested(axis, 1.0)
-    assert 0.6 < FilteredRecord.bind(axis, long, kept).rest < 0.75
-
-
 @pytest.mark.parametrize(
     ("cutoff", "reversals"), [(60.0, "leave-out"), (30.0, "keep"), (20.0, "keep")]
 )

@@ -30,21 +30,6 @@ SPEED = 30.0 * 0.02 / MASS
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("native", [True, False])
-def test_impact_without_dissipation_is_half_a_period_of_the_contact_spring(native: bool) -> None:
-    loop = simulate(bouncing(0.0, native=native), [MASS], FORCE, PERIOD, start=0.0, substeps=64)
-    frequency = np.sqrt(STIFFNESS / MASS)
-    depth = loop.position.max() - STOP
-    assert depth == pytest.approx(SPEED / frequency, rel=1e-2)  # the sample nearest the deepest
-    assert loop.velocity[-1] == pytest.approx(-SPEED, rel=1e-6)
-    begins = 0.02 + (STOP - 30.0 / MASS * 0.02**2 / 2) / SPEED
-    ends = begins + np.pi / frequency
-    after = ends < TIME
-    expected = STOP - SPEED * (TIME[after] - ends)
-    assert loop.position[after] == pytest.approx(expected, abs=1e-6)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("dissipation", [0.5, 4.0])
 def test_impact_with_dissipation_is_that_of_scipy_with_events(dissipation: float) -> None:
     loop = simulate(bouncing(dissipation), [MASS], FORCE, PERIOD, start=0.0)

@@ -44,15 +44,6 @@ def test_what_is_added_is_within_the_limit_with_the_law(loop_axis: GeneratedAxis
 
 
 @pytest.mark.slow
-def test_what_is_added_comes_as_late_as_the_law_itself(loop_axis: GeneratedAxis) -> None:
-    law = loop_axis.axis.control
-    late = build(replace(loop_axis.axis, control=replace(law, delay=2), experiment=None))
-    loop = simulate(late, late.nominal, SINE, PERIOD, injected=ADDED)
-    now = _law(late, SINE, loop.position) + ADDED
-    np.testing.assert_allclose(loop.control[2:], now[:-2], atol=1e-9)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
 def test_a_continuous_law_has_it_held_over_the_sample(*, native: bool) -> None:
     axis = load_axis("emps")

@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
-from axisid import ModelError, UsageError, build, newton, simulate, twin_record
+from axisid import ModelError, UsageError, build, newton, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import (
     BALANCED,
@@ -19,7 +18,7 @@ from axisid.control import (
 )
 from axisid.elements import Drive, coulomb, offset, viscous
 from axisid.estimation import simulate_batch
-from axisid.modeling.declaration import Experiment, back_and_forth
+from benchmarks.event_integrator import EventIntegrator
 from tests.axes.simulated import AXES, F0, Fc, Fv, M, q
 from tests.refusals import refuses
 
@@ -64,47 +63,26 @@ def by_events(
     start: tuple[float, float] | None = None,
     memory: tuple[float, float] | None = None,
 ) -> np.ndarray:
-    """Positions of the stage under its P-PI law at any times, by DOP853 with located crossings."""
-    mass, damping, friction, load = THETA
+    """Positions of the stage under its P-PI law at any times, reversals located."""
+    mass, damping, friction, load = map(float, THETA)
     position, velocity = start or (float(reference[0]), 0.0)
+    body = EventIntegrator(
+        lambda _, v, tau, s, __: (tau - load - damping * v - friction * s) / mass,
+        position,
+        v=velocity,
+    )
     last, total = memory or (position, load / 35.15)
     out = np.empty(len(times))
     for k, r in enumerate(reference):
-        error = 40.0 * (r - position) - (position - last) / period
-        force = 35.15 * np.clip(150.0 * error + total, -100.0, 100.0)
-        last, total, now = position, total + 4000.0 * period * error, 0.0
-        inside = np.flatnonzero((times >= k * period - 1e-12) & (times < (k + 1) * period - 1e-12))
-        out[inside] = position
-
-        def stops(_: float, x: np.ndarray) -> float:
-            return float(x[1])
-
-        stops.terminal = True  # type: ignore[attr-defined]
-        while now < period - 1e-13:
-            push = force - load
-            if velocity == 0 and abs(push) <= friction:
-                break
-            s = np.sign(velocity) if velocity else np.sign(push)
-            stops.direction = -s  # type: ignore[attr-defined]
-            solution = solve_ivp(
-                lambda _, x, s=s, push=push: (x[1], (push - damping * x[1] - friction * s) / mass),
-                (now, period),
-                (position, velocity),
-                method="DOP853",
-                rtol=1e-11,
-                atol=1e-13,
-                events=stops,
-                dense_output=True,
-            )
-            for i in inside:
-                since = times[i] - k * period
-                if now <= since <= solution.t[-1]:
-                    out[i] = solution.sol(since)[0]
-            position, velocity = map(float, solution.y[:, -1])
-            velocity = 0.0 if solution.status == 1 else velocity
-            now = float(solution.t[-1])
-            if velocity == 0:
-                out[inside[times[inside] - k * period > now]] = position
+        error = 40.0 * (r - body.q) - (body.q - last) / period
+        force = 35.15 * float(np.clip(150.0 * error + total, -100.0, 100.0))
+        last, total, now = body.q, total + 4000.0 * period * error, 0.0
+        inside = (times >= k * period - 1e-12) & (times < (k + 1) * period - 1e-12)
+        for i in np.flatnonzero(inside):
+            since = max(float(times[i]) - k * period, 0.0)
+            body.advance(lambda *_, force=force: force, since - now, held=True)
+            out[i], now = body.q, since
+        body.advance(lambda *_, force=force: force, period - now, held=True)
     return out
 
 
@@ -200,21 +178,6 @@ def test_a_law_between_two_counts_remembers_what_its_encoder_measured(native: bo
         assert np.diff(control[:5]) == pytest.approx(40.0 * 4e-5 * 4000.0 * T, rel=1e-6)
 
 
-def test_a_twin_behind_an_encoder_starts_in_balance() -> None:
-    twin = twin_record(
-        replace(
-            vertical(BALANCED).declared,
-            experiment=Experiment(
-                moves=back_and_forth(speeds=(0.05,), acceleration=1.0, seconds=0.2),
-                truth=dict(zip(("M", "Fv", "Fc", "F0"), THETA, strict=True)),
-                position_noise=2e-5,
-                resolution=1e-4,
-            ),
-        )
-    )
-    assert twin.control[0] == pytest.approx(300.0 / 35.15, rel=1e-12)
-
-
 @pytest.mark.parametrize("path", [{"lag": 2e-3}, {"delay": 1.5e-3}, {"rate_limit": 1e3}])
 def test_a_drive_that_rounds_begins_with_the_force_of_a_command(path: dict[str, float]) -> None:
     drive = Drive(gain=35.15, limit=100.0, quantisation=0.5, **path)
@@ -223,20 +186,6 @@ def test_a_drive_that_rounds_begins_with_the_force_of_a_command(path: dict[str, 
     # 300 N are 8.53 A, and the nearest command that acts 8.5 A.
     assert loop.control[0] == pytest.approx(300.0 / 35.15)
     assert loop.force[:3] == pytest.approx(8.5 * 35.15)
-
-
-@pytest.mark.slow
-def test_a_memory_may_start_at_the_reference() -> None:
-    law = ControlLaw(
-        name="reference filter",
-        period=T,
-        gains={"kp": 3000.0},
-        output=gain("kp") * (gain("slow") - MEASURED_POSITION),
-        memory=(Memory("slow", (gain("slow") + REFERENCE) / 2, REFERENCE),),
-    )
-    axis = build(replace(AXES["offset"], control=law))
-    loop = simulate(axis, axis.nominal, np.full(5, 0.02), T, start=0.01)
-    assert loop.control[0] == min(3000.0 * 0.01, 10.0)
 
 
 def test_what_balances_stands_alone() -> None:

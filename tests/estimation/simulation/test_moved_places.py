@@ -71,26 +71,6 @@ def test_a_mass_bounces_off_a_stop_that_comes_towards_it() -> None:
     assert found[free] == pytest.approx(expected[free], abs=1e-9)
 
 
-@pytest.mark.slow
-def test_a_stop_that_meets_a_mass_at_rest_moves_it_within_the_sample() -> None:
-    """It is pushed from where the spring overcomes friction, at rest until then."""
-    comes, first = 0.05, 0.0100123
-    place = first - comes * TIME
-    found = moved(theta(friction=FRICTION, stop=STIFFNESS), place, 0 * TIME)
-    begins = (first + FRICTION / STIFFNESS) / comes
-    w = np.sqrt(STIFFNESS / MASS)
-    leaves, phase = begins, np.linspace(0, 2 * np.pi, 200_001)
-    depth = FRICTION / STIFFNESS + comes / w * np.sin(phase)  # of the spring; it ends at 0
-    leaves += phase[np.flatnonzero(depth < 0)[0]] / w
-    beyond = np.flatnonzero(leaves < TIME)[0]
-    assert np.all(found[begins > TIME] == 0)
-    velocity = -comes * (1 - np.cos(w * (leaves - begins)))
-    where = -comes * (leaves - begins) + comes / w * np.sin(w * (leaves - begins))
-    t = TIME[beyond] - leaves
-    slowed = where + velocity * t + FRICTION / MASS * t**2 / 2
-    assert found[beyond] == pytest.approx(slowed, abs=1e-9)
-
-
 @pytest.mark.parametrize("native", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_a_stop_that_comes_and_goes_within_a_sample_is_met(native: bool) -> None:
     """In its frame a push throws the mass back into it, on a parabola from a half wave to a third.

@@ -103,14 +103,6 @@ def test_random_stops_are_met_within_a_micrometre_or_refused_with_a_sentence() -
     assert met > 35
 
 
-def test_axis_pressed_against_a_stop_rests_where_the_forces_balance() -> None:
-    reference = np.r_[np.zeros(10), np.full(3000, 0.07)]
-    loop = simulate(axis("stop"), [1.0, 2.0, 0.1, 1e6], reference, PERIOD)
-    pushed = KV * KP * (0.07 - loop.position[-1])
-    assert 1e6 * (loop.position[-1] - STOP) == pytest.approx(pushed, abs=0.11)
-    assert np.all(loop.velocity[-100:] == 0)
-
-
 def random_jumps(rng: np.random.Generator) -> tuple[list[float], np.ndarray]:
     friction = np.array([rng.choice([0, 1]), 1]) * 10 ** rng.uniform([-1, -1], [1.5, 1])
     theta = [10 ** rng.uniform(-0.5, 1), *friction, 10 ** rng.uniform(-1, 2)]

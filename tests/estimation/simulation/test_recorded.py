@@ -15,6 +15,7 @@ from axisid.elements import TIME, Drive, coulomb
 from axisid.estimation.simulation import Simulation, simulate_batch, twin_record
 from axisid.estimation.simulation.twin import trajectory
 from axisid.support.arrays import Array
+from benchmarks.event_integrator import EventIntegrator
 from tests.axes.bodies import body, c, m, x
 from tests.axes.recorded import MOVES, TRUTH, recorded_axis, recorded_values
 from tests.refusals import refuses
@@ -153,30 +154,25 @@ def test_a_pulse_that_turns_the_velocity_back_within_a_sample_is_followed(
 
 @pytest.mark.parametrize("between", ["linear", "held"])
 def test_a_loop_is_that_of_another_integrator(between: str) -> None:
-    """Each sample by `solve_ivp`, the law between them, the signal as it is declared."""
+    """The law between samples, the signal as it is declared."""
     axis = build(recorded_axis("pressure", between))
     reference = 0.2 * T * np.arange(300)  # it never turns: one friction direction
     push = recorded_values("pressure")["pressure"][:300]
     theta = np.array([TRUTH[name] for name in axis.names])
     loop = simulate(axis, theta, reference, T, signals={"pressure": push}, start_velocity=0.2)
-    law = recorded_axis("pressure").control
-    kp, kv = law.gains["kp"], law.gains["kv"]
-    state, last, found = np.array([reference[0], 0.2]), reference[0], []
-    for k, wanted in enumerate(reference):
-        found.append(state)
-        force = 35.0 * kv * (kp * (wanted - state[0]) - (state[0] - last) / T)
-        last = state[0]
-        following = push[k] if between == "held" or k + 1 == len(push) else push[k + 1]
-
-        def slopes(
-            t: float, x: Array, force: float = force, k: int = k, following: float = following
-        ) -> list[float]:
-            pressure = push[k] + (following - push[k]) * t / T
-            load = TRUTH["off"] + TRUTH["A"] * pressure
-            friction = TRUTH["Fv"] * x[1] + TRUTH["Fc"] * np.sign(x[1])
-            return [x[1], (force - friction - load) / TRUTH["M"]]
-
-        state = solve_ivp(slopes, (0, T), state, rtol=1e-11, atol=1e-14).y[:, -1]
+    kp, kv = (axis.axis.control.gains[name] for name in ("kp", "kv"))
+    A = TRUTH["A"]
+    body = EventIntegrator(
+        lambda _, v, tau, s, __: (tau - TRUTH["Fv"] * v - TRUTH["Fc"] * s) / TRUTH["M"], 0.0, v=0.2
+    )
+    last, found, ahead = body.q, [], push if between == "held" else np.append(push[1:], push[-1])
+    for wanted, here, following in zip(reference, push, ahead, strict=True):
+        found.append((body.q, body.v))
+        made = 35.0 * kv * (kp * (wanted - body.q) - (body.q - last) / T) - TRUTH["off"]
+        last, rate = body.q, (following - here) / T
+        body.advance(
+            lambda t, *_, made=made, p=here, rate=rate: made - A * (p + rate * t), T, held=False
+        )
     positions, velocities = np.array(found).T
     assert velocities.min() > 0.01
     assert loop.position == pytest.approx(positions, abs=1e-11)

@@ -1,5 +1,6 @@
 """The loop for every kind of friction, load and law, against independent solutions."""
 
+import math
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -8,7 +9,6 @@ import numpy as np
 import pytest
 import sympy
 from hypothesis import given, settings, strategies as st
-from scipy.integrate import solve_ivp
 
 from axisid import (
     ModelError,
@@ -23,9 +23,10 @@ from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.simulated import (
     signals_about,
 )
-from tests.axes.bodies import body, force_law
+from benchmarks.event_integrator import EventIntegrator
+from tests.axes.bodies import force_law
 from tests.axes.simulated import AXES
-from tests.estimation.exact_axis import ExactAxis, closed_loop
+from tests.estimation.piecewise_axis import PiecewiseAxis, closed_loop
 from tests.estimation.simulation.test_closed_loop import MOTIONS, sine
 from tests.refusals import refuses
 
@@ -102,44 +103,25 @@ def test_rows_satisfy_the_model_and_a_stuck_axis_rests(name: str) -> None:
 def test_position_is_within_a_nanometre_of_the_closed_form(motion: str, offset: float) -> None:
     theta = np.array([100.2, 236.9, 24.8, offset])
     loop = simulate(built("offset"), theta, MOTIONS[motion], PERIOD)
-    position, force = closed_loop(ExactAxis(*theta), MOTIONS[motion], 160.18, 243.45, 35.15, PERIOD)
+    exact = PiecewiseAxis(*theta[:3], [], [(0.0, offset)])
+
+    def law(r: float, q: float, dq: float) -> float:
+        return 35.15 * min(max(243.45 * (160.18 * (r - q) - dq), -10.0), 10.0)
+
+    position = closed_loop(exact, law, MOTIONS[motion], PERIOD)
     assert np.abs(loop.position - position).max() < 1e-9
-    assert np.abs(loop.force - force).max() < 2e-3
 
 
 def pendulum_events(
     theta: np.ndarray, forces: np.ndarray, period: float, start: float
 ) -> np.ndarray:
-    """Positions of the open pendulum by DOP853 with located velocity crossings."""
-    J, mgl, fc = theta
-    q, dq, positions = start, 0.0, []
-
-    def crosses(_: float, x: np.ndarray) -> float:
-        return float(x[1])
-
-    crosses.terminal = True  # type: ignore[attr-defined]
+    """Positions of the open pendulum by an integrator that locates its reversals."""
+    J, mgl, fc = map(float, theta)
+    body = EventIntegrator(lambda q, _, tau, s, __: (tau - mgl * math.sin(q) - fc * s) / J, start)
+    positions = []
     for tau in forces:
-        positions.append(q)
-        left = period
-        while left > 1e-15:
-            push = tau - mgl * np.sin(q)
-            if dq == 0 and abs(push) <= fc:
-                break
-            s = np.sign(dq) if dq else np.sign(push)
-            crosses.direction = -s  # type: ignore[attr-defined]
-            solution = solve_ivp(
-                lambda _, x, s=s, tau=tau: [x[1], (tau - mgl * np.sin(x[0]) - fc * s) / J],
-                (0, left),
-                [q, dq],
-                method="DOP853",
-                rtol=1e-12,
-                atol=1e-14,
-                events=crosses,
-            )
-            q, dq = solution.y[:, -1]
-            if solution.status == 1:
-                dq = 0.0
-            left -= solution.t[-1]
+        positions.append(body.q)
+        body.advance(lambda *_, tau=float(tau): tau, period, held=True)
     return np.array(positions)
 
 
@@ -148,7 +130,7 @@ def pendulum_forces() -> np.ndarray:
     return 0.6 * np.sin(2 * np.pi * 0.8 * t) * (t < 1.6)
 
 
-def test_pendulum_with_coulomb_friction_is_within_1e_8_rad_of_dop853_with_events() -> None:
+def test_pendulum_with_coulomb_friction_is_within_1e_8_rad_of_another_integrator() -> None:
     axis = built("open_pendulum")
     theta = np.array([0.0626, 1.0, 0.2])
     forces = pendulum_forces()
@@ -173,52 +155,23 @@ def test_error_falls_with_the_fourth_power_of_the_step() -> None:
 
 
 def test_continuous_law_is_the_differential_equation() -> None:
-    """Against DOP853 on the loop as one equation, friction crossings and breakaway located."""
+    """The loop as one equation, friction crossings and breakaway located."""
     axis = built("continuous")
     M, Fv, Fc = theta = np.array([100.2, 236.9, 24.8])
     reference = 0.006 - 0.006 * np.cos(2 * np.pi * np.arange(800) / 400)
     loop = simulate(axis, theta, reference, PERIOD)
     assert np.abs(loop.control).max() < 9
-    q, dq, positions = 0.0, 0.0, []
+    body = EventIntegrator(lambda _, v, tau, s, __: float((tau - Fv * v - Fc * s) / M), 0.0)
+    positions = []
+    for here, ahead in zip(reference, np.append(reference[1:], reference[-1]), strict=True):
 
-    def force(t: float, q: float, dq: float, k: int) -> float:
-        ahead = reference[min(k + 1, len(reference) - 1)]
-        r = reference[k] + (ahead - reference[k]) * t / PERIOD
-        return float(35.15 * np.clip(243.45 * (160.18 * (r - q) - dq), -10, 10))
+        def force(
+            t: float, q: float, v: float, r: float = here, rate: float = ahead - here
+        ) -> float:
+            return float(35.15 * 243.45 * (160.18 * (r + rate * t / PERIOD - q) - v))
 
-    for k in range(len(reference)):
-        positions.append(q)
-        t = 0.0
-        while t < PERIOD * (1 - 1e-12):
-            push = force(t, q, 0.0, k)
-            if dq == 0 and abs(push) <= Fc * (1 + 1e-12):
-                late = force(PERIOD, q, 0.0, k)
-                if abs(late) <= Fc:
-                    break
-                t = (
-                    PERIOD
-                    * (np.sign(late) * Fc - force(0, q, 0.0, k))
-                    / (late - force(0, q, 0.0, k))
-                )
-                push = late
-            s = np.sign(dq) if dq else np.sign(push)
-
-            def crosses(_: float, x: np.ndarray) -> float:
-                return float(x[1])
-
-            crosses.terminal = True  # type: ignore[attr-defined]
-            solution = solve_ivp(
-                lambda t, x, s=s, k=k: [x[1], (force(t, *x, k) - Fv * x[1] - Fc * s) / M],
-                (t, PERIOD),
-                [q, dq],
-                method="DOP853",
-                rtol=1e-11,
-                atol=1e-14,
-                events=crosses if dq else None,
-            )
-            q, dq = solution.y[:, -1]
-            dq = 0.0 if solution.status == 1 else dq
-            t = solution.t[-1]
+        positions.append(body.q)
+        body.advance(force, PERIOD, held=False)
     assert np.abs(loop.position - positions).max() < 2e-9
 
 
@@ -411,25 +364,42 @@ def test_impossible_delays_are_refused(changes: dict[str, Any]) -> None:
         replace(law, continuous="delay" in changes and changes["delay"] == 1, **changes)
 
 
-@pytest.mark.slow
-def test_axis_on_a_free_slide_keeps_its_momentum() -> None:
-    """No friction at all: a(+) = a(-), and the axis neither sticks nor chatters."""
-    axis = build(body(control=force_law(PERIOD)))
-    push = np.r_[np.zeros(10), np.full(10, 4.0), np.zeros(10)]
-    loop = simulate(axis, [2.0], push, PERIOD)
-    assert np.all(loop.position[:11] == 0)
-    assert loop.velocity[20:] == pytest.approx(np.full(10, 0.02))
+TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
+REFERENCE = 0.01 * np.sin(np.arange(200) / 20.0)
 
 
-@pytest.mark.parametrize("name", ["offset", "pendulum"])
-def test_lane_is_the_same_to_the_last_bit_among_few_and_among_many(name: str) -> None:
-    """Blocks are as wide as their lanes ask for: of one vector register to four."""
-    axis = built(name)
-    factors = np.linspace(0.9, 1.1, 41)[:, None]
-    reference = motion_of(axis, 0.2)
-    every = simulate_batch(axis, axis.nominal * factors, reference, period_of(axis), threads=1)
-    for first, count in ((0, 1), (3, 8), (30, 9), (5, 17), (40, 1), (1, 33)):
-        chosen = slice(first, first + count)
-        some = simulate_batch(axis, axis.nominal * factors[chosen], reference, period_of(axis))
-        for signal, values in some.signals.items():
-            assert np.array_equal(values, every[signal][:, chosen]), (signal, count)
+def test_parameters_by_name_are_those_in_order(emps2015: GeneratedAxis) -> None:
+    ordered = [TRUTH[name] for name in emps2015.names]
+    turned = dict(reversed(TRUTH.items()))
+    assert simulate(emps2015, turned, REFERENCE, 1e-3) == simulate(
+        emps2015, ordered, REFERENCE, 1e-3
+    )
+
+
+def test_lanes_by_name_share_what_is_one_number(emps2015: GeneratedAxis) -> None:
+    lanes = np.tile([TRUTH[name] for name in emps2015.names], (3, 1))
+    lanes[:, 2] = masses = np.array([20.0, 24.8, 30.0])
+    made = simulate_batch(emps2015, {**TRUTH, "Fc": masses}, REFERENCE, 1e-3)
+    wanted = simulate_batch(emps2015, lanes, REFERENCE, 1e-3)
+    np.testing.assert_array_equal(made["position"], wanted["position"])
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"M": 100.0, "Fv": 200.0}, "Fc is missing"),
+        ({**TRUTH, "m": 1.0}, "'m' is no parameter; give a value of each of M, Fv, Fc"),
+        ({}, "M, Fv, Fc is missing"),
+    ],
+)
+def test_names_that_are_not_those_of_the_axis_are_refused(
+    emps2015: GeneratedAxis, given: dict[str, float], says: str
+) -> None:
+    with refuses("parameter-names", says=says):
+        simulate(emps2015, given, REFERENCE, 1e-3)
+
+
+def test_lanes_of_several_lengths_are_refused(emps2015: GeneratedAxis) -> None:
+    given: dict[str, Any] = {**TRUTH, "M": np.ones(2), "Fc": np.ones(3)}
+    with refuses("parameter-shapes", says=r"M \(2,\), Fv \(\), Fc \(3,\)"):
+        simulate_batch(emps2015, given, REFERENCE, 1e-3)

@@ -78,17 +78,6 @@ def test_a_stack_has_the_hysteresis_of_masing() -> None:
     )
 
 
-def test_a_cycle_of_a_stack_loses_the_area_of_its_loop() -> None:
-    loop, first, last = _swept("stack", Fv=0.0), 1200, 2200
-    q, v = loop.position, loop.velocity
-    # The force is held from a sample to the next, so that its work is exact.
-    work = np.sum(loop.force[first:last] * np.diff(q[first : last + 1]))
-    stored = MASS / 2 * (v[last] ** 2 - v[first] ** 2)
-    ends = [place for k, place in _turns(loop).items() if first <= k < last]
-    area = np.sum(4 * LEVELS * (np.ptp(ends) / 2 - LEVELS / STIFFNESS))
-    assert work - stored == pytest.approx(area, rel=1e-6)
-
-
 def test_dahls_friction_follows_its_exponential() -> None:
     loop, stiffness, level = _swept("dahl", s0=1e5), 1e5, 20.0
     force, wanted = 0.0, np.zeros(len(loop.position))

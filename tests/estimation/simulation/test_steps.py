@@ -209,9 +209,9 @@ def test_axis_without_inertia_is_told_of_its_inertia_and_not_of_a_force() -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("period", [1e-3, 5e-3])
-@pytest.mark.parametrize("velocity", [3e-3, 3e-4])
-@pytest.mark.parametrize("stops", [False, True])
+@pytest.mark.parametrize(
+    ("period", "velocity", "stops"), [(1e-3, 3e-4, False), (1e-3, 3e-3, True), (5e-3, 3e-4, True)]
+)
 def test_a_stribeck_peak_within_one_sample_is_resolved(
     period: float, velocity: float, stops: bool
 ) -> None:
@@ -236,7 +236,6 @@ def wavy(term: sympy.Expr, *beside: sympy.Expr) -> GeneratedAxis:
 LENGTH, NEWTON = Constant(1.0, "m", "x0"), Constant(1.0, "N", "f0")
 LONG = np.tile(SINE, 20)
 WAVES = {
-    "p*sin(1000000000.0*q/x0)": (sympy.sin(1e9 * q.symbol / LENGTH),),
     "p*tan(4000*q/x0)": (sympy.tan(4000 * q.symbol / LENGTH),),
     "p*sin(3000000.0*q/x0)": (
         sympy.sin(3e6 * q.symbol / LENGTH),

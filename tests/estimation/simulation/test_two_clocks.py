@@ -8,14 +8,13 @@ import pytest
 from axisid import (
     UsageError,
     build,
-    identify,
     load_axis,
     simulate,
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.codegen.lowering import SIGNALS, LoopStart
-from axisid.estimation import check_law, simulate_batch
+from axisid.estimation import simulate_batch
 from axisid.estimation.simulation import (
     LoopInputs,
     TwoClocks,
@@ -133,18 +132,6 @@ def test_lanes_of_another_period_are_single_loops(ratio: float) -> None:
         alone = simulate(axis, lanes[lane], references[:, lane], LOG, position_noise=noise[:, lane])
         for name in ("position", "force", "control"):
             assert np.allclose(batch[name][:, lane], getattr(alone, name), rtol=1e-12, atol=1e-15)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("ratio", [4.0, 0.4])
-def test_a_twin_of_two_clocks_is_identified(ratio: float) -> None:
-    axis = twin_axis(ratio)
-    record = twin_record(axis, sample_period=LOG)
-    assert record.period == pytest.approx(LOG)
-    found = identify(axis, record, methods=["idm-iv"])["idm-iv"]
-    assert found.physical == pytest.approx(THETA, rel=2e-3)
-    law = check_law(axis, record)
-    assert law.passed
 
 
 @pytest.mark.parametrize("between", ["linear", "held"])

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Prefilter, Record, build, identify, load_axis, twin_record
+from axisid import Identification, Prefilter, Record, build, identify, load_axis, twin_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.methods import METHODS
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.twins import Chain, measured_chain
 from axisid.estimation.twins.chain import Draws
-from axisid.estimation.twins.measured_chain import likeliest_variances
+from axisid.estimation.twins.measured_chain import control_step, likeliest_variances
 from axisid.estimation.twins.twins import twin_of
 from axisid.support.arrays import Array
 from benchmarks.machines import Machine, autoregressive, white
@@ -102,3 +103,50 @@ def test_noise_of_the_position_that_is_not_white_has_no_chain() -> None:
     assert "not white" in result["didim"].covariance_names["hac"]
     for name, value in result["didim"].parameters.items():
         assert abs(value.corrected - record.provenance.truth[name]) < 3 * value.deviation
+
+
+@pytest.fixture(scope="module")
+def quiet(emps2015: GeneratedAxis) -> Record:
+    """A sensor whose noise does not carry the control from one step to the next."""
+    return twin_record(emps2015, position_noise=1e-8)
+
+
+def _rounded(record: Record, bits: int) -> Record:
+    control = np.asarray(record.control)
+    step = float(np.ptp(control)) / 2**bits
+    return replace(record, control=step * np.round(control / step))
+
+
+def _deviations(result: Identification) -> Array:
+    return np.array([value.deviation for value in result.preferred.parameters.values()])
+
+
+def _apart(result: Identification, record: Record) -> Array:
+    """From the truth, in deviations."""
+    truth = record.provenance.truth
+    values = result.preferred.parameters
+    apart = np.array([value.corrected - truth[name] for name, value in values.items()])
+    return np.abs(apart) / _deviations(result)
+
+
+@pytest.mark.parametrize("bits", [6, 7])
+def test_deviations_hold_what_a_control_of_few_steps_moves(
+    emps2015: GeneratedAxis, quiet: Record, bits: int
+) -> None:
+    result = identify(emps2015, _rounded(quiet, bits))
+    assert _apart(result, quiet).max() < 2.5  # 3.3 and more by neighbouring rows alone
+    (chain,) = result.preferred.inference.chains
+    assert chain.control_step > 0
+
+
+def test_noise_that_averages_the_steps_adds_nothing(emps2015: GeneratedAxis, twin: Record) -> None:
+    fine, coarse = (
+        identify(emps2015, each, methods="idm-iv") for each in (twin, _rounded(twin, 8))
+    )
+    assert _deviations(coarse) == pytest.approx(_deviations(fine), rel=0.3)
+
+
+def test_a_relay_has_no_steps_that_round_anything(quiet: Record) -> None:
+    control = np.asarray(quiet.control)
+    assert not control_step(replace(quiet, control=np.sign(control)))
+    assert control_step(_rounded(quiet, 6)) == pytest.approx(np.ptp(control) / 64)

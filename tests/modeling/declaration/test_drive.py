@@ -1,4 +1,4 @@
-"""Lag and delay of a drive: what they come to in samples, and what contradicts them."""
+"""A drive's lag and delay, and what a command passes on its way: what contradicts them."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +9,7 @@ import pytest
 from axisid import Axis, ModelError, load_axis
 from axisid.control import cascade_pd
 from axisid.elements import Drive
-from axisid.modeling.declaration import Response
+from axisid.modeling.declaration import CommandPath, Response
 from tests.axes.lagging import PERIOD, Fc, Fv, M, lagging
 from tests.refusals import refuses
 
@@ -40,9 +40,22 @@ def test_a_drive_without_lag_and_delay_responds_at_once() -> None:
         ({"logged": "applied"}, "no-drive-delay"),
         ({"logged": "applied", "lag": 1e-3}, "no-drive-delay"),
         ({"logged": "current", "delay": 1e-3}, "no-drive-lag"),
+        ({"rate_limit": 0.0}, "drive-rate"),
+        ({"rate_limit": -1.0}, "drive-rate"),
+        ({"deadband": -0.1}, "drive-band"),
+        ({"quantisation": -0.1}, "drive-band"),
+        ({"quantisation": 1e-309}, "drive-step"),
+        ({"quantisation": 1e-309, "limit": 10.0}, "drive-step"),
+        ({"deadband": float("inf")}, "number-not-finite"),
+        ({"deadband": "0.1"}, "not-a-number"),
+        ({"limit": 1.0, "deadband": 1.0}, "drive-band-and-limit"),
+        ({"limit": 1.0, "quantisation": 2.5}, "drive-band-and-limit"),
+        ({"limit": 1.0, "quantisation": 0.6, "deadband": 0.7, "logged": "current"}, "no-drive-lag"),
     ],
 )
-def test_a_time_and_a_place_that_contradict_are_refused(given: dict[str, Any], code: str) -> None:
+def test_a_time_a_place_and_a_path_that_contradict_are_refused(
+    given: dict[str, Any], code: str
+) -> None:
     with refuses(code):
         Drive(gain=1.0, **given)
 
@@ -75,8 +88,17 @@ def test_a_name_that_generated_code_gives_to_the_drives_forces_is_refused(name: 
 TOML = """
 name = "late"
 coordinate = { name = "q", unit = "m" }
-drive = { gain = 18.0, unit = "A", lag = 0.8e-3, delay = 0.35e-3, logged = "applied" }
 control = { law = "cascade_pd", kp = 50.0, kv = 60.0, period = 1e-3 }
+
+[drive]
+gain = 18.0
+unit = "A"
+lag = 0.8e-3
+delay = 0.35e-3
+logged = "applied"
+rate_limit = 200.0
+quantisation = 0.01
+deadband = 0.1
 
 [parameters]
 M = { unit = "kg", nominal = 10 }
@@ -92,3 +114,29 @@ def test_toml_says_the_same(tmp_path: Path) -> None:
     file.write_text(TOML)
     drive = load_axis(str(file)).drive
     assert (drive.lag, drive.delay, drive.logged) == (0.8e-3, 0.35e-3, "applied")
+    assert drive.path == CommandPath(rate_limit=200.0, quantisation=0.01, deadband=0.1)
+
+
+PATH: dict[str, float] = {"rate_limit": 300.0, "quantisation": 0.05, "deadband": 0.3}
+
+
+def test_a_continuous_law_has_no_samples_for_it() -> None:
+    continuous = cascade_pd(kp=1.0, kv=1.0, period=PERIOD, continuous=True)
+    for name, value in PATH.items():
+        with refuses("drive-continuous", name):
+            replace(lagging(**{name: value}), control=continuous)
+
+
+def test_a_control_behind_the_dead_band_may_be_what_is_recorded() -> None:
+    assert lagging(deadband=0.3, logged="applied").drive.logs_what_acts
+    with refuses("no-drive-delay"):
+        lagging(logged="applied")
+
+
+def test_what_acts_in_the_end_and_which_command_it_was() -> None:
+    path = CommandPath(quantisation=0.25, deadband=0.5)
+    commands = (-1.1, -0.4, 0.0, 0.375, 0.874, 2.0)
+    assert [path.end(u) for u in commands] == [-0.5, 0.0, 0.0, 0.0, 0.25, 1.5]
+    assert [path.command(a) for a in (-0.5, 0.0, 0.25)] == [-1.0, 0.0, 0.75]
+    drive = Drive(gain=2.0, deadband=0.5, delay=1e-3, lag=2e-3, logged="applied")
+    assert drive.behind_path() == Drive(gain=2.0, lag=2e-3)

@@ -122,17 +122,6 @@ ROTARY: dict[str, tuple[sympy.Expr, Closed]] = {
         lambda x, _: A * math.sin(44 * x),
     ),
 }
-DISSIPATIVE = [
-    "viscous",
-    "asymmetric viscous",
-    "Coulomb",
-    "asymmetric Coulomb",
-    "quadratic",
-    "Stribeck, exponential",
-    "Stribeck, Gaussian",
-    "Stribeck of another exponent",
-    "load-dependent",
-]
 
 
 @cache
@@ -151,35 +140,6 @@ def test_element_is_its_closed_form(name: str, x: float, v: float) -> None:
     coordinate = q if name in ELEMENTS else theta
     element, closed = {**ELEMENTS, **ROTARY}[name]
     assert value(element, coordinate, x, v) == pytest.approx(closed(x, v), rel=1e-12, abs=1e-12)
-
-
-@pytest.mark.parametrize("name", DISSIPATIVE)
-@given(x=finite, v=finite)
-def test_friction_with_positive_parameters_takes_power_out_of_the_motion(
-    name: str, x: float, v: float
-) -> None:
-    assert value(ELEMENTS[name][0], q, x, v) * v >= 0
-
-
-@pytest.mark.parametrize("name", ["spring", "cubic spring"])
-@given(x=finite)
-def test_springs_drive_back_to_their_rest(name: str, x: float) -> None:
-    assert value(ELEMENTS[name][0], q, x, 0.0) * (x - 0.2) >= 0
-
-
-@given(x=finite, v=st.floats(-9.0, 9.0))
-def test_end_stop_pushes_inwards_and_never_pulls(x: float, v: float) -> None:
-    force = value(ELEMENTS["end stop"][0], q, x, v)
-    if -0.5 <= x <= 0.4:
-        assert force == 0
-    else:
-        assert force * sgn(x) >= 0
-
-
-def test_cogging_does_no_work_over_its_period() -> None:
-    element = with_numbers(cogging(a, b, q, period=0.25, harmonic=3))
-    work = sympy.integrate(element, (q.symbol, 0, sympy.Rational(1, 4)))
-    assert abs(float(work.subs({a.symbol: A, b.symbol: B}))) < 1e-12
 
 
 def test_motor_inertia_is_the_energy_of_the_rotor() -> None:

@@ -18,7 +18,6 @@ from axisid import (
     newton,
 )
 from axisid.elements import Drive
-from axisid.modeling import LIBRARY
 from tests.refusals import refuses
 
 x = Coordinate("x")
@@ -134,11 +133,6 @@ def test_an_inertia_that_may_be_positive_is_not(
 )
 def test_half_an_inertia_times_a_square_is_right_however_it_is_written(kinetic: sympy.Expr) -> None:
     assert derive(axis((m, n, b), kinetic=kinetic)).inertia != 0
-
-
-@pytest.mark.parametrize("name", LIBRARY)
-def test_the_library_has_no_negative_inertia(name: str) -> None:
-    assert load_axis(name).name
 
 
 DECLARATION = """

@@ -71,12 +71,6 @@ def test_what_no_longer_appears_goes_too() -> None:
     assert left_out_text(plain) == "s = 0 N, v = 0.02 m/s"
 
 
-def test_left_out_one_after_the_other_adds_up() -> None:
-    both = leave_out(leave_out(stage(), "s"), "c")
-    assert both.force == leave_out(stage(), "s", "c").force
-    assert left_out_text(both) == "s = 0 N, c = 0 N"
-
-
 def test_the_twin_keeps_what_is_left_of_its_truth() -> None:
     axis = load_axis("emps")
     plain = leave_out(axis, "tau0")

@@ -42,32 +42,6 @@ def test_axis_that_is_linear_and_told_apart_is_returned_itself(name: str) -> Non
     assert (base.unidentifiable, base.undetermined, base.combined) == ((), (), ())
 
 
-def test_pendulum_of_a_mass_and_a_rod() -> None:
-    base = base_model(PENDULUM)
-    assert [(p.name, p.unit, p.nominal, p.lower) for p, _ in base.combined] == [
-        ("m_l", "kg m", pytest.approx(0.6), 0.0),
-        ("J_plus_m_l2", "kg m^2", pytest.approx(0.26), 0.0),
-    ]
-    assert base.axis.parameters[2] is fc
-    assert base.expressions == (m * l, J + m * l.symbol**2, fc.symbol)
-    weight = sympy.Symbol("m_l", real=True)
-    inertia = sympy.Symbol("J_plus_m_l2", real=True)
-    assert (
-        sympy.expand(
-            base.axis.force
-            - (
-                inertia * q.acceleration
-                + 9.81 * weight * sympy.sin(q.symbol)
-                + fc * sympy.sign(q.velocity)
-            )
-        )
-        == 0
-    )
-    assert base.axis.experiment.truth == pytest.approx(
-        {"m_l": 3.0 * 0.4, "J_plus_m_l2": 0.02 + 3 * 0.4**2, "fc": 0.5}
-    )
-
-
 def test_what_must_be_known_of_a_chain_of_masses_is_said_at_once() -> None:
     hub = Parameter("J", "kg*m^2")
     m1, m2, m3 = (Parameter(f"m{i}", "kg") for i in (1, 2, 3))

@@ -57,14 +57,6 @@ def test_every_law_contains_those_before_it() -> None:
     assert not spanned(rungs[-1], rungs[-2])
 
 
-def test_declared_parameters_keep_their_names_and_the_declared_axis_is_a_rung() -> None:
-    axis = stage(b * x.velocity, c * sympy.sign(x.velocity), parameters=(b, c))
-    ladder = friction_ladder(axis)
-    assert ladder["Coulomb"] is axis
-    assert names(ladder["offset"]) == ["m", "b", "c", "F0"]
-    assert names(ladder["directional"]) == ["m", "bp", "bm", "cp", "cm"]
-
-
 def test_positive_parameters_oppose_the_motion_in_their_direction() -> None:
     directional = friction_ladder(AXES["offset"])["directional"]
     q = directional.coordinate

@@ -1,4 +1,4 @@
-"""What `identify` prints by default fits on a screen and says what is to be believed."""
+"""What is printed: on a screen, in full, and of fits of outputs."""
 
 import re
 from collections.abc import Callable
@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from axisid import Prefilter, Record, identify
+from axisid import Identification, Prefilter, Record, fit, identify
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.presentation.blocks import Quantity, Table
+from axisid.presentation.text import output_fit_document
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -46,3 +48,57 @@ def test_least_squares_stands_beside_what_it_is_off_by(
     """Reversals that are kept bias it by more than its interval."""
     kept = identify(emps2015, twin, Prefilter(reversals="keep"))
     assert "IDM-LS" in kept.summary()
+
+
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin)
+
+
+def block(text: str, title: str) -> list[str]:
+    lines = text[text.index(f"\n{title}") :].strip().split("\n\n")[0].splitlines()
+    return lines[1:]
+
+
+def test_every_parameter_has_its_interval_and_deviations(result: Identification) -> None:
+    rows = block(result.summary(full=True), "95 % intervals")
+    for method, estimate in result.estimates.items():
+        for name, value in (estimate.parameters | estimate.ddm_parameters).items():
+            (row,) = (r for r in rows if r.startswith(f"{method.upper()} {name} "))
+            cells = row.split()
+            assert float(cells[-7]) == pytest.approx(value.interval[0], rel=1e-5)
+            assert float(cells[-6]) == pytest.approx(value.interval[1], rel=1e-5)
+            assert float(cells[-5]) == pytest.approx(value.sd_hac, rel=5e-3)
+            assert float(cells[-3]) == pytest.approx(value.sd, rel=5e-3)
+
+
+def _table(document: tuple[object, ...], place: int = 0) -> Table:
+    return [block for block in document if isinstance(block, Table)][place]
+
+
+@pytest.mark.slow
+def test_every_parameter_has_a_row_with_what_was_asked_of_it(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    result = fit(
+        emps2015, twin, bounds={"Fc": (None, 20.0)}, prior={"M": (100.0, 1.0)}, fixed={"Fv": 240.0}
+    )
+    rows = {row[0]: row for row in _table(output_fit_document(result)).rows}
+    assert [row[-1] for row in rows.values()] == [
+        "known 100 +- 1",
+        "fixed",
+        "at its upper bound [2]",
+    ]
+    assert [rows[name][3] for name in ("Fv", "Fc")] == ["-", "-"]
+    assert str(rows["Fc"][5]).endswith(" to 20")
+
+
+@pytest.mark.parametrize("output", ["control", "position"])
+def test_values_have_the_digits_of_their_deviations(
+    emps2015: GeneratedAxis, twin: Record, output: str
+) -> None:
+    result = fit(emps2015, twin, output)
+    row = _table(output_fit_document(result)).rows[0]
+    assert not isinstance(row[2], Quantity)
+    assert float(str(row[2])) == pytest.approx(result["M"].value, abs=1e-4)
+    assert float(str(row[3])) == pytest.approx(result["M"].deviation, abs=1e-4)

@@ -1,11 +1,18 @@
-"""Tables as CSV are read back as they were, and run nothing in a spreadsheet."""
+"""Texts of tables and of JSON, and folders that are new."""
 
 import csv
 import io
+import json
+import math
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 from axisid.support.files.csv_text import csv_text
+from axisid.support.files.json_text import json_text
+from axisid.support.files.regular_file import kept_if_filled
+from tests.refusals import refuses
 
 
 def _read(text: str) -> list[list[str]]:
@@ -36,3 +43,58 @@ def test_a_carriage_return_begins_no_row() -> None:
 @pytest.mark.parametrize("text", ["-20", "+1e3", "a=b", "1-2"])
 def test_numbers_and_other_texts_stay_as_they_are(text: str) -> None:
     assert _read(csv_text([[text]])) == [[text]]
+
+
+def test_a_result_is_written_on_several_lines_and_read_back_as_it_was() -> None:
+    result = {"axis": "a", "values": [1.0, 0.1, -2e-300, None, True], "record": {"samples": 3}}
+    text = json_text(result)
+    assert json.loads(text) == result
+    assert text.count("\n") > len(result)
+    assert text.endswith("}\n")
+
+
+@pytest.mark.parametrize(
+    ("result", "place", "value"),
+    [
+        ({"condition": math.inf}, "condition", "inf"),
+        ({"condition": -math.inf}, "condition", "-inf"),
+        ({"condition": math.nan}, "condition", "nan"),
+        ({"a": {"b": [1.0, math.nan]}}, r"a\.b\.1", "nan"),
+        ({"a": ({"b": 1.0}, {"b": math.inf})}, r"a\.1\.b", "inf"),
+        ({"first": 1.0, "second": math.inf, "third": math.nan}, "second", "inf"),
+        ({"estimates": [{"parameters": {"M": {"value": math.inf}}}]},
+         r"estimates\.0\.parameters\.M\.value", "inf"),
+    ],
+)  # fmt: skip
+def test_a_number_that_json_does_not_know_is_refused_by_its_place(
+    result: dict[str, Any], place: str, value: str
+) -> None:
+    with refuses(
+        "not-json", says=rf"^the result cannot be written as JSON, since {place} is {value}\."
+    ):
+        json_text(result)
+
+
+def test_the_refusal_says_what_to_check() -> None:
+    with refuses("not-json"):
+        json_text({"a": math.inf})
+
+
+@pytest.mark.parametrize(("was_there", "filled"), [(False, False), (False, True), (True, False)])
+def test_a_new_folder_goes_again_where_nothing_came_into_it(
+    tmp_path: Path, was_there: bool, filled: bool
+) -> None:
+    place = tmp_path / "out"
+    if was_there:
+        place.mkdir()
+    with pytest.raises(KeyError), kept_if_filled(place):
+        if filled:
+            (place / "a").touch()
+        raise KeyError
+    assert place.exists() == (was_there or filled)
+
+
+def test_a_folder_that_is_done_with_stays(tmp_path: Path) -> None:
+    with kept_if_filled(tmp_path / "of" / "results"):
+        pass
+    assert (tmp_path / "of" / "results").is_dir()

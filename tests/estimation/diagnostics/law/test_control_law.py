@@ -193,9 +193,8 @@ def test_the_velocity_that_the_drive_forms_is_found(emps2015: GeneratedAxis, dri
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["vertical_screw", "servo_joint"])
-def test_a_limit_that_the_drive_does_not_declare_is_named_with_its_size(name: str) -> None:
-    axis = load_axis(name)
+def test_a_limit_that_the_drive_does_not_declare_is_named_with_its_size() -> None:
+    axis = load_axis("vertical_screw")
     most = 0.8 * float(np.abs(twin_record(axis, seed=1).channels()["control"]).max())
     limited = replace(axis, drive=replace(axis.drive, limit=most))
     found = check_law(build(axis), twin_record(limited, seed=1))
@@ -232,10 +231,15 @@ def test_a_feed_forward_that_the_law_does_not_declare_is_named_with_its_size() -
     assert float(said[1]) == pytest.approx(0.02, rel=0.02)
 
 
-@pytest.mark.parametrize("name", ["emps2015", "vertical_screw"])
 @pytest.mark.parametrize(
-    ("gain", "off"),
-    [("kp", 0.005), ("kp", -0.01), ("kp", 0.02), ("kp", -0.05), ("kv", 0.02), ("kv", -0.05)],
+    ("name", "gain", "off"),
+    [
+        ("emps2015", "kp", 0.005),
+        ("emps2015", "kp", 0.02),
+        ("emps2015", "kv", -0.05),
+        ("vertical_screw", "kp", -0.01),
+        ("vertical_screw", "kv", 0.02),
+    ],
 )
 def test_a_gain_that_is_declared_a_little_wrong_is_named_with_its_value(
     name: str, gain: str, off: float
