@@ -1,9 +1,8 @@
 """The real record gives the published figures, and its ladder of models those of its page."""
 
 import importlib
-import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any

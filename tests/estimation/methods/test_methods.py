@@ -14,8 +14,8 @@ from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation import choices
 from axisid.estimation.methods import METHODS
-from axisid.estimation.methods.methods import method_of
 from axisid.estimation.methods.instrumental import StepControl
+from axisid.estimation.methods.methods import method_of
 from axisid.estimation.thresholds import CONVERGED
 from tests.recipes import commands_with, recipe_blocks
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from axisid import UsageError, build, fix
-from axisid.estimation.parameters.known import known_of, read_known
+from axisid.estimation.parameters.known import known_of, prefilters_of, read_known
 from axisid.estimation.parameters.layout import layout_of
-from axisid.estimation.parameters.known import prefilters_of
 from axisid.estimation.signals.prefilter import Prefilter
 from axisid.support.remedy import as_options
 from tests.axes.leaning import leaning
