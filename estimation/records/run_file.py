@@ -1,8 +1,8 @@
 """A run.toml: what is said of a log, in a file that stands in the log's place."""
 
 import os
-import tomllib
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
@@ -10,7 +10,7 @@ from typing import Any
 
 from axisid.estimation.choices import LOG_KEYS, check_among
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
-from axisid.modeling.text import Table, nearest, read_columns, read_toml
+from axisid.modeling.text import Table, nearest, read_columns, read_toml, toml_document
 from axisid.support.errors import RunFileError, UsageError
 from axisid.support.files.memory import room_for
 from axisid.support.user_values import quoted
@@ -29,13 +29,11 @@ def is_run_file(log: object) -> bool:
 
 def log_of(file: str | Path) -> Path:
     """The log that a run.toml names, as far as it can be told; any other file itself."""
+    named = None
     if is_run_file(file):
-        try:
-            named = tomllib.loads(Path(file).read_text(encoding="utf-8-sig")).get("log")
-        except (OSError, ValueError, RecursionError):
-            named = None
-        return Path(file).parent / named if isinstance(named, str) else Path(file)
-    return Path(file)
+        with suppress(RunFileError):
+            named = toml_document(Path(file), RunFileError).get("log")
+    return Path(file).parent / named if isinstance(named, str) else Path(file)
 
 
 def read_run(
@@ -66,7 +64,10 @@ def read_run(
         It cannot be read, or with all that is wrong in it.
     """
     log, said = read_toml(file, partial(_said, file.parent, axis), RunFileError)
-    said |= {key: value for key, value in given.items() if value is not None and value != ()}
+    unsaid = (None, ())
+    said |= {
+        key: value for key, value in given.items() if all(value is not each for each in unsaid)
+    }
     own = {key: said.pop(key) for key in [*said] if LOG_KEYS[key].is_repair}
     asked = {f.name: getattr(repairs, f.name) for f in fields(Repairs)}
     own |= {name: value for name, value in asked.items() if value not in (None, {})}

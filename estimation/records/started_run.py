@@ -12,6 +12,7 @@ from axisid.estimation.tables import Table
 from axisid.modeling.declaration import ROLES
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
+from axisid.support.user_values import quoted
 
 _MOST = 100  # columns that are listed
 _LINE = 96  # letters of a comment
@@ -28,14 +29,21 @@ _UNITS = {"": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 def started_run(log: Path) -> str:
-    """The text of a run.toml beside a log, which is ready to run.
+    """The text of a run.toml beside a log: a comment for each key, of roles with what was found.
+
+    Nothing of it is in force until its # is taken away: the axis may know the columns already.
 
     Raises
     ------
     DataError
-        The log cannot be read.
+        The log cannot be read, or its name is no text.
     """
     table = read_table(log)
+    if not _is_text(log.name):
+        raise DataError(
+            f"the name of {quoted(log.name)} is not UTF-8, as TOML has to be; give it another.",
+            code="run-log-name",
+        )
     lines = _comment(
         "What is said of a log. This file stands in its place: axisid identify AXIS run.toml. Take "
         "the # away from what is wanted."
@@ -53,6 +61,7 @@ def started_run(log: Path) -> str:
 def _role(table: Table, role: str) -> str:
     """The line of a role, in which a column is proposed if one has its name."""
     known = {name.casefold(): name for name in table.columns}
+    known |= {name: name for name in table.columns}
     wanted = () if role in _ON_REQUEST else (role, *_NAMES.get(role, ()))
     name = next((known[each] for each in wanted if each in known), None)
     if name is None:
@@ -60,12 +69,14 @@ def _role(table: Table, role: str) -> str:
     guessed = role == "time" and not table.columns[name].unit
     unit = _guessed(_values(table, name)) if guessed else ""
     said, ending = (f"  # {unit} is guessed from its steps", f":{unit}") if unit else ("", "")
-    return f"{role} = {_quoted(_called(table, name) + ending)}{said}"
+    return f"# {role} = {_quoted(_called(table, name) + ending)}{said}"
 
 
 def _called(table: Table, name: str) -> str:
     """A column's name, or its number where that cannot be written in one line."""
-    return name if name.isprintable() else f"#{[*table.columns].index(name) + 1}"
+    return (
+        name if name.isprintable() and len(name) < _LINE else f"#{[*table.columns].index(name) + 1}"
+    )
 
 
 def _described(table: Table, name: str) -> str:
@@ -74,7 +85,7 @@ def _described(table: Table, name: str) -> str:
     finite = values[np.isfinite(values)]
     between = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "no numbers"
     said = f"in {unit}" if unit else "in SI unless a unit is said"
-    return f"{_quoted(name)}: {between}, {said if unit.isprintable() else ''}"
+    return f"{_quoted(name[:_LINE])}: {between}, {said if unit.isprintable() else ''}"
 
 
 def _values(table: Table, name: str) -> Array:
@@ -89,6 +100,10 @@ def _guessed(time: Array) -> str:
     step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
     low, high = _STEPS
     return next((unit for unit, size in _UNITS.items() if low < step * size < high), "")
+
+
+def _is_text(name: str) -> bool:
+    return not any("\ud800" <= letter <= "\udfff" for letter in name)
 
 
 def _comment(said: str) -> list[str]:

@@ -10,5 +10,9 @@ from .parameter_function import (
     FunctionLike as FunctionLike,
     parameter_function as parameter_function,
 )
-from .toml_file import read_columns as read_columns, read_toml as read_toml
+from .toml_file import (
+    read_columns as read_columns,
+    read_toml as read_toml,
+    toml_document as toml_document,
+)
 from .toml_table import Table as Table

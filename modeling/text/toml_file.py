@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 from axisid.modeling.declaration import Column
 from axisid.support.errors import FileError
+from axisid.support.files.regular_file import opened_regular
 
 from .toml_table import Table
 
@@ -32,7 +33,7 @@ def read_toml(file: Path, read: Callable[[Table], T | None], error: type[FileErr
         Of that type: the file cannot be read, or with all that is wrong in it.
     """
     mistakes: list[str] = []
-    made = read(Table("", _document(file, error), mistakes))
+    made = read(Table("", toml_document(file, error), mistakes))
     if made is None or mistakes:
         count = "a mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
         raise error(f"{file} has {count}:", mistakes)
@@ -50,10 +51,17 @@ def read_columns(table: Table, roles: Iterable[str]) -> dict[str, str]:
         for key in keys
         if key in table.values
     }
-    return {key: str(column) for key, column in found.items() if column}
+    return {key: str(column) for key, column in found.items() if column is not None}
 
 
-def _document(file: Path, error: type[FileError]) -> dict[str, Any]:
+def toml_document(file: Path, error: type[FileError]) -> dict[str, Any]:
+    """The table of a file, as TOML has it.
+
+    Raises
+    ------
+    FileError
+        Of that type: the file cannot be read, or is not TOML.
+    """
     text = _text(file, error)
     try:
         return tomllib.loads(text)
@@ -73,10 +81,11 @@ def _document(file: Path, error: type[FileError]) -> dict[str, Any]:
 
 def _text(file: Path, error: type[FileError]) -> str:
     try:
-        with file.open("rb") as stream:
+        with opened_regular(file) as stream:
             content = stream.read(_LARGEST_FILE + 1)
-    except OSError as wrong:
-        raise error(f"{file} cannot be read: {wrong.strerror}.") from wrong
+    except (OSError, ValueError) as wrong:  # a null in the name
+        why = getattr(wrong, "strerror", None) or str(wrong)
+        raise error(f"{str(file)!r} cannot be read: {why}. Check the path.") from wrong
     if len(content) > _LARGEST_FILE:
         raise error(
             f"{file} is larger than such a file may be, {_LARGEST_FILE} bytes.", code="toml-size"

@@ -77,7 +77,7 @@ def test_settings_reach_the_prefilter(run: Run, log: Callable[..., Path]) -> Non
         "order": 4,
         "decimate": 4,
         "decimation": "matlab",
-        "drop": None,
+        "drop": [58, 58],
         "hold": "zoh",
         "reversals": "keep",
         "silent": 0,

@@ -9,6 +9,7 @@ import pytest
 
 from axisid import DataError, FleetItem, fleet
 from axisid.fleets import Fleet, read_ledger
+from axisid.fleets.items import gather_items
 from axisid.fleets.ledger import LEDGER, FleetRow, ledger_of, write_row
 from axisid.fleets.one_log import Named, Settings, log_digest, result_file
 from axisid.trends.gathering import last_results
@@ -60,6 +61,20 @@ def test_the_result_of_a_log_that_fails_now_is_taken_away(place: Path, resume: b
     (place / "x" / "a.csv").write_text("")
     assert run(place, "x", resume=resume)["a"].status == "failed"
     assert not (place / "out" / "a.json").exists()
+
+
+def test_a_result_that_was_changed_is_made_again(place: Path) -> None:
+    run(place, "x")
+    result = place / "out" / "a.json"
+    result.write_text('{"axis": "emps2015", "digest": "of other words"}')
+    assert run(place, "x")["a"].status == "ok"
+    assert result.read_text() == "{}"
+
+
+def test_a_run_file_that_is_wrong_is_told_and_not_left_out(place: Path) -> None:
+    run_file = place / "x" / "run.toml"
+    run_file.write_text('log = "a.csv\n')
+    assert str(run_file) in [item.log for item in gather_items(place / "x", place / "out")]
 
 
 def test_a_trend_takes_the_last_row_of_each_log() -> None:

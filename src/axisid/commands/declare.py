@@ -60,10 +60,10 @@ def _start_run(log: Path, name: str) -> None:
     """Write what is found in a log beside it."""
     if Path(name).name != name:
         raise UsageError(f"{name!r} is no name of a file beside {log}; give one without a folder.")
-    file = log.parent / f"{name}.toml"
+    file = log.parent / f"{name.removesuffix('.toml')}.toml"
     _check_free(file)
     write_output(str(file), stages.started_run(log))
-    click.echo(f"wrote {file}; look at its columns, say the rest, then:")
+    click.echo(f"wrote {file}; take the # away from what is wanted in it, then:")
     click.echo(f"  axisid identify AXIS {file}")
 
 

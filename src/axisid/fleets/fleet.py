@@ -19,6 +19,7 @@ from axisid.estimation.signals import Prefilter
 from axisid.fleets.items import FleetItem, gather_items, result_names
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import AxisidError, DataError, ModelError, UsageError
+from axisid.support.files.json_text import is_unchanged
 from axisid.support.files.regular_file import kept_if_filled
 from axisid.support.jobs.outcome import Failure, Outcome
 from axisid.support.jobs.run import run_jobs
@@ -251,9 +252,10 @@ def _finished(
 
 
 def _is_whole(result: Path) -> bool:
-    """Whether a result is there and can be read, so that it need not be made again."""
+    """Whether a result is there as it was written, so that it need not be made again."""
     try:
-        return isinstance(msgspec.json.decode(result.read_bytes()), dict)
+        members = msgspec.json.decode(result.read_bytes())
+        return isinstance(members, dict) and is_unchanged(members)
     except (OSError, msgspec.DecodeError, UnicodeDecodeError):
         return False
 

@@ -263,7 +263,7 @@ def _key(settings: Settings, item: FleetItem) -> str:
         return settings.key(item, log_digest(Path(item.log)))
     except OSError as error:
         raise DataError(
-            f"{item.log} cannot be read: {error.strerror}. Check the path.",
+            f"{error.filename or item.log} cannot be read: {error.strerror}. Check the path.",
             code=LOG_NOT_READ,
         ) from error
 

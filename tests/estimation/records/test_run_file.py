@@ -2,6 +2,7 @@
 
 import csv
 import math
+import os
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from axisid.estimation.records import log_of
 from axisid.estimation.records.started_run import started_run
 from axisid.support.errors import RunFileError
 from tests.fuzz.cases import Fuzz, WrongError, one_of
+from tests.refusals import refuses
 from tests.run_files import run_file
 
 N = 400
@@ -241,12 +243,15 @@ def test_a_started_file_has_what_was_found_and_runs(tmp_path: Path) -> None:
     log.write_text("\n".join(["t;pos [mm];u", *rows]))
     file = tmp_path / "run.toml"
     file.write_text(started_run(log))
-    said = tomllib.loads(file.read_text())
-    assert said == {
+    text = file.read_text()
+    assert tomllib.loads(text) == {"log": "log.csv", "columns": {}}
+    for role in ("time", "position", "control"):
+        text = text.replace(f"\n# {role} = ", f"\n{role} = ")
+    file.write_text(text)
+    assert tomllib.loads(text) == {
         "log": "log.csv",
         "columns": {"time": "t:ms", "position": "pos", "control": "u"},
     }
-    text = file.read_text()
     assert all(f"\n# {key} = " in text for key in LOG_KEYS if key != "columns")
     assert '"pos": -' in text
     named = {"time": "t:ms", "position": "pos", "control": "u"}
@@ -256,8 +261,28 @@ def test_a_started_file_has_what_was_found_and_runs(tmp_path: Path) -> None:
 
 
 def test_a_started_file_is_toml_whatever_columns_are_called(tmp_path: Path) -> None:
-    odd = ['a "b" \\ c', "\x7f", "é\u2028", "position", "T"]
+    odd = ['a "b" \\ c', "\x7f", "é\u2028", "Position", "position", "T", "x" * 3000]
     log = dict.fromkeys(odd, TIME)
     np.savez(tmp_path / "log.npz", **log)
-    said = tomllib.loads(started_run(tmp_path / "log.npz"))
-    assert said["columns"] == {"time": "T", "position": "position"}
+    text = started_run(tmp_path / "log.npz")
+    for role in ("time", "position"):
+        text = text.replace(f"\n# {role} = ", f"\n{role} = ")
+    assert tomllib.loads(text)["columns"] == {"time": "T", "position": "position"}
+    assert max(map(len, text.splitlines())) < 200
+
+
+def test_what_cannot_be_read_is_refused_and_waits_for_nothing(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "run.toml")
+    for file in (tmp_path / "run.toml", tmp_path, Path("a\0.toml"), tmp_path / "none.toml"):
+        if file != tmp_path:
+            with pytest.raises(RunFileError, match="cannot be read"):
+                read_record(file)
+            assert log_of(file) == file
+
+
+def test_windows_of_an_array_go_before_those_of_the_file(tmp_path: Path) -> None:
+    write(tmp_path)
+    file = tmp_path / "run.toml"
+    file.write_text('log = "log.csv"\nwindows = "0..0.1"\n')
+    with refuses("window"):
+        read_record(file, columns=STRAIGHT, windows=np.array([[0.1, 0.3]]))

@@ -79,7 +79,8 @@ def test_every_door_refuses_a_file_that_was_changed_after_it_was_written(
     file = tmp_path / "x.json"
     identify(emps2015, twin, methods=["idm-ls"]).save(file)
     content = json.loads(file.read_text())
-    file.write_text(json.dumps(content))  # laid out in another way, which changes nothing
+    laid_out = json.dumps(content).replace("1.0,", "1,")  # in another way, which changes nothing
+    file.write_text(laid_out)
     DOORS[door](file)
     content["estimates"][0]["parameters"]["M"]["sd_hac"] *= 2
     file.write_text(json.dumps(content))

@@ -345,8 +345,13 @@ def _logs_in(folder: Path, out: Path) -> list[Path]:
     return sorted(
         file
         for file in folder.rglob("*")
-        if (file.suffix.lower() in endings or log_of(file) != file) and _may_be_log(file, out)
+        if (file.suffix.lower() in endings or _is_run(file)) and _may_be_log(file, out)
     )
+
+
+def _is_run(file: Path) -> bool:
+    """Whether a file says what a log is; one of that name does, though it be wrong."""
+    return file.name == f"{_RUN}.toml" or log_of(file) != file
 
 
 def _may_be_log(file: Path, out: Path) -> bool:

@@ -10,7 +10,7 @@ import msgspec
 from msgspec import json
 
 from axisid.support.errors import DataError
-from axisid.support.files.json_text import digest
+from axisid.support.files.json_text import is_unchanged
 from axisid.support.files.result_file import GIVE_RESULT, WRITE_AGAIN, read_result
 from axisid.support.remedy import Note
 
@@ -103,7 +103,7 @@ def _schema(file: Path, content: bytes) -> str:
     try:
         found = msgspec.json.decode(content)
         members = found if isinstance(found, dict) else {}
-        changed = members.get("digest", "") not in ("", digest(members))
+        changed = not is_unchanged(members)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         raise DataError(f"{file} is not JSON: {_said(error)}. ", GIVE_RESULT) from error
     if changed:

@@ -32,9 +32,18 @@ def json_text(document: Mapping[str, Any]) -> str:
 
 
 def digest(document: Mapping[str, Any]) -> str:
-    """What no other document has: sha256 of its members but this one."""
+    """What no other document has: sha256 of its members but this one, whose numbers are floats.
+
+    Other programs write 1.0 as 1.
+    """
     others = {name: value for name, value in document.items() if name != "digest"}
-    return sha256(json.dumps(others, sort_keys=True).encode()).hexdigest()
+    floats = json.loads(json.dumps(others), parse_int=float)
+    return sha256(json.dumps(floats, sort_keys=True).encode()).hexdigest()
+
+
+def is_unchanged(document: Mapping[str, Any]) -> bool:
+    """Whether a document that was read is as it was written, as far as it says what that was."""
+    return "digest" not in document or document["digest"] == digest(document)
 
 
 def _not_finite(value: Any, place: str) -> Iterator[tuple[str, float]]:
