@@ -52,7 +52,13 @@ def started_run(log: Path) -> str:
     for key in LOG_KEYS.values():
         if key.name != "columns":
             lines += ["", *_comment(key.said), f"# {key.name} = {key.example}"]
-    lines += ["", "[columns]", *_comment(LOG_KEYS["columns"].said), *_comment("The log has:")]
+    lines += [
+        "",
+        "# All but columns stands above this line.",
+        "[columns]",
+        *_comment(LOG_KEYS["columns"].said),
+        *_comment("The log has:"),
+    ]
     lines += [f"#   {_described(table, name)}" for name in [*table.columns][:_MOST]]
     lines += [f"#   and {more} more"] if (more := len(table.columns) - _MOST) > 0 else []
     return "\n".join([*lines, *(_role(table, role) for role in ROLES), ""])

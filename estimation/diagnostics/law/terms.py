@@ -80,14 +80,16 @@ def compared_with_law(
     if record.added_control is not None:  # as late as the law
         added = as_logged(axis, ticks.added_at_samples(law.delay)[:, None])
         terms = np.hstack([terms, added])
+    limited |= at_limit(control, terms, axis.axis.drive.limit)
     if not law.takes_velocity:
-        return control, terms, ~(limited | at_limit(control, terms, axis.axis.drive.limit))
+        return control, terms, ~limited
     smooth = compared_as(law, record)
     if np.all(np.isfinite(terms)):
+        # What the limit cut off would be spread far over the neighbours.
+        control = np.where(limited, terms.sum(axis=1), control)
         control, *columns = map(smooth, (control, *terms.T))
         terms = np.column_stack(columns)
     limited[-settle:] = True
-    limited |= at_limit(control, terms, axis.axis.drive.limit)
     # The low-pass spreads a limited sample over its neighbours.
     return control, terms, ~maximum_filter1d(limited, settle)
 

@@ -26,6 +26,7 @@ from axisid.control import (
     gain,
 )
 from axisid.estimation.diagnostics.law.control_law import check_law
+from axisid.modeling.declaration import back_and_forth
 from axisid.modeling.laws.cascade_pd import CASCADES
 from axisid.support.missing import Missing
 
@@ -53,6 +54,21 @@ def test_a_right_law_passes_where_the_reference_has_corners_and_steps(
     record = read_record({"time": time, "reference": reference, **motion}, axis)
     check = check_law(axis, record)
     assert check.passed, check.meaning
+
+
+@pytest.mark.parametrize(("acceleration", "share"), [(3.0, 0.03), (4.0, 0.1)])
+def test_a_drive_at_its_limit_hides_no_law_and_blames_none(
+    emps2015: GeneratedAxis, acceleration: float, share: float
+) -> None:
+    moves = back_and_forth(speeds=(0.15,), acceleration=acceleration, seconds=0.3, repeat=4)
+    axis, experiment = emps2015.axis, emps2015.axis.experiment
+    assert experiment is not None
+    record = twin_record(replace(axis, experiment=replace(experiment, moves=moves)), seed=7)
+    assert np.mean(np.abs(record.control) == axis.drive.limit) > share
+    assert check_law(emps2015, record).passed
+    law = axis.control
+    assert law is not None
+    assert not check_law(emps2015.with_gains({"kv": 1.1 * law.gains["kv"]}), record).passed
 
 
 @pytest.mark.slow
