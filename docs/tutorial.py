@@ -121,17 +121,12 @@ write_log("tuesday.csv", (0.2, 0.4), seed=2)
 # Read it from the top:
 #
 # - **assumed** says what was taken of the file. If a unit is wrong there, everything below is wrong.
-# - **The first table** has the inverse model. `IDM-LS` is least squares, `IDM-IV` instrumental
-#   variables, which noise in the position does not bias. Where the two agree within the deviations,
-#   noise did no harm. `sd` is a standard deviation that allows for autocorrelated residuals (HAC). The
-#   classical one, `i.i.d.`, does not: it is too small where something slow is left over, as on most
-#   real axes, and too large where only the decimation filter shapes the residuals, as here.
-#   Where the filter itself moves a value noticeably, the line below has it without that.
-# - **The second** has `DIDIM`: least squares once more, by the rows of the loop that is simulated with
-#   the estimate, where no noise is. It rests on the control law, and is the one that is judged where
-#   that law holds.
-# - **The third** has the direct model: the same physics, regressed the other way round, and
-#   mapped back to mass and friction by the delta method.
+# - **The table** has the method that is judged: `DIDIM` where the control law holds, least squares by the
+#   rows of the loop that is simulated with the estimate, where no noise is; else instrumental variables,
+#   which noise in the position does not bias. A value is less the bias that twins of the record tell, `sd`
+#   is what they scatter, and the interval holds the truth 95 times in 100. `IDM-LS` beside it is plain
+#   least squares. `--all` prints every method, also of the direct model: the same physics, regressed the
+#   other way round.
 # - **The verdict** says whether to believe the numbers, then what was checked. What fails says what to do;
 #   a note is allowed for in the deviations that are printed. Here the control law and the alignment of
 #   force and motion hold, which matters most.
