@@ -43,7 +43,9 @@ def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
     """
     if record is not None:
         for option in ("--newton", "--toml"):
-            check_idle(option, "or its opposite is of a declaration, and --record starts a run.toml")
+            check_idle(
+                option, "or its opposite is of a declaration, and --record starts a run.toml"
+            )
         _start_run(Path(record), name or "run")
         return
     if name is None:
