@@ -62,7 +62,7 @@ def test_a_result_and_its_file_give_the_same_text(
 def test_functions_have_the_numbers_and_say_of_which_code(result: Identification) -> None:
     for target in ("c", "st", "python"):
         text = export(result, target)
-        assert repr(result["didim"].parameters["M"].value) in text
+        assert repr(result["didim"].parameters["M"].corrected) in text
         assert result.axis.signature in text
 
 
@@ -94,7 +94,7 @@ def test_toml_takes_the_place_of_a_declarations_parameters(
     Path("mine.toml").write_text(pasted)
     again = load_axis("mine.toml")
     assert {p.name: p.nominal for p in again.parameters} == {
-        name: v.value for name, v in found["idm-iv"].parameters.items()
+        name: v.corrected for name, v in found["idm-iv"].parameters.items()
     }
     for before, after in zip(axis.parameters, again.parameters, strict=True):
         assert after == replace(before, nominal=after.nominal)
@@ -150,7 +150,7 @@ def test_partially_linear_axes_are_exported_too() -> None:
     found = identify(axis, twin_record(axis), methods=["idm-ls"])
     text = export(found, "st")
     assert "EXP(" in text
-    assert repr(found["idm-ls"].parameters["v"].value).split("e")[0] in text
+    assert repr(found["idm-ls"].parameters["v"].corrected).split("e")[0] in text
 
 
 def test_axis_of_a_file_is_found_in_the_library_and_asked_for_where_it_is_none(

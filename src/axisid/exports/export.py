@@ -108,11 +108,12 @@ def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
 
 def _declared(parameter: Parameter, v: Value) -> str:
     """A parameter of a declaration; a bound that the estimate breaks would be refused."""
-    fields = {"unit": _text(parameter.unit), "nominal": repr(v.value)}
+    nominal = v.corrected
+    fields = {"unit": _text(parameter.unit), "nominal": repr(nominal)}
     broken = []
     for bound, limit, kept in (
-        ("lower", parameter.lower, parameter.lower <= v.value),
-        ("upper", parameter.upper, v.value <= parameter.upper),
+        ("lower", parameter.lower, parameter.lower <= nominal),
+        ("upper", parameter.upper, nominal <= parameter.upper),
     ):
         if math.isfinite(limit) and kept:
             fields[bound] = repr(limit)
@@ -121,7 +122,7 @@ def _declared(parameter: Parameter, v: Value) -> str:
     if parameter.description:
         fields["description"] = _text(parameter.description)
     listed = ", ".join(f"{key} = {value}" for key, value in fields.items())
-    said = f"  # outside its bound {broken[0]}" if broken else _centred(v)
+    said = f"  # outside its bound {broken[0]}" if broken else ""
     return f"{parameter.name} = {{ {listed} }}{said}"
 
 
@@ -266,12 +267,12 @@ def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForw
         f"Feed-forward of the axis {axis.name}" + (f": {axis.title}." if axis.title else "."),
         f"Parameters by {method.upper()} from {fitted.source}{origin}.",
         f"Generated code {fitted.signature}.",
-        f"Standard deviations and 95 % intervals: {label}. Values contain the bias of filter "
-        "and noise; it is subtracted in the intervals.",
+        f"Standard deviations and 95 % intervals: {label}. Values are less the bias of filter and "
+        "noise, where twins of the record tell it.",
         "Give it the motion of the reference, whose velocity at rest is 0.",
     )
     comments = {
-        p.name: (estimate[p.name].value, _comment(p, estimate[p.name])) for p in axis.parameters
+        p.name: (estimate[p.name].corrected, _comment(p, estimate[p.name])) for p in axis.parameters
     }
     return feed_forward(fitted.model, comments, about, dead_zone)
 
