@@ -93,11 +93,11 @@ def test_one_of_several_records_is_exported_with_its_own_parameters(
     file = tmp_path / "own.json"
     file.write_text(json.dumps(live.to_dict()))
     saved = load_result(file)
-    mass = live.preferred.parameters["M"].value
+    mass = live.preferred.parameters["M"].corrected
     for number, own in enumerate(live.local["Fc"], 1):
         from_file = export(saved, "python", record=number)
         for text in (export(live, "python", record=number), from_file):
-            assert f"Fc = {own.value!r}  #" in text
+            assert f"Fc = {own.corrected!r}  #" in text
             assert f"M = {mass!r}  #" in text
         line = ["export", str(file), "--axis", "emps2015", "--to", "python", "--record", number]
         done = CliRunner().invoke(cli, list(map(str, line)))
