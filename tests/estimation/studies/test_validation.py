@@ -130,7 +130,7 @@ def test_a_gain_a_tenth_off_is_told_by_the_law(emps2015: GeneratedAxis) -> None:
     assert not other.has_declared_law
     text = " ".join(str(other).split())
     assert "does not hold: the loop of this record is another one: " in text
-    assert "kp*kv x 1.1" in text
+    assert "kp is 1.1 times the declared one" in text
     assert "control law" in failing(other)
     assert other.belief == "not believed"
 
