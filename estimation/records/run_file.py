@@ -1,7 +1,7 @@
 """A run.toml: what is said of a log, in a file that stands in the log's place."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import fields
 from functools import partial
@@ -82,7 +82,7 @@ def _said(folder: Path, axis: Axis | None, table: Table) -> tuple[Path, dict[str
     said = {
         key: read_columns(table.table(key), roles)
         if key == "columns"
-        else table.attempt(key, partial(_checked, key, value, axis))
+        else _checked(table, key, value, roles, axis)
         for key, value in table.values.items()
         if key in LOG_KEYS
     }
@@ -101,10 +101,16 @@ def _log(folder: Path, named: object) -> Path:
     return folder / named
 
 
-def _checked(key: str, value: Any, axis: Axis | None) -> Any:
+def _checked(table: Table, key: str, value: Any, roles: Collection[str], axis: Axis | None) -> Any:
     """A value that is one of its key's, as far as that can be told without the log."""
-    _ = _CHECKS[key](value) if key in _CHECKS else Repairs(**{key: value}).moduli(axis)
-    return value
+    if isinstance(value, Mapping):
+        table.table(key).only(*roles)
+
+    def check() -> Any:
+        _ = _CHECKS[key](value) if key in _CHECKS else Repairs(**{key: value}).moduli(axis)
+        return value
+
+    return table.attempt(key, check)
 
 
 _CHECKS: Mapping[str, Callable[[Any], object]] = {

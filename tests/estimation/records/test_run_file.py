@@ -286,3 +286,15 @@ def test_windows_of_an_array_go_before_those_of_the_file(tmp_path: Path) -> None
     file.write_text('log = "log.csv"\nwindows = "0..0.1"\n')
     with refuses("window"):
         read_record(file, columns=STRAIGHT, windows=np.array([[0.1, 0.3]]))
+
+
+def test_roles_that_there_are_not_are_mistakes_of_the_file(tmp_path: Path) -> None:
+    write(tmp_path)
+    file = tmp_path / "run.toml"
+    file.write_text(
+        'log = "log.csv"\nwrap = { positon = 1 }\nshift = { controll = 1 }\nmask = "x"\n'
+    )
+    with pytest.raises(RunFileError) as refused:
+        read_record(file, columns=STRAIGHT)
+    for said in ("wrap.positon", "shift.controll", "Did you mean 'control'", "mask: "):
+        assert said in str(refused.value)
