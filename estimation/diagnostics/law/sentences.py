@@ -109,7 +109,8 @@ def scale_text(times: float, left: str = "") -> str:
         (
             True,
             f"the control is recorded {times:.4g} times as large as it is{stands}, which scales "
-            f"every estimate{left}; check its unit and scaling",
+            f"every estimate{left}; check its unit and scaling, or those that position and "
+            "reference share",
         ),
     )
 
