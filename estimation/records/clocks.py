@@ -274,9 +274,6 @@ def check_sample_period(period: object) -> None:
         )
 
 
-_RESAMPLE = Setting("resample", "auto")
-
-
 def clocked(
     table: Table, samples: Mapping[str, Samples], sample_period: float | None
 ) -> dict[str, Samples]:
@@ -366,10 +363,10 @@ def _advice_on_empty(table: Table, role: str, samples: Samples, row: int, *, tim
             "More of them follow one another than can be bridged: resample what is there and cut "
         )
         return Remedy.of(
-            said, "where it is missing (", _RESAMPLE, Setting("gaps", "split"), ")", *more, "."
+            said, "where it is missing (", _EVENLY, Setting("gaps", "split"), ")", *more, "."
         )
     said = "Remove such rows, or resample a column that is written less often than the others ("
-    return Remedy.of(said, _RESAMPLE, ")", *more, ".")
+    return Remedy.of(said, _EVENLY, ")", *more, ".")
 
 
 def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
@@ -381,13 +378,13 @@ def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
                 table,
                 {first: len(shared), role: len(clock)},
                 Remedy.of(
-                    "Where they are sampled at different rates, resample them (", _RESAMPLE, ")."
+                    "Where they are sampled at different rates, resample them (", _EVENLY, ")."
                 ),
             )
         if clock is not shared and not np.array_equal(clock, shared, equal_nan=True):
             raise DataError(
                 f"{table.source}: {first} and {role} are sampled at different times; ",
-                Remedy.of("resample them (", _RESAMPLE, ")."),
+                Remedy.of("resample them (", _EVENLY, ")."),
                 code="different-times",
             )
 

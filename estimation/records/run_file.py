@@ -64,9 +64,10 @@ def read_run(
         It cannot be read, or with all that is wrong in it.
     """
     log, said = read_toml(file, partial(_said, file.parent, axis), RunFileError)
-    unsaid = (None, ())
     said |= {
-        key: value for key, value in given.items() if all(value is not each for each in unsaid)
+        key: value
+        for key, value in given.items()
+        if not (value is None or (isinstance(value, tuple) and not value))
     }
     own = {key: said.pop(key) for key in [*said] if LOG_KEYS[key].is_repair}
     asked = {f.name: getattr(repairs, f.name) for f in fields(Repairs)}

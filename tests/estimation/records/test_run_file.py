@@ -96,15 +96,17 @@ def test_every_key_says_what_its_argument_says(key: str, tmp_path: Path) -> None
 
 def test_examples_of_keys_are_values_of_them(tmp_path: Path) -> None:
     log = write(tmp_path)
+    refused = {}
     for key in LOG_KEYS.values():
         file = tmp_path / "run.toml"
         file.write_text(f'log = "{log.name}"\n{key.name} = {key.example}\n')
         try:
             read_record(file)
         except RunFileError as error:
-            raise AssertionError(key.name) from error
+            refused[key.name] = str(error)
         except AxisidError:
             pass  # it is said of another log
+    assert refused == {}
 
 
 def test_arguments_go_before_what_the_file_says_one_by_one(tmp_path: Path) -> None:
