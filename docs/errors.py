@@ -6,8 +6,7 @@
 # a code of its own it is that of its class, which also decides the exit code of the command line: 2 of a
 # `UsageError`, 3 of a `DataError`, 4 of a `ModelError`, 6 of an `EstimationError`.
 #
-# The table is read from the code: `…` and names stand for what is put in, and a remedy may follow the sentence,
-# which the command line words as options and Python as arguments.
+# The table is read from the code: `…` and names stand for what is put in.
 
 # %% tags=["hide-input"]
 from IPython.display import Markdown, display

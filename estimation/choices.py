@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from axisid.support.errors import UsageError
-from axisid.support.remedy import Setting
 from axisid.support.user_values import is_among, quoted
 
 
@@ -159,7 +158,7 @@ OUTPUTS: Mapping[str, str] = MappingProxyType(
 )
 
 #: How it is asked for.
-OPEN_LOOP_FIT = Setting("fit output", OPEN_LOOP)
+OPEN_LOOP_FIT = f'axisid fit with output="{OPEN_LOOP}"'
 
 #: What the name of a fit begins with among other methods.
 FIT = "fit:"

@@ -11,11 +11,10 @@ from axisid.modeling.derivation import derive
 from axisid.support.errors import UsageError
 from axisid.support.files.regular_file import read_regular, replace_file
 from axisid.support.progress import Progress, with_progress
-from axisid.support.remedy import Remedy, Setting
 
 from .texts import FUNCTIONS, MANIFEST, axis_artefacts
 
-_FOLDER = Setting("output")
+_FOLDER = "output"
 _MOST_SHOWN = 12  # lines of a difference
 _LOOP = Path("loop.h")  # that the native code of every axis includes
 _MARKS = (FUNCTIONS, MANIFEST)  # of a folder that was generated
@@ -86,9 +85,8 @@ def write_files(folder: Path, files: Mapping[Path, str]) -> list[Path]:
                 replace_file(folder / path, files[path])
             except OSError as error:
                 raise UsageError(
-                    f"{folder / path} cannot be written ({error.strerror}); the file is as it "
-                    "was. ",
-                    Remedy.of("Free the space or choose another folder with ", _FOLDER, "."),
+                    f"{folder / path} cannot be written ({error.strerror}); the file is as it was. "
+                    f"Free the space or choose another folder with {_FOLDER}.",
                     code="not-written",
                 ) from error
             written.append(path)
@@ -146,8 +144,8 @@ def _read(path: Path) -> str | None:
         return ""
     except OSError as error:
         raise UsageError(
-            f"{path} cannot be read ({error.strerror}); ",
-            Remedy.of("remove it or choose another folder with ", _FOLDER, "."),
+            f"{path} cannot be read ({error.strerror}); remove it or choose another folder "
+            f"with {_FOLDER}.",
             code="not-read",
         ) from error
 

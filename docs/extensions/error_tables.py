@@ -27,7 +27,7 @@ class CodedError:
     error : str
         Its class, or the name of the argument that says which.
     sentence : str
-        What it says, up to a remedy; what is put in at run time stands in braces.
+        What it says; what is put in at run time stands in braces.
     module : str
         Where, without ``axisid.``.
     """

@@ -29,7 +29,7 @@ def failures(changed: axisid.Record) -> None:
         print(fill(str(reason), 88, initial_indent="      ", subsequent_indent="      "))
     for check in result.verdict:
         if check.status == "fail":
-            print(fill(f"FAIL  {check.line}: {check.note}", 88, subsequent_indent="      "))
+            print(fill(f"FAIL  {check.line}: {check.meaning}", 88, subsequent_indent="      "))
 
 
 failures(record)

@@ -12,7 +12,6 @@ from axisid.support.errors import AxisidError, UsageError, asks_for_tracebacks
 from axisid.support.missing import Missing
 from axisid.support.number_text import plain_numbers
 from axisid.support.real_numbers import is_real
-from axisid.support.remedy import Note, Remedy
 from axisid.support.user_values import quoted
 
 Status = Literal["pass", "note", "fail", "not evaluated"]
@@ -68,9 +67,7 @@ class Check:
     status : {"pass", "note", "fail", "not evaluated"}
         A note is beyond its threshold as well, but what is printed allows for it.
     meaning : str
-        One sentence for the user, up to the remedy where there is one.
-    remedy : Remedy or None
-        How it goes on, where something can be set about it.
+        One sentence for the user: what is found, and what can be done about it.
     figure : float or None
         What was measured.
     threshold : float or None
@@ -83,7 +80,6 @@ class Check:
     name: str
     status: Status
     meaning: str
-    remedy: Remedy | None = None
     figure: float | None = None
     threshold: float | None = None
     p_value: float | None = None
@@ -96,13 +92,13 @@ class Check:
     def not_evaluated(cls, name: str, missing: Missing) -> "Check":
         """A check that could not be made, as a verdict lists it; by a fault it fails."""
         status: Status = "fail" if isinstance(missing, Fault) else "not evaluated"
-        return cls(name=name, status=status, meaning=missing.reason, remedy=missing.remedy)
+        return cls(name=name, status=status, meaning=missing.reason)
 
     @classmethod
     def unless(
         cls,
         name: str,
-        fault: Note | str | None,
+        fault: str | None,
         held: str = "",
         figure: float | None = None,
         most: float | None = None,
@@ -110,12 +106,10 @@ class Check:
         matters: bool = True,
     ) -> "Check":
         """A check that fails by a fault, where there is one; else it says what holds."""
-        said = Note.of(fault or held)
         return cls(
             name=name,
             status=passed(not fault, matters=matters),
-            meaning=said.text,
-            remedy=said.remedy,
+            meaning=fault or held,
             figure=figure,
             threshold=most,
         )
@@ -124,11 +118,6 @@ class Check:
     def line(self) -> str:
         """The line of a verdict that it is of, as `KINDS` has it."""
         return kind_of(self.name).line
-
-    @property
-    def note(self) -> Note:
-        """The whole sentence, to be worded later."""
-        return Note(self.meaning, self.remedy)
 
 
 def made(name: str, find: Callable[[], Check | Missing | None]) -> Check | None:
@@ -164,7 +153,7 @@ def unless_faulty(find: Callable[[], Found]) -> Found | Missing:
     try:
         return find()
     except AxisidError as error:
-        return Missing.of(error.note)
+        return Missing(str(error))
     except MemoryError:
         raise
     except Exception as fault:
@@ -208,9 +197,7 @@ def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | Non
         (True, ("", f" (not evaluated of {_listed(unmade)})")),
     )
     more = after if (unmade if status == "pass" else others) else ""
-    remedy = None if first.remedy is None else Remedy.of(first.remedy, more)
-    said = before + first.meaning + more * (remedy is None)
-    return replace(first, meaning=said, remedy=remedy)
+    return replace(first, meaning=before + first.meaning + more)
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -45,7 +45,6 @@ from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLE
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing, of_found
-from axisid.support.remedy import Remedy, Setting
 
 _OWN_PART = 1e-3  # of a column, below which others span it: slopes by differences are as exact
 _FEWEST = 5.0  # degrees of freedom from which scores tell what is chance
@@ -368,12 +367,10 @@ def alike_check(
 ) -> Check:
     """Whether the records are alike, as a check; each record has a name."""
     shares = [each.share_percent for each in found.records if isinstance(each, Apart)]
-    remedy = Remedy.of(
-        "; say what is known to differ, as a payload that the axis declares (",
-        Setting("known", "NAME=V1,V2"),
-        "), or let each record have its own (",
-        Setting("local", ",".join(found.differing.of.names if found.differing else ())),
-        ")",
+    own = ",".join(found.differing.of.names if found.differing else ())
+    advice = (
+        "; say what is known to differ, as a payload that the axis declares (known NAME=V1,V2), or "
+        f"let each record have its own (local {own})"
     )
     untold = "; ".join(
         f"{name} alone would not tell {'them' if isinstance(e, Missing) else ', '.join(e.untold)}"
@@ -389,8 +386,9 @@ def alike_check(
         source=f"percent of a record's {output} that the parameters it has alone make otherwise "
         "than those of the others; fails where that is more, and chance would make as much in less "
         f"than {100 * levels.level:g} % (Hotelling's test, allowed for the number of records)",
-        meaning=_meaning(found, names, levels, output) + f" ({untold})" * bool(untold),
-        remedy=remedy if found.against and found.differing else None,
+        meaning=_meaning(found, names, levels, output)
+        + f" ({untold})" * bool(untold)
+        + advice * bool(found.against and found.differing),
     )
 
 
@@ -449,7 +447,7 @@ def _tested(
     try:
         change, covariance, freedoms = extended(columns, instruments)
     except EstimationError as error:
-        return Missing.of(error.note)
+        return Missing(str(error))
     record, q = records[number], len(own)
     freedom = float(np.min(freedoms[-q:]))
     if freedom - q + 1 < _FEWEST:

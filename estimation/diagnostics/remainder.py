@@ -18,13 +18,10 @@ from axisid.estimation.thresholds import (
     MIN_MODEL_SHARE,
 )
 from axisid.support.missing import Missing, of_found
-from axisid.support.remedy import Note, Remedy, Setting
 
-_LESS = Remedy.of(
-    "; empty such cells and read with ",
-    Setting("resample", "auto"),
-    ", or let such rows count for less, ",
-    Setting("loss", "huber"),
+_LESS = (
+    '; empty such cells and read with resample="auto", or let such rows count for '
+    'less, loss="huber"'
 )
 _MAX_CLOSE_SIMULATION_ERROR = 10.0  # %, below which nothing is said of the simulation
 _SAME_UNIT = 0.02  # distance of a factor from that of another unit, up to which it is that
@@ -66,11 +63,12 @@ def lacks_check(
         Whether the loss has bounded what outliers do, which are no more than a note then.
     """
     own = [lack for lack in found if lack.check == name]
-    remedy = None
+    advice = ""
     if own and name == "recorded signals":
-        remedy = Remedy.of(": ", _remedy(axis, record, own[0]))
+        advice = f": {_advice(axis, record, own[0])}"
     elif own and name == "outliers" and not bounded:
-        remedy = _LESS
+        advice = _LESS
+    said = "; ".join(sentence(lack, axis, record) for lack in own) or _NOTHING[name]
     return Check(
         name=name,
         status=passed(not own, matters=not bounded),
@@ -81,12 +79,11 @@ def lacks_check(
         f"than those of twins (Hotelling's test, {100 * levels.level:g} % over all that is looked "
         f"for, by Holm's rule) and it is more than {100 * levels.least_share:g} % of the force "
         "beside what the parameters make of it, or moves one by more than its interval",
-        meaning="; ".join(sentence(lack, axis, record) for lack in own) or _NOTHING[name],
-        remedy=remedy,
+        meaning=said + advice,
     )
 
 
-def _remedy(axis: GeneratedAxis, record: Record, found: Lack) -> Remedy:
+def _advice(axis: GeneratedAxis, record: Record, found: Lack) -> str:
     value, deviation, name = found.values[0], found.deviation, found.parameter
     if found.kind == "late signal":
         return advised_shift(name, value, max(MIN_DISTANCE_FROM_NOISE.value * deviation, 0.5))
@@ -95,12 +92,8 @@ def _remedy(axis: GeneratedAxis, record: Record, found: Lack) -> Remedy:
     vague = _SAME_UNIT + MIN_DISTANCE_FROM_NOISE.value * deviation / abs(value)
     if known := scale_remedy(name, column, str(declared.unit), 1 / value, vague):
         return known
-    scaled = Setting("columns", f"{name}={column}:UNIT*{value:.4g}")
-    return Remedy.of(
-        "check its unit and its scale (",
-        scaled,
-        "), and what is declared as known of its force",
-    )
+    scaled = f"columns {name}={column}:UNIT*{value:.4g}"
+    return f"check its unit and its scale ({scaled}), and what is declared as known of its force"
 
 
 def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | None:
@@ -176,7 +169,7 @@ def following(preferred: Estimate, rest: float) -> Check | Missing:
         "that the model does not have"
     )
     lost = f"the simulated loop leaves {error:.3g} % of the {form.left} unexplained; "
-    said = Note("the simulated loop follows the record" + but) if good else Note.of(lost, blamed)
+    said = "the simulated loop follows the record" + but if good else f"{lost}{blamed}"
     return Check(
         name="simulation",
         status=passed(good),
@@ -184,6 +177,5 @@ def following(preferred: Estimate, rest: float) -> Check | Missing:
         threshold=MAX_SIMULATION_ERROR.value,
         source="simulation error in percent of the left side; at 50 the loop explains three "
         "quarters of its power, at 100 nothing",
-        meaning=said.text,
-        remedy=said.remedy,
+        meaning=said,
     )

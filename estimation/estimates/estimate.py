@@ -32,7 +32,6 @@ from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
-from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
 from .value import Distribution, NamedValues, Value
@@ -165,7 +164,7 @@ class Estimate(Presentable, Exact):
         The start and every iterate; empty for least squares.
     started : str
         Where they start, ``least-squares`` or ``nominal``; empty for least squares.
-    remarks : tuple of Note
+    remarks : tuple of str
         What the user should know about this estimate.
     chosen : str
         Of `covariances`, what intervals, draws, curvatures and tests are of.
@@ -203,7 +202,7 @@ class Estimate(Presentable, Exact):
     simulation_error_percent: float | None
     condition_number: float
     iterates: tuple[Iterate, ...]
-    remarks: tuple[Note, ...]
+    remarks: tuple[str, ...]
     covariance_model: Covariance
     deferred: Deferred[Inference]
     started: str = ""

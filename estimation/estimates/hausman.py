@@ -78,7 +78,7 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
     try:
         covariance, freedom = _scatter(one, other)
     except EstimationError as error:
-        return Missing.of(error.note)
+        return Missing(str(error))
     apart = np.subtract(*alike_corrected(one, other))
     if not (np.isfinite(covariance).all() and np.isfinite(apart).all()):
         return Missing("the difference of the two is not finite")

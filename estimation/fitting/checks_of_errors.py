@@ -27,7 +27,6 @@ from axisid.estimation.thresholds import (
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
-from axisid.support.remedy import Remedy, Setting
 
 from .result import OutputFit
 
@@ -44,19 +43,18 @@ def windows_check(of: OutputFit) -> Check | Missing | None:
     try:
         steady = of.predictions.steady_horizon(of.physical)
     except EstimationError as lost:
-        return Missing.of(lost.note)
+        return Missing(str(lost))
     few = _few_windows(of)
-    good, remedy = steady >= of.horizon and not few, _shorter(of) if few else None
+    good = steady >= of.horizon and not few
     said = f"windows of {of.horizon:g} s are short enough that errors do not grow in them"
     if few:
         several = "1 window is" if few == 1 else f"{few} windows are"
-        said = f"{several} too few to tell deviations, or what the model lacks; "
+        said = f"{several} too few to tell deviations, or what the model lacks; {_shorter(of)}"
     if steady < of.horizon:
         said = (
             f"errors grow more than {MAX_GROWTH.value:g} times in windows of {of.horizon:g} s, as "
-            "where friction falls with the velocity; "
+            f"where friction falls with the velocity; use horizon={steady:g}."
         )
-        remedy = Remedy.of("use ", Setting("horizon", f"{steady:g}"), ".")
     return Check(
         name="windows",
         status=passed(good),
@@ -64,7 +62,6 @@ def windows_check(of: OutputFit) -> Check | Missing | None:
         threshold=steady,
         source=MAX_GROWTH.source,
         meaning=said,
-        remedy=remedy,
     )
 
 
@@ -128,14 +125,14 @@ def _few_windows(of: OutputFit) -> int:
     return windows if windows < ADVISED_WINDOWS.value else 0
 
 
-def _shorter(of: OutputFit) -> Remedy:
+def _shorter(of: OutputFit) -> str:
     """Windows so short that they are as many as advised, where they still are windows."""
     length = sum(len(each) * each.period for each in of.records) / ADVISED_WINDOWS.value
     places = 1 - math.floor(math.log10(length))
     shorter = math.floor(length * 10**places) / 10**places
     if shorter < FEWEST_IN_WINDOW * max(record.period for record in of.records):
-        return Remedy.of("follow a longer record.")
-    return Remedy.of("follow a longer record, or use ", Setting("horizon", f"{shorter:g}"))
+        return "follow a longer record."
+    return f"follow a longer record, or use horizon={shorter:g}"
 
 
 def rows_check(of: OutputFit) -> Check | None:

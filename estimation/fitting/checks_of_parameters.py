@@ -18,7 +18,6 @@ from axisid.estimation.thresholds import (
     NEGLIGIBLE_FORCE,
     NEGLIGIBLE_PEAK_FORCE,
 )
-from axisid.support.remedy import Remedy, Setting
 
 from .result import OutputFit
 
@@ -63,14 +62,12 @@ def shown_check(of: OutputFit) -> Check:
     """Whether the outputs show every parameter."""
     several = len(of.outputs) > 1
     said = f"the {' and '.join(of.outputs)} show{'' if several else 's'} every parameter"
-    remedy, unseen = None, [*of.unseen, *_unnamed(of)]
+    unseen = [*of.unseen, *_unnamed(of)]
     if unseen:
         no = "do not" if several else "does not"
-        said = f"the {' and '.join(of.outputs)} {no} show {'; nor '.join(unseen)}; "
-        remedy = Remedy.of(
-            "hold one with ",
-            Setting("fix", f"{unseen[0].split()[0]}=VALUE"),
-            ", or record another motion.",
+        said = (
+            f"the {' and '.join(of.outputs)} {no} show {'; nor '.join(unseen)}; hold one with fix "
+            f"{unseen[0].split()[0]}=VALUE, or record another motion."
         )
     return Check(
         name="parameters shown",
@@ -78,7 +75,6 @@ def shown_check(of: OutputFit) -> Check:
         threshold=MIN_SHOWN.value,
         source=MIN_SHOWN.source,
         meaning=said,
-        remedy=remedy,
     )
 
 
@@ -124,14 +120,10 @@ def one_end_check(of: OutputFit) -> Check | None:
         threshold=MAX_FAR.value,
         source=MAX_FAR.source,
         meaning=(
-            f"the errors are as small at {listed}: {found.away[order[0]]:.2g} of the deviations "
-            f"away, and {found.by_errors:.2g} by the errors. The {outputs} these open along a "
-            "valley, and the deviations are those of one place in it; "
-        ),
-        remedy=Remedy.of(
-            "hold one with ",
-            Setting("fix", f"{of.names[order[0]]}=VALUE"),
-            ", or follow another output.",
+            f"the errors are as small at {listed}: {found.away[order[0]]:.2g} of the "
+            f"deviations away, and {found.by_errors:.2g} by the errors. The {outputs} these "
+            "open along a valley, and the deviations are those of one place in it; hold one "
+            f"with fix {of.names[order[0]]}=VALUE, or follow another output."
         ),
     )
 

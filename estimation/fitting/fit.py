@@ -57,7 +57,6 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.progress import Progress
 from axisid.support.real_numbers import is_real, is_whole
-from axisid.support.remedy import Note, Remedy
 from axisid.support.user_values import is_among, quoted
 
 from .judgement import judged
@@ -378,16 +377,16 @@ class _FitRun:
         self.counted = self.predictions.counted
         self.weighing = Weighing(weights=self.counted, loss=LOSS_FUNCTIONS[self.loss], tuning=1.0)
 
-    def first(self, begins: Sequence[FitStart]) -> tuple[FitStart, Array, list[Note]]:
+    def first(self, begins: Sequence[FitStart]) -> tuple[FitStart, Array, list[str]]:
         """The start that leaves least, where it is, and why those before it cannot be simulated."""
-        why: list[Note] = []
-        tried = list[tuple[FitStart, Array, Array, Array, list[Note]]]()
+        why: list[str] = []
+        tried = list[tuple[FitStart, Array, Array, Array, list[str]]]()
         for begin in begins:
             scale = self.unknowns.scale(begin.physical, begin.size)
             at = self.unknowns.inside(begin.physical, scale)
             lanes = self.predictions(at[None, :])
             if lanes.failures:
-                why.append(Note(f"from {begin.named} values {lanes.failures[0]}"))
+                why.append(f"from {begin.named} values {lanes.failures[0]}")
             else:
                 tried.append((begin, at, lanes.errors[:, 0], scale, [*why]))
         if tried:
@@ -398,10 +397,10 @@ class _FitRun:
             self._weigh(left)
             return first, at, before
         signs, law = self._signs(begins[0]), _law_fault(self.axes, self.records)
-        said = Note.of("the fit cannot start: ", why[0], signs, law)
-        raise EstimationError(said.text, said.remedy, code="fit-start-lost")
+        said = f"the fit cannot start: {why[0]}{signs}{law}"
+        raise EstimationError(said, code="fit-start-lost")
 
-    def _signs(self, begin: FitStart) -> Note | None:
+    def _signs(self, begin: FitStart) -> str:
         """What of a start's estimate is below its bounds, as where a sign is flipped."""
         quantities, low = self.unknowns.quantities, begin.physical < self.unknowns.lower
         below = [
@@ -410,10 +409,10 @@ class _FitRun:
             if is_low
         ]
         if not below:
-            return None
-        return Note(
-            f" The {begin.named} estimate itself is {', '.join(below)}, below the bounds: check "
-            "the signs of the control, of the positions and of the drive gain."
+            return ""
+        return (
+            f" The {begin.named} estimate itself is {', '.join(below)}, below the bounds: "
+            "check the signs of the control, of the positions and of the drive gain."
         )
 
     def searches(
@@ -558,11 +557,12 @@ def _keeps_rests(given: object, outputs: Sequence[str]) -> bool:
     return given == RESTS[1] or OPEN_LOOP in outputs
 
 
-def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> Note | None:
+def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> str:
     """What the control law's check says, where it fails."""
     law = first_failing([check_law(*each) for each in zip(axes, records, strict=True)])
-    failed = isinstance(law, LawCheck) and not law.passed
-    return Note.of(" The control law: ", law.note, ".") if failed else None
+    if isinstance(law, LawCheck) and not law.passed:
+        return f" The control law: {law.sentence}."
+    return ""
 
 
 def _outputs(given: object) -> tuple[str, ...]:
@@ -596,9 +596,8 @@ def checked_horizon(given: object, outputs: Sequence[str]) -> float | None:
         )
     if OPEN_LOOP not in outputs:
         raise UsageError(
-            f"a horizon is given, and the {' and '.join(outputs)} of a loop has no windows; leave "
-            "it out, or follow ",
-            Remedy.of(OPEN_LOOP_FIT, "."),
+            f"a horizon is given, and the {' and '.join(outputs)} of a loop has no windows; "
+            f"leave it out, or follow {OPEN_LOOP_FIT}.",
             code="fit-horizon-unused",
         )
     return float(given)

@@ -15,7 +15,6 @@ from axisid.estimation.parameters import START
 from axisid.estimation.searches import MOST_STEPS
 from axisid.estimation.thresholds import NOTICEABLE_BIAS
 from axisid.support.missing import Missing
-from axisid.support.remedy import Remedy, Setting
 
 from .checks_of_errors import (
     joined_check,
@@ -206,10 +205,10 @@ def _begun(of: OutputFit) -> Check | None:
         source="measured: of twins cut 0.1 s long from a move 80 % of intervals hold without, "
         "100 % with",
         meaning=(
-            "the record begins in motion, and the loop where its first samples say; with another "
-            f"start {of.names[worst]} would move {share}, which its deviation counts; "
+            "the record begins in motion, and the loop where its first samples say; with "
+            f"another start {of.names[worst]} would move {share}, which its deviation counts; "
+            f'find the start with the parameters by free="{START}".'
         ),
-        remedy=Remedy.of("find the start with the parameters by ", Setting("free", START), "."),
     )
 
 

@@ -102,7 +102,7 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
     start : (P,) array
     started : str
         Where it is from: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
-    remarks : tuple of Note
+    remarks : tuple of str
     judge : callable
         Gives the checks of a fit.
     levels : Levels

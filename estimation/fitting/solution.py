@@ -24,7 +24,6 @@ from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
-from axisid.support.remedy import Note
 
 from .rests import Rests
 from .spread import (
@@ -62,7 +61,7 @@ class FitSolution:
     started : str
         Where the start is from: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
     weighing : Weighing
-    remarks : tuple of Note
+    remarks : tuple of str
     best : Found
         The search that is told.
     searches : tuple of Found
@@ -83,7 +82,7 @@ class FitSolution:
     started: str
     scale: Array
     weighing: Weighing = field(repr=False, compare=False)
-    remarks: tuple[Note, ...]
+    remarks: tuple[str, ...]
     best: Found
     searches: tuple[Found, ...]
     bootstrap: int

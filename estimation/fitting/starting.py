@@ -32,7 +32,6 @@ from axisid.modeling.quantities import State
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, UsageError
 from axisid.support.real_numbers import is_real
-from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
 _PART_OF_FORCE = 1e-3  # that a parameter of its least size makes
@@ -187,7 +186,7 @@ def check_remembered(
 
 def starts_from(
     asked: StartLike, shared: Shared, form: Form, model: Form, gain: str
-) -> tuple[list[FitStart], list[Note]]:
+) -> tuple[list[FitStart], list[str]]:
     """Starts in the order in which they are tried, and why others came to nothing.
 
     Parameters
@@ -222,7 +221,7 @@ def starts_from(
             code="unknown-fit-start",
         )
     if shared.axis.states:
-        return [nominal], [Note("the friction remembers, so that nothing estimates a start")]
+        return [nominal], ["the friction remembers, so that nothing estimates a start"]
     found, why = [], []
     for name in FIT_STARTS[FIT_STARTS.index(asked) : -1]:
         try:
@@ -231,7 +230,7 @@ def starts_from(
             found.append(_of_estimate(estimate, names, name, *others))
             break
         except AxisidError as error:
-            why.append(error.note)
+            why.append(str(error))
     return [*found, nominal], why
 
 

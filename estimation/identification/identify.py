@@ -30,7 +30,6 @@ from axisid.estimation.twins import DEFAULT_COUNT, check_count
 from axisid.modeling.declaration import Axis, leave_out
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError
-from axisid.support.remedy import Note
 from axisid.support.user_values import is_among, quoted
 
 from .drive_time import (
@@ -185,7 +184,7 @@ def identify_problem(
     *,
     lags: int | None = None,
     covariance: str = "hac",
-    set_aside: Mapping[str, Note] | None = None,
+    set_aside: Mapping[str, str] | None = None,
     start: str,
     loss: str = ROW_LOSSES[0],
     bootstrap: int = DEFAULT_COUNT,
@@ -193,8 +192,8 @@ def identify_problem(
 ) -> Identification:
     """`identify` from records that are filtered already, by the prefilter that was asked for."""
     estimates: dict[str, Estimate] = {}
-    skipped: dict[str, Note] = {}
-    failed: dict[str, Note] = {}
+    skipped: dict[str, str] = {}
+    failed: dict[str, str] = {}
     lost: EstimationError | None = None
     chosen = [*METHODS] if requested is None else requested
     twins = None
@@ -215,13 +214,13 @@ def identify_problem(
         except (ModelError, LoopDataError) as error:
             if requested is not None:
                 raise
-            skipped[method] = error.note
+            skipped[method] = str(error)
         except EstimationError as error:
             if requested is None and not estimates:
                 raise
             # Nobody asked for it, and it rests on more than the others: they stand without it.
             unasked = requested is None and is_output_error(method)
-            (skipped if unasked else failed)[method] = error.note
+            (skipped if unasked else failed)[method] = str(error)
             lost = lost or error
     if lost is not None and not estimates:
         raise lost
@@ -353,7 +352,7 @@ def _axis_with(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxi
     except AxisidError as error:
         said = ", ".join(f"{name} at its bound {bound:g}" for name, bound in bounds.items())
         raise EstimationError(
-            f"with {said} there is no axis left: {error.problem.rstrip('.')}. Check the signs "
+            f"with {said} there is no axis left: {str(error).rstrip('.')}. Check the signs "
             "and units of the record.",
             code="nothing-within-bounds",
         ) from error

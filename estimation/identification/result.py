@@ -28,7 +28,6 @@ from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable, view_of
 from axisid.support.real_numbers import is_whole
-from axisid.support.remedy import Note
 from axisid.support.uncached import Uncached
 from axisid.support.user_values import quoted
 
@@ -228,14 +227,14 @@ class Identification(OfProblem, ByMethod, Uncached, Presentable, Exact):
         The records under their filters, with what was chosen for them and what they share.
     estimates : mapping of str to Estimate
         By method.
-    skipped : mapping of str to Note
+    skipped : mapping of str to str
         Methods that were not asked for by name and that axis or record do not allow, with the
         reason.
-    failed : mapping of str to Note
+    failed : mapping of str to str
         Methods that were not asked for by name and came to nothing, with the reason.
     requested : Prefilter or None
         The prefilter before what it left open was chosen for the record.
-    set_aside : mapping of str to Note
+    set_aside : mapping of str to str
         Records that could not be used and were to be skipped, by name, with the reason.
     drive_time : DriveTime or None
         The drive's lag or delay where it was estimated; the deviations of all parameters have what
@@ -248,10 +247,10 @@ class Identification(OfProblem, ByMethod, Uncached, Presentable, Exact):
 
     problem: Problem
     estimates: Mapping[str, Estimate]
-    skipped: Mapping[str, Note]
-    failed: Mapping[str, Note]
+    skipped: Mapping[str, str]
+    failed: Mapping[str, str]
     requested: Prefilter | None = None
-    set_aside: Mapping[str, Note] = field(default_factory=dict)
+    set_aside: Mapping[str, str] = field(default_factory=dict)
     drive_time: DriveTime | None = None
     levels: Levels = DEFAULT_LEVELS
     further: tuple[Check, ...] = ()
@@ -271,7 +270,7 @@ class Identification(OfProblem, ByMethod, Uncached, Presentable, Exact):
         """Declared parameters that were held at a bound, as `identify` was asked to."""
         return self.problem.held
 
-    def with_set_aside(self, unread: Mapping[str, Note]) -> "Identification":
+    def with_set_aside(self, unread: Mapping[str, str]) -> "Identification":
         """The same with records that could not even be read."""
         return replace(self, set_aside={**unread, **self.set_aside}) if unread else self
 

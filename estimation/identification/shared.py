@@ -13,7 +13,6 @@ from axisid.estimation.problems import Problem, check_time_known
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.errors import AxisidError, UsageError
-from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import quoted
 
 from .bound import bound_records, layout_for, tells_gain, weighted
@@ -21,7 +20,7 @@ from .bound import bound_records, layout_for, tells_gain, weighted
 
 def usable_records(
     axis: GeneratedAxis, records: Sequence[Record], as_given: Prefilter | None, *, skip_bad: bool
-) -> tuple[list[int], dict[str, Note]]:
+) -> tuple[list[int], dict[str, str]]:
     """Which of several records the filter serves, and why not the others.
 
     One is refused later; without a filter all serve.
@@ -34,7 +33,7 @@ def usable_records(
     if len(records) == 1 or as_given is None:
         return [*range(len(records))], {}
     filters = prefilters_of(as_given, records[0].period, [record.period for record in records])
-    usable, bad = [], dict[str, Note]()
+    usable, bad = [], dict[str, str]()
     pairs = zip(record_labels(records), records, filters, strict=True)
     for i, (name, record, prefilter) in enumerate(pairs):
         try:
@@ -42,12 +41,12 @@ def usable_records(
                 _ = FilteredRecord.bind(axis, record, prefilter).force
             usable.append(i)
         except AxisidError as error:
-            bad[name] = error.note
+            bad[name] = str(error)
     check_bad(bad, len(records), skip_bad=skip_bad)
     return usable, bad
 
 
-def check_bad(bad: Mapping[str, Note], count: int, *, skip_bad: bool) -> None:
+def check_bad(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
     """Refuse records that cannot be used, all of them at once, each with its reason.
 
     Raises
@@ -57,34 +56,30 @@ def check_bad(bad: Mapping[str, Note], count: int, *, skip_bad: bool) -> None:
     """
     if not bad or (skip_bad and len(bad) < count):
         return
-    reasons = Note.joined(
-        "; ", (Note.of(f"{name}: ", _unnamed(name, note)) for name, note in bad.items())
-    )
-    said = Note.of(f"{len(bad)} of {count} records cannot be used: ", reasons)
+    reasons = "; ".join(f"{name}: {_unnamed(name, note)}" for name, note in bad.items())
+    said = f"{len(bad)} of {count} records cannot be used: {reasons}"
     if len(bad) < count:
-        advice = Remedy.of(" Mend them, or go on without them: ", Setting("skip-bad"), ".")
-        said = Note(said.text, Remedy.of(said.remedy or "", advice))
-    raise UsageError(said.text, said.remedy, code="bad-records")
+        said += " Mend them, or go on without them: skip-bad."
+    raise UsageError(said, code="bad-records")
 
 
-def _unnamed(name: str, note: Note) -> Note:
+def _unnamed(name: str, note: str) -> str:
     """A reason that does not begin with the record's name once more."""
-    text = note.text
     for said in (name, Path(name).name):
-        text = text.removeprefix(f"{said}: ").removeprefix(f"{said}, ")
-    return Note(text, note.remedy)
+        note = note.removeprefix(f"{said}: ").removeprefix(f"{said}, ")
+    return note
 
 
 def layout_without(
     axis: GeneratedAxis,
     whole: JointForm | None,
     used: Sequence[int],
-    aside: Mapping[str, Note],
+    aside: Mapping[str, str],
     local: Sequence[str],
     known: Mapping[str, Sequence[Told]] | None,
     *,
     commanded: bool,
-) -> tuple[JointForm | None, tuple[str, ...], dict[str, list[Told]], dict[str, Note]]:
+) -> tuple[JointForm | None, tuple[str, ...], dict[str, list[Told]], dict[str, str]]:
     """What several records share, each has for itself, and is known of each, where some are left.
 
     Where one is left, its own parameters are those of all. The reasons are given again, the last of
@@ -97,7 +92,7 @@ def layout_without(
         How the parameters of all records are shared.
     used : sequence of int
         The records that are left.
-    aside : mapping of str to Note
+    aside : mapping of str to str
         Why others are set aside.
     local, known, commanded
         As of `layout_for`, of all records.
@@ -109,7 +104,7 @@ def layout_without(
     left, why = layout_for(axis, len(used), own, of_used, commanded=commanded), dict(aside)
     if whole is not None and (lost := _lost(axis, whole, left, used)):
         name, note = list(why.items())[-1]
-        why[name] = Note.of(note, f" Without {'it' if len(why) == 1 else 'these'} {lost}.")
+        why[name] = f"{note} Without {'it' if len(why) == 1 else 'these'} {lost}."
     return left, own, of_used, why
 
 
@@ -164,7 +159,7 @@ class Shared:
         As `identify` takes it.
     commanded : bool
         Whether a known force may tell the drive gain.
-    set_aside : mapping of str to Note
+    set_aside : mapping of str to str
         Records that are not used, with the reason.
     """
 
@@ -174,7 +169,7 @@ class Shared:
     local: tuple[str, ...]
     known: Mapping[str, Sequence[Told]]
     commanded: bool
-    set_aside: Mapping[str, Note]
+    set_aside: Mapping[str, str]
 
     def layout(self, axis: GeneratedAxis) -> JointForm | None:
         """How the parameters of an axis are shared; None where all are, of all records.
@@ -243,9 +238,8 @@ def shared_records(
         )
     if own and len(records) == 1:
         raise UsageError(
-            f"{', '.join(own)} {'is' if len(own) == 1 else 'are'} to be each record's own, and "
-            "there is 1 record; ",
-            Remedy.of("give several, or ", Setting("local", given=False), "."),
+            f"{', '.join(own)} {'is' if len(own) == 1 else 'are'} to be each record's own, "
+            "and there is 1 record; give several, or leave local out.",
             code="local-of-one",
         )
     commanded = tells_gain(records, gain)

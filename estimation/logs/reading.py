@@ -17,7 +17,6 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 from axisid.support.files.memory import MEMORY, SHORTER_FILES, Room, room_for
 from axisid.support.files.unchanged import changed, digest_of, read_whole, stamps
-from axisid.support.remedy import Remedy
 
 from .columnar import read_frame
 from .formats import (
@@ -96,8 +95,7 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
         raise DataError(f"{file} cannot be read: {error.strerror}. Check the path.") from error
     except MemoryError as error:
         raise DataError(
-            f"{file} cannot be read: there is not enough memory for it. ",
-            Remedy.of(f"{SHORTER_FILES}."),
+            f"{file} cannot be read: there is not enough memory for it. {SHORTER_FILES}.",
             code=MEMORY,
         ) from error
     return replace(table, sha256=sha256, path=os.path.abspath(file))
@@ -139,7 +137,7 @@ def _as_text(file: Path, content: bytes, *, drop_tail: bool) -> Table:
     except DataError as error:
         if error.code != NO_TEXT:
             raise
-        problem = f"{error.problem.removesuffix('.')}, or give the file the ending of its format "
+        problem = f"{str(error).removesuffix('.')}, or give the file the ending of its format "
         raise DataError(f"{problem}({format_endings()}).", code=NO_TEXT) from error
 
 

@@ -70,7 +70,7 @@ class Bootstrap:
             except (ModelError, LoopDataError):  # which the verdict tells
                 why = "there is no loop to simulate"
             except (DataError, EstimationError) as error:
-                why = error.problem.rstrip("; ")
+                why = str(error).rstrip("; ")
         return why
 
     def _less_bias(self, fit: Fit) -> Twins | str:

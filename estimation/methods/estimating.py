@@ -32,7 +32,6 @@ from axisid.estimation.twins import Calibration, Chain, Twins, calibrated
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.deferred import Deferred
 from axisid.support.errors import DataError, EstimationError, ModelError
-from axisid.support.remedy import Note
 
 from .bootstrap import TOO_FEW, Bootstrap, with_loops
 from .method import Fit, Method, loss_remarks
@@ -122,7 +121,7 @@ def estimate_by(
         condition_number=condition_number(fit.measured.regressor),
         iterates=fit.iterates,
         started=fit.started,
-        remarks=tuple(map(Note.of, remarks)),
+        remarks=remarks,
         covariance_model=models[covariance],
         chosen=covariance,
         gain_relative_sd=gain_relative_sd(problem),
@@ -169,18 +168,18 @@ def _row_times(problem: Problem) -> Array | None:
     return times[0] if len(times) == 1 else problem.stacked(lambda data: data.times_of_rows)
 
 
-def _remarks(problem: Problem, fit: Fit) -> list[str | Note]:
+def _remarks(problem: Problem, fit: Fit) -> list[str]:
     """What the user should know whatever the method."""
     every = (data.sampling.filter.remarks() for data in problem.data)
-    remarks: list[str | Note] = [*dict.fromkeys(remark for of_one in every for remark in of_one)]
+    remarks: list[str] = [*dict.fromkeys(remark for of_one in every for remark in of_one)]
     if few := few_rows(*fit.measured.regressor.shape):
         remarks.append(f"{few}; record longer, or decimate less")
     if math.inf > fit.simulation_error_percent > NO_RELATION.value:
         remarks.append(
-            Note.of(
-                "the simulated loop does not follow the record; ",
+            "the simulated loop does not follow the record; "
+            + (
                 rests_first(problem.rest)
-                or "check the control law, the reference and the signs and units of the columns",
+                or "check the control law, the reference and the signs and units of the columns"
             )
         )
     return remarks

@@ -37,7 +37,6 @@ from axisid.estimation.simulation import Simulation, StepBudget
 from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError
-from axisid.support.remedy import Note, Remedy, Setting
 
 from .method import (
     Fit,
@@ -135,7 +134,7 @@ class Start:
     named : {"least-squares", "nominal"}
     loops : tuple of Simulation
         Simulated with it; empty where they are still to be.
-    why_not : Note or None
+    why_not : str or None
         Why it does not start from least squares, where it was to.
     right : tuple of array or None
         Intercept and regressor of the loops, reduced, where the iteration's own form made them.
@@ -144,7 +143,7 @@ class Start:
     physical: Array
     named: str
     loops: tuple[Simulation, ...] = ()
-    why_not: Note | None = None
+    why_not: str | None = None
     right: tuple[Array, Array] | None = None
 
 
@@ -231,20 +230,19 @@ class Iteration:
 
     def _moving(self, physical: Array) -> EstimationError:
         rests = rests_first(self._on.rest)
-        cause = Note.of("It may be that ", rests, ".") if rests else self._elsewhere()
-        said = Note.of(
+        cause = f"It may be that {rests}." if rests else self._elsewhere()
+        said = (
             f"{self._method} still moves after {_MOST} iterations; the last estimate is "
-            f"{self._form.describe(physical)}. ",
-            cause,
+            f"{self._form.describe(physical)}. {cause}"
         )
-        return EstimationError(said.text, said.remedy, code="no-convergence")
+        return EstimationError(said, code="no-convergence")
 
-    def _elsewhere(self) -> Remedy:
+    def _elsewhere(self) -> str:
         """What to try where nothing is known of the record."""
         law = "Check the control law against the record, and start from "
         if self._start.named == NOMINAL_START:
-            return Remedy.of(law, "better nominal values.")
-        return Remedy.of(law, "the nominal values: ", Setting("start", NOMINAL_START), ".")
+            return f"{law}better nominal values."
+        return f'{law}the nominal values: start="{NOMINAL_START}".'
 
     def _at(self, physical: Array) -> IterationState:
         """The rows, and those of the loop simulated with parameters (p,), an iterate."""
@@ -337,8 +335,7 @@ class Iteration:
         try:
             yield
         except EstimationError as error:
-            problem = f"{what}: {error.problem}"
-            raise EstimationError(problem, error.remedy, code=error.code) from error
+            raise EstimationError(f"{what}: {error}", code=error.code) from error
 
 
 class Instruments(Method):
@@ -361,7 +358,7 @@ class Instruments(Method):
             near = first.fit()
             if not first.jumps:
                 return near
-        nominal = _nominal_start(form, Note("from least squares it comes to no end"))
+        nominal = _nominal_start(form, "from least squares it comes to no end")
         second = self.iterated(self, form, nominal, problem)
         try:
             found = second.fit()
@@ -392,19 +389,19 @@ def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
     try:
         fit = LeastSquares(name="idm-ls", form=InverseForm).fit(problem)
     except (DataError, EstimationError) as error:
-        return form, _nominal_start(form, error.note)
+        return form, _nominal_start(form, str(error))
     if isinstance(fit.simulated, NotSimulated):
-        return form, _nominal_start(form, fit.simulated.note)
+        return form, _nominal_start(form, fit.simulated.reason)
     if not fit.follows:
         left = f"{fit.simulation_error_percent:.3g} %"
         said = f"the loop of least squares leaves {left} of the force unexplained"
-        return form, _nominal_start(form, Note(said))
+        return form, _nominal_start(form, said)
     physical = fit.form.physical(fit.solution.theta)[0]
     right = fit.right if isinstance(form, InverseForm) else None
     return form, Start(physical, LEAST_SQUARES_START, fit.loops, right=right)
 
 
-def _nominal_start(form: Form, why_not: Note | None = None) -> Start:
+def _nominal_start(form: Form, why_not: str | None = None) -> Start:
     """The nominal values of a linear model, and why it is not least squares."""
-    said = None if why_not is None else Note.of(_FROM_NOMINAL, why_not)
+    said = None if why_not is None else f"{_FROM_NOMINAL}{why_not}"
     return Start(form.start, NOMINAL_START, why_not=said)

@@ -43,7 +43,6 @@ from axisid.estimation.thresholds import (
 )
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
-from axisid.support.remedy import Note, Remedy, Setting
 
 _NO_LOOP = NotSimulated("the method simulates no loop")
 
@@ -70,7 +69,7 @@ class Fit:
         Intercept and regressor of the loops, reduced, where they were simulated with the solution.
     simulated : (n,) array or NotSimulated
         Left side as the simulated loops have it.
-    remarks : tuple of str or Note
+    remarks : tuple of str or str
     """
 
     form: Form
@@ -82,7 +81,7 @@ class Fit:
     loops: tuple[Simulation, ...] = ()
     right: tuple[Array, Array] | None = None
     simulated: Array | NotSimulated = _NO_LOOP
-    remarks: tuple[str | Note, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def physical(self) -> Array:
@@ -225,8 +224,8 @@ def check_loss(loss: str, form: Form) -> None:
     if loss in LOSS_FUNCTIONS and not form.is_linear:
         raise ModelError(
             f"the {loss} loss is of models that are linear in their parameters, and axis "
-            f"{form.axis.axis.name!r} is not; ",
-            Remedy.of("use ", Setting("loss", SQUARES_LOSS), ", or fit the control with a loss."),
+            f'{form.axis.axis.name!r} is not; use loss="{SQUARES_LOSS}", or fit the control '
+            "with a loss.",
             code="loss-of-nonlinear",
         )
 
@@ -279,13 +278,13 @@ class LeastSquares(Method):
             loops, intercept, right = problem.simulated(form, form.physical(solution.theta)[0])
         except (ModelError, DataError, EstimationError) as error:
             by_estimate = isinstance(error, EstimationError)
-            said = Note.of("no simulation error, since ", error.note)
+            said = f"no simulation error, since {error!s}"
             return Fit(
                 form=form,
                 measured=measured,
                 solution=solution,
                 solver=solver,
-                simulated=NotSimulated(error.problem, error.remedy, by_estimate=by_estimate),
+                simulated=NotSimulated(str(error), by_estimate=by_estimate),
                 remarks=(said,) if by_estimate else (),  # what no method has, the verdict tells
             )
         simulated: Array = right @ solution.theta + intercept

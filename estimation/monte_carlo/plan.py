@@ -20,7 +20,6 @@ from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError
 from axisid.support.mappings import FrozenMapping
 from axisid.support.real_numbers import is_whole
-from axisid.support.remedy import Note
 from axisid.support.user_values import quoted
 
 #: What the intervals of a fit are of: errors that follow an autoregression.
@@ -254,7 +253,7 @@ def twin_of(axis: GeneratedAxis, truth: object, moves: object) -> GeneratedAxis:
             given = replace(given, truth={**before.truth, **given.truth})
         declared = replace(declared, experiment=given)
     except ModelError as error:
-        raise UsageError(error.problem, error.remedy, code=error.code) from error
+        raise UsageError(str(error), code=error.code) from error
     return build(declared, native=axis.native.enabled)
 
 
@@ -319,7 +318,7 @@ class DrawnChain:
         return chain.logged(record, self.draws(_SENSORS), self.draws(_CONTROL))
 
 
-def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Record | Note]]:
+def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Record | str]]:
     """The record of each run, or why there is none; made when it is asked for."""
     made = twin_plan(plan.twin)
     for run in runs:
@@ -328,10 +327,10 @@ def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Reco
         try:
             loop = own.loop(drawn.position)
         except AxisidError as error:
-            yield run, error.note
+            yield run, str(error)
             continue
         still = _at_rest(own, loop.position)
-        yield run, Note(still) if still else drawn.record(own, loop)
+        yield run, still if still else drawn.record(own, loop)
 
 
 def _at_rest(plan: TwinPlan, position: Array) -> str:

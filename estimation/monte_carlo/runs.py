@@ -20,7 +20,6 @@ from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import Record
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
-from axisid.support.remedy import Note, as_arguments
 
 from .plan import COLOURED, IID, DrawnChain, MonteCarloPlan, are_lanes, twin_lanes, twins
 
@@ -199,10 +198,10 @@ def _lane_values(
         yield Estimand(method, quantity.name, quantity.unit), _row(value, value, intervals)
 
 
-def _run(plan: MonteCarloPlan, number: int, record: Record | Note) -> _Run:
+def _run(plan: MonteCarloPlan, number: int, record: Record | str) -> _Run:
     run, is_judged = _Run(number), number < plan.checks
-    if isinstance(record, Note):
-        run.lost(SIMULATION, record.worded(as_arguments))
+    if isinstance(record, str):
+        run.lost(SIMULATION, record)
         return run
     result = _identified(plan, run, record, plan.bootstrap if is_judged else 0)
     if result is not None:

@@ -15,7 +15,6 @@ from axisid.estimation.records import is_same_period
 from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.support.errors import UsageError
 from axisid.support.real_numbers import is_real
-from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -195,8 +194,7 @@ def _multiple(least: Fraction, decimate: int, lowest: int) -> Fraction:
 def _apart(periods: Sequence[float]) -> UsageError:
     listed = ", ".join(f"{period:.6g}" for period in periods)
     return UsageError(
-        f"the records are sampled every {listed} s, which have no common multiple for rows to be "
-        "apart by; ",
-        Remedy.of("resample them to one rate with ", Setting("resample", "HZ"), "."),
+        f"the records are sampled every {listed} s, which have no common multiple for "
+        "rows to be apart by; resample them to one rate with resample=HZ.",
         code="no-common-period",
     )

@@ -30,7 +30,6 @@ from axisid.modeling.derivation import CommonParameters, common_parameters
 from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import ModelError, UsageError
-from axisid.support.remedy import Remedy, Setting
 
 from .known import Known
 
@@ -269,13 +268,13 @@ def _check(
     if fixed := axis.base.known:
         values = [f"{p.known}+-{p.known_sd}" if p.known_sd else str(p.known) for p in fixed]
         settings = [
-            Setting("known", f"{p.name}={','.join([value] * records)}")
+            f"known {p.name}={','.join([value] * records)}"
             for p, value in zip(fixed, values, strict=True)
         ]
         raise UsageError(
             f"{' and '.join(p.name for p in fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, "
-            "which is weighed where all parameters are shared; in its place say of each record ",
-            Remedy.of(*settings, "."),
+            "which is weighed where all parameters are shared; in its place say of each record "
+            f"{' and '.join(settings)}.",
             code="fixed-of-several",
         )
     if not {*declared} - {each.name for each in known}:

@@ -24,7 +24,6 @@ from axisid.estimation.simulation import LoopInputs
 from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
-from axisid.support.remedy import Remedy, Setting
 
 from .layout import GAIN, JointForm, drive_gain_of
 
@@ -340,10 +339,10 @@ def _check(axis: GeneratedAxis, names: Sequence[str]) -> None:
         )
     if not _is_multiple(axis):
         raise ModelError(
-            f"the drive gain of axis {name!r} cannot be free: its equation of motion has a force "
-            "of numbers alone, such as that of a rotor's inertia, which another gain would move; "
-            "declare the number as a parameter, and say its value of the record; ",
-            Remedy.of(Setting("known", "NAME=VALUE"), "."),
+            f"the drive gain of axis {name!r} cannot be free: its equation of motion has a "
+            "force of numbers alone, such as that of a rotor's inertia, which another gain "
+            "would move; declare the number as a parameter, and say its value of the record; "
+            "known NAME=VALUE.",
             code="free-gain-numbers",
         )
 

@@ -43,7 +43,6 @@ from axisid.estimation.simulation import (
 )
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError
-from axisid.support.remedy import Remedy, Setting
 
 from .lanes import STEP, Predictions
 
@@ -102,10 +101,8 @@ def _column(record: Record, role: str, values: Array | None) -> Array:
     if values is not None:
         return np.asarray(values)
     raise DataError(
-        f"{record.provenance.source} has no {role} column, which the fit is to follow; ",
-        Remedy.of(
-            "name it with ", Setting("columns", f"{role}=NAME"), ", or choose another output."
-        ),
+        f"{record.provenance.source} has no {role} column, which the fit is to follow; "
+        f"name it with columns {role}=NAME, or choose another output.",
         code="no-output",
     )
 

@@ -23,7 +23,6 @@ from axisid.estimation.thresholds import ADVISED_WINDOWS, MAX_GROWTH
 from axisid.modeling.laws import cascade_pd
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError, UsageError
-from axisid.support.remedy import Remedy, Setting
 
 from .lanes import LANE_LOST, Predictions
 
@@ -440,8 +439,8 @@ def _control(axis: GeneratedAxis, record: Record) -> Array:
     if record.force is not None and drive.is_gain:
         return np.asarray(record.force / float(drive.gain))
     raise DataError(
-        f"{record.provenance.source} has no control column, under which the axis is to move; ",
-        Remedy.of("name it with ", Setting("columns", "control=NAME"), "."),
+        f"{record.provenance.source} has no control column, under which the axis is to "
+        "move; name it with columns control=NAME.",
         code="no-control",
     )
 

@@ -26,7 +26,6 @@ from axisid.estimation.simulation import Simulation, StepBudget
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError
 from axisid.support.number_text import range_text
-from axisid.support.remedy import Remedy
 from axisid.support.uncached import Uncached
 
 from .visibility import (
@@ -332,7 +331,5 @@ def adding(sentence: Callable[[], str]) -> Iterator[None]:
         yield
     except AxisidError as error:
         if what := sentence():
-            more = error.remedy and Remedy.of(error.remedy, f" {what}")
-            problem = error.problem if more else f"{error.problem} {what}"
-            raise type(error)(problem, more, code=error.code) from error
+            raise type(error)(f"{error} {what}", code=error.code) from error
         raise

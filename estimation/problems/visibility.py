@@ -21,7 +21,6 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter, parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, ModelError, UsageError
-from axisid.support.remedy import Remedy, Setting
 
 # times the record's largest force that a term would have to make to show: others may cancel it
 _MAX_CANCELLED_FORCE = 10.0
@@ -134,9 +133,8 @@ def check_has_rows(axis: Axis) -> None:
 
 #: Where what is left out near reversals and rests may show a parameter.
 _KEEPING = (
-    "For what acts near these, keep those samples (",
-    Setting("reversals", "keep"),
-    "), or fit the simulated loop (axisid fit), which has them all; otherwise record",
+    'For what acts near these, keep those samples (reversals="keep"), or fit the simulated loop '
+    "(axisid fit), which has them all; otherwise record"
 )
 
 
@@ -181,12 +179,9 @@ def check_visible(
     if unseen:
         turns = ", without the samples near reversals and rests" if without_turns else ""
         raise EstimationError(
-            f"{source} does not show {', '.join(unseen)}{turns}: {'; '.join(unseen.values())}. ",
-            Remedy.of(
-                *(_KEEPING if without_turns else ("Record",)),
-                " a motion that stays longer where the force depends on it, or ",
-                _without(axis, tuple(unseen)),
-            ),
+            f"{source} does not show {', '.join(unseen)}{turns}: {'; '.join(unseen.values())}. "
+            f"{_KEEPING if without_turns else 'Record'} a motion that stays longer where the force "
+            f"depends on it, or {_without(axis, tuple(unseen))}",
             code="not-shown",
         )
 
@@ -287,12 +282,15 @@ def _unexplained(regressor: Array, left: Array, rows: int) -> float:
     return float(np.linalg.norm(residuals)) / float(np.sqrt(rows - regressor.shape[1]))
 
 
-def _without(axis: GeneratedAxis, names: tuple[str, ...]) -> Remedy:
+def _without(axis: GeneratedAxis, names: tuple[str, ...]) -> str:
     """How to do without parameters, each of which may be made of declared ones."""
     made = {q.name: q.expression for q in axis.parameters if q.expression}
     plain = [name for name in names if name not in made]
     them = "it" if len(names) == 1 else "them"
-    settings = [Setting("leave-out", name) for name in plain]
-    said = Remedy.of(f"leave {them} out: ", *settings) if plain else None
+    said = (
+        [f"leave {them} out ({' and '.join(f'leave-out {name}' for name in plain)})"]
+        if plain
+        else []
+    )
     others = [f"leave out a parameter of {made[name]}" for name in names if name in made]
-    return Remedy.of(said, "; " if said and others else "", "; ".join(others), ".")
+    return f"{'; '.join([*said, *others])}."

@@ -20,7 +20,6 @@ from axisid.estimation.tables import Repair, Samples
 from axisid.estimation.thresholds import LIMIT_TOLERANCE, MAX_SMOOTH_STEP
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, runs
-from axisid.support.remedy import Note, Remedy, Setting
 
 # of the limit, from a flat top that is at it: more than a converter's noise
 _MAX_LIMIT_EXCESS_AT_TOP = 0.02
@@ -69,7 +68,7 @@ def clipped(samples: Mapping[str, Samples], axis: Axis | None) -> tuple[dict[str
     return found, Repair(kind="clipped", count=sum(counts.values()), text=text)
 
 
-def clipping_notes(samples: Mapping[str, Samples], axis: Axis | None) -> list[Note]:
+def clipping_notes(samples: Mapping[str, Samples], axis: Axis | None) -> list[str]:
     """What is said of a control or a force that is cut off, but for a control at the limit.
 
     Parameters as of `clipped`.
@@ -85,7 +84,7 @@ def clipping_notes(samples: Mapping[str, Samples], axis: Axis | None) -> list[No
         f"the {role} is cut off in {int(cut.sum())} samples{_at(values, cut)}, as by a recorder or "
         "a converter: if the drive did not, leave them out with "
     )
-    return [Note(said, Remedy.of(Setting("mask", "clipped")))]
+    return [f'{said}mask = "clipped" in run.toml']
 
 
 def _at(values: Array, mask: Mask) -> str:
@@ -244,7 +243,7 @@ _BEYOND = 2  # samples beyond them, over which the signal is to be quiet
 _SHOWN = 3
 
 
-def spike_notes(samples: Mapping[str, Samples], axis: Axis | None, *, numbered: bool) -> list[Note]:
+def spike_notes(samples: Mapping[str, Samples], axis: Axis | None, *, numbered: bool) -> list[str]:
     """What is said of spikes in the measured columns of a log.
 
     Parameters
@@ -276,11 +275,8 @@ def spike_notes(samples: Mapping[str, Samples], axis: Axis | None, *, numbered: 
         ]
         more = f" and {len(found) - _SHOWN} more times" if len(found) > _SHOWN else ""
         sentences.append(
-            Note(
-                f"the {role} leaves its course for a moment, {', '.join(shown)}{more}: if that is "
-                "no motion, ",
-                Remedy.of("empty such cells and add ", Setting("resample", "auto")),
-            )
+            f"the {role} leaves its course for a moment, {', '.join(shown)}{more}: if that is "
+            'no motion, empty such cells and add resample="auto"'
         )
     return sentences
 

@@ -15,7 +15,6 @@ from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION,
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.real_numbers import is_real
-from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import quoted
 
 from .shifts import SELDOM_ROLES, advised_between, samples_apart
@@ -32,10 +31,10 @@ _UNEVEN = "uneven-time"
 #: Steps over which jitter averages out: even a quarter of a period to half a percent.
 _WINDOW = 100
 _SHOWN = 3
-_EVENLY = Setting("resample", "auto")
-_SPLIT = Setting("gaps", "split")
+_EVENLY = 'resample="auto"'
+_SPLIT = 'gaps="split"'
 #: What to do about a sampling period that drifts.
-_RESAMPLE_EVENLY = Remedy.of("Resample the log evenly (", _EVENLY, ").")
+_RESAMPLE_EVENLY = f"Resample the log evenly ({_EVENLY})."
 
 Places = NDArray[np.int64]
 
@@ -58,7 +57,7 @@ def _is_rare(count: int, steps: int) -> bool:
     return count <= max(_MAX_ODD_STEP_SHARE * steps, 1)
 
 
-def _advice_on_uneven(steps: Array, typical: float) -> Remedy:
+def _advice_on_uneven(steps: Array, typical: float) -> str:
     """What to do about steps of which some are odd.
 
     Parameters
@@ -73,36 +72,33 @@ def _advice_on_uneven(steps: Array, typical: float) -> Remedy:
     if not _is_rare(len(odd), len(steps)):
         cut = ", cut where samples are missing" * lost
         said = f"That is jitter, no gaps: resample the log evenly{cut} ("
-        return Remedy.of(said, _EVENLY, _SPLIT if lost else None, ").")
-    evenly = Remedy.of(" or resample it evenly (", _EVENLY, ")")
+        return f"{said}{_EVENLY}{f' and {_SPLIT}' * lost})."
+    evenly = f" or resample it evenly ({_EVENLY})"
     is_gap = lost or bool(np.any(odd < typical))
-    return Remedy.of("Cut the log there (", _SPLIT, ")", None if is_gap else evenly, ".")
+    return f"Cut the log there ({_SPLIT}){'' if is_gap else evenly}."
 
 
-def _advice_on_backward(time: Array, *, split: bool) -> Remedy:
+def _advice_on_backward(time: Array, *, split: bool) -> str:
     """What to do about times, (N,), that do not increase; `split` where that was asked for."""
     steps = np.diff(time)
     back = int(np.sum(steps <= 0))
     if _is_coarse(time):
-        return Remedy.of(
-            "The stamps are too coarse: export them with more digits, or give ",
-            Setting("sample-period"),
-            f" to count by ({(time[-1] - time[0]) / len(steps):.6g} s in their mean).",
+        return (
+            "The stamps are too coarse: export them with more digits, or give sample_period "
+            f"in run.toml to count by ({(time[-1] - time[0]) / len(steps):.6g} s in their "
+            "mean)."
         )
     in_order = np.diff(np.sort(time))
     if np.all(in_order > 0) and not np.any(_odd_steps(in_order, float(np.median(in_order)))):
-        return Remedy.of("Sort the rows by their time.")
+        return "Sort the rows by their time."
     if not _is_rare(back, len(steps)):
-        return Remedy.of("Sort the rows and remove repeated ones.")
+        return "Sort the rows and remove repeated ones."
     if split:
-        return Remedy.of(
-            "The columns have clocks of their own: cut the file there, and read one piece."
-        )
+        return "The columns have clocks of their own: cut the file there, and read one piece."
     twice = " Remove rows that are repeated." if np.any(steps == 0) else ""
-    return Remedy.of(
-        "Where the clock was set back or another log was joined on, cut the log there (",
-        _SPLIT,
-        f").{twice}",
+    return (
+        "Where the clock was set back or another log was joined on, cut the log there ("
+        f"{_SPLIT}).{twice}"
     )
 
 
@@ -169,7 +165,7 @@ def open_end(pieces: Sequence[Array]) -> float:
     return len(pieces) * float(np.ptp(steps)) / total if total > 0 else 0.0
 
 
-def step_notes(pieces: Sequence[Array]) -> tuple[Note, ...]:
+def step_notes(pieces: Sequence[Array]) -> tuple[str, ...]:
     """What is said of time steps that are taken as even but are not quite; empty if they are.
 
     Jitter moves the ends of a window by a part of the spread of the steps.
@@ -185,12 +181,12 @@ def step_notes(pieces: Sequence[Array]) -> tuple[Note, ...]:
     least, most, mean = float(steps.min()), float(steps.max()), float(steps.mean())
     slow, fast = _window_steps(pieces)
     if fast - slow > _MAX_PERIOD_DRIFT * mean + (most - least) / _WINDOW:
-        evenly = Remedy.of("resample the log evenly (", _EVENLY, ")")
-        return (Note(f"{_drift_text(slow, fast)} and is taken as even: ", evenly),)
+        evenly = f"resample the log evenly ({_EVENLY})"
+        return (f"{_drift_text(slow, fast)} and is taken as even: {evenly}",)
     if most - least <= _MAX_STEP_SPREAD * abs(mean):
         return ()
     span = f"{1e3 * least:.6g} to {1e3 * most:.6g} ms"
-    return (Note(f"time steps of {span} taken as even, {1e3 * mean:.6g} ms each"),)
+    return (f"time steps of {span} taken as even, {1e3 * mean:.6g} ms each",)
 
 
 def _window_steps(pieces: Sequence[Array]) -> tuple[float, float]:
@@ -213,8 +209,8 @@ def check_increases(source: str, what: str, time: Array, *, split: bool = False)
         row = back[0] + 1
         raise DataError(
             f"{source}: {what} does not increase in data row {row + 1}: after "
-            f"{time[row - 1]:.9g} s comes {time[row]:.9g} s. ",
-            _advice_on_backward(time, split=split),
+            f"{time[row - 1]:.9g} s comes {time[row]:.9g} s. "
+            f"{_advice_on_backward(time, split=split)}",
             code="backward-time",
         )
 
@@ -231,16 +227,15 @@ def check_time(
     gaps = np.flatnonzero(_odd_steps(steps, typical) & inside)
     if gaps.size:
         raise DataError(
-            f"{source}: the time step before data row {gaps[0] + 2} is {steps[gaps[0]]:.6g} s, "
-            f"{typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). ",
-            _advice_on_uneven(steps[inside], typical),
+            f"{source}: the time step before data row {gaps[0] + 2} is {steps[gaps[0]]:.6g} "
+            f"s, {typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). "
+            f"{_advice_on_uneven(steps[inside], typical)}",
             code=_UNEVEN,
         )
     if not abs(mean / typical - 1) < MAX_MEAN_STEP_DEVIATION.value:
         raise DataError(
-            f"{source}: the time steps are uneven: {typical:.6g} s in the middle, "
-            f"{mean:.6g} s in the mean. ",
-            _RESAMPLE_EVENLY,
+            f"{source}: the time steps are uneven: {typical:.6g} s in the middle, {mean:.6g} "
+            f"s in the mean. {_RESAMPLE_EVENLY}",
             code=_UNEVEN,
         )
     if period is not None:
@@ -249,8 +244,8 @@ def check_time(
     apart = MAX_MEAN_STEP_DEVIATION.value
     if fast > mean * (1 + apart) or slow < mean * (1 - apart):
         raise DataError(
-            f"{source}: {_drift_text(slow, fast)}, which cannot be taken as even. ",
-            _RESAMPLE_EVENLY,
+            f"{source}: {_drift_text(slow, fast)}, which cannot be taken as even. "
+            f"{_RESAMPLE_EVENLY}",
             code=_UNEVEN,
         )
 
@@ -289,15 +284,9 @@ def clocked(
         return columns
     if sample_period is None:
         raise DataError(
-            f"{table.source}: there is no time column among {table.listed()}; ",
-            Remedy.of(
-                "name it with ",
-                Setting("columns", "time=NAME"),
-                ", or give ",
-                Setting("sample-period"),
-                ".",
-                f" {table.missing}" if table.missing else "",
-            ),
+            f"{table.source}: there is no time column among {table.listed()}; name it with "
+            "columns time=NAME, or give sample_period in run.toml. "
+            f"{table.missing}".rstrip(),
             code="no-time",
         )
     return {
@@ -342,31 +331,31 @@ def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
                 else f"is {cells[row]} {where} cells hold no number)"
             )
             raise DataError(
-                f"{table.source}: the {role} {said}. ",
-                _advice_on_empty(table, role, samples, row, timed=not is_time),
+                f"{table.source}: the {role} {said}. "
+                f"{_advice_on_empty(table, role, samples, row, timed=not is_time)}",
                 code="empty-cells",
             )
 
 
-def _advice_on_empty(table: Table, role: str, samples: Samples, row: int, *, timed: bool) -> Remedy:
+def _advice_on_empty(table: Table, role: str, samples: Samples, row: int, *, timed: bool) -> str:
     """What to do about empty cells from a row on, of a column whose times are not the empty ones.
 
     Few in a row are bridged, a burst of them is a gap.
     """
-    more: list[str | Setting | None] = []
+    more = ""
     if timed and role in SELDOM_ROLES and samples_apart(samples.values) > 1:
-        more += [", or draw it between its values (", advised_between(role), ")"]
+        more += f", or draw it between its values ({advised_between(role)})"
     if row >= len(samples.values) - table.incomplete:  # it and all after it look cut off
-        more += [", or leave the end of the log out (", Setting("tail", "drop"), ")"]
+        more += ', or leave the end of the log out (tail = "drop" in run.toml)'
     if long_steps(_filled(samples).times, MAX_UNEVEN_STEP.value).size:
-        said = (
+        return (
             "More of them follow one another than can be bridged: resample what is there and cut "
+            f"where it is missing ({_EVENLY} and {_SPLIT}){more}."
         )
-        return Remedy.of(
-            said, "where it is missing (", _EVENLY, Setting("gaps", "split"), ")", *more, "."
-        )
-    said = "Remove such rows, or resample a column that is written less often than the others ("
-    return Remedy.of(said, _EVENLY, ")", *more, ".")
+    return (
+        "Remove such rows, or resample a column that is written less often than the others "
+        f"({_EVENLY}){more}."
+    )
 
 
 def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
@@ -377,21 +366,19 @@ def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
             raise _unequal(
                 table,
                 {first: len(shared), role: len(clock)},
-                Remedy.of(
-                    "Where they are sampled at different rates, resample them (", _EVENLY, ")."
-                ),
+                f"Where they are sampled at different rates, resample them ({_EVENLY}).",
             )
         if clock is not shared and not np.array_equal(clock, shared, equal_nan=True):
             raise DataError(
-                f"{table.source}: {first} and {role} are sampled at different times; ",
-                Remedy.of("resample them (", _EVENLY, ")."),
+                f"{table.source}: {first} and {role} are sampled at different times; resample "
+                f"them ({_EVENLY}).",
                 code="different-times",
             )
 
 
-def _unequal(table: Table, lengths: Mapping[str, int], advice: Remedy | None = None) -> DataError:
+def _unequal(table: Table, lengths: Mapping[str, int], advice: str = "") -> DataError:
     """The error of columns that differ in length, with what is wrong with the file."""
     listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
     why = f" ({'; '.join(table.warnings)})" if table.warnings else ""
-    found = f"{table.source}: the columns differ in length: {listed}{why}."
-    return DataError(f"{found} " if advice else found, advice, code="different-lengths")
+    found = f"{table.source}: the columns differ in length: {listed}{why}. {advice}"
+    return DataError(found.rstrip(), code="different-lengths")

@@ -18,7 +18,6 @@ from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array, runs
 from axisid.support.errors import DataError, UsageError
 from axisid.support.files.memory import Room, room_for
-from axisid.support.remedy import Note
 from axisid.support.user_values import quoted
 
 from .clipping import Mask, clipped, clipping_notes, spike_notes
@@ -305,7 +304,7 @@ def _dropped_rows(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Re
 
 def _repaired(
     source: str, samples: dict[str, Samples], axis: Axis | None, repairs: Repairs
-) -> tuple[dict[str, Samples], dict[str, Mask], list[Repair], list[Note]]:
+) -> tuple[dict[str, Samples], dict[str, Mask], list[Repair], list[str]]:
     """Samples unwrapped, and masks of what is clipped: the repairs that need no even time.
 
     With them goes what is said of jumps that are left.

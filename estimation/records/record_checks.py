@@ -11,7 +11,6 @@ from axisid.modeling.declaration import INJECTION_POINTS
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import DataError, UsageError
 from axisid.support.real_numbers import real_array
-from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
 
 from .repairs import Span
@@ -47,13 +46,8 @@ def check_injected(source: str, injected_at: str | None) -> None:
     """Refuse a test signal that was added nowhere."""
     if injected_at not in INJECTION_POINTS:
         raise UsageError(
-            f"{source}: the injected signal is added to {injected_at!r}; give ",
-            Remedy.of(
-                Setting("injected-at", "control"),
-                " or ",
-                Setting("injected-at", "reference"),
-                ".",
-            ),
+            f"{source}: the injected signal is added to {injected_at!r}; give "
+            'injected_at = "control" or injected_at = "reference" in run.toml.',
             code="record-injected-at",
         )
 

@@ -12,7 +12,6 @@ from axisid.estimation.tables import LogClock, Repair, Samples
 from axisid.estimation.thresholds import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
-from axisid.support.remedy import Remedy, Setting
 
 from .clipping import Mask
 from .clocks import check_increases, check_stated, long_steps
@@ -133,8 +132,7 @@ def resample(
     if gaps and not split:
         raise DataError(
             f"{source}: time has {len(gaps)} gaps, the first after {gaps[0][0]:.9g} s; "
-            "resampling would invent the motion there. ",
-            Remedy.of("Add ", Setting("gaps", "split"), "."),
+            'resampling would invent the motion there. Add gaps="split".',
             code="gaps",
         )
     ways: dict[str, Between] = {**dict.fromkeys(held, "held"), **dict.fromkeys(splined, "spline")}
@@ -179,13 +177,9 @@ def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Arr
     moving = motion_role(clocks)
     if chosen < _MIN_RESAMPLING_RATE * own:
         raise UsageError(
-            f"{source}: the {moving} is sampled at {own:.6g} Hz; resampled at {chosen:g} Hz its "
-            "noise would fold. ",
-            Remedy.of(
-                f"Resample at {own:.6g} Hz or more; ",
-                Setting("decimate"),
-                " keeps fewer rows.",
-            ),
+            f"{source}: the {moving} is sampled at {own:.6g} Hz; resampled at {chosen:g} Hz "
+            f"its noise would fold. Resample at {own:.6g} Hz or more; decimate keeps fewer "
+            "rows.",
             code="slow-resampling",
         )
     duration = max(float(clock[-1] - clock[0]) for clock in clocks.values())

@@ -21,7 +21,6 @@ from axisid.modeling.quantities import parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.real_numbers import is_real
-from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import quoted
 
 _MIN_SELDOM_CHANGES = 20  # values of a column; fewer come at even distances by chance
@@ -89,7 +88,7 @@ def _written(values: Array) -> tuple[NDArray[np.intp], int]:
     return np.arange(first, len(values), apart) if filled.all() else rows, apart
 
 
-def seldom_notes(samples: Mapping[str, Samples]) -> list[Note]:
+def seldom_notes(samples: Mapping[str, Samples]) -> list[str]:
     """What is said of measured columns that hold each value for several samples."""
     notes = []
     for role in SELDOM_ROLES:
@@ -97,11 +96,9 @@ def seldom_notes(samples: Mapping[str, Samples]) -> list[Note]:
         if apart > 1:
             nth = {2: "second", 3: "third"}.get(apart, f"{apart}th")
             notes.append(
-                Note(
-                    f"the {role} is written anew in every {nth} sample alone and held "
-                    f"between, {(apart - 1) / 2:g} samples late in the mean: ",
-                    Remedy.of("draw it between its values (", advised_between(role), ")"),
-                )
+                f"the {role} is written anew in every {nth} sample alone and held between, "
+                f"{(apart - 1) / 2:g} samples late in the mean: draw it between its values ("
+                f"{advised_between(role)})"
             )
     return notes
 
@@ -132,8 +129,7 @@ def drawn_between(
         if role not in columns:
             raise DataError(
                 f"{source}: nothing is to be drawn between values of the {role}, as there is no "
-                "such column; ",
-                Remedy.of("name it with ", Setting("columns", f"{role}=NAME"), "."),
+                f"such column; name it with columns {role}=NAME.",
                 code="nothing-between",
             )
         samples = columns[role]
@@ -164,9 +160,10 @@ def at_times(times: Array, clock: Array, values: Array, how: Between) -> Array:
     return np.asarray(CubicSpline(clock, values)(np.clip(times, clock[0], clock[-1])), dtype=float)
 
 
-def advised_between(role: str) -> Setting:
+def advised_between(role: str) -> str:
     """What suits a column: a velocity bends, an acceleration or a force jumps."""
-    return Setting("between", f"{role}={'spline' if role == 'velocity' else 'linear'}")
+    how = "spline" if role == "velocity" else "linear"
+    return f'between.{role} = "{how}" in run.toml'
 
 
 Rows = NDArray[np.intp]
@@ -214,7 +211,7 @@ def checked_shifts(shifts: object) -> dict[str, Shift]:
     return {role: _shift(role, amount) for role, amount in shifts.items()}
 
 
-def advised_shift(role: str, late: float, apart: float) -> Remedy:
+def advised_shift(role: str, late: float, apart: float) -> str:
     """What moves a column into step that is so many samples late.
 
     Parameters
@@ -228,12 +225,10 @@ def advised_shift(role: str, late: float, apart: float) -> Remedy:
     """
     whole = round(late)
     if whole and abs(late - whole) <= apart:
-        return Remedy.of("move it there (", Setting("shift", f"{role}={-whole:d}"), ")")
-    return Remedy.of(
-        "move it there by part of a sample (",
-        Setting("shift", f"{role}={-late:.2f}"),
-        Setting("resample", "auto"),
-        ")",
+        return f"move it there (shift.{role} = {-whole:d} in run.toml)"
+    return (
+        f"move it there by part of a sample (shift.{role} = {-late:.2f} in run.toml and "
+        'resample="auto")'
     )
 
 
@@ -274,8 +269,8 @@ def check_movable(source: str, columns: Collection[str], shifts: Iterable[str]) 
             raise _unmovable(role, (name for name in columns if name.isidentifier()))
         if role not in columns:
             raise DataError(
-                f"{source}: the {role} is to be shifted, and there is no such column; ",
-                Remedy.of("name it with ", Setting("columns", f"{role}=NAME"), "."),
+                f"{source}: the {role} is to be shifted, and there is no such column; name it "
+                f"with columns {role}=NAME.",
                 code="nothing-to-shift",
             )
 
@@ -315,9 +310,8 @@ def shifted(
     if set(lengths.values()) != {len(clock)}:
         listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
         raise DataError(
-            f"{source}: the columns differ in length, so that none can be moved beside the others: "
-            f"{listed}. ",
-            Remedy.of("Resample them (", Setting("resample", "auto"), ")."),
+            f"{source}: the columns differ in length, so that none can be moved beside the "
+            f'others: {listed}. Resample them (resample="auto").',
             code="shift-lengths",
         )
     kept, moved, said = moved_rows(source, clock, shifts)
@@ -381,12 +375,8 @@ def _whole_samples(source: str, role: str, shift: Shift, step: float, length: in
     whole = round(samples)
     if abs(samples - whole) > _MAX_PART_OF_A_SAMPLE or (samples != 0 and whole == 0):
         raise UsageError(
-            f"{source}: the {role} is to be shifted by {samples:.4g} samples; ",
-            Remedy.of(
-                "give a whole number of them, a time as in 2ms, or resample the log (",
-                Setting("resample", "auto"),
-                ").",
-            ),
+            f"{source}: the {role} is to be shifted by {samples:.4g} samples; give a whole "
+            'number of them, a time as in 2ms, or resample the log (resample="auto").',
             code="part-of-a-sample",
         )
     return whole

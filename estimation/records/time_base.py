@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 
 from axisid.estimation.tables import LogClock
 from axisid.modeling.declaration import ControlLaw
-from axisid.support.remedy import Note, Remedy, Setting
 
 from .record import Record
 
@@ -27,12 +26,12 @@ class OtherPeriod:
     ----------
     confirmed : bool
         The user said so beside the log's own times.
-    note : Note
+    note : str
         What is said of it, and what to do.
     """
 
     confirmed: bool
-    note: Note
+    note: str
 
 
 def is_same_period(one: float, other: float, uncertainty: float = 0.0) -> bool:
@@ -105,21 +104,20 @@ def other_period(law: ControlLaw | None, period: float, own: LogClock) -> OtherP
     )
     if law.reference_between or (own.stated and not own.counted):
         whose = "is declared" if law.reference_between else "the period that was given confirms"
-        return OtherPeriod(confirmed=True, note=Note(f"{found}, as {whose}"))
-    advice = Remedy.of(
+        return OtherPeriod(confirmed=True, note=f"{found}, as {whose}")
+    advice = (
         "check the time column and its unit, or declare the drive's period"
-        f"{_decimated(logged / law.period)}, confirm that by ",
-        Setting("sample-period", f"{logged:.6g}"),
+        f"{_decimated(logged / law.period)}, confirm that by sample_period = {logged:.6g} "
+        "in run.toml"
     )
     if own.counted:
-        advice = Remedy.of(
-            "check ",
-            Setting("sample-period"),
-            ", which nothing else confirms, against the drive's period; where the log is no record "
-            "of every period, give its time column, or declare how the reference runs between its "
-            "samples (reference_between), which says that the law has a clock of its own",
+        advice = (
+            "check sample_period in run.toml, which nothing else confirms, against the "
+            "drive's period; where the log is no record of every period, give its time "
+            "column, or declare how the reference runs between its samples "
+            "(reference_between), which says that the law has a clock of its own"
         )
-    return OtherPeriod(confirmed=False, note=Note(f"{found}: ", advice))
+    return OtherPeriod(confirmed=False, note=f"{found}: {advice}")
 
 
 def _decimated(ratio: float) -> str:

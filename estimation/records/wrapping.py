@@ -14,7 +14,6 @@ from axisid.estimation.tables import Repair, Samples
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
-from axisid.support.remedy import Note, Remedy, Setting
 
 from .clipping import quantum_of
 from .clocks import long_steps
@@ -29,7 +28,7 @@ Places = NDArray[np.intp]
 _Move = tuple[int, int, int]
 
 #: A modulus of a turn.
-_IN_DEGREES = Setting("wrap", "360:deg")
+_IN_DEGREES = 'wrap = "360:deg" in run.toml'
 #: Code of an error about a position that is not wrapped by the modulus that was given.
 _OTHER_MODULUS = "other-modulus"
 _SHOWN = 3  # pieces that are listed
@@ -111,14 +110,8 @@ def unwrapped(
     """
     if "position" not in samples:
         raise DataError(
-            f"{source}: there is no position whose jumps by {modulus} could be undone; ",
-            Remedy.of(
-                "name it with ",
-                Setting("columns", "position=NAME"),
-                ", or ",
-                Setting("wrap", given=False),
-                ".",
-            ),
+            f"{source}: there is no position whose jumps by {modulus} could be undone; name "
+            "it with columns position=NAME, or leave wrap out in run.toml.",
             code="no-position-to-wrap",
         )
     repaired, counts = dict(samples), {}
@@ -136,8 +129,8 @@ def unwrapped(
         elif role == "position":
             raise DataError(
                 f"{source}: the position spans {modulus.written(np.ptp(values))}, more than the "
-                f"modulus {modulus}, so it is not wrapped by it; ",
-                Remedy.of("give the modulus with its unit, or ", Setting("wrap", given=False), "."),
+                f"modulus {modulus}, so it is not wrapped by it; give the modulus with its unit, "
+                "or leave wrap out in run.toml.",
                 code=_OTHER_MODULUS,
             )
     moves: list[_Move] = []
@@ -186,7 +179,7 @@ def signed(
     return {**samples, role: made}, Repair(kind="wrap", count=count, text=text)
 
 
-def unsigned_notes(samples: Mapping[str, Samples]) -> list[Note]:
+def unsigned_notes(samples: Mapping[str, Samples]) -> list[str]:
     """What is said of columns that look as if their negative numbers had lost their sign.
 
     They are whole numbers of 0 to less than a power of two, and are far smaller and far smoother
@@ -196,9 +189,9 @@ def unsigned_notes(samples: Mapping[str, Samples]) -> list[Note]:
     for role in sorted({*samples} - {"time", "position", "reference"}):
         modulus = _lost_sign(samples[role].values)
         if modulus:
-            given = Remedy.of("take them as such (", Setting("wrap", f"{role}={modulus:.10g}"), ")")
+            given = f"take them as such (wrap.{role} = {modulus:.10g} in run.toml)"
             said = f"the {role} looks as if it had lost the sign of its negative numbers: if so, "
-            notes.append(Note(said, given))
+            notes.append(f"{said}{given}")
     return notes
 
 
@@ -272,10 +265,8 @@ def _check_seams(
     if left > max(_MAX_SEAM_BEND * float(elsewhere.max()), _MIN_SEAM_BEND * modulus.si):
         raise DataError(
             f"{source}: the position still jumps by {modulus.written(left)} where the modulus "
-            f"{modulus} was taken out, as before data row {seams[0] + 2}; ",
-            Remedy.of(
-                "give the modulus that it is wrapped by, with its unit, as in ", _IN_DEGREES, "."
-            ),
+            f"{modulus} was taken out, as before data row {seams[0] + 2}; give the modulus "
+            f"that it is wrapped by, with its unit, as in {_IN_DEGREES}.",
             code=_OTHER_MODULUS,
         )
 
@@ -297,7 +288,7 @@ def _jumps(position: Array, gaps: Places) -> tuple[Places, Array]:
 
 def remaining_jumps_note(
     source: str, position: Samples, axis: Axis | None, gap: float, modulus: Modulus | None
-) -> Note | None:
+) -> str | None:
     """What is said of jumps in a position, from one sample to the next; None if there are none.
 
     Parameters
@@ -327,19 +318,18 @@ def remaining_jumps_note(
     found = f"the position jumps by {size:.4g} {unit} before data row {places[0] + 2}{times}"
     if modulus is not None:
         raise DataError(
-            f"{source}: {found}, which the modulus {modulus} does not undo; ",
-            Remedy.of("give the one it is wrapped by, with its unit, as in ", _IN_DEGREES, "."),
+            f"{source}: {found}, which the modulus {modulus} does not undo; give the one it "
+            f"is wrapped by, with its unit, as in {_IN_DEGREES}.",
             code=_OTHER_MODULUS,
         )
     turns = axis is None or axis.coordinate.unit == "rad"
-    in_degrees = Remedy.of(Setting("columns", "position=NAME:deg"), " and ")
+    in_degrees = "columns position=NAME:deg and "
     for turn, more in ((_TURN, None), (360.0, in_degrees)):
         if turns and abs(size / turn - 1) < _MAX_TURN_DEVIATION:
             raise DataError(
                 f"{source}: {found}, as one that starts again after a turn does; it looks "
-                "wrapped: ",
-                Remedy.of("add ", more, _IN_DEGREES, "."),
+                f"wrapped: add {more}{_IN_DEGREES}.",
                 code="wrapped",
             )
-    given = Remedy.of("give what it is wrapped by (", Setting("wrap"), ")")
-    return Note(f"{found}: if it starts again there, ", given)
+    given = "give what it is wrapped by (wrap in run.toml)"
+    return f"{found}: if it starts again there, {given}"

@@ -234,5 +234,5 @@ class DirectForm(Form):
 def _ddm_parameters(axis: GeneratedAxis) -> tuple[Quantity, ...]:
     found = axis.ddm_parameters
     if isinstance(found, Missing):
-        raise ModelError(found.reason, found.remedy)
+        raise ModelError(found.reason)
     return found

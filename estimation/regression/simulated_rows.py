@@ -51,7 +51,6 @@ from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, DataError, ModelError
-from axisid.support.remedy import Remedy, Setting
 
 from .forms import Equations, Form
 
@@ -102,10 +101,9 @@ class LoopDataError(DataError):
     """The record does not serve to simulate the loop."""
 
 
-_WITHOUT = Remedy.of(
-    " Least squares does without, and so does a fit of the position under the recorded control: ",
-    OPEN_LOOP_FIT,
-    ".",
+_WITHOUT = (
+    " Least squares does without, and so does a fit of the position under the "
+    f"recorded control: {OPEN_LOOP_FIT}."
 )
 
 
@@ -119,14 +117,13 @@ def lacking_loop(axis: GeneratedAxis, record: Record) -> AxisidError | None:
 def lacking_law(axis: GeneratedAxis) -> ModelError:
     """The error of an axis whose records' loop cannot be simulated, with what does without."""
     error = no_control_law(axis.axis.name)
-    return ModelError(error.problem, Remedy.of(error.remedy, _WITHOUT), code=error.code)
+    return ModelError(f"{error}{_WITHOUT}", code=error.code)
 
 
 def _no_reference(record: Record) -> LoopDataError:
     return LoopDataError(
         f"{record.provenance.source} has no reference column, from which the closed loop "
-        "is simulated; ",
-        Remedy.of("name it with ", Setting("columns", "reference=NAME"), ".", _WITHOUT),
+        f"is simulated; name it with columns reference=NAME.{_WITHOUT}",
         code="no-reference",
     )
 
@@ -155,9 +152,8 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
         raise LoopDataError(
             f"the record is sampled every {record.period:.6g} s, the control law of axis "
             f"{axis.axis.name!r} runs every {law.period:.6g} s, and its drive has a "
-            f"{' and '.join(axis.axis.of_law_samples)}: such a loop is simulated at the "
-            "law's samples alone; ",
-            Remedy.of("record at the law's period, or ask for least squares."),
+            f"{' and '.join(axis.axis.of_law_samples)}: such a loop is simulated at the law's "
+            "samples alone; record at the law's period, or ask for least squares.",
             code="loop-response",
         )
     return record.commanded
@@ -166,8 +162,7 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
 def _other_period(axis: GeneratedAxis, law: ControlLaw, record: Record) -> LoopDataError:
     apart = other_period(law, record.period, clock_of(record))
     if apart is not None and not apart.confirmed:
-        advice = apart.note.remedy and Remedy.of(apart.note.remedy, ".")
-        return LoopDataError(apart.note.text, advice, code="loop-period")
+        return LoopDataError(f"{apart.note}.", code="loop-period")
     return LoopDataError(
         f"the record was resampled every {record.period:.6g} s, the control law of axis "
         f"{axis.axis.name!r} runs every {law.period:.6g} s; resample at that, or leave it out.",

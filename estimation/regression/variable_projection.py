@@ -16,7 +16,6 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
-from axisid.support.remedy import Note
 
 from .forms import Equations, InverseForm
 from .linear import QrFactors, factor, least_squares
@@ -46,14 +45,13 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
 
     search = _Projection(form, rows)
     starts = sorted(search.starts(), key=search.error)
-    if isinstance(why := search.tried(starts[0]), Note):
-        said = Note.of(
-            f"no start of {', '.join(search.names)} gives an estimate; give them nominal values "
-            "and bounds of the right size, where the equation of motion has a value. At the "
-            "first, ",
-            why,
+    if isinstance(why := search.tried(starts[0]), str):
+        said = (
+            f"no start of {', '.join(search.names)} gives an estimate; give them nominal "
+            "values and bounds of the right size, where the equation of motion has a value. "
+            f"At the first, {why}"
         )
-        raise EstimationError(said.text, said.remedy, code="failed-starts")
+        raise EstimationError(said, code="failed-starts")
     found = [
         minimise(
             search.residuals,
@@ -178,17 +176,17 @@ class _Projection:
             raise EstimationError(f"the model has no finite value with {values}.")
         return physical, solution.residuals
 
-    def tried(self, nonlinear: Array) -> Array | Note:
+    def tried(self, nonlinear: Array) -> Array | str:
         """The residuals of the best linear parameters, (n,), or why there is no estimate."""
         try:
             return self.solved(nonlinear)[1]
         except EstimationError as error:
-            return error.note
+            return str(error)
 
     def residuals(self, nonlinear: Array) -> Array:
         """The same; large where there is no estimate."""
         found = self.tried(nonlinear)
-        if not isinstance(found, Note):
+        if not isinstance(found, str):
             return found
         left = self._rows(self._form).left
         return np.full_like(left, 1e3 * float(np.abs(left).max()))
@@ -196,4 +194,4 @@ class _Projection:
     def error(self, nonlinear: Array) -> float:
         """Sum of squares; infinite where there is no estimate."""
         found = self.tried(nonlinear)
-        return np.inf if isinstance(found, Note) else float(found @ found)
+        return np.inf if isinstance(found, str) else float(found @ found)

@@ -13,7 +13,6 @@ from axisid.estimation.records import Record, clock_of, hold_delay, law_ratio
 from axisid.estimation.thresholds import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
 from axisid.support.arrays import Array, Exact, covered
 from axisid.support.errors import AxisidError, DataError
-from axisid.support.remedy import Remedy, Setting
 from axisid.support.uncached import Uncached
 
 from .drive_response import DriveAlong, acting_control
@@ -394,14 +393,8 @@ def check_filter(
             raise
         raise DataError(
             f"{source} is sampled every {_duration(period)}, the control law of axis "
-            f"{axis.axis.name!r} runs every {_duration(law.period)}: is time's unit right? ",
-            Remedy.of(
-                "Give it with ",
-                Setting("columns", "time=NAME:UNIT"),
-                f". (As it stands, {error.problem}",
-                error.remedy,
-                ")",
-            ),
+            f"{axis.axis.name!r} runs every {_duration(law.period)}: is time's unit right? "
+            f"Give it with columns time=NAME:UNIT. (As it stands, {error})",
             code="time-unit",
         ) from error
 

@@ -29,7 +29,6 @@ from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MIN_MOVING_SPEED, REST_SPEED
 from axisid.support.arrays import Array, Exact, runs
 from axisid.support.errors import DataError
-from axisid.support.remedy import Note, Remedy, Setting
 
 from .prefilter import Span
 
@@ -74,14 +73,8 @@ def checked_control(source: str, control: Array | None) -> Array:
     """
     if control is None:
         raise DataError(
-            f"{source} has neither a force nor a control column; ",
-            Remedy.of(
-                "name one with ",
-                Setting("columns", "force=NAME"),
-                " or ",
-                Setting("columns", "control=NAME"),
-                ".",
-            ),
+            f"{source} has neither a force nor a control column; name one with columns "
+            "force=NAME or columns control=NAME.",
             code="no-force",
         )
     return control
@@ -124,12 +117,8 @@ def recorded_signals(
     if missing := [name for name in names if name not in columns]:
         raise DataError(
             f"{source} has no column for {', '.join(missing)}, which axis {axis.axis.name!r} has "
-            "as recorded signals; ",
-            Remedy.of(
-                "name it with ",
-                Setting("columns", ",".join(f"{name}=NAME" for name in missing)),
-                ".",
-            ),
+            "as recorded signals; name it with columns "
+            f"{','.join(f'{name}=NAME' for name in missing)}.",
             code="no-signal",
         )
     return tuple(columns[name] for name in names)
@@ -157,10 +146,9 @@ def check_position(axis: GeneratedAxis, record: Record) -> None:
     if not needing:
         return
     raise DataError(
-        f"{record.provenance.source} has no position, on which {' and '.join(needing)} of axis "
-        f"{axis.axis.name!r} depend{'s' * (len(needing) == 1)}; the integral of a measured "
-        "velocity drifts. ",
-        Remedy.of("Name it with ", Setting("columns", "position=NAME"), "."),
+        f"{record.provenance.source} has no position, on which {' and '.join(needing)} of "
+        f"axis {axis.axis.name!r} depend{'s' * (len(needing) == 1)}; the integral of a "
+        "measured velocity drifts. Name it with columns position=NAME.",
         code="no-position",
     )
 
@@ -251,18 +239,15 @@ def _in_motion(signals: Signals) -> NDArray[np.bool_]:
     return np.asarray(speed > MIN_MOVING_SPEED.value * speed.max())
 
 
-def rests_first(rest: float) -> Note | None:
+def rests_first(rest: float) -> str | None:
     """What to say of a fit that is mostly of an axis at rest; None for another."""
     if rest <= MAX_REST_SHARE:
         return None
-    return Note(
-        f"the axis rests in {100 * rest:.0f} % of the samples that the fit has, where sticking "
-        "friction takes any force and no model gives it: ",
-        Remedy.of(
-            "leave the rests out (",
-            Setting("reversals", "leave-out"),
-            ", at a higher cut-off if too little is left) before anything else is checked",
-        ),
+    return (
+        f"the axis rests in {100 * rest:.0f} % of the samples that the fit has, where "
+        "sticking friction takes any force and no model gives it: leave the rests out "
+        '(reversals="leave-out", at a higher cut-off if too little is left) before '
+        "anything else is checked"
     )
 
 

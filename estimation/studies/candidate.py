@@ -32,7 +32,6 @@ from axisid.estimation.regression import (
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
-from axisid.support.remedy import Note
 
 from .held_out import (
     HeldOut,
@@ -104,7 +103,7 @@ class Candidate(Exact):
         Held-out error of the equation.
     simulation : HeldOut or None
         Held-out error of the simulated loop.
-    reason : Note or None
+    reason : str or None
         Why there is no `simulation`.
     checks : tuple of ParameterCheck
     """
@@ -115,7 +114,7 @@ class Candidate(Exact):
     criteria: Criteria
     equation: HeldOut
     simulation: HeldOut | None
-    reason: Note | None
+    reason: str | None
     checks: tuple[ParameterCheck, ...]
 
     @property
@@ -151,7 +150,7 @@ def candidate(
     signal = float(np.linalg.norm(weights * estimate.y))
     equation, thetas = held_out_equation(rows, blocks, signal)
     simulation = held_out_simulation(problem, estimate, blocks, thetas)
-    reason = simulation.note if isinstance(simulation, Missing) else None
+    reason = simulation.reason if isinstance(simulation, Missing) else None
     return Candidate(
         name=name,
         axis=problem.axis,

@@ -35,7 +35,6 @@ from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
-from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import is_among, quoted
 
 from .candidate import Candidate, NestedTest, candidate, nested_tests
@@ -59,7 +58,7 @@ class Comparison(OfProblem, Checked, Presentable, Exact):
         Of those that `compare` knows.
     candidates : tuple of Candidate
         In the order that they were given.
-    failures : mapping of str to Note
+    failures : mapping of str to str
         Candidates that this record does not identify, with the reason.
     tests : tuple of NestedTest
         Each model against the next richer ones that contain it.
@@ -76,7 +75,7 @@ class Comparison(OfProblem, Checked, Presentable, Exact):
         Why that one, or none, in one sentence.
     law : LawCheck or Missing
         The first candidate's control law against the record.
-    set_aside : mapping of str to Note
+    set_aside : mapping of str to str
         Records that could not be used, with the reason.
     result : Identification or None
         Of the recommended candidate.
@@ -85,7 +84,7 @@ class Comparison(OfProblem, Checked, Presentable, Exact):
     problem: Problem
     method: str
     candidates: tuple[Candidate, ...]
-    failures: Mapping[str, Note]
+    failures: Mapping[str, str]
     tests: tuple[NestedTest, ...]
     same: tuple[tuple[str, str], ...]
     blocks: int
@@ -94,7 +93,7 @@ class Comparison(OfProblem, Checked, Presentable, Exact):
     tied: tuple[str, ...]
     reason: str
     law: LawCheck | Missing
-    set_aside: Mapping[str, Note] = field(default_factory=dict)
+    set_aside: Mapping[str, str] = field(default_factory=dict)
     result: Identification | None = None
 
     @property
@@ -102,7 +101,7 @@ class Comparison(OfProblem, Checked, Presentable, Exact):
         """Of the recommended candidate; without one, why there is none."""
         return checks_of(self.result, self.reason)
 
-    def with_set_aside(self, unread: Mapping[str, Note]) -> "Comparison":
+    def with_set_aside(self, unread: Mapping[str, str]) -> "Comparison":
         """The same with records that could not even be read."""
         return replace(self, set_aside={**unread, **self.set_aside}) if unread else self
 
@@ -184,7 +183,7 @@ def compare(
     gap = max(data.sampling.filter.memory for data in problem.data)
     fits: dict[str, Identification] = {}
     candidates: list[Candidate] = []
-    failures: dict[str, Note] = {}
+    failures: dict[str, str] = {}
     for name, axis in with_progress(named.items(), progress, lambda item: f"estimate of {item[0]}"):
         lead = ""
         try:
@@ -198,11 +197,12 @@ def compare(
                 candidates.append(candidate(name, own, estimate, blocks))
             fits[name] = found
         except (EstimationError, ModelError) as error:
-            failures[name] = Note.of(lead, error.note)
+            failures[name] = f"{lead}{error!s}"
     if not candidates:
-        said = Note.joined("; ", failures.values())
-        said = Note.of("none of the candidates is identified: ", said)
-        raise EstimationError(said.text, said.remedy, code="no-candidate-identified")
+        why = "; ".join(dict.fromkeys(failures.values()))
+        raise EstimationError(
+            f"none of the candidates is identified: {why}", code="no-candidate-identified"
+        )
     with np.errstate(all="ignore"):
         tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
     recommended, tied, reason = _recommend(candidates, len(blocks))
@@ -257,10 +257,8 @@ def _named(
     listed = list(axes.items()) if isinstance(axes, Mapping) else [(None, axis) for axis in axes]
     if len(listed) < 2:
         raise UsageError(
-            f"{len(listed)} candidate{'' if len(listed) == 1 else 's'} cannot be compared; ",
-            Remedy.of(
-                "give two axes or more, or a friction ladder (", Setting("ladder"), ") of one."
-            ),
+            f"{len(listed)} candidate{'' if len(listed) == 1 else 's'} cannot be compared; "
+            "give two axes or more, or a friction ladder (ladder) of one.",
             code="too-few-candidates",
         )
     named: dict[str, GeneratedAxis] = {}

@@ -233,6 +233,6 @@ def held_out_simulation(
             error = (weights * estimate.y - regressor @ theta - intercept)[block.held_out]
             squares.append(float(error @ error))
     except (ModelError, DataError, EstimationError) as failure:
-        return Missing.of(failure.note)
+        return Missing(str(failure))
     signal = float(np.linalg.norm(weights * estimate.y))
     return HeldOut(squares=np.array(squares), signal=signal)

@@ -29,7 +29,6 @@ from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 from axisid.support.real_numbers import is_real
-from axisid.support.remedy import Note
 from axisid.support.user_values import quoted
 
 from .recommendation import checks_of, recommend
@@ -46,7 +45,7 @@ class Sweep(Checked, Presentable, Exact):
     ----------
     results : tuple of Identification
         One for each cut-off that gave any estimate.
-    failures : dict of float to Note
+    failures : dict of float to str
         Cut-offs that gave none, Hz, with the reason.
     recommended : float or None
         Cut-off, Hz; None where none can be named.
@@ -57,7 +56,7 @@ class Sweep(Checked, Presentable, Exact):
     """
 
     results: tuple[Identification, ...]
-    failures: Mapping[float, Note]
+    failures: Mapping[float, str]
     recommended: float | None
     reason: str
     law: LawCheck | Missing
@@ -88,7 +87,7 @@ class Sweep(Checked, Presentable, Exact):
         """Of the results, Hz."""
         return tuple(result.prefilter.cutoff for result in self.results)
 
-    def with_set_aside(self, unread: Mapping[str, Note]) -> "Sweep":
+    def with_set_aside(self, unread: Mapping[str, str]) -> "Sweep":
         """The same with records that could not even be read."""
         return replace(self, results=tuple(each.with_set_aside(unread) for each in self.results))
 
@@ -151,7 +150,7 @@ def sweep(
     period = records[0].period
     tried = default_cutoffs(1 / period) if cutoffs is None else _checked(cutoffs)
     results: list[Identification] = []
-    failures: dict[float, Note] = {}
+    failures: dict[float, str] = {}
     for cutoff in with_progress(sorted(set(tried)), progress, lambda f: f"cut-off {f:g} Hz"):
         chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, period))
         try:
@@ -171,10 +170,10 @@ def sweep(
             # Without the signals, of which many cut-offs of a long record would keep many.
             results.append(result.without_signals())
         except (EstimationError, DataError) as error:
-            failures[cutoff] = error.note
+            failures[cutoff] = str(error)
     if not results:
-        said = Note.of("no cut-off gave an estimate: ", Note.joined("; ", failures.values()))
-        raise EstimationError(said.text, said.remedy, code="none-identified")
+        why = "; ".join(dict.fromkeys(failures.values()))
+        raise EstimationError(f"no cut-off gave an estimate: {why}", code="none-identified")
     recommended, reason = recommend(results)
     return Sweep(
         results=tuple(results),

@@ -40,7 +40,6 @@ from axisid.support.arrays import Array, Exact, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
-from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import quoted
 
 from .validation import (
@@ -85,7 +84,7 @@ def validate(
     if like is not None:
         result = result.part(like)
     elif problem := _own_parameters(result):
-        raise UsageError(problem.text, problem.remedy, code="own-parameters")
+        raise UsageError(problem, code="own-parameters")
     with np.errstate(all="ignore"):
         requested = result.requested or result.prefilter  # what was left open suits each record
         rescaled = requested.at_period(result.record.period, record.period)
@@ -129,16 +128,16 @@ def _estimated_anew(
     return found
 
 
-def _own_parameters(result: Identification | Any) -> Note | None:
+def _own_parameters(result: Identification | Any) -> str | None:
     """Why no other record can be held against a result of several; None if any can."""
     names = [*result.local_names]
     names += [name for of_one in result.of_records[:1] for name in of_one.known]
     if not names:
         return None
-    return Note(
-        f"{', '.join(names)} of this result {'is' if len(names) == 1 else 'are'} each record's own "
-        "or known of each, and nothing says what holds of another record; ",
-        Remedy.of("name the record that it is like: ", Setting("validate-like", "1"), "."),
+    return (
+        f"{', '.join(names)} of this result {'is' if len(names) == 1 else 'are'} each "
+        "record's own or known of each, and nothing says what holds of another record; "
+        "name the record that it is like: validate-like=1."
     )
 
 
@@ -195,11 +194,8 @@ def _validation(
     rows, theta, source = problem.rows(form), form.regressed(frozen.theta), data.record.provenance
     if not len(rows.left):
         raise DataError(
-            f"{source.source}: no row is left of it, since all its motion is near reversals or "
-            "masked; ",
-            Remedy.of(
-                "record longer strokes, or identify with ", Setting("reversals", "keep"), "."
-            ),
+            f"{source.source}: no row is left of it, since all its motion is near reversals "
+            'or masked; record longer strokes, or identify with reversals="keep".',
             code="no-row",
         )
     residuals = rows.left - rows.intercept - rows.regressor @ theta
@@ -215,7 +211,7 @@ def _validation(
             position = float(np.sqrt(np.mean(off**2)))
             tracking = relative_error_percent(off, wanted)
     except (ModelError, DataError, EstimationError) as error:
-        reason = error.note
+        reason = str(error)
     equation = relative_error_percent(residuals, rows.left)
     if not math.isfinite(equation):
         raise DataError(
@@ -307,9 +303,9 @@ class FitValidation(Checked, Presentable, Exact):
     checks: tuple[Check, ...] = ()
 
     @property
-    def notes(self) -> tuple[Note, ...]:
+    def notes(self) -> tuple[str, ...]:
         """What speaks against the fit on this record."""
-        return tuple(check.note for check in self.checks if check.status in ("note", "fail"))
+        return tuple(check.meaning for check in self.checks if check.status in ("note", "fail"))
 
     @property
     def error(self) -> float:
@@ -410,7 +406,7 @@ def _checks(
     """Whether the fit holds, and what says that a record is of another axis, or drive."""
     periods = [each.period for each in result.records]
     same = any(math.isclose(record.period, each, rel_tol=_OTHER_PERIOD) for each in periods)
-    said = Note(
+    said = (
         f"the record is sampled every {record.period:.6g} s, and what was fitted every "
         f"{periods[0]:.6g} s: see whether it is of the same axis and drive"
     )
@@ -420,7 +416,7 @@ def _checks(
     yield checked_law(law, "the record's control is not the law's of the fit's axis: ")
     own = max(each.percent for each in result.of_records if each.output == output)
     told = f"the simulated {output} is {percent:.3g} % from the recorded one, and {own:.3g} %"
-    lost = Note(f"{told} in the fit's own records: see whether axis and load are the same")
+    lost = f"{told} in the fit's own records: see whether axis and load are the same"
     near = is_as_small(percent, own, MAX_VALIDATION_ERROR)
     held = f"{told} at most in the fit's own"
     yield Check.unless("simulation", None if near else lost, held, percent, MAX_VALIDATION_ERROR)

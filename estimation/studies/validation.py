@@ -24,7 +24,6 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
-from axisid.support.remedy import Note, Remedy, Setting
 
 
 def reestimated(frozen: Distribution, own: Estimate, levels: Levels) -> Difference | None:
@@ -119,7 +118,7 @@ class MethodValidation:
     tracking_error_percent : float or None
         The same in percent of the recorded tracking error, reference less position: how much of
         what the loop leaves the estimate does not explain.
-    reason : Note or None
+    reason : str or None
         Why there are no simulated figures.
     own_simulation_error_percent, own_tracking_error_percent : float or None
         On the record that the estimate was made from; None where they are not known, as the latter
@@ -136,7 +135,7 @@ class MethodValidation:
     simulation_error_percent: float | None
     position_error_rms: float | None
     tracking_error_percent: float | None
-    reason: Note | None
+    reason: str | None
     own_simulation_error_percent: float | None
     own_tracking_error_percent: float | None
     least_equation_error_percent: float
@@ -190,7 +189,7 @@ class Validation(Checked, Presentable, Exact):
         In the order of the result's estimates; the object iterates over them.
     known_share : float
         Part of its samples that the estimates were made from, which says nothing new of them.
-    time_base : Note or None
+    time_base : str or None
         What speaks against the record's sampling period.
     law : LawCheck or Missing
         The declared control law against the record.
@@ -202,7 +201,7 @@ class Validation(Checked, Presentable, Exact):
     unit: str
     methods: tuple[MethodValidation, ...]
     known_share: float = 0.0
-    time_base: Note | None = None
+    time_base: str | None = None
     law: LawCheck | Missing = field(default_factory=lambda: Missing("it was not looked at"))
     levels: Levels = DEFAULT_LEVELS
 
@@ -241,12 +240,12 @@ class Validation(Checked, Presentable, Exact):
         return tuple(self._checks())
 
     @property
-    def notes(self) -> tuple[Note, ...]:
+    def notes(self) -> tuple[str, ...]:
         """What is missing and why, and which estimates do not hold."""
         reasons = dict.fromkeys(v.reason for v in self if v.reason)
         held = [self._held()] * (self.holds and not self.same_record)
-        told = [check.note for check in self.checks if check.status == "fail"]
-        return (*(Note.of("no simulation: ", reason) for reason in reasons), *told, *held)
+        told = [check.meaning for check in self.checks if check.status == "fail"]
+        return (*(f"no simulation: {reason}" for reason in reasons), *told, *held)
 
     @property
     def same_record(self) -> bool:
@@ -272,27 +271,27 @@ class Validation(Checked, Presentable, Exact):
         failed = [check for check in self.checks if check.status == "fail"]
         against = [check.line for check in failed if check.name != _REPEATED]
         said = f"the estimates do not hold on it, see there: {', '.join(against)}"
-        found = Check.unless("validation", said if against else None, self._held().text)
+        found = Check.unless("validation", said if against else None, self._held())
         if failed and not against:
-            return replace(found, status="note", meaning=str(failed[0].note))
+            return replace(found, status="note", meaning=failed[0].meaning)
         return found
 
     def _checks(self) -> Iterator[Check]:
         known, most = self.known_share, _MAX_KNOWN_SHARE
         if self.time_base:
-            said = Note.of("believe nothing before this is mended: ", self.time_base)
+            said = f"believe nothing before this is mended: {self.time_base}"
             yield Check.unless("time base", said, "")
         if self.same_record:
-            said = Note(
+            said = (
                 "this is the record that the estimates were made from, so it says nothing new; "
                 "validate on another one"
             )
             yield Check.unless(_REPEATED, said, "", known, most)
             return
         if known > most:
-            said = Note(
-                f"{100 * known:.0f} % of its samples are among those that the "
-                "estimates were made from, which say nothing new; validate on the others"
+            said = (
+                f"{100 * known:.0f} % of its samples are among those that the estimates were made "
+                "from, which say nothing new; validate on the others"
             )
             yield Check.unless(_REPEATED, said, "", known, most)
         yield checked_law(self.law, "does not hold: the loop of this record is another one: ")
@@ -300,19 +299,19 @@ class Validation(Checked, Presentable, Exact):
         yield self._parameters()
         yield self._loop()
 
-    def _held(self) -> Note:
+    def _held(self) -> str:
         again = any(v.reestimate for v in self)
         head = "the estimates hold" if again else "nothing speaks against the estimates"
         left = "" if again else "; they were not estimated anew, so that less may have changed"
         held = ", ".join(check.meaning for check in self.checks if check.status == "pass")
-        return Note(f"{head}: {held}{left}")
+        return f"{head}: {held}{left}"
 
     def _force(self) -> Check:
         times, most = _MAX_VALIDATION_ERROR_RATIO, MAX_VALIDATION_ERROR
-        said = Note(
-            f"{', '.join(v.method for v in self if not v.fits)}: does not hold on this record "
-            f"(more than {most:g} % and than {times:g} times the error on its own); check "
-            "that it is the same axis, its units and its signs"
+        said = (
+            f"{', '.join(v.method for v in self if not v.fits)}: does not hold on this "
+            f"record (more than {most:g} % and than {times:g} times the error on its own); "
+            "check that it is the same axis, its units and its signs"
         )
         return Check.unless(
             "equation error",
@@ -329,15 +328,15 @@ class Validation(Checked, Presentable, Exact):
         lost = [v for v in self if v.fits and not v.follows]
         if not (self.has_declared_law and (found or lost)):
             said = next((v.reason for v in self if v.reason), None)
-            why = said or Note("the loop of this record is another one, or has no position")
-            return Check.not_evaluated("simulation", Missing.of(why))
+            why = said or "the loop of this record is another one, or has no position"
+            return Check.not_evaluated("simulation", Missing(why))
         worst = max(v.tracking_error_percent or 0.0 for v in lost or found)
-        said = Note.of(
-            f"{', '.join(v.method for v in lost)}: does not hold on this record: the simulated "
-            f"loop is far further from it than from its own (its position by {worst:.3g} % of the "
-            "tracking error); check the gains and the period of "
-            "the drive, and name a test signal that was added, with ",
-            Remedy.of(Setting("columns", "injected=NAME"), " and ", Setting("injected-at")),
+        said = (
+            f"{', '.join(v.method for v in lost)}: does not hold on this record: the "
+            "simulated loop is far further from it than from its own (its position by "
+            f"{worst:.3g} % of the tracking error); check the gains and the period of the "
+            "drive, and name a test signal that was added, with columns injected=NAME and "
+            "injected_at in run.toml"
         )
         followed = "the simulated loops follow it"
         return Check.unless("simulation", said if lost else None, followed, worst)
@@ -351,12 +350,10 @@ class Validation(Checked, Presentable, Exact):
         if changed:
             most = max(changed.values(), key=lambda each: each.apart.share_percent)
             told = most.explained.told("this record", "the estimate's own")
-            said = Note(
-                f"{', '.join(changed)}: does not hold on this record: estimated anew "
-                f"{told}, which makes "
-                f"{most.apart.share_percent:.2g} % of the force; check the "
-                "load and what has changed, or whether friction and motion are beyond what the "
-                "model says"
+            said = (
+                f"{', '.join(changed)}: does not hold on this record: estimated anew {told}, "
+                f"which makes {most.apart.share_percent:.2g} % of the force; check the load and "
+                "what has changed, or whether friction and motion are beyond what the model says"
             )
         return Check.unless(
             "records alike",

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass, field
 
-from axisid.support.remedy import Note
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Repair:
@@ -67,7 +65,7 @@ class Provenance:
         Parameters of a simulated record, SI; empty for a measured one.
     assumed : tuple of str
         What was taken of the file: separator, encoding, units and their conversion.
-    doubts : tuple of Note
+    doubts : tuple of str
         What may be wrong with the data, and was taken as it is, with what to do about it.
     repairs : tuple of Repair
         What was done to the data, in this order; only on request, but for a last row that is cut.
@@ -82,6 +80,6 @@ class Provenance:
     columns: dict[str, str] = field(default_factory=dict)
     truth: dict[str, float] = field(default_factory=dict)
     assumed: tuple[str, ...] = ()
-    doubts: tuple[Note, ...] = ()
+    doubts: tuple[str, ...] = ()
     repairs: tuple[Repair, ...] = ()
     clock: LogClock | None = None

@@ -222,8 +222,7 @@ def refusing(damaged: DataError) -> Iterator[None]:
     except AxisidError:
         raise
     except Exception as error:
-        said = f"{damaged.problem}: {one_line(error)}."
-        raise DataError(said, damaged.remedy, code=damaged.code) from error
+        raise DataError(f"{damaged}: {one_line(error)}.", code=damaged.code) from error
 
 
 @dataclass(slots=True)

@@ -9,7 +9,6 @@ import sympy
 
 from axisid.modeling.quantities import Parameter, number, replaced_in, states_in
 from axisid.support.errors import UsageError
-from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import is_among, quoted
 
 from .axis import Axis, check_axis
@@ -176,8 +175,8 @@ def _held(axis: Axis, parameter: Parameter) -> float:
     if parameter.nominal:
         return parameter.nominal
     raise UsageError(
-        f"{parameter.name} enters nonlinearly and has no nominal value to hold it at; ",
-        Remedy.of("declare one, or fix it: ", Setting("fix", f"{parameter.name}=VALUE"), "."),
+        f"{parameter.name} enters nonlinearly and has no nominal value to hold it at; "
+        f"declare one, or fix it: fix {parameter.name}=VALUE.",
         code="no-nominal",
     )
 

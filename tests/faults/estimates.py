@@ -132,7 +132,7 @@ FAULTS: tuple[Fault, ...] = (
         name="a friction at speeds that no row has",
         make=_asked("identify", _SLOW),
         code=6,
-        says=r"does not show P, .*a force of \S+ N where it acts most.* --leave-out P",
+        says=r"does not show P, .*a force of \S+ N where it acts most.*leave-out P",
     ),
     Fault(
         name="a force at a place that the axis never reaches",
@@ -225,7 +225,7 @@ MISUSES: tuple[Misuse, ...] = (
             methods="ddm-ls",
         ),
         error=EstimationError,
-        says=r'leave it out: leave_out\(axis, "Fs"\)\.',
+        says=r"leave it out \(leave-out Fs\)\.",
     ),
     Misuse(
         name="a place beyond the motion without a nominal value",

@@ -113,7 +113,7 @@ def test_without_its_column_the_law_fails_and_names_what_may_be_missing(
     del columns["injected"]
     law = check_law(stage, read_record(columns, stage))
     assert not law.passed
-    assert "name a test signal that was added to the control or to the reference" in str(law.note)
+    assert "name a test signal that was added to the control or to the reference" in law.sentence
 
 
 @pytest.mark.slow
@@ -128,7 +128,7 @@ def test_a_wrong_place_sign_or_size_is_told(stage: GeneratedAxis) -> None:
     for words, record in (*said.items(), *others):
         law = check_law(stage, record)
         assert not law.passed
-        assert words in str(law.note)
+        assert words in law.sentence
 
 
 @pytest.mark.slow

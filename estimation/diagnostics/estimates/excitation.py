@@ -31,7 +31,6 @@ from axisid.modeling.declaration import Drive, known_text
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
-from axisid.support.remedy import Note, Remedy, Setting
 
 _MIN_REPETITION_WEIGHT = 0.3  # of the largest, from which another column in a repetition is named
 _MIN_ACCELERATION_SHARE = 0.05  # of the force; a term that takes acceleration and has less says so
@@ -282,14 +281,14 @@ def _is_nothing(excitation: Excitation, value: Value) -> bool:
 
 
 def within_bounds(
-    estimate: Estimate, cause: Note | None, held: Sequence[Held] = ()
+    estimate: Estimate, cause: str | None, held: Sequence[Held] = ()
 ) -> Check | Missing:
     """Every parameter against the bounds that it was declared with, physical ones too.
 
     Parameters
     ----------
     estimate : Estimate
-    cause : Note
+    cause : str
         What to blame before signs and units, if anything is.
     held : sequence of Held
         Parameters that are none of the estimate, since they are held at a bound.
@@ -310,14 +309,14 @@ def within_bounds(
     if outside and all(
         low < p.upper and high > p.lower for p, (low, high) in zip(outside, reaching, strict=True)
     ):
-        cause = Note(
-            f"the 95 % interval of {'each' if len(outside) > 1 else 'it'} reaches within; ",
-            Remedy.of("to hold it at the bound, ", Setting("bounded")),
+        cause = (
+            f"the 95 % interval of {'each' if len(outside) > 1 else 'it'} reaches within; "
+            "leave it at the bound with bounded"
         )
     listed = "; ".join(p.out_of_bounds(values[p.name].corrected) for p in outside)
     said = first_case(
-        (outside, Note.of(f"{listed}: ", cause or "check the signs and units of the record")),
-        (True, Note("every parameter is within its declared bounds")),
+        (outside, f"{listed}: {cause or 'check the signs and units of the record'}"),
+        (True, "every parameter is within its declared bounds"),
     )
     return Check(
         name="bounds",
@@ -325,19 +324,18 @@ def within_bounds(
         figure=float(len(outside)),
         threshold=0.0,
         source="declared physical bounds; parameters outside or at them, none is clipped",
-        meaning=said.text,
-        remedy=said.remedy,
+        meaning=said,
     )
 
 
-def held_check(held: Sequence[Held], cause: Note | None = None) -> Check:
+def held_check(held: Sequence[Held], cause: str | None = None) -> Check:
     """Parameters at their bounds: what chance takes there, or what contradicts the bound.
 
     Parameters
     ----------
     held : sequence of Held
         One at least.
-    cause : Note, optional
+    cause : str, optional
         What to blame before signs and units.
     """
     farthest = max(each.distance for each in held)
@@ -345,15 +343,14 @@ def held_check(held: Sequence[Held], cause: Note | None = None) -> Check:
     listed = "; ".join(each.text for each in held)
     blamed = cause or "check the signs and units of the record, and what the model lacks"
     beyond = f"{listed}, {farthest:.2g} deviations beyond: "
-    said = first_case((against, Note.of(beyond, blamed)), (True, Note(listed)))
+    said = first_case((against, f"{beyond}{blamed}"), (True, listed))
     return Check(
         name="bounds",
         status="fail" if against else "note",
         figure=farthest,
         threshold=MIN_DISTANCE_FROM_NOISE.value,
         source="deviations by which a parameter that is held would be beyond its bound",
-        meaning=said.text,
-        remedy=said.remedy,
+        meaning=said,
     )
 
 

@@ -20,7 +20,6 @@ from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing, of_found
-from axisid.support.remedy import Remedy
 
 _FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
 _WORST: tuple[Status, ...] = ("fail", "note", "pass")
@@ -33,10 +32,9 @@ _STEPS = (
     "what as much noise again as the steps of the position make moves least squares by, in "
     "deviations; a failure where it is more than {share:g} % of the value"
 )
-_BY_OPEN_LOOP = Remedy.of(
-    "; take a fit of the position under the recorded control, which no noise of a derivative "
-    "moves: ",
-    OPEN_LOOP_FIT,
+_BY_OPEN_LOOP = (
+    "; take a fit of the position under the recorded control, which no noise of a "
+    f"derivative moves: {OPEN_LOOP_FIT}"
 )
 _TWINS = "bias of least squares, as its twins tell, in deviations"
 
@@ -283,8 +281,8 @@ def forms_check(
     if check is None:
         found = compared.get(FORMS)
         return found if isinstance(found, Missing) else None
-    remedy = _BY_OPEN_LOOP if check.status == "fail" else None
-    return replace(check, name="inverse against direct", remedy=remedy)
+    advice = _BY_OPEN_LOOP * (check.status == "fail")
+    return replace(check, name="inverse against direct", meaning=check.meaning + advice)
 
 
 def _source(said: str, levels: Levels) -> str:
@@ -366,7 +364,7 @@ def tests_of_instruments(estimate: Estimate | None) -> InstrumentTests | Missing
     try:
         return instrument_tests(estimate.X, estimate.Z, names)
     except EstimationError as error:
-        return Missing.of(error.note)
+        return Missing(str(error))
 
 
 def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTests:

@@ -35,7 +35,6 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.missing import Missing, of_found
-from axisid.support.remedy import Note, Remedy
 
 from .by_runs import MOST_OPEN, LawByGains, said_of_gains
 from .sentences import (
@@ -91,9 +90,9 @@ class LawCheck:
     passed : bool
         Whether instruments simulated with this law can be believed.
     meaning : str
-        One sentence for the user, up to the remedy where there is one.
-    remedy : Remedy or None
-        How it goes on, where something can be set about it.
+        One sentence for the user.
+    advice : str
+        How it goes on, where something can be done about it.
     deviations : mapping of str to float
         HAC ones of the factors; empty where they are not known.
     found_apart : bool
@@ -106,14 +105,14 @@ class LawCheck:
     delay: int
     passed: bool
     meaning: str
-    remedy: Remedy | None = None
+    advice: str = ""
     deviations: Mapping[str, float] = field(default_factory=dict)
     found_apart: bool = False
 
     @property
-    def note(self) -> Note:
-        """The whole sentence, to be worded later."""
-        return Note(self.meaning, self.remedy)
+    def sentence(self) -> str:
+        """The whole of it."""
+        return f"{self.meaning}{self.advice}"
 
     @property
     def unexplained(self) -> float:
@@ -143,7 +142,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     """Check an axis's control law against a record; or say why it cannot be checked."""
     law = axis.axis.control
     if law is None:
-        return Missing.of(lacking_law(axis).note)
+        return Missing(str(lacking_law(axis)))
     incomparable = _incomparable(axis, law, record)
     if incomparable is not None:
         return incomparable
@@ -153,12 +152,12 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
         return first
     told = [(first, "", record)]
     # Where times are uneven, a law may have read something else than the samples.
-    for said, read, remedy in other_readings(record):
+    for said, read, advice in other_readings(record):
         found = _compared(axis, law, read, advises=False)
         if isinstance(found, LawCheck) and found.passed:
             as_it_is = f"it is {first.residual_percent:.2g} % off as the record has them"
-            meaning = f"{found.meaning}, {said}; {as_it_is}" + ": " * (remedy is not None)
-            return replace(found, meaning=meaning, remedy=remedy)
+            meaning = f"{found.meaning}, {said}; {as_it_is}"
+            return replace(found, meaning=meaning, advice=advice)
         told += [(found, said, read)] if isinstance(found, LawCheck) else []
     best, said, nearest = min(told, key=lambda each: each[0].unexplained)
     off = float(best.residual_percent or 0.0)
@@ -221,10 +220,10 @@ def _compared(
     explained, fault = _fault(axis, record, check, off, lean, by_gains, by_products=by_products)
     if explained and (repair := repair_of(axis, law, record, explained, shift)):
         said = f"the recorded control is not the declared law's ({off_text(declared)}), but "
-        return replace(check, meaning=said + repair.text, remedy=repair.remedy)
+        return replace(check, meaning=said + repair)
     if shift:
-        late = late_note(shift, None if law.continuous else law.delay)
-        return replace(check, meaning=late.text, remedy=late.remedy)
+        late, advice = late_note(shift, None if law.continuous else law.delay)
+        return replace(check, meaning=late, advice=advice)
     return fault
 
 
@@ -326,7 +325,7 @@ def _fault(
             "no change of its gains explains it; check how it forms the velocity, its filters, its "
             f"limits and anti-windup, the period and the noise; {WHICH_LAW}"
         )
-        check = replace(check, remedy=TEST_SIGNAL if large and record.injected is None else None)
+        check = replace(check, advice=TEST_SIGNAL * (large and record.injected is None))
     check = replace(check, meaning=start + said)
     if not by_products and change is None:
         check = replace(check, factors={})
@@ -350,16 +349,14 @@ def law_check(law: LawCheck) -> Check:
     """The declared law against the recorded control."""
     return Check(
         name="control law",
-        # What is to be said of a law that fits is said.
-        status="note" if law.passed and law.remedy is not None else passed(law.passed),
+        status="note" if law.passed and law.advice else passed(law.passed),
         figure=law.residual_percent,
         threshold=MAX_LAW_RESIDUAL.value,
         source="residual in percent of the recorded control, 0.24 on the EMPS record; fails too "
         "where a factor is off 1, or a constant or a drift beside the law there, by more than 1 % "
         "and three deviations, for a delay, and for a "
         "sampling period that is more than 0.05 % from the law's",
-        meaning=law.meaning,
-        remedy=law.remedy,
+        meaning=law.sentence,
     )
 
 
@@ -378,14 +375,13 @@ def _incomparable(
             fitted_residual_percent=None,
             delay=0,
             passed=False,
-            meaning=apart.note.text,
-            remedy=apart.note.remedy,
+            meaning=apart.note,
         )
     lacking = lacking_loop(axis, record)
     if lacking is not None or record.control is None:
-        clocks = f"{apart.note.text}; " if apart is not None else ""
-        why = "the record has no control" if lacking is None else lacking.note
-        return Missing.of(Note.of(clocks, why))
+        clocks = f"{apart.note}; " if apart is not None else ""
+        why = lacking or "the record has no control"
+        return Missing(f"{clocks}{why}")
     no_ratio = apart is not None or law_ratio(law, record.period, clock) is None
     return first_case(
         (
@@ -471,7 +467,7 @@ def check_found_law(axis: GeneratedAxis, record: Record, found: FoundGains) -> L
             f"law's, with which it would be by {listed}; check the sign of the control or of the "
             "positions"
         )
-        return replace(there, factors={}, meaning=said, remedy=None)
+        return replace(there, factors={}, meaning=said, advice="")
     return _not_even(there, axis, by_gains, record, found.names)
 
 

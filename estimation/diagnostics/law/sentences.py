@@ -23,7 +23,6 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import ControlLaw
 from axisid.modeling.laws import velocity_variants
 from axisid.support.errors import ModelError
-from axisid.support.remedy import Note, Remedy, Setting
 
 from .terms import (
     CONSTANT,
@@ -65,11 +64,9 @@ def off_text(percent: float) -> str:
 
 
 #: How to name a test signal, where nothing else explains what the law leaves.
-TEST_SIGNAL = Remedy.of(
-    "; or name a test signal that was added to the control or to the reference, with ",
-    Setting("columns", "injected=NAME"),
-    " and ",
-    Setting("injected-at"),
+TEST_SIGNAL = (
+    "; or name a test signal that was added to the control or to the reference, with "
+    "columns injected=NAME and injected_at in run.toml"
 )
 
 
@@ -130,7 +127,7 @@ def is_near(factor: float, scale: float) -> bool:
     return abs(factor / scale - 1) < MAX_FACTOR_ERROR
 
 
-def late_note(shift: int, delay: int | None) -> Note:
+def late_note(shift: int, delay: int | None) -> tuple[str, str]:
     """By how much a control is not in time, and what puts it there.
 
     Which of law and log is to blame, the law alone does not tell.
@@ -138,25 +135,26 @@ def late_note(shift: int, delay: int | None) -> Note:
     start = "the recorded control is not in time with the declared law: it"
     samples = f"{abs(shift)} sample{'s' * (abs(shift) > 1)}"
     if abs(shift) == MOST_SHIFT:
-        return Note(f"{start} is shifted by {samples} or more; check the clocks and the columns")
+        return f"{start} is shifted by {samples} or more; check the clocks and the columns", ""
     possible = delay is not None and delay + shift >= 0
     early = "earlier" if possible or delay is None else "before the law could give it"
-    remedy = Remedy.of(
-        f"declare delay={(delay or 0) + shift}, or, " if possible else "",
-        f"where the log writes the control {'before' if shift < 0 else 'after'} the drive "
-        f"{'applies' if shift < 0 else 'applied'} it, move it with ",
-        Setting("shift", f"control={-shift}"),
+    declared = f"declare delay={(delay or 0) + shift}, or, " * possible
+    advice = (
+        f"{declared}where the log writes the control {'before' if shift < 0 else 'after'} the "
+        "drive "
+        f"{'applies' if shift < 0 else 'applied'} it, move it with shift.control = {-shift} "
+        "in run.toml"
     )
-    return Note(f"{start} comes {samples} {'later' if shift > 0 else early}; ", remedy)
+    return f"{start} comes {samples} {'later' if shift > 0 else early}; ", advice
 
 
 #: What may mend a law: what is then said, and axis, law and record of it.
-_Repair = tuple[Note, GeneratedAxis, ControlLaw, Record]
+_Repair = tuple[str, GeneratedAxis, ControlLaw, Record]
 
 
 def repair_of(
     axis: GeneratedAxis, law: ControlLaw, record: Record, declared: float, shift: int
-) -> Note | None:
+) -> str | None:
     """What would make the law fit: columns changed, or its velocity formed otherwise; or None.
 
     It leaves half of what is `declared` at the most: of what the declared law leaves, or gains
@@ -183,7 +181,7 @@ def repair_of(
 def _other_laws(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
     """The law with its velocity formed in other ways."""
     for name, variant in velocity_variants(law).items():
-        note = Note(
+        note = (
             f"it is that of the law {name} with the same gains, which forms the velocity in "
             "another way: declare that"
         )
@@ -211,7 +209,7 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
     control, terms, _ = compared_with_law(limited, law, record)
     cut = int(at_limit(control, terms, limit).sum())
     if cut >= MIN_SAMPLES_PER_FACTOR.value:
-        note = Note(
+        note = (
             f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in {cut} "
             "samples: declare that limit"
         )
@@ -235,7 +233,7 @@ def _fed_forward(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterat
         for value, unit, size in zip(by, (q.velocity_unit, q.acceleration_unit), sizes, strict=True)
         if size > MAX_FACTOR_ERROR * sizes.max()
     ]
-    note = Note(
+    note = (
         f"it is with a feed-forward of the reference's motion, {' and '.join(parts)}: declare that"
     )
     yield note, axis, law, replace(record, injected=columns @ by, injected_at="control")
@@ -246,10 +244,10 @@ def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iter
     for samples in (1, -1, 2, -2):
         for role in ("reference", "position", *_signals_of(law)):
             way = "later" if samples > 0 else "earlier"
-            note = Note(
+            note = (
                 f"it is with the {role} {abs(samples)} sample{'s' * (abs(samples) > 1)} {way}: "
-                "where the log wrote it at another time, move it with ",
-                Remedy.of(Setting("shift", f"{role}={samples}")),
+                f"where the log wrote it at another time, move it with shift.{role} = {samples} in "
+                "run.toml"
             )
             yield note, axis, law, record.shifted(**{role: samples})
 
@@ -272,7 +270,7 @@ def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> It
         changed[f"the test signal added to the {there}"] = replace(record, injected_at=there)
         changed["no test signal: check which column it is"] = replace(record, injected=None)
     for said, other in changed.items():
-        yield Note(f"it is with {said}"), axis, law, other
+        yield f"it is with {said}", axis, law, other
 
 
 def _signals_of(law: ControlLaw) -> tuple[str, ...]:
@@ -322,35 +320,27 @@ def position_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Posit
     return PositionZero(away=away, control=-mean * away if is_constant else None)
 
 
-def zero_note(axis: GeneratedAxis, record: Record, found: PositionZero) -> Note:
+def zero_note(axis: GeneratedAxis, record: Record, found: PositionZero) -> str:
     """What such a record is, and what puts it right; it goes on after what the law leaves."""
     unit, drive = axis.axis.coordinate.unit, axis.axis.drive
     name = record.provenance.columns.get("position", "NAME")
     made = found.control or 0.0
-    back = Setting("columns", f"position={name}:UNIT{-found.away:+.3g}{unit}")
-    said, remedy = first_case(
-        (found.control is None, (": ", Remedy.of("take that off (", back, ")"))),
+    back = f"columns position={name}:UNIT{-found.away:+.3g}{unit}"
+    said = first_case(
+        (found.control is None, f": take that off ({back})"),
         (
             abs(made) > drive.limit,
-            (
-                f", which the law makes {made:.3g} {drive.unit} of, more than the drive gives: ",
-                Remedy.of("take that off the position (", back, ")"),
-            ),
+            f", which the law makes {made:.3g} {drive.unit} of, more than the drive gives: take "
+            f"that off the position ({back})",
         ),
         (
             True,
-            (
-                f", or with a constant of {made:.3g} {drive.unit} off the control, which the law "
-                "makes of it: a constant force that the model does not explain, or an offset that "
-                "should be nothing, would say that it is the control's; ",
-                Remedy.of(
-                    "take the one off the position (",
-                    back,
-                    "), or check the control's offset, or an integral of the drive that the law "
-                    "does not declare",
-                ),
-            ),
+            f", or with a constant of {made:.3g} {drive.unit} off the control, which the law "
+            "makes of it: a constant force that the model does not explain, or an offset that "
+            "should be nothing, would say that it is the control's; take the one off the position "
+            f"({back}), or check the control's offset, or an integral of the drive that the "
+            "law does not declare",
         ),
     )
     away = f"it is with the position {found.away:+.3g} {unit} away from its zero beside the "
-    return Note(f"{away}reference (a constant tracking error of as much){said}", remedy)
+    return f"{away}reference (a constant tracking error of as much){said}"

@@ -39,7 +39,6 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError
-from axisid.support.remedy import Remedy, Setting
 
 _COINCIDES = 1e-6  # of a sample
 LAW_SETTLING = 10  # samples in which the law's memory fills
@@ -59,9 +58,7 @@ _MIN_UNEVEN = 1e-6
 # what a law leaves, by what noise between samples with jitter makes, up to which it cannot be
 # judged; 1.0 where that noise is all
 _MAX_OPEN_RATIO = 2.0
-_STAMPS = Remedy.of(
-    "where its stamps jitter and not the sampling, ", Setting("resample", "auto", given=False)
-)
+_STAMPS = ": where its stamps jitter and not the sampling, leave resample out"
 
 
 def compared_with_law(
@@ -276,7 +273,7 @@ def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int
 
 
 #: A way to read what the law read: in words, the record, and what is to be done if it fits.
-LawReading = tuple[str, Record, Remedy | None]
+LawReading = tuple[str, Record, str]
 
 
 def is_uneven(record: Record) -> bool:
@@ -293,7 +290,7 @@ def other_readings(record: Record) -> Iterator[LawReading]:
     if record.sampled is not None:
         yield "in the rows as they were sampled", raw, _STAMPS
     for roles in (["position"], ["position", "reference", "injected"]):
-        yield "at even times by the stamps", _evenly(raw, roles), None
+        yield "at even times by the stamps", _evenly(raw, roles), ""
 
 
 def open_for_jitter(axis: GeneratedAxis, record: Record, off: float) -> float | None:

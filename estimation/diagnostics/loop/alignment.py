@@ -32,7 +32,6 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing, of_found
-from axisid.support.remedy import Remedy, Setting
 
 _EARLIEST, _LATEST = -1, 3  # samples
 _MOST_DECLARED = 8  # samples of a declared delay that may be told as none
@@ -157,7 +156,7 @@ def alignment_check(
     *,
     late: Lack | Missing | None,
     weak: bool,
-    remedy: Remedy | None,
+    remedy: str,
     by_log: bool,
 ) -> Check | Missing:
     """The delay that fits best against the one that the hold takes; `weak` are the instruments.
@@ -208,14 +207,11 @@ def alignment_check(
         "leaves its range; a drive that holds its force is half a sample late",
         meaning=fits
         if aligned
-        else f"{fits}, so that {off} beside the position. {moves if advice is None else ''}",
-        remedy=None if aligned or advice is None else Remedy.of(advice, f". {moves}"),
+        else f"{fits}, so that {off} beside the position. {f'{advice}. ' * bool(advice)}{moves}",
     )
 
 
-def _advice(
-    delay: Alignment, data: FilteredRecord, remedy: Remedy | None, *, by_log: bool
-) -> Remedy | None:
+def _advice(delay: Alignment, data: FilteredRecord, remedy: str, *, by_log: bool) -> str:
     """The other hold, where the delay is its own; what a drive declares, before what else."""
     axis, period, declared = data.axis.axis, data.record.period, declared_lateness(data)
     late, rest = delay.best - data.hold_delay, ". " if remedy else ""
@@ -237,11 +233,11 @@ def _advice(
         f"{late * period:.3g} s {'more ' * bool(declared)}in all"
     )
     return first_case(
-        (by_hold, Remedy.of("Try ", Setting("hold", other))),
+        (by_hold, f'Try hold="{other}"'),
         (is_whole, remedy),
-        (late < 0 and declared, Remedy.of(too_long, rest, remedy)),
+        (late < 0 and declared, f"{too_long}{rest}{remedy}"),
         (late <= 0 or delay.at_the_end, remedy),
-        (True, Remedy.of(missing, rest, remedy)),
+        (True, f"{missing}{rest}{remedy}"),
     )
 
 
@@ -276,9 +272,9 @@ class ForceTiming:
     deviation: float
 
     @property
-    def shift(self) -> Setting:
+    def shift(self) -> str:
         """What moves the column to where it acts."""
-        return Setting("shift", f"{self.role}={self.samples}")
+        return f"shift.{self.role} = {self.samples} in run.toml"
 
     @property
     def text(self) -> str:
@@ -314,51 +310,45 @@ def law_in_time(
     law: LawCheck | Missing, declared: ControlLaw | None, timing: ForceTiming | Missing
 ) -> LawCheck | Missing:
     """A law check that says which of shift and delay the motion supports, where it is one."""
-    if isinstance(law, Missing) or not law.delay or declared is None or declared.continuous:
+    if isinstance(law, Missing) or not (law.delay and law.advice):
+        return law
+    if declared is None or declared.continuous:
         return law
     if isinstance(timing, Missing):
         why = f". Which of them, this record does not tell: {timing}"
-        return replace(law, remedy=Remedy.of(law.remedy, why))
+        return replace(law, advice=law.advice + why)
     late = declared.delay + law.delay
     to_blame = f"the log is to blame, as the control {timing.text}: move it there with "
-    remedy = first_case(
-        (timing.role != "control", law.remedy),
+    advice = first_case(
+        (timing.role != "control", law.advice),
         (
             timing.samples,
-            Remedy.of(to_blame, timing.shift, _and_delay(declared, law, timing.samples)),
+            f"{to_blame}{timing.shift}{_and_delay(declared, law, timing.samples)}",
         ),
         (
             late < 0 and not declared.delay,
-            Remedy.of(
-                f"and the control {timing.text}: see whether position or reference is written "
-                "late, and move it with ",
-                Setting("shift", f"reference={law.delay}"),
-                " or the like",
-            ),
+            f"and the control {timing.text}: see whether position or reference is written "
+            f"late, and move it with shift.reference = {law.delay} in run.toml or the like",
         ),
         (
             True,
-            Remedy.of(
-                f"declare delay={max(late, 0)}. The motion supports that: the control {timing.text}"
-            ),
+            f"declare delay={max(late, 0)}. The motion supports that: the control {timing.text}",
         ),
     )
-    return replace(law, remedy=remedy)
+    return replace(law, advice=advice)
 
 
 def timing_remedy(
     timing: ForceTiming | Missing, declared: ControlLaw | None, law: LawCheck | Missing
-) -> Remedy | None:
+) -> str:
     """What to do about a force that acts whole samples after it is recorded."""
     if isinstance(timing, Missing) or not timing.samples:
-        return None
-    of_law = None if timing.role == "force" else _and_delay(declared, law, timing.samples)
-    return Remedy.of(
+        return ""
+    of_law = "" if timing.role == "force" else _and_delay(declared, law, timing.samples)
+    return (
         f"Where the log writes the {timing.role} "
-        f"{'before the drive applies it' if timing.samples > 0 else 'after it acted'}, move it "
-        "with ",
-        timing.shift,
-        of_law,
+        f"{'before the drive applies it' if timing.samples > 0 else 'after it acted'}, "
+        f"move it with {timing.shift}{of_law}"
     )
 
 

@@ -38,7 +38,6 @@ from axisid.estimation.thresholds import (
 from axisid.support.arrays import Array, covered, relative_error_percent
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing
-from axisid.support.remedy import Remedy, Setting
 
 # Hz, up to which columns are compared: far below any current loop's bandwidth
 _MAX_CUTOFF = 30.0
@@ -206,9 +205,7 @@ class ColumnComparison:
         )
 
 
-def scale_remedy(
-    role: str, column: str, declared: str, times: float, vague: float
-) -> Remedy | None:
+def scale_remedy(role: str, column: str, declared: str, times: float, vague: float) -> str | None:
     """The usual unit of a column whose numbers are so many times those in the declared one.
 
     Parameters
@@ -221,7 +218,7 @@ def scale_remedy(
 
     Returns
     -------
-    Remedy or None
+    str or None
         None for no usual unit.
     """
     own = label_unit(declared)
@@ -230,8 +227,7 @@ def scale_remedy(
     known = ((name, label_unit(name)) for name in _UNITS)
     sizes = {name: unit[0] / own[0] for name, unit in known if unit and unit[1] == own[1]}
     found = (name for name, size in sizes.items() if abs(times * size - 1) <= vague < np.inf)
-    settings = (Setting("columns", f"{role}={column}:{name}") for name in found)
-    return next((Remedy.of("it is in ", setting) for setting in settings), None)
+    return next((f"it is in columns {role}={column}:{name}" for name in found), None)
 
 
 def force_check(axis: GeneratedAxis, record: Record) -> Check | None:
@@ -429,19 +425,19 @@ def motion_check(
         f"{abs(found.delay):.2f} +- {max(found.delay_deviation, 1e-2):.1g} samples {way} and "
         f"{found.offset:+.3g} +- {found.offset_deviation:.1g} {_unit(axis, role)}"
     )
-    is_other, column = found.distances["left"] > 1, Setting("columns", f"{role}=NAME:UNIT")
+    is_other, column = found.distances["left"] > 1, f"columns {role}=NAME:UNIT"
     meaning = first_case(
         (
             is_other,
             f"is not {against}: {found.left_percent:.3g} % are left whatever factor, delay and "
-            f"constant ({told}): ",
+            f"constant ({told}): check the column ({column})",
         ),
-        (found.worst > 1, f"is {told} beside {against}: "),
+        (
+            found.worst > 1,
+            f"is {told} beside {against}: {_remedy(axis, record, found, role)}",
+        ),
         (True, f"is {against} ({told})"),
     )
-    remedy = Remedy.of("check the column (", column, ")") if is_other else None
-    if found.worst > 1 and not is_other:
-        remedy = _remedy(axis, record, found, role)
     return Check(
         name=f"measured {role}",
         status=passed(found.worst <= 1),
@@ -452,7 +448,6 @@ def motion_check(
         f"the constant by {100 * MAX_COLUMN_OFFSET:g} % of the {role}, or by three of their "
         "deviations where these are more",
         meaning=f"the measured {role} {meaning}",
-        remedy=remedy,
     )
 
 
@@ -473,7 +468,7 @@ def _unit(axis: GeneratedAxis, role: str) -> str:
     return str(q.velocity_unit if role == "velocity" else q.acceleration_unit)
 
 
-def _remedy(axis: GeneratedAxis, record: Record, found: ColumnComparison, role: str) -> Remedy:
+def _remedy(axis: GeneratedAxis, record: Record, found: ColumnComparison, role: str) -> str:
     """What sets right what is wrong."""
     far, unit, name = (
         found.distances,
@@ -484,7 +479,7 @@ def _remedy(axis: GeneratedAxis, record: Record, found: ColumnComparison, role: 
     vague = MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation / (abs(found.factor) or _TINY)
     vague += MAX_SCALE_ERROR.value
     column, of_sign, zero = (
-        Setting("columns", f"{role}={name}:UNIT{change}")
+        f"columns {role}={name}:UNIT{change}"
         for change in ("", "*-1", f"{-found.offset:+.3g}{unit}")
     )
     beside = "reference" if of_loop else "position"
@@ -492,19 +487,18 @@ def _remedy(axis: GeneratedAxis, record: Record, found: ColumnComparison, role: 
         "delay": first_case(
             (
                 samples_apart(getattr(record, role)) > 1,
-                Remedy.of("draw it between its values (", advised_between(role), ")"),
+                f"draw it between its values ({advised_between(role)})",
             ),
             (True, advised_shift(role, found.delay, MAX_COLUMN_DELAY)),
         ),
         "factor": scale_remedy(role, name, unit, found.factor, vague)
         or first_case(
-            (abs(found.factor + 1) <= vague, Remedy.of("turn its sign (", of_sign, ")")),
+            (abs(found.factor + 1) <= vague, f"turn its sign ({of_sign})"),
             (
                 True,
-                Remedy.of(f"check its unit and scale, and those of the {beside} (", column, ")"),
+                f"check its unit and scale, and those of the {beside} ({column})",
             ),
         ),
-        "offset": Remedy.of("take off its zero (", zero, ")"),
+        "offset": f"take off its zero ({zero})",
     }
-    said = [each for what, part in parts.items() if far[what] > 1 for each in (", and ", part)]
-    return Remedy.of(*said[1:])
+    return ", and ".join(part for what, part in parts.items() if far[what] > 1)

@@ -13,7 +13,6 @@ import numpy as np
 from axisid.estimation.tables import Column, Repair, Samples, Table, loaded_column
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
-from axisid.support.remedy import Remedy, Setting
 
 from .dialect import Dialect, Line, is_comment, is_number, sniff
 from .time_stamps import NoStampsError, is_stamp, stamp_seconds
@@ -26,7 +25,7 @@ _LOOKED = 2000  # bytes in which zeros tell UTF-16
 _MAX_INCOMPLETE_LINES = 50  # unlike lines are an incomplete end; more are another table
 
 #: Leaves out what is no row at the end.
-_DROP_TAIL = Setting("tail", "drop")
+_DROP_TAIL = 'tail = "drop" in run.toml'
 _SHOWN = 40  # characters
 _NEIGHBOURS = 20  # lines above the last whose last numbers tell how long it should be
 
@@ -214,8 +213,7 @@ def _rows(source: str, lines: list[Line], dialect: Dialect) -> list[list[str]]:
             tail = _tail_hint(lines, number, dialect)
             raise DataError(
                 f"{source}, line {number}: {len(cells)} cells where the header names {width} "
-                f"columns ({', '.join(dialect.names)}). ",
-                Remedy.of("Remove or mend the line", tail, "."),
+                f"columns ({', '.join(dialect.names)}). Remove or mend the line{tail}.",
                 code="broken-line",
             )
         rows.append(cells)
@@ -242,14 +240,14 @@ def _of_cells(source: str, lines: list[Line], dialect: Dialect, k: int, cells: l
     return Column(read=partial(_refuse, where, why, advice, comma=comma), texts=cells)
 
 
-def _tail_hint(lines: list[Line], number: int, dialect: Dialect) -> Remedy | None:
+def _tail_hint(lines: list[Line], number: int, dialect: Dialect) -> str:
     """More to do about a line that is one of the last."""
     count = complete_lines(lines, dialect)
     ends = count < len(lines) and number >= lines[count][0]
-    return Remedy.of(", or leave the end of the log out with ", _DROP_TAIL) if ends else None
+    return f", or leave the end of the log out with {_DROP_TAIL}" if ends else ""
 
 
-def _refuse(where: str, why: str, advice: Remedy | None, *, comma: bool) -> Samples:
+def _refuse(where: str, why: str, advice: str, *, comma: bool) -> Samples:
     if why:
         raise DataError(
             f"{where} is no time stamp that can be read: {why}. Export the log with stamps such as "
@@ -257,9 +255,9 @@ def _refuse(where: str, why: str, advice: Remedy | None, *, comma: bool) -> Samp
             code="bad-time-stamp",
         )
     raise DataError(
-        f"{where} is not a number (decimal {'comma' if comma else 'point'}), nor a time stamp such "
-        "as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. ",
-        Remedy.of("Mend the cell, remove the line, or choose another column", advice, "."),
+        f"{where} is not a number (decimal {'comma' if comma else 'point'}), nor a time "
+        "stamp such as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. Mend "
+        f"the cell, remove the line, or choose another column{advice}.",
         code="no-number",
     )
 

@@ -7,7 +7,6 @@ from difflib import get_close_matches
 from axisid.estimation.tables import Samples, Table
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.support.errors import DataError, UsageError
-from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
 
 from .units import assumed_units_text, check_no_counts, to_si
@@ -94,8 +93,7 @@ class RoleColumns:
             if has_place:
                 raise UsageError(
                     f"{source}: no column is the test signal that is added to the "
-                    f"{self.injected_at}; ",
-                    Remedy.of("name it with ", _to_name(["injected"]), "."),
+                    f"{self.injected_at}; name it with {_to_name(['injected'])}.",
                     code="no-injected",
                 )
             return []
@@ -104,14 +102,8 @@ class RoleColumns:
             return [f"{name!r} was added to the {self.injected_at}"]
         if "injected" in requested or (axis is not None and "injected" in axis.columns):
             raise UsageError(
-                f"{source}: {name!r} is a test signal, but nothing says what it was added to; ",
-                Remedy.of(
-                    "add ",
-                    Setting("injected-at", "control"),
-                    " or ",
-                    Setting("injected-at", "reference"),
-                    ".",
-                ),
+                f"{source}: {name!r} is a test signal, but nothing says what it was added to; add "
+                'injected_at = "control" or injected_at = "reference" in run.toml.',
                 code="injected-where",
             )
         del chosen["injected"]
@@ -178,8 +170,8 @@ def _choose(
             missing[role] = wanted
     if unfit:
         raise DataError(
-            f"{table.source}: {', '.join(unfit.values())}; ",
-            Remedy.of("give one of real numbers, or of time stamps, with ", _to_name(unfit), "."),
+            f"{table.source}: {', '.join(unfit.values())}; give one of real numbers, or of "
+            f"time stamps, with {_to_name(unfit)}.",
             code="no-numbers",
         )
     # What only bears the name of a measured derivative is none.
@@ -275,22 +267,22 @@ def _lacking(
         hint = f" Its columns are numbered from #1 to #{len(table.columns)}."
     named = [*missing, *others]
     columns = "column" if len(named) == 1 else "columns"
-    advice = Remedy.of(f"Name the {columns} with ", _to_name(named), ".")
+    advice = f"Name the {columns} with {_to_name(named)}."
     own = (
         " The columns have clocks of their own: leave the time out, and these serve."
         if "time" in missing and _timed(table, chosen)
         else ""
     )
     return DataError(
-        f"{table.source}: there is no column {wanted}{also}; found {table.listed()}.{hint} ",
-        Remedy.of(table.missing or advice, own),
+        f"{table.source}: there is no column {wanted}{also}; found {table.listed()}.{hint} "
+        f"{table.missing or advice}{own}",
         code="no-column",
     )
 
 
-def _to_name(roles: Iterable[str]) -> Setting:
+def _to_name(roles: Iterable[str]) -> str:
     """What names columns."""
-    return Setting("columns", ",".join(f"{role}=NAME" for role in roles))
+    return f"columns {','.join(f'{role}=NAME' for role in roles)}"
 
 
 def _near(table: Table, wanted: str) -> list[str]:
@@ -309,8 +301,7 @@ def _check_apart(table: Table, chosen: dict[str, tuple[str, str, bool]]) -> None
         if name in roles:
             raise DataError(
                 f"{table.source}: the column {name!r} is taken for the {roles[name]} and for the "
-                f"{role}; ",
-                Remedy.of("name another for one of them, with ", _to_name([role]), "."),
+                f"{role}; name another for one of them, with {_to_name([role])}.",
                 code="column-twice",
             )
         roles[name] = role

@@ -26,7 +26,6 @@ from axisid.modeling.declaration import ROLES, Axis
 from axisid.modeling.quantities import Unit, angle_power, parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
-from axisid.support.remedy import Remedy, Setting
 
 #: What scales or moves, before a number; ``**2`` and ``^-2`` are of a unit.
 _OPERATOR = re.compile(r"(?<![*^])\s*([*/](?!\*)(?=\s*[+-]?\.?\d)|[+-](?=\s*\.?\d))\s*")
@@ -275,8 +274,8 @@ def to_si(
         known, has = exact_unit(text), f"has the unit {text!r}"
         if known is None:
             raise wrong(
-                f"{source}: the {role} {has}, which is not known; ",
-                _advice_on_unit(role, text, wanted),
+                f"{source}: the {role} {has}, which is not known; "
+                f"{_advice_on_unit(role, text, wanted)}",
                 code="unknown-unit",
             )
         of = known
@@ -285,12 +284,8 @@ def to_si(
         of_axis = f" of axis {axis.name!r}" if axis is not None else ""
         raise wrong(
             f"{source}: the {role} {has}, but the {role}{of_axis} is measured in "
-            f"{' or '.join(wanted)}. ",
-            Remedy.of(
-                "Check the column, or give its unit with ",
-                Setting("columns", f"{role}=NAME:UNIT"),
-                ".",
-            ),
+            f"{' or '.join(wanted)}. "
+            f"Check the column, or give its unit with columns {role}=NAME:UNIT.",
             code="other-unit",
         )
     factor = float(of)
@@ -306,17 +301,15 @@ def to_si(
     return values * factor + offset, said
 
 
-def _advice_on_unit(role: str, unit: str, wanted: Sequence[str]) -> Remedy:
+def _advice_on_unit(role: str, unit: str, wanted: Sequence[str]) -> str:
     """What to do about a unit that is not known."""
-    counts: Remedy | None = None
+    counts = ""
     if unit.lower() in COUNTS:
-        each = Setting("columns", f"{role}=NAME:{unit}*360deg/4096")
-        counts = Remedy.of("say what one of these counts is, as in ", each, ". Else ")
-    return Remedy.of(
-        counts,
-        "give the unit that it is in with ",
-        Setting("columns", f"{role}=NAME:UNIT"),
-        f" (mm, deg, rev, ms, mA, Ncm, ...), or NAME:{(wanted or ('V',))[0]} where it is SI.",
+        each = f"columns {role}=NAME:{unit}*360deg/4096"
+        counts = f"say what one of these counts is, as in {each}. Else "
+    return (
+        f"{counts}give the unit that it is in with columns {role}=NAME:UNIT (mm, deg, "
+        f"rev, ms, mA, Ncm, ...), or NAME:{(wanted or ('V',))[0]} where it is SI."
     )
 
 
@@ -326,29 +319,29 @@ def _scaling(role: str, text: str, own: str, source: str, wanted: Sequence[str])
         scaling = read_scaling(text, own if is_unit(own) else "")
     except ScalingError as error:
         raise UsageError(
-            f"{source}: the {role} is given as {text!r}: at letter {error.letter}, {error}; ",
-            Remedy.of("write it as in ", _example(role, wanted), "."),
+            f"{source}: the {role} is given as {text!r}: at letter {error.letter}, {error}; "
+            f"write it as in {_example(role, wanted)}.",
             code="no-scaling",
         ) from error
     if scaling.of.is_count and not scaling.is_scaled:
         raise UsageError(
-            f"{source}: the {role} is given as {text!r}, which does not say what one count is; ",
-            Remedy.of("give that, as in ", _example(role, wanted), "."),
+            f"{source}: the {role} is given as {text!r}, which does not say what one count "
+            f"is; give that, as in {_example(role, wanted)}.",
             code="unscaled-counts",
         )
     return scaling
 
 
-def _example(role: str, wanted: Sequence[str]) -> Setting:
+def _example(role: str, wanted: Sequence[str]) -> str:
     """A scaling of a role, for a message."""
     unit = next(iter(wanted), "")
     rate = unit.removeprefix("rad").removeprefix("m")
     if rate in ("/s", "/s^2") and unit != rate:
         turns = "rpm" if rate == "/s" else "rev/s^2"
-        return Setting("columns", f"{role}=NAME:{turns}" + "*5mm/rev" * unit.startswith("m"))
+        return f"columns {role}=NAME:{turns}{'*5mm/rev' * unit.startswith('m')}"
     each = "5mm/4096" if unit == "m" else "360deg/4096/50+0.2deg"
     named = role if unit in ("m", "rad") else "position"
-    return Setting("columns", f"{named}=NAME:counts*{each}")
+    return f"columns {named}=NAME:counts*{each}"
 
 
 def _check_angle(role: str, text: str, of: Quantity, wanted: Sequence[str], source: str) -> None:
@@ -403,12 +396,9 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
     example = "5mm/4096" if unit == "m" else "360deg/4096"
     raise DataError(
         f"{source}: the {role} {name!r} has no unit, and is whole numbers alone, from "
-        f"{finite.min():.9g} to {finite.max():.9g}: those are counts of an encoder; ",
-        Remedy.of(
-            "say what one of them is, as in ",
-            Setting("columns", f"{role}={name}:counts*{example}"),
-            f"; where they are {unit} indeed, say so ({name}:{unit}).",
-        ),
+        f"{finite.min():.9g} to {finite.max():.9g}: those are counts of an encoder; say "
+        f"what one of them is, as in columns {role}={name}:counts*{example}; where they "
+        f"are {unit} indeed, say so ({name}:{unit}).",
         code="whole-numbers",
     )
 

@@ -39,7 +39,6 @@ from axisid.commands.options import (
 )
 from axisid.presentation.console import ProgressLine, print_document
 from axisid.support.errors import AxisidError, EstimationError, UsageError
-from axisid.support.remedy import as_options
 
 
 def _check_idle(json_file: str | None) -> None:
@@ -184,7 +183,7 @@ def identify(
     if refused is not None:
         raise refused
     if result.failed:
-        raise EstimationError("; ".join(stages.missing_notes(result.failed, as_options)))
+        raise EstimationError("; ".join(stages.missing_notes(result.failed)))
 
 
 def _place(inputs: Inputs, used: "Sequence[stages.Record]", number: int) -> int:
@@ -211,8 +210,8 @@ def _held_out(
         try:
             _ = stages.FilteredRecord.bind(axis, record, prefilter).signals
         except AxisidError as error:
-            problem = f"{log}, to validate on: {error.problem}"
-            raise type(error)(problem, error.remedy, code=error.code) from error
+            problem = f"{log}, to validate on: {error}"
+            raise type(error)(problem, code=error.code) from error
     return records
 
 
@@ -237,11 +236,7 @@ def _put(
     """Write the result and print it; a place that it could not be written to is told later."""
     with ProgressLine("judging the estimates"):
         written = None if json_file is None else result.to_dict()
-        document = (
-            ()
-            if json_file == "-"
-            else stages.as_blocks(result, every=every, full=full, wording=as_options)
-        )
+        document = () if json_file == "-" else stages.as_blocks(result, every=every, full=full)
     refused: UsageError | None = None
     if json_file is not None and written is not None:
         checked = [validation.to_dict() for validation in validations]
@@ -253,7 +248,7 @@ def _put(
             refused = error  # told after the result, which it must not cost
     if json_file == "-":
         for method, reason in result.skipped.items():
-            _say(f"without {method}: {reason.worded(as_options)}")
+            _say(f"without {method}: {reason}")
     else:
         print_document(document)
         for validation in validations:

@@ -23,7 +23,6 @@ from axisid.commands.many.twin import twin
 from axisid.commands.options import completion
 from axisid.support.errors import AxisidError, asks_for_tracebacks
 from axisid.support.jobs.one_thread import one_thread, without_arithmetic_warnings
-from axisid.support.remedy import as_options
 from axisid.support.version import __version__
 
 from .compare import compare, compare_results
@@ -115,7 +114,7 @@ def _failed(error: Exception) -> int:
     if isinstance(error, OSError):
         return _fail(_unusable(error), _USAGE)
     if isinstance(error, AxisidError):
-        headline = getattr(error, "headline", error.worded(as_options))
+        headline = getattr(error, "headline", str(error))
         return _fail(headline, error.exit_code, getattr(error, "mistakes", ()))
     if asks_for_tracebacks():
         raise error

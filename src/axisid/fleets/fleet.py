@@ -399,5 +399,5 @@ def _is_open(
             return True
         of = f"all {total} logs" if len(held) == total else f"the first {len(held)} of {total} logs"
         lead = f"{of} fail alike: " if total > 1 else ""
-        raise kind(f"{lead}{error.problem}", error.remedy, code=error.code) from error
+        raise kind(f"{lead}{error}", code=error.code) from error
     return False

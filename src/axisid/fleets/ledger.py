@@ -18,7 +18,6 @@ from axisid.estimation.identification import Identification
 from axisid.populations import LARGEST
 from axisid.presentation.schema import JsonObject, Matrix, about
 from axisid.support.errors import DataError
-from axisid.support.remedy import as_options
 from axisid.support.user_values import first_of
 
 _NO_RESULT, _IN_RESULT = "it came to no result", "see the result of the log"
@@ -123,7 +122,7 @@ def judged(result: Identification) -> dict[str, Any]:
     """What a row has of a result."""
     estimate = result.preferred
     fails = [check for check in result.verdict if check.status == "fail"]
-    said = {check.name: check.note.worded(as_options) for check in fails}
+    said = {check.name: check for check in fails}
     failing = gravest_first(said)
     return {
         "signature": result.axis.signature,

@@ -20,7 +20,6 @@ from axisid.modeling.text import load_axis
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.files.json_text import json_text
 from axisid.support.files.regular_file import opened_regular, read_regular, replace_file
-from axisid.support.remedy import as_options
 from axisid.support.user_values import quoted
 from axisid.support.version import __version__
 
@@ -244,7 +243,7 @@ def identify_log(settings: Settings, named: Named) -> FleetRow:
         result = result_of(settings, named.item)
         _write(result.to_dict(settings.draws), result_file(settings.folder, named.name))
     except AxisidError as error:
-        said = " ".join(error.worded(as_options).split())
+        said = " ".join(str(error).split())
         return named.row(
             axis=axis,
             status="failed",

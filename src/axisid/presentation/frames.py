@@ -143,7 +143,7 @@ def _of_diagnosis(result: Diagnosis) -> Mapping[str, Any]:
             "figure": check.figure,
             "threshold": check.threshold,
             "p_value": check.p_value,
-            "meaning": str(check.note),
+            "meaning": check.meaning,
         }
         for check in result.verdict
     )

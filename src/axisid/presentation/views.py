@@ -84,7 +84,6 @@ from axisid.support.files.regular_file import write_file
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
-from axisid.support.remedy import Wording, as_arguments
 from axisid.support.user_values import is_among, quoted
 
 if TYPE_CHECKING:
@@ -93,20 +92,16 @@ if TYPE_CHECKING:
 _Figures: TypeAlias = Mapping[str, Callable[..., Plot | Missing]]
 
 
-def as_blocks(result: Presentable, *, wording: Wording = as_arguments, **how: Any) -> Document:
+def as_blocks(result: Presentable, **how: Any) -> Document:
     """A result as a document of blocks, which text, terminals and HTML are rendered from.
 
     Parameters
     ----------
     result : Presentable
-    wording : callable
-        `as_arguments`, or `as_options` for the command line: how settings are told.
     **how
         As the result's `summary` takes it.
     """
     document, _ = _views_of(result)
-    if "wording" in signature(document).parameters:  # others tell no settings, or as a file does
-        how["wording"] = wording
     return document(result, **how)
 
 

@@ -1,4 +1,4 @@
-"""The errors a user can meet, each with a code, a remedy and the exit code of the command line.
+"""The errors a user can meet, each with a code and the exit code of the command line.
 
 Every message says what was given, what was expected and what to do. An exception that is not an
 `AxisidError` is a fault of the program, not of its user.
@@ -8,7 +8,7 @@ import os
 from collections.abc import Sequence
 from typing import ClassVar
 
-from .remedy import Note, Remedy, Wording, as_arguments
+from .number_text import plain_numbers
 
 
 class AxisidError(ValueError):
@@ -16,10 +16,10 @@ class AxisidError(ValueError):
 
     Parameters
     ----------
-    problem : str
-        What was given and what was expected; what to do, unless a remedy says it.
-    remedy : Remedy, optional
-        What to do, where that is to set something. It goes on where the problem ends.
+    sentence : str
+        What was given, what was expected and what to do. A setting stands in it as ``gaps="split"``
+        or ``columns position=NAME``: an option of the command line (``--gaps split``), a key of a
+        ``run.toml``, and an argument in Python.
     code : str, optional
         Tells the error from others of its class.
 
@@ -27,31 +27,15 @@ class AxisidError(ValueError):
     ----------
     code : str
         What a program can tell the error by; of the class where the error has none of its own.
-    problem, remedy
-        As they were given; the text of the error is both, its settings as arguments of Python.
     """
 
     exit_code: ClassVar[int] = 1
     code: str = "error"
 
-    def __init__(self, problem: str, remedy: Remedy | None = None, *, code: str = "") -> None:
-        super().__init__(problem)  # the others are kept by pickle as attributes
-        self.problem = problem
-        self.remedy = remedy
+    def __init__(self, sentence: str, *, code: str = "") -> None:
+        super().__init__(plain_numbers(sentence))
         if code:
-            self.code = code
-
-    @property
-    def note(self) -> Note:
-        """What it says, to be worded later."""
-        return Note(self.problem, self.remedy)
-
-    def worded(self, wording: Wording) -> str:
-        """What it says, with the settings as options or as arguments."""
-        return self.note.worded(wording)
-
-    def __str__(self) -> str:
-        return self.worded(as_arguments)
+            self.code = code  # kept by pickle, as attributes are
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({str(self)!r})"
@@ -89,11 +73,14 @@ class FileError(AxisidError):
     """
 
     def __init__(self, headline: str, mistakes: Sequence[str] = (), *, code: str = "") -> None:
-        listed = "\n".join(("", *mistakes)).replace("\n", "\n  ")
-        super().__init__(f"{headline}{listed}", code=code)
+        super().__init__(headline, code=code)
         self.args = (headline, mistakes)  # for pickle
         self.headline = headline
         self.mistakes = tuple(mistakes)
+
+    def __str__(self) -> str:
+        listed = "\n".join(("", *self.mistakes)).replace("\n", "\n  ")
+        return f"{self.headline}{listed}"
 
 
 class DeclarationError(FileError, ModelError):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import wraps
 from typing import Concatenate, ParamSpec, TypeVar
 
-from .remedy import Note, Remedy
+from .number_text import plain_numbers
 
 Found = TypeVar("Found")
 Made = TypeVar("Made")
@@ -19,26 +19,16 @@ class Missing:
     Attributes
     ----------
     reason : str
-        Why, as the end of a sentence: ``"the axis declares no control law"``.
-    remedy : Remedy or None
-        How the sentence goes on, where something can be set to have it.
+        Why, as the end of a sentence, and what can be done: ``"the axis declares no control law"``.
     """
 
     reason: str
-    remedy: Remedy | None = None
 
-    @classmethod
-    def of(cls, note: Note) -> "Missing":
-        """What is missing for the reason that a note gives."""
-        return cls(note.text, note.remedy)
-
-    @property
-    def note(self) -> Note:
-        """The reason, to be worded later."""
-        return Note(self.reason, self.remedy)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "reason", plain_numbers(self.reason))
 
     def __str__(self) -> str:
-        return str(self.note)
+        return self.reason
 
 
 def of_found(

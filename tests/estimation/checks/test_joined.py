@@ -4,22 +4,21 @@ from dataclasses import replace
 
 from axisid.estimation.checks import Check, joined
 from axisid.support.missing import Missing
-from axisid.support.remedy import Remedy
 
 PASSED = Check(name="lack of fit", status="pass", meaning="nothing", figure=1.0, threshold=2.0)
-FAILED = replace(PASSED, status="fail", meaning="there is one: ", remedy=Remedy.of("go on"))
+FAILED = replace(PASSED, status="fail", meaning="there is one: go on")
 
 
 def test_the_worst_of_several_checks_is_told_with_its_record() -> None:
     found = joined([PASSED, replace(FAILED, figure=9.0), replace(FAILED, figure=3.0)], "abc")
     assert (found.status, found.figure) == ("fail", 9.0)
-    assert str(found.note) == "b and c: there is one: go on"
+    assert found.meaning == "b and c: there is one: go on"
 
 
 def test_other_records_that_fail_otherwise_are_named_too() -> None:
-    other = replace(FAILED, meaning="there are two", remedy=None)
+    other = replace(FAILED, meaning="there are two")
     found = joined([PASSED, replace(FAILED, figure=9.0), other], "abc")
-    assert str(found.note) == "b: there is one: go on; it fails of c too"
+    assert found.meaning == "b: there is one: go on; it fails of c too"
 
 
 def test_what_passes_everywhere_passes_and_what_cannot_be_told_says_so() -> None:

@@ -19,7 +19,6 @@ from axisid.estimation.diagnostics.records_alike import (
 from axisid.estimation.fitting.spread import Scores
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
-from axisid.support.remedy import as_options
 from tests.axes.stage import generated, stage, stage_record
 
 METHOD = ["idm-iv"]
@@ -71,9 +70,8 @@ def test_an_untold_payload_is_named_with_what_declares_it(plain: GeneratedAxis, 
     assert of_all in found.meaning
     assert "Fv" not in found.meaning
     assert "another load" in found.meaning
-    assert str(found.note).endswith('let each record have its own (local=["M"])')
-    assert 'known={"NAME": [V1, V2]}' in str(found.note)
-    assert "--known NAME=V1,V2" in found.remedy.worded(as_options)
+    assert found.meaning.endswith("let each record have its own (local M)")
+    assert "known NAME=V1,V2" in found.meaning
     assert "do not believe" in result.summary().lower()
 
 
@@ -83,7 +81,7 @@ def test_a_load_that_makes_two_parameters_differ_names_both() -> None:
     axis = build(leave_out(stage(), "m_add"))
     records = [stage_record(1, tau0=5.0), stage_record(2, M=110.0, tau0=25.0)]
     found = _check(identify(axis, records, methods=METHOD))
-    names = next(s.value for s in found.remedy.settings if s.name == "local")
+    (names,) = re.findall(r"\(local (\S+)\)", found.meaning)
     assert sorted(names.split(",")) == ["M", "tau0"]
 
 

@@ -374,7 +374,7 @@ def test_what_the_start_of_a_loop_leaves_open_counts_and_names_what_finds_it(
     result, free = fit(emps2015, record), fit(emps2015, record, free="start")
     (check,) = (c for c in result.checks if c.name == "start of the loop")
     assert check.status == "note"
-    assert str(check.remedy) == 'find the start with the parameters by free="start".'
+    assert check.meaning.endswith('find the start with the parameters by free="start".')
     moved = result.by_start.moved
     np.testing.assert_allclose(free.physical[:3] - result.physical, moved, rtol=0.05)
     deviations = np.array([each.deviation for each in result.values.values()])

@@ -92,7 +92,7 @@ def test_a_feed_forward_of_the_wrong_sign_is_named() -> None:
     result = identify(axis, replace(record, signals={"feed": -record.signals["feed"]}))
     (check,) = [c for c in result.verdict if c.name == "control law"]
     assert check.status == "fail"
-    assert "feed times -1" in f"{check.meaning}{check.remedy}"
+    assert "feed times -1" in check.meaning
 
 
 @pytest.mark.slow

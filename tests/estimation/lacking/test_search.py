@@ -162,7 +162,7 @@ def test_a_delay_is_found_and_said_by_one_check() -> None:
     lacks = _lacking(result)
     assert lacks[0].kind == "delay"
     assert lacks[0].values == pytest.approx((1e-3,), rel=0.3)
-    failing = {check.name: str(check.note) for check in result.verdict if check.status == "fail"}
+    failing = {check.name: check.meaning for check in result.verdict if check.status == "fail"}
     assert "drive's delay" in failing["alignment"]
     assert "delay" not in failing.get("missing terms", "")
 

@@ -40,7 +40,7 @@ def test_a_rounded_column_is_written_in_every_sample(seed: int) -> None:
 
 def test_a_column_that_holds_its_values_is_told() -> None:
     (doubt,) = read(HELD).provenance.doubts
-    assert "in every 4th sample" in doubt.text
+    assert "in every 4th sample" in doubt
     assert not read(VELOCITY).provenance.doubts
 
 

@@ -168,6 +168,6 @@ def test_a_control_that_is_cut_off_is_told_where_no_mask_was_asked_for(
     cut = {**columns, "control": np.clip(record.control, -top, top)}
     (doubt,) = read_record(cut, emps2015).provenance.doubts
     assert "the control is cut off in" in str(doubt)
-    assert 'mask="clipped"' in str(doubt)
+    assert 'mask = "clipped"' in str(doubt)
     asked = read_record(cut, emps2015, repairs=Repairs(mask="clipped"))
     assert not asked.provenance.doubts

@@ -41,7 +41,7 @@ def test_its_unit_is_that_of_what_it_is_added_to() -> None:
 
 
 def test_a_place_without_a_column_and_a_column_without_a_place_are_refused() -> None:
-    with refuses("injected-where", says='add injected_at="control" or'):
+    with refuses("injected-where", says='add injected_at = "control" or'):
         read_record(LOG, columns=NAMED)
     with refuses("no-injected"):
         read_record(LOG, injected_at="control")

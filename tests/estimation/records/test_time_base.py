@@ -20,7 +20,7 @@ def in_words(check: LawCheck | Missing) -> str:
     """Whether a check failed, and what it says."""
     if isinstance(check, Missing):
         return f"not evaluated: {check}"
-    return f"{'passed' if check.passed else 'failed'}: {check.note}"
+    return f"{'passed' if check.passed else 'failed'}: {check.sentence}"
 
 
 def timed(record: Record, factor: float, **changes: Any) -> Record:
@@ -63,7 +63,7 @@ def test_log_of_another_rate_is_confirmed_by_the_period_beside_its_times(
 ) -> None:
     thinned = {role: values[::2] for role, values in twin.channels().items()}
     said = in_words(check_law(emps2015, read_record(thinned, emps2015)))
-    assert "if the log keeps one sample in 2, confirm that by sample_period=0.002" in said
+    assert "if the log keeps one sample in 2, confirm that by sample_period = 0.002" in said
     for record in (
         read_record(thinned, emps2015, sample_period=2e-3),
         Record(**thinned, sample_period=2e-3),

@@ -28,7 +28,6 @@ from axisid.estimation import Sweep
 from axisid.estimation.diagnostics import conclusion
 from axisid.presentation.formulas.numbers import readable_text
 from axisid.presentation.report.page import report_html, report_sweep, script_json, thinned
-from axisid.support.remedy import Note
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -202,7 +201,7 @@ def hostile(result: Identification) -> Identification:
     record = replace(result.record, provenance=provenance)
     data = replace(result.data, axis=axis, record=record)
     problem = replace(result.problem, axis=axis, data=(data,))
-    return replace(result, problem=problem, skipped={"ddm-ls": Note(HOSTILE)})
+    return replace(result, problem=problem, skipped={"ddm-ls": HOSTILE})
 
 
 def test_names_from_files_stay_text(page: Page, result: Identification) -> None:

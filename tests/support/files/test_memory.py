@@ -105,7 +105,7 @@ def test_packed_log_is_refused_before_it_is_unfolded(
 ) -> None:
     file = make(tmp_path)
     tracemalloc.start()
-    refused = refuses("memory", r"would take more than 0\.02 GB.*max_memory=BYTES")
+    refused = refuses("memory", r"would take more than 0\.02 GB.*max_memory = BYTES")
     with within(100_000), refused:
         read_record(file, max_memory=ROOM)
     peak = tracemalloc.get_traced_memory()[1]
@@ -141,7 +141,8 @@ def test_a_file_too_large_to_read_is_to_be_cut_into_shorter_ones(tmp_path: Path)
     file.write_text("time,position\n" + "0,1\n" * 1000)
     with refuses("memory", says="into shorter files, .* records of one regression") as refused:
         read_record(file, max_memory=1e5)
-    assert [setting.name for setting in refused.value.remedy.settings] == ["max-memory"]
+    assert "max_memory" in str(refused.value)
+    assert "window" not in str(refused.value)
     with refuses("memory"):
         read_record(file, windows=[(0.0, 1.0)], max_memory=1e5)
 
@@ -168,8 +169,7 @@ def test_more_samples_than_can_be_identified_are_refused_unless_the_user_allows_
     told = "identifying the 60000 samples of .*, half of what there is"
     with refuses("memory", says=told) as refused:
         read_record(file)
-    assert [s.name for s in refused.value.remedy.settings] == ["window", "window", "max-memory"]
-    assert "windows=[(FROM, TO), (FROM, TO)]" in str(refused.value)
+    assert "window FROM..TO" in str(refused.value)
     assert "parts of one regression with a verdict" in str(refused.value)
     assert len(read_record(file, windows=[(0.0, 20.0)])) == 20_001
     assert len(read_record(file, max_memory=1e9)) == 60_000

@@ -9,7 +9,6 @@ import click
 
 from axisid.presentation.console import ProgressLine
 from axisid.support.errors import AxisidError, UsageError
-from axisid.support.remedy import Note, as_options
 
 from . import stages
 from .groups import Options, option
@@ -35,19 +34,19 @@ class Inputs:
     records : tuple of Record
     used : tuple of int
         Which of the logs they are.
-    set_aside : mapping of str to Note
+    set_aside : mapping of str to str
         Logs that could not be read and were to be skipped, with the reason.
     """
 
     axis: "stages.GeneratedAxis"
     records: "tuple[stages.Record, ...]"
     used: tuple[int, ...]
-    set_aside: "Mapping[str, Note]"
+    set_aside: "Mapping[str, str]"
 
     def say_set_aside(self) -> None:
         """Tell of each log that could not be read."""
         for name, why in self.set_aside.items():
-            click.echo(f"axisid: without {name}: {why.worded(as_options)}", err=True)
+            click.echo(f"axisid: without {name}: {why}", err=True)
 
 
 def axis_and_records(
@@ -98,14 +97,14 @@ def _read(
 ) -> Inputs:
     """Read every log; what cannot be read is named with the others that cannot."""
     found: dict[int, stages.Record] = {}
-    bad: dict[str, Note] = {}
+    bad: dict[str, str] = {}
     for i, log in enumerate(logs):
         try:
             found[i] = reading.record(log, axis)
         except AxisidError as error:
             if len(logs) == 1:
                 raise
-            bad[log if log not in bad else f"{log} ({i + 1})"] = error.note
+            bad[log if log not in bad else f"{log} ({i + 1})"] = str(error)
     stages.check_bad(bad, len(logs), skip_bad=skip_bad)
     return Inputs(axis=axis, records=tuple(found.values()), used=tuple(found), set_aside=bad)
 

@@ -22,7 +22,6 @@ from axisid.presentation.console import print_document
 from axisid.support.files.json_text import json_text
 from axisid.support.files.regular_file import write_file
 from axisid.support.presentable import Presentable
-from axisid.support.remedy import as_options
 
 from . import stages
 from .inputs import file_of
@@ -307,7 +306,7 @@ def write_page(file: str, page: Callable[..., str], result: Presentable) -> None
     result : Presentable
     """
     made = datetime.now().astimezone()
-    write_output(file, page(result, command=command_line(), made=made, wording=as_options))
+    write_output(file, page(result, command=command_line(), made=made))
 
 
 def command_line() -> str:
@@ -332,7 +331,7 @@ def print_result(result: Presentable, **how: Any) -> None:
     **how
         As its `summary` takes it.
     """
-    print_document(stages.as_blocks(result, wording=as_options, **how))
+    print_document(stages.as_blocks(result, **how))
 
 
 def put_json(file: str, result: dict[str, Any]) -> None:

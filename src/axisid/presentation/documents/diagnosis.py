@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from msgspec import UNSET, UnsetType
+from msgspec import UNSET
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
@@ -24,11 +24,9 @@ from axisid.presentation.schema import (
     WrittenMotionComparison,
     WrittenNormality,
     WrittenResidualTests,
-    WrittenSetting,
 )
 from axisid.support.arrays import Array, finite
 from axisid.support.missing import Missing
-from axisid.support.remedy import Wording, as_options
 
 from .same_members import written_as
 
@@ -39,13 +37,11 @@ NOT_EVALUATED = "not evaluated: "
 def written_diagnosis(diagnosis: Diagnosis) -> dict[str, Any]:
     """Everything that was measured of a result, by member."""
     names = [each.name for each in diagnosis.excitation]
-    members = diagnosis_members(diagnosis, names, as_options)
+    members = diagnosis_members(diagnosis, names)
     return {name: each for name, each in members.items() if each is not UNSET}
 
 
-def diagnosis_members(
-    diagnosis: Diagnosis, names: Sequence[str], wording: Wording
-) -> dict[str, Any]:
+def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, Any]:
     """Everything that was measured of a result, then the checks, by member of its document.
 
     Parameters
@@ -53,15 +49,13 @@ def diagnosis_members(
     diagnosis : Diagnosis
     names : sequence of str
         Of the physical parameters.
-    wording : callable
-        How settings are told, but for those of checks, whose remedies are written as data.
     """
     tests = diagnosis.instruments
     return {
         "judged": diagnosis.preferred,
         "instruments": None if tests is None else written_as(WrittenInstruments, tests),
         "excitation": {e.name: written_as(WrittenExcitation, e) for e in diagnosis.excitation},
-        **record_members(diagnosis, names, wording),
+        **record_members(diagnosis, names),
         "model_bands": {
             method: {name: written_as(WrittenBand, band) for name, band in of_one.items()}
             for method, of_one in diagnosis.bands.items()
@@ -76,14 +70,12 @@ def diagnosis_members(
     }
 
 
-def record_members(
-    found: Diagnosis | RecordDiagnosis, names: Sequence[str], wording: Wording
-) -> dict[str, Any]:
+def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> dict[str, Any]:
     """What is measured of one record as well as of a whole result, by member of its document."""
     left = found.lack_of_fit
     return {
-        "law_check": written_law(found.law, wording),
-        "alignment": _alignment(found.alignment, names, wording),
+        "law_check": written_law(found.law),
+        "alignment": _alignment(found.alignment, names),
         "verdict": tuple(map(written_check, found.verdict)),
         "lack_of_fit": UNSET if left is None else written_as(WrittenLackOfFit, left),
         "measured_motion": {
@@ -95,30 +87,24 @@ def record_members(
     }
 
 
-def written_law(check: LawCheck | Missing, wording: Wording = as_options) -> WrittenLawCheck:
+def written_law(check: LawCheck | Missing) -> WrittenLawCheck:
     """The control law's check; `passed` is None where it could not be made."""
     if isinstance(check, Missing):
-        return WrittenLawCheck(passed=None, meaning=f"{NOT_EVALUATED}{check.note.worded(wording)}")
-    return written_as(WrittenLawCheck, check, meaning=check.note.worded(wording))
+        return WrittenLawCheck(passed=None, meaning=f"{NOT_EVALUATED}{check}")
+    return written_as(WrittenLawCheck, check, meaning=check.meaning)
 
 
-def _alignment(
-    profile: Alignment | Missing, names: Sequence[str], wording: Wording
-) -> WrittenAlignment:
+def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAlignment:
     """The delay of the force; `names` are of the parameters where it has none of its own."""
     if isinstance(profile, Missing):
-        return WrittenAlignment(best=None, reason=profile.note.worded(wording))
+        return WrittenAlignment(best=None, reason=profile.reason)
     sensitivity = zip(profile.names or names, profile.sensitivity.tolist(), strict=True)
     return written_as(WrittenAlignment, profile, sensitivity=dict(sensitivity), reason=UNSET)
 
 
 def written_check(check: Check) -> WrittenCheck:
     """One check; what is not finite becomes None."""
-    remedy: tuple[str | WrittenSetting, ...] | UnsetType = UNSET
-    if check.remedy is not None:
-        parts = check.remedy.parts
-        remedy = tuple(p if isinstance(p, str) else written_as(WrittenSetting, p) for p in parts)
-    return written_as(WrittenCheck, check, meaning=check.note.worded(as_options), remedy=remedy)
+    return written_as(WrittenCheck, check)
 
 
 def written_residual(tests: ResidualTests) -> WrittenResidualTests:

@@ -39,7 +39,6 @@ from axisid.presentation.schema import (
 from axisid.support.arrays import Array, finite
 from axisid.support.missing import Missing
 from axisid.support.real_numbers import is_nothing
-from axisid.support.remedy import Note, Wording, as_options
 
 from .diagnosis import diagnosis_members, record_members, written_residual
 from .same_members import written_as
@@ -54,16 +53,15 @@ def several_members(
     result: Identification,
     records: list[WrittenRecord],
     prefilters: list[WrittenPrefilter],
-    wording: Wording,
 ) -> dict[str, Any]:
     """What a document has of several records alone, by member; nothing of one."""
     found: dict[str, Any] = {}
     if result.set_aside:
-        found["set_aside"] = {n: why.worded(wording) for n, why in result.set_aside.items()}
+        found["set_aside"] = dict(result.set_aside.items())
     if not result.of_records:
         return found
     found["records"] = tuple(
-        _member(of_one, diagnosis, record, prefilter, wording)
+        _member(of_one, diagnosis, record, prefilter)
         for of_one, diagnosis, record, prefilter in zip(
             result.of_records, result.diagnosis.records, records, prefilters, strict=True
         )
@@ -80,7 +78,6 @@ def _member(
     diagnosis: RecordDiagnosis,
     record: WrittenRecord,
     prefilter: WrittenPrefilter,
-    wording: Wording,
 ) -> WrittenMember:
     apart = diagnosis.apart
     return WrittenMember(
@@ -94,7 +91,7 @@ def _member(
         equation_error_percent=of_one.equation_error_percent,
         simulation_error_percent=of_one.simulation_error_percent,
         apart=None if isinstance(apart, Missing) else _apart(apart),
-        **record_members(diagnosis, (), wording),
+        **record_members(diagnosis, ()),
     )
 
 
@@ -113,9 +110,7 @@ def _apart(apart: Apart) -> WrittenApart:
     )
 
 
-def written_identification(
-    result: Identification, draws: int = 0, wording: Wording = as_options
-) -> WrittenIdentification:
+def written_identification(result: Identification, draws: int = 0) -> WrittenIdentification:
     """An identification with its diagnosis; `draws` as in `Identification.to_dict`."""
     diagnosis, physical = result.diagnosis, result.physical
     drive = result.axis.axis.drive
@@ -129,7 +124,7 @@ def written_identification(
         drive=_response(drive, result.drive_time),
         drive_force=UNSET if drive.is_gain else drive.force_text(result.axis.axis.coordinate),
         drive_remark=drive.remark or UNSET,
-        record=written_record(result.record, wording),
+        record=written_record(result.record),
         prefilter=written_prefilter(result.data.sampling),
         requested=None
         if result.requested is None
@@ -139,18 +134,16 @@ def written_identification(
                 e,
                 drawn=None if is_nothing(draws) else _drawn(e, draws),
                 physical=_physical(physical[name], e.chosen) if name in physical else UNSET,
-                wording=wording,
             )
             for name, e in result.estimates.items()
         ),
-        **diagnosis_members(diagnosis, [q.name for q in result.preferred.quantities], wording),
-        skipped={method: why.worded(wording) for method, why in result.skipped.items()},
-        failed={method: why.worded(wording) for method, why in result.failed.items()},
+        **diagnosis_members(diagnosis, [q.name for q in result.preferred.quantities]),
+        skipped=dict(result.skipped.items()),
+        failed=dict(result.failed.items()),
         **several_members(
             result,
-            [written_record(record, wording) for record in result.records],
+            [written_record(record) for record in result.records],
             [written_prefilter(data.sampling) for data in result.problem.data],
-            wording,
         ),
         levels=written_as(WrittenLevels, result.levels),
     )
@@ -189,12 +182,12 @@ def _drive_time(found: DriveTime) -> WrittenDriveTime:
     )
 
 
-def written_record(record: Record, wording: Wording = as_options) -> WrittenRecord:
+def written_record(record: Record) -> WrittenRecord:
     """Provenance and size of a record."""
     return WrittenRecord(
         **origin_members(record.provenance),
         truth=dict(record.provenance.truth) or None,
-        assumed=assumptions(record.provenance, wording),
+        assumed=assumptions(record.provenance),
         repairs=tuple(written_as(WrittenRepair, each) for each in record.provenance.repairs),
         segments=record.segments,
         masked=record.masked,
@@ -207,14 +200,9 @@ def written_record(record: Record, wording: Wording = as_options) -> WrittenReco
     )
 
 
-def note_text(note: Note | None) -> str | None:
-    """A note as the command line words it; None where there is none."""
-    return None if note is None else note.worded(as_options)
-
-
-def assumptions(provenance: Provenance, wording: Wording = as_options) -> tuple[str, ...]:
+def assumptions(provenance: Provenance) -> tuple[str, ...]:
     """What was taken of a log, and what is doubtful of it."""
-    return (*provenance.assumed, *(doubt.worded(wording) for doubt in provenance.doubts))
+    return (*provenance.assumed, *(doubt for doubt in provenance.doubts))
 
 
 def origin_members(provenance: Provenance) -> dict[str, Any]:
@@ -242,7 +230,6 @@ def written_estimate(
     estimate: Estimate,
     drawn: Mapping[str, WrittenDrawn] | Any = UNSET,
     physical: WrittenPhysical | Any = UNSET,
-    wording: Wording = as_options,
 ) -> WrittenEstimate:
     """One estimate; statistics that are not finite become None."""
     direct, iterates = bool(estimate.ddm_quantities), estimate.iterates
@@ -278,7 +265,7 @@ def written_estimate(
         },
         freedom=_named(estimate.quantities, estimate.freedom[estimate.chosen]),
         residual_tests=written_residual(estimate.residual_tests),
-        remarks=tuple(remark.worded(wording) for remark in estimate.remarks),
+        remarks=tuple(remark for remark in estimate.remarks),
         drawn=drawn,
         physical=physical,
         gain_relative_sd=estimate.gain_relative_sd,

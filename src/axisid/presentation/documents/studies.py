@@ -34,12 +34,10 @@ from axisid.presentation.schema import (
 )
 from axisid.support.arrays import finite
 from axisid.support.missing import Missing
-from axisid.support.remedy import Wording, as_options
 
 from .diagnosis import written_check, written_law
 from .identification import (
     left_out,
-    note_text,
     written_estimate,
     written_identification,
     written_prefilter,
@@ -56,13 +54,13 @@ def written_comparison(comparison: Comparison) -> WrittenComparison:
         record=written_record(c.record),
         records=UNSET if len(c.records) == 1 else tuple(map(written_record, c.records)),
         known={each.name: _known(each) for each in c.known} or UNSET,
-        set_aside={n: why.worded(as_options) for n, why in c.set_aside.items()} or UNSET,
+        set_aside=dict(c.set_aside.items()) or UNSET,
         prefilter=written_prefilter(c.data.sampling),
         method=c.method,
         rows=len(c.candidates[0].estimate.y),
         held_out=WrittenHeldOutBlocks(blocks=c.blocks, gap_rows=c.gap),
         candidates=tuple(map(_candidate, c.candidates)),
-        failures={name: why.worded(as_options) for name, why in c.failures.items()},
+        failures=dict(c.failures.items()),
         tests=tuple(written_as(WrittenNestedTest, test) for test in c.tests),
         same=tuple(map(tuple, c.same)),
         recommended=c.recommended,
@@ -84,7 +82,7 @@ def _candidate(candidate: Candidate) -> WrittenCandidate:
         signature=candidate.axis.signature,
         left_out=left_out(candidate.axis),
         estimate=written_estimate(candidate.estimate),
-        no_simulation=note_text(candidate.reason),
+        no_simulation=candidate.reason,
     )
 
 
@@ -94,7 +92,7 @@ def written_validation(validation: Validation) -> WrittenValidation:
         belief=validation.belief,
         record=written_record(validation.record),
         methods=tuple(map(_method, validation)),
-        time_base=note_text(validation.time_base),
+        time_base=validation.time_base,
         law_check=written_law(validation.law),
         holds=validation.holds,
     )
@@ -106,7 +104,7 @@ def _method(validation: MethodValidation) -> WrittenMethodValidation:
     return written_as(
         WrittenMethodValidation,
         validation,
-        reason=note_text(validation.reason) or "",
+        reason=validation.reason or "",
         anew=None
         if again is None
         else dict(zip(again.names, map(finite, again.own.tolist()), strict=True)),
@@ -123,7 +121,7 @@ def written_sweep(sweep: Sweep) -> WrittenSweep:
         belief=sweep.belief,
         recommended_cutoff=sweep.recommended,
         reason=sweep.reason,
-        failures={f"{cutoff:g}": why.worded(as_options) for cutoff, why in sweep.failures.items()},
+        failures={f"{cutoff:g}": why for cutoff, why in sweep.failures.items()},
         results=tuple(map(written_identification, sweep.results)),
     )
 
@@ -165,14 +163,14 @@ def written_fit_validation(validation: FitValidation) -> WrittenFitValidation:
     )
 
 
-def written_output_fit(fit: OutputFit, wording: Wording = as_options) -> WrittenOutputFit:
+def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
     """The parameters with all that was asked and found of each, and whether to believe them."""
     return WrittenOutputFit(
         belief=fit.belief,
         axis=fit.axis.axis.name,
         signature=fit.axis.signature,
         left_out=left_out(fit.axis),
-        records=tuple(written_record(record, wording) for record in fit.records),
+        records=tuple(written_record(record) for record in fit.records),
         output=fit.output,
         unit=fit.unit,
         position_unit=str(fit.axis.axis.coordinate.unit),
@@ -202,7 +200,7 @@ def written_output_fit(fit: OutputFit, wording: Wording = as_options) -> Written
         verdict=tuple(map(written_check, fit.checks)),
         believed=fit.believed,
         levels=written_as(WrittenLevels, fit.levels),
-        remarks=tuple(note.worded(wording) for note in fit.remarks),
+        remarks=tuple(note for note in fit.remarks),
     )
 
 

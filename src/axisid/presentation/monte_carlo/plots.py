@@ -15,7 +15,6 @@ from axisid.presentation.plots import TITLES, Panel, Plot, Series, Tone, labelle
 from axisid.presentation.report import facts_html, figures_html, made_text, model_html, page_of
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
-from axisid.support.remedy import Wording, as_arguments
 from axisid.support.version import __version__
 
 from .document import (
@@ -167,7 +166,6 @@ def monte_carlo_page(
     *,
     command: str = "",
     made: datetime | None = None,
-    wording: Wording = as_arguments,
 ) -> str:
     """One page about a study, self-contained: it asks the network for nothing.
 
@@ -178,8 +176,6 @@ def monte_carlo_page(
         What reproduces it.
     made : datetime, optional
         When it was made.
-    wording : callable
-        How settings are told, see `axisid.support.remedy`.
     """
     plan, plots = result.plan, monte_carlo_plots(result)
     heading = plan.axis.axis.title or plan.axis.axis.name
@@ -194,7 +190,7 @@ def monte_carlo_page(
         verdict='<section class="verdict"><h2>What it shows</h2>'
         f"{blocks_html((findings(study),))}</section>",
         parameters=blocks_html((*estimand_tables(study), *checks, legend(study))),
-        figures=figures_html({0: plots}, (), wording),
+        figures=figures_html({0: plots}, ()),
         model=_models(plan.axis.axis, plan.twin.axis, right=plan.is_right),
         provenance=facts_html(
             {"made": made_text(made), **facts, "axisid": __version__},

@@ -15,7 +15,6 @@ from axisid.presentation.formulas import readable_unit
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
-from axisid.support.remedy import Note
 
 Kind: TypeAlias = Literal["line", "points", "stems"]
 #: What a series stands for; each way of drawing has a colour for it.
@@ -203,8 +202,7 @@ def drawable(plot: Plot | Missing, name: str) -> Plot:
     """
     if isinstance(plot, Missing):
         stop = "" if str(plot).endswith(".") else "."
-        why = Note.of(f"there is no figure of the {name}: ", plot.note, stop)
-        raise UsageError(why.text, why.remedy, code="no-figure")
+        raise UsageError(f"there is no figure of the {name}: {plot}{stop}", code="no-figure")
     return plot
 
 

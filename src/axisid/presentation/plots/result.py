@@ -74,7 +74,7 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
         reference = loop_reference(result.axis, record)
         position = simulated_position(simulated_loops(result.axis, record, estimate.physical))
     except (ModelError, DataError, EstimationError) as error:
-        return Missing.of(error.note)
+        return Missing(str(error))
     time, unit = _times(record), result.axis.axis.coordinate.unit
     if record.integrated:
         return Missing("no position was recorded, beside which the simulated one could be drawn")

@@ -9,7 +9,6 @@ from axisid.presentation.html import blocks_html
 from axisid.presentation.plots import Plot, numbered, output_plot
 from axisid.presentation.text import output_fit_document
 from axisid.support.missing import Missing
-from axisid.support.remedy import Wording, as_arguments
 
 from .page import figures_html, model_html, page_of, simulated_html
 from .parameters import verdict_html
@@ -21,7 +20,6 @@ def fit_report_html(
     *,
     command: str = "",
     made: datetime | None = None,
-    wording: Wording = as_arguments,
 ) -> str:
     """One page about a fit, self-contained: it asks the network for nothing.
 
@@ -32,10 +30,8 @@ def fit_report_html(
         What reproduces it.
     made : datetime, optional
         When it was made.
-    wording : callable
-        How settings are told, see `axisid.support.remedy`.
     """
-    axis, document = fit.axis.axis, output_fit_document(fit, wording=wording)
+    axis, document = fit.axis.axis, output_fit_document(fit)
     shown = [block for block in document if isinstance(block, (Table, Notes))]
     facts = {k: v for b in document if isinstance(b, Heading) for k, v in b.facts}
     samples = sum(map(len, fit.records))
@@ -48,9 +44,9 @@ def fit_report_html(
         subheading=escape(
             f"{axis.name}, {fit.output} fitted to {', '.join(sources)}, {samples} samples"
         ),
-        verdict=verdict_html(fit.checks, f"fit of the {fit.output}", wording),
+        verdict=verdict_html(fit.checks, f"fit of the {fit.output}"),
         parameters="".join(f'<div class="scroll">{blocks_html((block,))}</div>' for block in shown),
-        figures=figures_html(plots, sources, wording),
+        figures=figures_html(plots, sources),
         model=model_html(axis),
         provenance=facts_html(
             {

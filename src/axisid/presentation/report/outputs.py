@@ -10,7 +10,6 @@ from axisid.estimation.studies import Sweep, Validation
 from axisid.presentation.plots import Plot, plots_by_record
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.files.regular_file import replace_file
-from axisid.support.remedy import as_options
 
 from .page import report_html, report_sweep
 
@@ -61,7 +60,6 @@ def write_outputs(
                 validation=validations,
                 command=command,
                 made=datetime.now().astimezone(),
-                wording=as_options,
             )
             replace_file(Path(report), page)
             written.append(Path(report))
@@ -89,5 +87,5 @@ def _swept(result: Identification, say: Say) -> Sweep | None:
     try:
         return report_sweep(result, progress)
     except EstimationError as error:
-        say(f"without the sweep: {error.worded(as_options)}")
+        say(f"without the sweep: {error}")
         return None

@@ -27,7 +27,6 @@ from axisid.presentation.html import prose_html
 from axisid.presentation.plots import SHADED, TITLES, Panel, Plot, Series, plots_by_record
 from axisid.presentation.saved import identification_facts
 from axisid.support.missing import Missing
-from axisid.support.remedy import Wording, as_arguments
 from axisid.support.version import __version__
 
 from .parameters import parameters_html, verdict_html
@@ -153,7 +152,6 @@ def report_html(
     validation: Validation | Sequence[Validation] | None = None,
     command: str = "",
     made: datetime | None = None,
-    wording: Wording = as_arguments,
 ) -> str:
     """One page about a result, self-contained: it asks the network for nothing.
 
@@ -168,8 +166,6 @@ def report_html(
         What reproduces it.
     made : datetime, optional
         When it was made.
-    wording : callable
-        How settings are told, see `axisid.support.remedy`.
     """
     axis, diagnosis, form = result.axis.axis, result.diagnosis, result.preferred.form
     plots = plots_by_record(result, cutoffs)
@@ -180,16 +176,15 @@ def report_html(
         several=bool(result.of_records),
         heading=escape(heading),
         subheading=escape(_subheading(result)),
-        verdict=verdict_html(diagnosis.verdict, diagnosis.preferred, wording),
+        verdict=verdict_html(diagnosis.verdict, diagnosis.preferred),
         parameters=parameters_html(
-            identification_facts(result, 0, wording),
+            identification_facts(result, 0),
             {p.name: p.description for p in (*result.axis.declared.parameters, *form.declared)},
             checked,
-            wording=wording,
         ),
-        figures=figures_html(plots, result.record_names if result.of_records else (), wording),
+        figures=figures_html(plots, result.record_names if result.of_records else ()),
         model=model_html(axis),
-        provenance=provenance_html(result, command, made, wording=wording),
+        provenance=provenance_html(result, command, made),
         simulated=simulated_html(truth_text(result)),
     )
 
@@ -272,12 +267,10 @@ def _subheading(result: Identification) -> str:
     return f"{name}, identified from {record.provenance.source}, {size}"
 
 
-def figures_html(
-    plots: Mapping[int, Mapping[str, Plot | Missing]], names: Sequence[str], wording: Wording
-) -> str:
+def figures_html(plots: Mapping[int, Mapping[str, Plot | Missing]], names: Sequence[str]) -> str:
     """The figures of all records, and those of each, of which the reader chooses one."""
     if len(plots) == 1:
-        return _figures(plots[0], wording)
+        return _figures(plots[0])
     options = "".join(
         f'<option value="{i}">{i}: {escape(name)}</option>' for i, name in enumerate(names, 1)
     )
@@ -285,28 +278,26 @@ def figures_html(
         '<p class="note record-picker" hidden><label>Figures of record '
         f'<select id="record-picker">{options}</select></label></p>'
     )
-    of_each = "".join(_figures(of_one, wording, record=i) for i, of_one in plots.items() if i)
-    return f"{picker}{of_each}{_figures(plots[0], wording)}"
+    of_each = "".join(_figures(of_one, record=i) for i, of_one in plots.items() if i)
+    return f"{picker}{of_each}{_figures(plots[0])}"
 
 
-def _figures(plots: Mapping[str, Plot | Missing], wording: Wording, record: int = 0) -> str:
+def _figures(plots: Mapping[str, Plot | Missing], record: int = 0) -> str:
     """Figures; those of a record by itself have its number in their names."""
     of, suffix = (f' data-record="{record}"', f"-{record}") if record else ("", "")
     plots = {name.removesuffix(suffix): plot for name, plot in plots.items()}
     kinds = {name: type(plot) for name, plot in plots.items()}
     # Where one of a pair cannot be drawn, the other takes the whole width.
     halves = {name for pair in _PAIRS if len({kinds.get(n) for n in pair}) == 1 for name in pair}
-    return "".join(
-        _figure(name, plot, wording, of, half=name in halves) for name, plot in plots.items()
-    )
+    return "".join(_figure(name, plot, of, half=name in halves) for name, plot in plots.items())
 
 
-def _figure(name: str, plot: Plot | Missing, wording: Wording, of: str, *, half: bool) -> str:
+def _figure(name: str, plot: Plot | Missing, of: str, *, half: bool) -> str:
     wide = (' class="half"' if half else "") + of
     heading = TITLES[name] if isinstance(plot, Missing) else plot.title
     title = f'<div class="figure-head"><h3>{escape(heading)}</h3></div>'
     if isinstance(plot, Missing):
-        why = prose_html(f"None: {plot.note.worded(wording)}")
+        why = prose_html(f"None: {plot}")
         return f'<figure{wide}>{title}<p class="none">{why}</p></figure>'
     return (
         f'<figure{wide} id="figure-{plot.name}">{title}'

@@ -34,7 +34,6 @@ from axisid.presentation.text import (
     validation_table,
     verdict_block,
 )
-from axisid.support.remedy import Wording, as_arguments
 
 _STATUSES = ("fail", "note", "not evaluated", "pass")
 _ABOUT = {False: "Inverse model", True: "Direct model"}
@@ -54,7 +53,7 @@ _ERRORS = (
 )
 
 
-def verdict_html(checks: Sequence[Check], judged: str, wording: Wording = as_arguments) -> str:
+def verdict_html(checks: Sequence[Check], judged: str) -> str:
     """How many checks passed, each that did not in a sentence, and all of them in a table.
 
     Parameters
@@ -62,15 +61,13 @@ def verdict_html(checks: Sequence[Check], judged: str, wording: Wording = as_arg
     checks : sequence of Check
     judged : str
         The method they are of.
-    wording : callable
-        How settings are told.
     """
     ordered = sorted(by_weight(checks), key=lambda c: _STATUSES.index(c.status))
     bars = "".join(
         f'<span class="{STATUS_CLASSES[c.status]}" title="{escape(c.name)}"></span>'
         for c in reversed(ordered)
     )
-    groups = verdict_block(checks, wording).judged
+    groups = verdict_block(checks).judged
     passed = next((each.names for each in groups if each.status == "pass"), ("nothing",))
     items = checks_html(tuple(each for each in groups if each.status == "fail"))
     others = tuple(each for each in groups if each.status in ("note", "not evaluated"))
@@ -105,8 +102,6 @@ def parameters_html(
     result: SavedIdentification,
     described: Mapping[str, str],
     validations: Sequence[Validation] = (),
-    *,
-    wording: Wording = as_arguments,
 ) -> str:
     """Tables of the inverse model, of the direct one, of further records.
 
@@ -119,13 +114,13 @@ def parameters_html(
     parts = [_of_form(result, described, tables[form]) for form in shown[:1]]
     if result.of_records:
         parts.append(f"<h3>The records</h3>{_scrolled(records_table(result))}")
-    parts += [_notes(result, wording), _physical(result, described, wording)]
+    parts += [_notes(result), _physical(result, described)]
     parts += [
         f"<details><summary>{_ABOUT[form]}: its own parameters, and the physical ones mapped from "
         f"them</summary>{_of_form(result, described, tables[form])}</details>"
         for form in shown[1:]
     ]
-    parts += [_validation(each, wording) for each in validations]
+    parts += [_validation(each) for each in validations]
     return "".join(parts)
 
 
@@ -152,7 +147,7 @@ def _of_form(
     return "".join(_scrolled(table, css) for table, css in tables)
 
 
-def _physical(result: SavedIdentification, described: Mapping[str, str], wording: Wording) -> str:
+def _physical(result: SavedIdentification, described: Mapping[str, str]) -> str:
     """Physical parameters that are no base parameters, if there are any."""
     shown = preferred_physical(result)
     if not shown:
@@ -166,7 +161,7 @@ def _physical(result: SavedIdentification, described: Mapping[str, str], wording
         for name, value in first.parameters.items()
     ]
     table = _scrolled(parameters_table(result, described, groups), "parameters")
-    return f"<h3>Physical parameters</h3>{table}{_note_lines(physical_notes(shown, wording))}"
+    return f"<h3>Physical parameters</h3>{table}{_note_lines(physical_notes(shown))}"
 
 
 def parameters_table(
@@ -251,7 +246,7 @@ def _percent(error: float | None) -> str:
     return "-" if error is None else f"{significant(error, 3)} %"
 
 
-def _notes(result: SavedIdentification, wording: Wording) -> str:
+def _notes(result: SavedIdentification) -> str:
     preferred = result.preferred
     notes = [
         "Intervals and sd: "
@@ -266,20 +261,20 @@ def _notes(result: SavedIdentification, wording: Wording) -> str:
     if result.record.provenance.truth:
         notes.append("The dotted lines are the true values of the simulated record.")
     notes += moves_notes(result.diagnosis)
-    notes += shared_remarks(list(result.estimates.values()), wording)
-    notes += missing_notes({**result.skipped, **result.failed}, wording, result.diagnosis.verdict)
+    notes += shared_remarks(list(result.estimates.values()))
+    notes += missing_notes({**result.skipped, **result.failed}, result.diagnosis.verdict)
     return _note_lines(notes)
 
 
-def _validation(validation: Validation, wording: Wording) -> str:
-    heading = record_facts(validation.record, wording)
+def _validation(validation: Validation) -> str:
+    heading = record_facts(validation.record)
     # Names that a file brings stay as they are.
     facts = [
         f"On {heading['record']}.",
         *(f"{heading[k]}." for k in ("assumed", "repaired") if heading[k]),
     ]
     about = "".join(f'<p class="note">{escape(fact)}</p>' for fact in facts)
-    table = _scrolled(validation_table(validation, wording))
+    table = _scrolled(validation_table(validation))
     return f"<h2>The estimates, frozen, on a second record</h2>{about}{table}"
 
 

@@ -13,19 +13,12 @@ from axisid.presentation.formulas import readable_unit
 from axisid.presentation.html import unbroken
 from axisid.presentation.text import listed_facts, record_facts
 from axisid.support.mappings import grouped
-from axisid.support.remedy import Wording, as_arguments
 from axisid.support.version import __version__
 
 _PACKAGES = ("numpy", "scipy", "casadi", "sympy")
 
 
-def provenance_html(
-    result: Identification,
-    command: str,
-    made: datetime | None = None,
-    *,
-    wording: Wording = as_arguments,
-) -> str:
+def provenance_html(result: Identification, command: str, made: datetime | None = None) -> str:
     """A list of facts and the command that gives the same again.
 
     Parameters
@@ -35,10 +28,8 @@ def provenance_html(
         As it was given; empty where the result was made in Python.
     made : datetime, optional
         When; not told where it is not given, so that the same result gives the same page.
-    wording : callable
-        How settings are told.
     """
-    return facts_html(_facts(result, made, wording), command)
+    return facts_html(_facts(result, made), command)
 
 
 def made_text(made: datetime | None) -> str:
@@ -59,17 +50,17 @@ def facts_html(facts: Mapping[str, str], command: str) -> str:
     return f"<dl>{listed}</dl>{again}"
 
 
-def _facts(result: Identification, made: datetime | None, wording: Wording) -> dict[str, str]:
+def _facts(result: Identification, made: datetime | None) -> dict[str, str]:
     source, f = result.record.provenance, result.prefilter
     start, end = result.data.sampling.filter.dropped
-    facts = record_facts(result.record, wording)
+    facts = record_facts(result.record)
     record = result.record
     return {
         "made": made_text(made),
         "axis": result.axis.axis.name,
         "left out": left_out_text(result.axis.declared),
         **(
-            _of_records(result, wording)
+            _of_records(result)
             if result.of_records
             else {
                 "record": f"SIMULATED: {source.source}" if source.truth else source.source,
@@ -113,7 +104,7 @@ def made_by(axis: GeneratedAxis) -> dict[str, str]:
     }
 
 
-def _of_records(result: Identification, wording: Wording) -> dict[str, str]:
+def _of_records(result: Identification) -> dict[str, str]:
     """Where each of several records comes from."""
     facts: dict[str, str] = {}
     for i, record in enumerate(result.records, 1):
@@ -125,7 +116,7 @@ def _of_records(result: Identification, wording: Wording) -> dict[str, str]:
             f"samples of record {i}": f"{len(record)} of {1e3 * record.period:.6g} ms, "
             f"{len(record) * record.period:.4g} s",
         }
-    told = listed_facts([record_facts(record, wording) for record in result.records])
+    told = listed_facts([record_facts(record) for record in result.records])
     own = {name: text for name, text in told.items() if not name.startswith("record")}
     return {**facts, "truth": truth_text(result), **own}
 

@@ -105,7 +105,7 @@ def _refuse_unknown(document: WrittenIdentification, file: str) -> None:
 def contradiction(file: str, problem: str) -> DataError:
     """The refusal of a file, with what is wrong with it and what to do."""
     return DataError(
-        f"{file} contradicts itself: {problem}. ", WRITE_AGAIN, code="contradictory-result"
+        f"{file} contradicts itself: {problem}. {WRITE_AGAIN}", code="contradictory-result"
     )
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from msgspec import UNSET, UnsetType
+from msgspec import UnsetType
 
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics import Apart, Diagnosis, RecordDiagnosis
@@ -31,7 +31,6 @@ from axisid.presentation.schema import (
 )
 from axisid.support.arrays import Array, frozen
 from axisid.support.missing import Missing
-from axisid.support.remedy import Remedy, Setting, as_options
 
 #: What numbers that are too large for a file were.
 _LARGE = dict.fromkeys(
@@ -91,20 +90,7 @@ def read_levels(written: WrittenLevels | UnsetType) -> Levels:
 
 def read_check(written: WrittenCheck) -> Check:
     """A check as a file has it."""
-    remedy = (
-        None
-        if written.remedy is UNSET
-        else Remedy.of(
-            *(part if isinstance(part, str) else read_as(Setting, part) for part in written.remedy)
-        )
-    )
-    said = "" if remedy is None else remedy.worded(as_options)
-    return read_as(
-        Check,
-        written,
-        meaning=written.meaning.removesuffix(said),
-        remedy=remedy if written.meaning.endswith(said) else None,
-    )
+    return read_as(Check, written)
 
 
 def _law(written: WrittenLawCheck) -> LawCheck | Missing:

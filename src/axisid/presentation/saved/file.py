@@ -23,7 +23,6 @@ from axisid.presentation.schema import (
 )
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.files.result_file import AS_WRITTEN, WRITE_AGAIN
-from axisid.support.remedy import Note, Remedy, Setting
 from axisid.support.user_values import quoted
 
 from .contradictions import contradiction, refuse_contradictions, refuse_other_drive
@@ -33,18 +32,14 @@ from .output_fit import SavedFitValidation, SavedMonteCarlo, SavedOutputFit, rea
 T = TypeVar("T")
 
 _REFUSED = {
-    "axisid.stream/1": Note(
-        "is of a log that was read in blocks, and such results are no longer read; ",
-        Remedy.of(
-            "identify the log again, by windows cut out of it if it is too large (",
-            Setting("window", "FROM..TO"),
-            Setting("window", "FROM..TO"),
-            ").",
-        ),
+    "axisid.stream/1": (
+        "is of a log that was read in blocks, and such results are no longer read; "
+        "identify the log again, by windows cut out of it if it is too large (window "
+        "FROM..TO and window FROM..TO)."
     ),
-    schema_of(WrittenOutputFit): Note(
-        "is of a fit of an output, which has one estimate and no method; read it with load_result, "
-        "or give a result of identify."
+    schema_of(WrittenOutputFit): (
+        "is of a fit of an output, which has one estimate and no method; read it with "
+        "load_result, or give a result of identify."
     ),
 }
 
@@ -66,8 +61,7 @@ def read_identification(file: str | Path) -> SavedIdentification:
 def _path(file: object) -> Path:
     if not isinstance(file, (str, Path)):
         raise UsageError(
-            f"the result is {quoted(file)}; ",
-            Remedy.of("give the file of a result of identify, ", AS_WRITTEN, "."),
+            f"the result is {quoted(file)}; give the file of a result of identify, {AS_WRITTEN}.",
             code="result-type",
         )
     return Path(file)
@@ -260,4 +254,4 @@ def _check_parameters(document: WrittenIdentification, file: str, model: AxisMod
         return
     wanted = sorted(p.name for p in model.axis.parameters)
     if any(sorted(estimate.parameters) != wanted for estimate in document.estimates):
-        raise DataError(f"{file} lacks parameters of the axis {model.axis.name!r}. ", WRITE_AGAIN)
+        raise DataError(f"{file} lacks parameters of the axis {model.axis.name!r}. {WRITE_AGAIN}")

@@ -9,7 +9,6 @@ from axisid.estimation.identification import Identification, RecordInfo
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel, derive
 from axisid.support.errors import UsageError
-from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import is_among, quoted
 
 from .file import joined_model, read_identification
@@ -107,8 +106,8 @@ def fitted_axis(
     model = joined_model(saved.document, saved.file, axis)
     if model is None:
         raise UsageError(
-            f"{saved.file} does not hold the axis {saved.document.axis!r}; ",
-            Remedy.of("give the one it was identified with (", Setting("axis"), ")."),
+            f"{saved.file} does not hold the axis {saved.document.axis!r}; give the one it "
+            "was identified with (axis).",
             code="file-of-another-axis",
         )
     return _of_file(saved, model, record)
@@ -154,9 +153,9 @@ def _refuse_own_parameters(result: object) -> None:
     names = [*result.local_names, *(n for of_one in result.of_records[:1] for n in of_one.known)]
     if names:
         raise UsageError(
-            f"{', '.join(names)} of this result {'is' if len(names) == 1 else 'are'} each record's "
-            "own or known of each, so that there is no one set of the axis's parameters; ",
-            Remedy.of("name the record whose are wanted: ", Setting("record", "1"), "."),
+            f"{', '.join(names)} of this result {'is' if len(names) == 1 else 'are'} each "
+            "record's own or known of each, so that there is no one set of the axis's "
+            "parameters; name the record whose are wanted: record=1.",
             code="own-parameters-exported",
         )
 

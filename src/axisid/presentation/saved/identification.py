@@ -36,7 +36,6 @@ from axisid.presentation.schema import (
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable, view_of
-from axisid.support.remedy import Wording
 
 from .contradictions import written_drive
 from .diagnosis import read_diagnosis, read_levels
@@ -352,11 +351,9 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         return validate(self, record, like=like)
 
 
-def identification_facts(
-    result: Identification, draws: int, wording: Wording
-) -> SavedIdentification:
+def identification_facts(result: Identification, draws: int) -> SavedIdentification:
     """What an identification tells without its rows, which is all that tables show."""
-    document = written_identification(result, draws, wording)
+    document = written_identification(result, draws)
     return SavedIdentification.of("", document, result.axis.declared)
 
 

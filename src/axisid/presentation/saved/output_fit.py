@@ -188,9 +188,9 @@ def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
     left, followed = len(document.record_errors), len(_outputs(document))
     if rows != [count] * count or left != followed * len(document.records):
         raise DataError(
-            f"{file} has {count} parameters and a covariance of {len(rows)}, and what is left of "
-            f"{len(document.record_errors)} of {len(document.records)} records. ",
-            WRITE_AGAIN,
+            f"{file} has {count} parameters and a covariance of {len(rows)}, and what is left "
+            f"of {len(document.record_errors)} of {len(document.records)} records. "
+            f"{WRITE_AGAIN}",
             code="saved-fit",
         )
     return SavedOutputFit.of(file, document)

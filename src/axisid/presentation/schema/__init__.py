@@ -16,7 +16,6 @@ from .diagnosis import (
     WrittenLawCheck as WrittenLawCheck,
     WrittenLawSearch as WrittenLawSearch,
     WrittenMotionComparison as WrittenMotionComparison,
-    WrittenSetting as WrittenSetting,
     WrittenStrength as WrittenStrength,
 )
 from .estimate import (

@@ -87,14 +87,6 @@ class WrittenAlignment(JsonObject, frozen=True, kw_only=True):
     reason: Annotated[str | UnsetType, about("Why it could not be measured.")] = UNSET
 
 
-class WrittenSetting(JsonObject, frozen=True, kw_only=True):
-    """Something that can be set for a run."""
-
-    name: Annotated[str, about("Of the option, without its dashes.")]
-    value: Annotated[str, about("As the command line takes it, or a placeholder.")]
-    given: Annotated[bool, about("False where it is to be left out.")]
-
-
 class WrittenLackOfFit(JsonObject, frozen=True, kw_only=True):
     """What is left at phases of the reference that repeat, of the judged estimate."""
 
@@ -164,13 +156,6 @@ class WrittenCheck(JsonObject, frozen=True, kw_only=True):
     threshold: float | None
     p_value: float | None
     source: Annotated[str, about("Where the threshold comes from.")]
-    remedy: Annotated[
-        tuple[str | WrittenSetting, ...] | UnsetType,
-        about(
-            "The end of the meaning, where it speaks of settings: texts and settings, worded as "
-            "options there."
-        ),
-    ] = UNSET
 
 
 class WrittenExplainedLaw(JsonObject, frozen=True, kw_only=True):

@@ -12,7 +12,6 @@ from msgspec import json
 from axisid.support.errors import DataError
 from axisid.support.files.json_text import is_unchanged
 from axisid.support.files.result_file import GIVE_RESULT, WRITE_AGAIN, read_result
-from axisid.support.remedy import Note
 
 from .diagnosis import WrittenLawSearch
 from .identification import WrittenIdentification, WrittenSweep
@@ -64,7 +63,7 @@ def schema_of(document: type[JsonObject]) -> str:
 def read_document(
     file: Path,
     *expected: type[Expected],
-    refused: Mapping[str, Note] = MappingProxyType({}),
+    refused: Mapping[str, str] = MappingProxyType({}),
 ) -> Expected:
     """Read a result that was written as JSON.
 
@@ -73,7 +72,7 @@ def read_document(
     file : Path
     *expected : type of JsonObject
         Which documents will do.
-    refused : mapping of str to Note
+    refused : mapping of str to str
         What to say of documents that will not, by their `schema_of`: ``"is of a stream; ..."``.
 
     Raises
@@ -88,13 +87,11 @@ def read_document(
         if found == schema_of(document):
             return _decoded(file, content, document)
     if found in refused:
-        said = refused[found]
-        raise DataError(f"{file} {said.text}", said.remedy, code="other-document")
+        raise DataError(f"{file} {refused[found]}", code="other-document")
     what = f"its schema is {found[:_SHOWN]!r}" if found else "it has no schema"
     raise DataError(
         f"{file} is not the result of one identification ({what}, not "
-        f"{schema_of(expected[0])!r}). ",
-        GIVE_RESULT,
+        f"{schema_of(expected[0])!r}). {GIVE_RESULT}"
     )
 
 
@@ -105,7 +102,7 @@ def _schema(file: Path, content: bytes) -> str:
         members = found if isinstance(found, dict) else {}
         changed = not is_unchanged(members)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        raise DataError(f"{file} is not JSON: {_said(error)}. ", GIVE_RESULT) from error
+        raise DataError(f"{file} is not JSON: {_said(error)}. {GIVE_RESULT}") from error
     if changed:
         raise DataError(
             f"{file} was changed after it was written: its digest is of other numbers or words. "
@@ -122,8 +119,7 @@ def _decoded(file: Path, content: bytes, document: type[Expected]) -> Expected:
         return msgspec.json.decode(content, type=document)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         raise DataError(
-            f"{file} lacks what its schema promises: {_said(error)}. ",
-            WRITE_AGAIN,
+            f"{file} lacks what its schema promises: {_said(error)}. {WRITE_AGAIN}",
             code="broken-schema",
         ) from error
 

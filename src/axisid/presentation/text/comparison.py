@@ -25,7 +25,6 @@ from axisid.presentation.blocks import (
 from axisid.support.mappings import grouped
 from axisid.support.missing import Missing
 from axisid.support.number_text import or_dash
-from axisid.support.remedy import Note, Wording, as_arguments
 
 from .estimate import quantity
 from .record import (
@@ -40,7 +39,7 @@ from .record import (
 _ABREAST = 4  # candidates in one table
 _SMALLEST_P = 1e-16
 #: What to blame for values beyond their bounds where another candidate explains more.
-_LACKING = Note("its parameters take up what it lacks, which other candidates have")
+_LACKING = "its parameters take up what it lacks, which other candidates have"
 #: What the notes, by number, add where a candidate is partially linear.
 _OF_NONLINEAR = MappingProxyType(
     {
@@ -58,12 +57,12 @@ _OF_NONLINEAR = MappingProxyType(
 )
 
 
-def comparison_document(comparison: Comparison, *, wording: Wording = as_arguments) -> Document:
+def comparison_document(comparison: Comparison) -> Document:
     """Heading, estimates, errors, tests, the recommendation and notes."""
     c = comparison
     text = f"{c.recommended or 'none'}; {c.reason}."
     return (
-        _heading(c, wording),
+        _heading(c),
         *(
             _estimates(c.candidates[i : i + _ABREAST])
             for i in range(0, len(c.candidates), _ABREAST)
@@ -75,7 +74,7 @@ def comparison_document(comparison: Comparison, *, wording: Wording = as_argumen
                 *_uninformed(c.candidates),
                 *_untested(c),
                 *_unneeded(c.tests),
-                *_remarks(c, wording),
+                *_remarks(c),
             )
         ),
         paragraph(Sentence(lead="recommended: ", text=text, hang=4)),
@@ -83,12 +82,12 @@ def comparison_document(comparison: Comparison, *, wording: Wording = as_argumen
     )
 
 
-def _heading(c: Comparison, wording: Wording) -> Heading:
+def _heading(c: Comparison) -> Heading:
     method = (
         f"{c.method.upper()}; the same rows for all [7]; {c.blocks} blocks held out, a gap of "
         f"{c.gap} rows on both sides"
     )
-    told = [record_facts(record, wording) for record in c.records]
+    told = [record_facts(record) for record in c.records]
     units = {p.name: p.unit for p in c.problem.axis.declared.parameters}
     for i, own in enumerate(told):
         known = [
@@ -97,7 +96,7 @@ def _heading(c: Comparison, wording: Wording) -> Heading:
         ]
         own["record"] = "; ".join([own["record"], *known])
     shown = told[0] if len(told) == 1 else listed_facts(told)
-    aside = set_aside_facts(c.set_aside, wording)
+    aside = set_aside_facts(c.set_aside)
     facts = {"left out": _left_out(c.candidates), **shown, **aside}
     return Heading(facts=tuple({**facts, "columns": "", "method": method}.items()))
 
@@ -239,18 +238,15 @@ def _why(check: ParameterCheck, candidate: Candidate) -> str:
     return f"{errors}, though zero is rejected (HAC p = {_p(check.p_value)})"
 
 
-def _remarks(c: Comparison, wording: Wording) -> list[Sentence]:
+def _remarks(c: Comparison) -> list[Sentence]:
     """What kept a candidate or a figure out, and what disagrees."""
-    sentences = _faults(c, wording)
-    sentences += [
-        Sentence(text=f"{name} is left out: {why.worded(wording)}")
-        for name, why in c.failures.items()
-    ]
+    sentences = _faults(c)
+    sentences += [Sentence(text=f"{name} is left out: {why}") for name, why in c.failures.items()]
     sentences += [
         _line(f"{a} and {b} are the same model in different parameters, on these rows.")
         for a, b in c.same
     ]
-    shared = grouped((e.reason.worded(wording), e.name) for e in c.candidates if e.reason)
+    shared = grouped((e.reason, e.name) for e in c.candidates if e.reason)
     sentences += [
         Sentence(text=f"no simulation of {', '.join(of)}: {why}") for why, of in shared.items()
     ]
@@ -270,19 +266,19 @@ def _remarks(c: Comparison, wording: Wording) -> list[Sentence]:
     return sentences
 
 
-def _faults(c: Comparison, wording: Wording) -> list[Sentence]:
+def _faults(c: Comparison) -> list[Sentence]:
     """Parameters beyond their bounds, and a control law that is not the declared one."""
     checks = (
         (each.name, within_bounds(each.estimate, None if each.name in c.tied else _LACKING))
         for each in c.candidates
     )
     faults = [
-        f"{name}: {check.note.worded(wording)}."
+        f"{name}: {check.meaning}."
         for name, check in checks
         if isinstance(check, Check) and check.status == "fail"
     ]
     if not isinstance(c.law, Missing) and not c.law.passed:
-        faults.append(f"Believe nothing before this is mended: {c.law.note.worded(wording)}.")
+        faults.append(f"Believe nothing before this is mended: {c.law.sentence}.")
     return [Sentence(text=fault) for fault in faults]
 
 

@@ -20,12 +20,9 @@ from axisid.presentation.formulas import figure_text
 from axisid.presentation.saved import SavedEstimate
 from axisid.support.missing import Missing
 from axisid.support.number_text import or_dash
-from axisid.support.remedy import Wording
 
 
-def details_document(
-    estimates: Mapping[str, SavedEstimate], diagnosis: Diagnosis, wording: Wording
-) -> Document:
+def details_document(estimates: Mapping[str, SavedEstimate], diagnosis: Diagnosis) -> Document:
     """Intervals, correlations and every diagnostic, each with its figure and threshold."""
     preferred = estimates[diagnosis.preferred]
     label = COVARIANCES[preferred.chosen].label
@@ -33,10 +30,10 @@ def details_document(
         _intervals(f"95 % intervals, {label}, less the bias of filter and noise", estimates),
         _correlation(f"Correlation, {preferred.method.upper()}, {label}", preferred),
         _excitation(diagnosis),
-        *((_by_record(diagnosis),) if diagnosis.records else (_law(diagnosis.law, wording),)),
+        *((_by_record(diagnosis),) if diagnosis.records else (_law(diagnosis.law),)),
         _instruments(preferred, diagnosis.instruments),
         _differences(diagnosis, {q.name: q.unit for q in preferred.quantities}),
-        _alignment(preferred, diagnosis.alignment, wording),
+        _alignment(preferred, diagnosis.alignment),
         *_motions(diagnosis.motions),
         checks_table(diagnosis.verdict),
     )
@@ -90,10 +87,10 @@ def _excitation(diagnosis: Diagnosis) -> Table:
     return _table("Excitation", heads, rows)
 
 
-def _law(law: LawCheck | Missing, wording: Wording) -> Table | Paragraph:
+def _law(law: LawCheck | Missing) -> Table | Paragraph:
     title = "Control law"
     if isinstance(law, Missing):
-        why = law.note.worded(wording)
+        why = law.reason
         return paragraph(f"not checked: {why}", title=title, filled=False)
     rows = [
         ["declared law leaves", _percent(law.residual_percent)],
@@ -165,12 +162,10 @@ def _differences(diagnosis: Diagnosis, units: Mapping[str, str]) -> Table | Para
     return _table(title, heads, rows, labels=2)
 
 
-def _alignment(
-    preferred: SavedEstimate, alignment: Alignment | Missing, wording: Wording
-) -> Paragraph:
+def _alignment(preferred: SavedEstimate, alignment: Alignment | Missing) -> Paragraph:
     title = "Alignment"
     if isinstance(alignment, Missing):
-        why = alignment.note.worded(wording)
+        why = alignment.reason
         return paragraph(f"not measured: {why}", title=title, filled=False)
     by = "instruments" if alignment.by_instruments else "least squares"
     units = {q.name: q.unit for q in preferred.quantities}

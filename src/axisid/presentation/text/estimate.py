@@ -11,12 +11,11 @@ from axisid.presentation.blocks import Cell, Column, Document, Quantity, Table, 
 from axisid.presentation.saved import SavedEstimate, SavedPhysical
 from axisid.support.mappings import grouped
 from axisid.support.number_text import or_dash, range_text
-from axisid.support.remedy import Note, Remedy, Setting, Wording
 
 _SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
 _STARTS = {"least-squares": "LS", "nominal": "nominal"}
 _OVER_MOVES = "sd over moves"
-_FIX = Remedy.of(" (", Setting("fix", "NAME=VALUE+-SD"), ")")
+_FIX = " (fix NAME=VALUE+-SD)"
 
 
 def saved_estimate_document(estimate: SavedEstimate) -> Document:
@@ -125,7 +124,7 @@ def _repeats(found: LackOfFit) -> str:
     )
 
 
-def physical_notes(found: Mapping[str, SavedPhysical], wording: Wording) -> list[str]:
+def physical_notes(found: Mapping[str, SavedPhysical]) -> list[str]:
     """Notes of a table; none where the estimates are of the physical parameters already."""
     if not found:
         return []
@@ -136,7 +135,7 @@ def physical_notes(found: Mapping[str, SavedPhysical], wording: Wording) -> list
         (sentence, method)
         for method, physical in found.items()
         for sentence in (
-            *(_fixable(each).worded(wording) for each in physical.undetermined),
+            *(_fixable(each) for each in physical.undetermined),
             *physical.remarks,
         )
     )
@@ -146,8 +145,8 @@ def physical_notes(found: Mapping[str, SavedPhysical], wording: Wording) -> list
     ]
 
 
-def _fixable(sentence: str) -> Note:
-    return Note(sentence, _FIX if sentence.endswith(" known") else None)
+def _fixable(sentence: str) -> str:
+    return sentence + (_FIX if sentence.endswith(" known") else "")
 
 
 def _how(physical: SavedPhysical) -> str:

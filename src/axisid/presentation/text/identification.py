@@ -35,7 +35,6 @@ from axisid.presentation.saved import (
 from axisid.support.mappings import grouped
 from axisid.support.number_text import or_dash, range_text
 from axisid.support.real_numbers import is_nothing
-from axisid.support.remedy import Note, Setting, Wording, as_arguments, as_options, worded
 
 from .details import checks_table, details_document
 from .estimate import band_row, iterations, moves_notes, physical_notes, places, quantity
@@ -61,14 +60,13 @@ def identification_document(
     *,
     every: bool = False,
     full: bool = False,
-    wording: Wording = as_arguments,
 ) -> Document:
     """The judged estimate on one screen; or every method's, with numbered notes.
 
     See `Identification.summary`.
     """
-    facts = identification_facts(result, draws, wording)
-    return saved_document(facts, draws, every=every, full=full, wording=wording)
+    facts = identification_facts(result, draws)
+    return saved_document(facts, draws, every=every, full=full)
 
 
 def saved_document(
@@ -77,58 +75,54 @@ def saved_document(
     *,
     every: bool = False,
     full: bool = False,
-    wording: Wording = as_arguments,
 ) -> Document:
     """The same of what a file has."""
     drawn = () if is_nothing(draws) else (draws_table(result.estimates, draws),)
     if not (every or full):
-        return (*_screen(result, wording), *drawn)
+        return (*_screen(result), *drawn)
     estimates, physical, diagnosis = [*result.estimates.values()], result.physical, result.diagnosis
     recorded = signals_text(result.signals)
     made = f"{_rows_text(result)}{recorded} Generated code {result.signature[:12]}."
     missing = {**result.skipped, **result.failed}
     notes = [
         *_notes(estimates),
-        *shared_remarks(estimates, wording),
-        *physical_notes(physical, wording),
+        *shared_remarks(estimates),
+        *physical_notes(physical),
         *_judged_note(diagnosis, estimates),
         *moves_notes(diagnosis),
         *several_notes(result),
         made,
-        *missing_notes(missing, wording, diagnosis.verdict),
+        *missing_notes(missing, diagnosis.verdict),
     ]
     return (
-        _heading(result, wording),
+        _heading(result),
         *(_estimates_table(beside, diagnosis) for beside in _side_by_side(estimates)),
         *_physical_tables(result),
         *((records_table(result),) if result.of_records else ()),
-        verdict_block(diagnosis.verdict, wording),
+        verdict_block(diagnosis.verdict),
         Notes(tuple(notes)),
         *drawn,
-        *(details_document(result.estimates, diagnosis, wording) if full else ()),
+        *(details_document(result.estimates, diagnosis) if full else ()),
     )
 
 
-def _screen(result: SavedIdentification, wording: Wording) -> Document:
+def _screen(result: SavedIdentification) -> Document:
     """Heading, the judged estimate, the verdict without what it only notes, and of what rows."""
     diagnosis = result.diagnosis
     noted = [check.line for check in by_weight(diagnosis.verdict) if check.status == "note"]
-    missing = missing_notes({**result.skipped, **result.failed}, wording, diagnosis.verdict)
-    remarks = shared_remarks([_judged(result)], wording)
-    verdict = verdict_block(diagnosis.verdict, wording)
+    missing = missing_notes({**result.skipped, **result.failed}, diagnosis.verdict)
+    remarks = shared_remarks([_judged(result)])
+    verdict = verdict_block(diagnosis.verdict)
     more = f"notes on {', '.join(dict.fromkeys(noted))} and " * bool(noted)
     return (
-        _heading(result, wording),
+        _heading(result),
         _judged_table(result),
         *((records_table(result),) if result.of_records else ()),
         replace(verdict, judged=tuple(e for e in verdict.judged if e.status != "note")),
         Paragraph(
             sentences=(
                 *(Sentence(text=each) for each in (*remarks, *missing)),
-                Sentence(
-                    text=f"{_rows_in_short(result)} See {more}every method "
-                    f"with {wording([Setting('all')])}."
-                ),
+                Sentence(text=f"{_rows_in_short(result)} See {more}every method with --all."),
             )
         ),
     )
@@ -215,7 +209,7 @@ def _rows_text(result: SavedIdentification) -> str:
     return rows_text(samplings, used, force, motions)
 
 
-def _heading(result: SavedIdentification, wording: Wording) -> Heading:
+def _heading(result: SavedIdentification) -> Heading:
     record, parameters, combined = result.record, result.declared_parameters, result.combined
     truth, title = record.provenance.truth, result.declared.title if result.declared else ""
     units = {p.name: p.unit for p in parameters}
@@ -225,12 +219,8 @@ def _heading(result: SavedIdentification, wording: Wording) -> Heading:
     facts = {
         "axis": result.name + (f": {title}" if title else ""),
         "left out": result.left_out,
-        **(
-            several_facts(result.of_records, units, wording)
-            if result.of_records
-            else record_facts(record, wording)
-        ),
-        **set_aside_facts(result.set_aside, wording),
+        **(several_facts(result.of_records, units) if result.of_records else record_facts(record)),
+        **set_aside_facts(result.set_aside),
         "drive": _drive_time(result.drive_time),
         "truth": _truth(parameters, truth),
         "": _truth([] if result.of_records else combined, truth),
@@ -394,9 +384,9 @@ def covariance_name(names: Mapping[str, str]) -> str:
     return "; ".join([head, *said])
 
 
-def shared_remarks(estimates: Iterable[SavedEstimate], wording: Wording) -> list[str]:
+def shared_remarks(estimates: Iterable[SavedEstimate]) -> list[str]:
     """Each remark once, with the methods that it is of."""
-    shared = grouped((worded(said, wording), e.method) for e in estimates for said in e.remarks)
+    shared = grouped((said, e.method) for e in estimates for said in e.remarks)
     return [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
 
 
@@ -425,19 +415,18 @@ def _gain_notes(estimate: SavedEstimate) -> list[str]:
     ]
 
 
-def verdict_block(checks: Sequence[Check], wording: Wording) -> Checks:
+def verdict_block(checks: Sequence[Check]) -> Checks:
     """Whether to believe it, a sentence for each check that did not pass, and what passed."""
     ordered = by_weight(checks)
     statuses: tuple[Status, ...] = ("fail", "note")
     judged = [
-        CheckGroup(status, (check.line,), check.note.worded(wording))
+        CheckGroup(status, (check.line,), check.meaning)
         for status in statuses
         for check in ordered
         if check.status == status
     ]
     judged += [
-        CheckGroup("not evaluated", lines_of(names), why.worded(wording))
-        for why, names in unmade(checks).items()
+        CheckGroup("not evaluated", lines_of(names), why) for why, names in unmade(checks).items()
     ]
     told = {line for group in judged for line in group.names}
     own = lines_of(check.name for check in checks)
@@ -446,28 +435,25 @@ def verdict_block(checks: Sequence[Check], wording: Wording) -> Checks:
     return Checks(judged=tuple(judged), conclusion=conclusion(checks))
 
 
-def unmade(checks: Sequence[Check]) -> dict[Note, list[str]]:
+def unmade(checks: Sequence[Check]) -> dict[str, list[str]]:
     """Checks that could not be made, by the one cause that they have."""
-    return grouped((each.note, each.name) for each in checks if each.status == "not evaluated")
+    return grouped((each.meaning, each.name) for each in checks if each.status == "not evaluated")
 
 
-def diagnosis_blocks(diagnosis: Diagnosis, *, wording: Wording = as_arguments) -> Document:
+def diagnosis_blocks(diagnosis: Diagnosis) -> Document:
     """What was checked of a result, as a verdict and with every check's figures."""
-    return verdict_block(diagnosis.verdict, wording), checks_table(diagnosis.verdict)
+    return verdict_block(diagnosis.verdict), checks_table(diagnosis.verdict)
 
 
-def missing_notes(
-    missing: Mapping[str, str | Note], wording: Wording, checks: Sequence[Check] = ()
-) -> list[str]:
+def missing_notes(missing: Mapping[str, str], checks: Sequence[Check] = ()) -> list[str]:
     """Each reason once, with the methods that are missing for it.
 
     One that checks could not be made for stands in the verdict.
     """
-    # A file has the reasons of methods as they are worded as options.
-    told = {why.worded(each) for why in unmade(checks) for each in (as_options, wording)}
+    told = unmade(checks)
     shared: dict[str, list[str]] = {}
     for method, why in missing.items():
-        reason = worded(why, wording).removeprefix(f"{method}, ")
+        reason = why.removeprefix(f"{method}, ")
         reason = "see the verdict" if why in told else reason
         shared.setdefault(reason, []).append(method)
     return [f"without {', '.join(of)}: {_sentence(reason)}" for reason, of in shared.items()]

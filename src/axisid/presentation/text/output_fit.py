@@ -20,7 +20,6 @@ from axisid.presentation.documents import written_output_fit
 from axisid.presentation.saved import SavedOutputFit
 from axisid.presentation.schema import WrittenFitted
 from axisid.support.number_text import range_text
-from axisid.support.remedy import Wording, as_arguments
 
 from .estimate import quantity
 from .identification import verdict_block
@@ -34,27 +33,25 @@ _COVARIANCES = {
 }
 
 
-def output_fit_document(fit: OutputFit, *, wording: Wording = as_arguments) -> Document:
+def output_fit_document(fit: OutputFit) -> Document:
     """Heading, parameters, what is left of each record, the verdict and notes."""
-    facts = SavedOutputFit.of("", written_output_fit(fit, wording))
-    return saved_fit_document(facts, wording=wording, declared=fit.axis.declared)
+    facts = SavedOutputFit.of("", written_output_fit(fit))
+    return saved_fit_document(facts, declared=fit.axis.declared)
 
 
-def saved_fit_document(
-    fit: SavedOutputFit, *, wording: Wording = as_arguments, declared: Axis | None = None
-) -> Document:
+def saved_fit_document(fit: SavedOutputFit, *, declared: Axis | None = None) -> Document:
     """The same of what a file has; `declared` is the axis, which no file has."""
     return (
-        _heading(fit, wording, declared),
+        _heading(fit, declared),
         _parameters(fit),
         _errors(fit),
-        verdict_block(fit.checks, wording),
+        verdict_block(fit.checks),
         Notes(tuple(_notes(fit))),
     )
 
 
-def _heading(fit: SavedOutputFit, wording: Wording, declared: Axis | None) -> Heading:
-    told = [record_facts(record, wording) for record in fit.records]
+def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
+    told = [record_facts(record) for record in fit.records]
     written = fit.document
     facts = {
         "axis": fit.name + (f": {declared.title}" if declared and declared.title else ""),

@@ -13,7 +13,6 @@ from axisid.modeling.quantities import Signal
 from axisid.presentation.blocks import Document, Heading, Table, text_columns
 from axisid.presentation.saved import SavedIdentification
 from axisid.support.number_text import or_dash
-from axisid.support.remedy import Note, Wording, as_arguments
 
 
 def rows_text(
@@ -116,10 +115,10 @@ def _of_segments(sampling: Sampling) -> str:
     return f" in {used} of {there} segments (the others are too short)"
 
 
-def record_facts(record: RecordInfo, wording: Wording) -> dict[str, str]:
+def record_facts(record: RecordInfo) -> dict[str, str]:
     """What a heading says of a record: its size, columns, what was assumed and repaired."""
     source = record.provenance
-    assumed = (*source.assumed, *(doubt.worded(wording) for doubt in source.doubts))
+    assumed = (*source.assumed, *(doubt for doubt in source.doubts))
     return {
         "record": f"{source.source}, {record.size}",
         "columns": ", ".join(f"{role} = {name}" for role, name in source.columns.items()),
@@ -128,7 +127,7 @@ def record_facts(record: RecordInfo, wording: Wording) -> dict[str, str]:
     }
 
 
-def record_document(record: Record, *, wording: Wording = as_arguments) -> Document:
+def record_document(record: Record) -> Document:
     """Where it comes from, what was assumed and repaired, and how far its columns reach."""
     rows = tuple(
         (role, *(f"{x:.6g}" for x in (values.min(), values.max(), np.ptp(values))))
@@ -136,14 +135,12 @@ def record_document(record: Record, *, wording: Wording = as_arguments) -> Docum
     )
     columns = text_columns(["", "least", "most", "range"])
     table = Table(columns=columns, rows=rows, said=("Values are SI.",))
-    return Heading(facts=tuple(record_facts(record, wording).items())), table
+    return Heading(facts=tuple(record_facts(record).items())), table
 
 
-def several_facts(
-    of_records: Sequence[OfRecord], units: Mapping[str, str], wording: Wording
-) -> dict[str, str]:
+def several_facts(of_records: Sequence[OfRecord], units: Mapping[str, str]) -> dict[str, str]:
     """What a heading says of several records; what is the same of all is told once."""
-    told = [record_facts(of_one.record, wording) for of_one in of_records]
+    told = [record_facts(of_one.record) for of_one in of_records]
     for of_one, own in zip(of_records, told, strict=True):
         known = [known_text(n, v, units.get(n, "")) for n, v in of_one.known.items()]
         own["record"] = "; ".join([own["record"], *known])
@@ -162,15 +159,14 @@ def listed_facts(told: Sequence[Mapping[str, str]]) -> dict[str, str]:
     return facts
 
 
-def set_aside_facts(set_aside: Mapping[str, str | Note], wording: Wording) -> dict[str, str]:
+def set_aside_facts(set_aside: Mapping[str, str]) -> dict[str, str]:
     """Records that could not be used, with the reason."""
     if not set_aside:
         return {}
     counted = f"{len(set_aside)} record{'s' * (len(set_aside) > 1)}"
-    told = {n: why if isinstance(why, str) else why.worded(wording) for n, why in set_aside.items()}
     reasons = (
         f"{n} ({why.removeprefix(f'{Path(n).name}: ').removesuffix('.')})"
-        for n, why in told.items()
+        for n, why in set_aside.items()
     )
     return {"set aside": f"{counted}: {'; '.join(reasons)}"}
 

@@ -21,7 +21,6 @@ from axisid.presentation.blocks import (
 )
 from axisid.presentation.formulas import figure_text
 from axisid.support.missing import Missing
-from axisid.support.remedy import Wording, as_arguments
 
 from .identification import verdict_block
 from .record import record_facts, set_aside_facts, several_facts
@@ -30,9 +29,9 @@ _MOST = 8  # laws that are listed
 _NOT_TOLD = ("record", "columns")  # but what was assumed and repaired
 
 
-def law_search_document(search: LawSearch, *, wording: Wording = as_arguments) -> Document:
+def law_search_document(search: LawSearch) -> Document:
     """The laws by what they leave, the gains of the best, and how to declare it."""
-    heading = Heading(facts=tuple(record_facts(search.record, wording).items()))
+    heading = Heading(facts=tuple(record_facts(search.record).items()))
     return heading, _ranking(search), _gains_table(search.best), _conclusion(search)
 
 
@@ -88,15 +87,13 @@ def _conclusion(search: LawSearch) -> Paragraph:
     return paragraph(*lines, said, filled=False)
 
 
-def sweep_document(sweep: Sweep, *, wording: Wording = as_arguments) -> Document:
+def sweep_document(sweep: Sweep) -> Document:
     """Values by cut-off and method, and the recommendation."""
     first = sweep.results[0]
     facts = (
-        several_facts(
-            first.of_records, {p.name: p.unit for p in first.axis.declared.parameters}, wording
-        )
+        several_facts(first.of_records, {p.name: p.unit for p in first.axis.declared.parameters})
         if first.of_records
-        else record_facts(first.record, wording)
+        else record_facts(first.record)
     )
     facts = {
         "left out": left_out_text(first.axis.declared),
@@ -106,8 +103,8 @@ def sweep_document(sweep: Sweep, *, wording: Wording = as_arguments) -> Document
         _sweep_table(sweep, quantity.name, quantity.unit, sweep.methods)
         for quantity in first.preferred.quantities
     ]
-    facts |= set_aside_facts(first.set_aside, wording)
-    return Heading(facts=tuple(facts.items())), *tables, _sweep_remarks(sweep, wording)
+    facts |= set_aside_facts(first.set_aside)
+    return Heading(facts=tuple(facts.items())), *tables, _sweep_remarks(sweep)
 
 
 def _sweep_table(sweep: Sweep, name: str, unit: str, methods: Sequence[str]) -> Table:
@@ -128,46 +125,40 @@ def _sweep_row(result: Identification, name: str, methods: Sequence[str]) -> tup
     return tuple(row)
 
 
-def _sweep_remarks(sweep: Sweep, wording: Wording) -> Paragraph:
+def _sweep_remarks(sweep: Sweep) -> Paragraph:
     lines = ["Values are without the bias of filter and noise, where that is known."]
-    lines += [
-        f"{cutoff:g} Hz gave no estimate: {why.worded(wording)}"
-        for cutoff, why in sweep.failures.items()
-    ]
+    lines += [f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in sweep.failures.items()]
     if not isinstance(sweep.law, Missing) and not sweep.law.passed:
-        law = sweep.law.note.worded(wording)
-        lines.append(f"believe nothing before this is mended: {law}.")
+        lines.append(f"believe nothing before this is mended: {sweep.law.sentence}.")
     said = f"{sweep.recommendation}."
     recommended = Sentence(lead="recommended: ", text=said, filled=False)
     return paragraph(*lines, recommended, filled=False)
 
 
-def validation_document(validation: Validation, *, wording: Wording = as_arguments) -> Document:
+def validation_document(validation: Validation) -> Document:
     """What was repaired of the record, and the errors."""
     record = validation.record
     title = f"Frozen estimates on {record.provenance.source}, {len(record)} samples:"
-    repaired = ("repaired", record_facts(record, wording)["repaired"])
-    return Heading(facts=(repaired,), title=title), validation_table(validation, wording)
+    repaired = ("repaired", record_facts(record)["repaired"])
+    return Heading(facts=(repaired,), title=title), validation_table(validation)
 
 
-def fit_validation_document(
-    validation: FitValidation, *, wording: Wording = as_arguments
-) -> Document:
+def fit_validation_document(validation: FitValidation) -> Document:
     """What a frozen fit leaves of a record, and whether it holds."""
     record, unit = validation.record, validation.unit
     left = f"{validation.error:.4g} {unit}".rstrip() + f", {validation.percent:.3g} % of it"
     title = f"Frozen fit on {record.provenance.source}, {len(record)} samples:"
     facts = ((validation.output, f"leaves {left}"),)
-    return Heading(facts=facts, title=title), verdict_block(validation.checks, wording)
+    return Heading(facts=facts, title=title), verdict_block(validation.checks)
 
 
-def validation_table(validation: Validation, wording: Wording) -> Table:
+def validation_table(validation: Validation) -> Table:
     """The errors by method."""
     return Table(
         columns=text_columns(["validation", "unit", *(v.method.upper() for v in validation)]),
         rows=tuple((*name, *map(_cell, figures)) for name, figures in validation.errors.items()),
         labels=2,
-        said=tuple(note.worded(wording) for note in validation.notes),
+        said=validation.notes,
     )
 
 

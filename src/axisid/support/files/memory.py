@@ -12,7 +12,6 @@ from pathlib import Path
 
 from axisid.support.errors import DataError, UsageError
 from axisid.support.real_numbers import is_real
-from axisid.support.remedy import Remedy, Setting
 from axisid.support.user_values import quoted
 
 GIGABYTE = 1e9
@@ -20,13 +19,9 @@ GIGABYTE = 1e9
 MEMORY = "memory"
 #: What to do about a file that memory cannot hold, the beginning of a sentence.
 SHORTER_FILES = "Cut the log into shorter files, which are records of one regression with a verdict"
-_WINDOW = Setting("window", "FROM..TO")
 #: What to do about more samples than memory can hold, likewise.
-WINDOWS = Remedy.of(
-    "Cut windows out of the log, which are parts of one regression with a verdict (",
-    _WINDOW,
-    _WINDOW,
-    ")",
+WINDOWS = (
+    "Cut windows out of the log, which are parts of one regression with a verdict (window FROM..TO)"
 )
 _SHARE = 0.5  # of the machine's memory, which reads no log alone
 _UNKNOWN = 8 * GIGABYTE  # taken for a machine that does not tell
@@ -97,11 +92,11 @@ class Room:
         if not self.given and _IDENTIFIED * count > self.limit:
             raise self._too_much(f"identifying the {count} samples of {self.source}", WINDOWS)
 
-    def _too_much(self, what: str, less: str | Remedy) -> DataError:
+    def _too_much(self, what: str, less: str) -> DataError:
         whose = "as much as it may" if self.given else "half of what there is"
         return DataError(
-            f"{what} would take more than {self.limit / GIGABYTE:.3g} GB of memory, {whose}. ",
-            Remedy.of(less, ", or allow more (", Setting("max-memory", "BYTES"), ")."),
+            f"{what} would take more than {self.limit / GIGABYTE:.3g} GB of memory, {whose}. "
+            f"{less}, or allow more (max_memory = BYTES in run.toml).",
             code=MEMORY,
         )
 

@@ -5,14 +5,13 @@ import stat
 from pathlib import Path
 
 from axisid.support.errors import AxisidError
-from axisid.support.remedy import Remedy, Setting
 
 #: How a result becomes a file.
-AS_WRITTEN = Remedy.of("written with ", Setting("json"))
+AS_WRITTEN = "written with --json, or by save()"
 #: What to do about a file that is none.
-GIVE_RESULT = Remedy.of("Give a result of identify, ", AS_WRITTEN, ".")
+GIVE_RESULT = f"Give a result of identify, {AS_WRITTEN}."
 #: What to do about a file that was changed or cut off.
-WRITE_AGAIN = Remedy.of("Identify again; the result is ", AS_WRITTEN, ".")
+WRITE_AGAIN = f"Identify again; the result is {AS_WRITTEN}."
 
 _LARGEST = 64_000_000  # bytes; a result has some ten thousand
 #: What was opened by whoever started the program, and can be read to its end.
@@ -38,8 +37,7 @@ def read_result(file: Path, error: type[AxisidError]) -> bytes:
         kind = file.stat().st_mode
         if not stat.S_ISREG(kind) and (stat.S_ISDIR(kind) or not _OPENED.fullmatch(str(file))):
             raise error(
-                f"{file} cannot be read: it is {_kind(kind)}. ",
-                GIVE_RESULT,
+                f"{file} cannot be read: it is {_kind(kind)}. {GIVE_RESULT}",
                 code="result-not-a-file",
             )
         with file.open("rb") as stream:
@@ -48,14 +46,14 @@ def read_result(file: Path, error: type[AxisidError]) -> bytes:
         raise  # it is a ValueError too
     except ValueError as refused:  # a null, or half of a letter
         raise error(
-            f"{str(file)!r} is no name of a file. ", GIVE_RESULT, code="bad-file-name"
+            f"{str(file)!r} is no name of a file. {GIVE_RESULT}", code="bad-file-name"
         ) from refused
     except OSError as refused:
         raise error(
             f"{file} cannot be read: {refused.strerror}. Check the path.", code="result-not-read"
         ) from refused
     if len(content) > _LARGEST:
-        raise error(f"{file} is larger than any result, {_LARGEST // 10**6} MB. ", GIVE_RESULT)
+        raise error(f"{file} is larger than any result, {_LARGEST // 10**6} MB. {GIVE_RESULT}")
     return content
 
 

@@ -51,7 +51,7 @@ def _checked(name: str, gains: Mapping[str, float], limit: float = 10.0) -> LawC
 )
 def test_a_right_law_passes(name: str) -> None:
     check = _checked(name, {})
-    assert check.passed, check.note
+    assert check.passed, check.sentence
     assert check.residual_percent < 1e-6
 
 
@@ -127,7 +127,7 @@ def test_a_log_of_seven_digits_is_no_fault_of_an_integral() -> None:
         reference=np.round(np.asarray(record.reference), 7),
     )
     check = check_law(_axis(P_PI), rounded)
-    assert check.passed, check.note
+    assert check.passed, check.sentence
 
 
 def test_a_constant_is_no_other_than_another_start_of_an_integral() -> None:

@@ -140,7 +140,7 @@ def test_faults_of_the_record_are_recognised(
     spoil, message = FAULTS[fault]
     check = check_law(emps, spoil(emps_record))
     assert not check.passed
-    assert message in str(check.note)
+    assert message in check.sentence
 
 
 def test_terms_that_cannot_be_told_apart_still_give_a_residual(

@@ -51,7 +51,7 @@ def _checked(name: str, sd: float, record: Record, **off: float) -> LawCheck:
 @pytest.mark.parametrize("name", ["emps2015", P_PI])
 def test_gains_off_by_what_they_are_unsure_of_leave_a_right_law_right(name: str) -> None:
     check = _checked(name, 0.02, _record(name), kp=1.03, kv=0.98)
-    assert check.passed, check.note
+    assert check.passed, check.sentence
     assert "joint deviations" in check.meaning
     assert all(abs(factor - 1) < 1e-3 for factor in check.factors.values())
 
@@ -93,7 +93,7 @@ def test_a_flipped_control_is_named_whatever_gains_are_free(name: str) -> None:
     assert "its sign is opposite to the law's" in check.meaning
     law = _axis(name).axis.control
     assert f"by kp {law.gains['kp']:.3g}" in check.meaning
-    assert check.remedy is None
+    assert check.advice == ""
     assert check.factors == {}
 
 

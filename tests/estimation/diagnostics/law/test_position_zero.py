@@ -49,4 +49,4 @@ def test_a_law_that_integrates_is_told_the_position_alone() -> None:
     found = _checked(vertical(BALANCED), replace(record, position=record.position + 1e-3))
     assert not found.passed
     assert "+0.001 m away from its zero" in found.meaning
-    assert "off the control" not in str(found.note)
+    assert "off the control" not in found.sentence
