@@ -333,5 +333,5 @@ def check_among(*rows: tuple[str, object, Collection[str]]) -> None:
         if not is_among(given, choices):
             raise UsageError(
                 f"there is no {what} {quoted(given)}; choose from {', '.join(choices) or 'none'}.",
-                code="unknown-choice",
+                code="method",
             )

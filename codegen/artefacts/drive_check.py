@@ -55,7 +55,7 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
         f"axis {axis.name!r}: of a control of {controls[i]:.6g} {unit} the drive "
         f"{type(axis.drive).__name__} makes a force of {force[i]:.6g}, for which its inverse "
         f"gives {again[i]:.6g} {unit}; correct one of the two.",
-        code="inverse-differs",
+        code="generated-code",
     )
 
 
@@ -80,7 +80,7 @@ def _check_slope(model: AxisModel, arguments: Mapping[str, Array], force: Array)
         f"per share of its gain the drive {type(drive).__name__} changes its force by "
         f"{found[i]:.6g}, its force_by_gain is {said[i]:.6g}; correct one of the two, or leave out "
         "relative_sd.",
-        code="force-by-gain-differs",
+        code="generated-code",
     )
 
 

@@ -87,7 +87,7 @@ def write_files(folder: Path, files: Mapping[Path, str]) -> list[Path]:
                 raise UsageError(
                     f"{folder / path} cannot be written ({error.strerror}); the file is as it was. "
                     f"Free the space or choose another folder with {_FOLDER}.",
-                    code="not-written",
+                    code="file",
                 ) from error
             written.append(path)
     return written
@@ -146,7 +146,7 @@ def _read(path: Path) -> str | None:
         raise UsageError(
             f"{path} cannot be read ({error.strerror}); remove it or choose another folder "
             f"with {_FOLDER}.",
-            code="not-read",
+            code="file",
         ) from error
 
 

@@ -182,14 +182,14 @@ class GeneratedAxis:
             raise ModelError(
                 f"axis {self.axis.name!r} {_lacking(self.axis.control)}, so there are no gains to "
                 "change in its loop; build an axis of another law.",
-                code="no-run-time-gains",
+                code="law",
             )
         law = self.loop.law
         if unknown := [name for name in gains if name not in law.gains]:
             raise ModelError(
                 f"control law {law.name!r} has no gain {quoted(unknown[0])}; it has "
                 f"{', '.join(law.gains)}.",
-                code="no-such-gain",
+                code="law",
             )
         return self.loop, law
 

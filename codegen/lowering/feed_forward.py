@@ -95,17 +95,15 @@ def feed_forward(
             f"axis {model.axis.name!r}: its friction remembers, so that the force depends on where "
             "the motion came from; there is no feed-forward of position, velocity and "
             "acceleration. Export an axis without internal states.",
-            code="states-feed-forward",
+            code="export",
         )
     if not (math.isfinite(dead_zone) and dead_zone >= 0):
         raise UsageError(
-            f"the dead zone is {dead_zone!r}; give a speed of 0 or more.", code="negative-dead-zone"
+            f"the dead zone is {dead_zone!r}; give a speed of 0 or more.", code="export"
         )
     for name, (value, _) in parameters.items():
         if not math.isfinite(value):
-            raise UsageError(
-                f"{name} is {value!r}, which is no number to export.", code="not-exportable"
-            )
+            raise UsageError(f"{name} is {value!r}, which is no number to export.", code="export")
     axis, q = model.axis, model.axis.coordinate
     at_rest = f"up to a speed of {dead_zone!r} {q.unit}/s" if dead_zone else "at rest"
     limit = axis.drive.limit

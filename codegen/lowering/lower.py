@@ -72,7 +72,6 @@ _MAPPED = frozenset(
     }
 )
 _LARGEST_REPEATED_POWER = 4
-_TOO_LARGE = "number-too-large"
 
 
 class Lowering:
@@ -116,7 +115,7 @@ class Lowering:
         raise ModelError(
             f"the expression {node} has the node {type(node).__name__}, which cannot be generated; "
             "use sums, products, powers, elementary functions, Min, Max or Piecewise.",
-            code="node-not-generated",
+            code="generated-code",
         )
 
     def map_Symbol(self, node: sympy.Symbol) -> int:
@@ -124,7 +123,7 @@ class Lowering:
             there = ", ".join(sorted(map(str, self._values)))
             raise ModelError(
                 f"the symbol {node} has no value here; known are {there}.",
-                code="symbol-without-value",
+                code="generated-code",
             )
         return self._values[node]
 
@@ -133,13 +132,13 @@ class Lowering:
             return self._builder.constant(int(node.p) / int(node.q))
         except OverflowError as error:
             raise ModelError(
-                f"the number {node} is too large for a float.", code=_TOO_LARGE
+                f"the number {node} is too large for a float.", code="generated-code"
             ) from error
 
     def map_Float(self, node: sympy.Float) -> int:
         value = float(node)
         if not math.isfinite(value):
-            raise ModelError(f"the number {node} is too large for a float.", code=_TOO_LARGE)
+            raise ModelError(f"the number {node} is too large for a float.", code="generated-code")
         return self._builder.constant(value)
 
     def map_NumberSymbol(self, node: sympy.NumberSymbol) -> int:
@@ -209,7 +208,7 @@ class Lowering:
         *pairs, last = node.args
         if not isinstance(last, ExprCondPair) or last.cond != sympy.true:
             raise ModelError(
-                f"{node} is undefined in places; end it with (value, True).", code="open-piecewise"
+                f"{node} is undefined in places; end it with (value, True).", code="generated-code"
             )
         result = self(last.expr)
         for value, condition in reversed(pairs):
@@ -236,7 +235,8 @@ class Lowering:
         divisor = self._builder.operations[below]
         if divisor.name == "constant" and divisor.value == 0:
             raise ModelError(
-                f"{node} divides by a constant that is zero; check the gains.", code="zero-divisor"
+                f"{node} divides by a constant that is zero; check the gains.",
+                code="generated-code",
             )
         return self._builder.apply("div", above, below)
 

@@ -127,7 +127,7 @@ class Builder:
             raise ModelError(
                 "a number of the generated code is not finite: one that is declared, of the drive, "
                 "the law or the force, is too small or too large; correct it.",
-                code="code-not-finite",
+                code="not-finite",
             )
         return self._intern(Operation("constant", value=number, symbol=repr(number)))
 

@@ -109,7 +109,7 @@ def checked_arguments(
     if len(arguments) != len(shape.arguments):
         raise UsageError(
             f"{shape.name} takes {len(shape.arguments)} arguments, not {len(arguments)}.",
-            code="argument-count",
+            code="generated-code",
         )
     arrays, own, samples = [], [], 0
     for i, vector in enumerate(shape.vectors):
@@ -129,7 +129,7 @@ def checked_arguments(
         else:
             raise UsageError(
                 f"{shape.name}: {shape.arguments[i]} has {len(array)} values, not {wanted}.",
-                code="argument-length",
+                code="generated-code",
             )
     return arrays, samples
 

@@ -22,8 +22,6 @@ class CodedError:
     Attributes
     ----------
     code : str
-    is_literal : bool
-        Whether the code stands there itself, not by the name of a constant that several places use.
     error : str
         Its class, or the name of the argument that says which.
     sentence : str
@@ -33,7 +31,6 @@ class CodedError:
     """
 
     code: str
-    is_literal: bool
     error: str
     sentence: str
     module: str
@@ -64,9 +61,8 @@ def _made(node: ast.AST, module: str, constants: Mapping[str, str]) -> Iterator[
     for keyword in node.keywords:
         value = keyword.value
         if keyword.arg == "code" and isinstance(value, (ast.Constant, ast.Name)):
-            literal = isinstance(value, ast.Constant)
             code = str(value.value) if isinstance(value, ast.Constant) else constants[value.id]
-            yield CodedError(code, literal, node.func.id, _sentence(node.args[0]), module)
+            yield CodedError(code, node.func.id, _sentence(node.args[0]), module)
 
 
 def _of_class(node: ast.AST, module: str, classes: set[str]) -> Iterator[CodedError]:
@@ -79,7 +75,7 @@ def _of_class(node: ast.AST, module: str, classes: set[str]) -> Iterator[CodedEr
         value = getattr(line, "value", None)
         if isinstance(target, ast.Name) and target.id == "code" and isinstance(value, ast.Constant):
             sentence = f"*{(ast.get_docstring(node) or '').splitlines()[0]}*"
-            yield CodedError(str(value.value), True, node.name, sentence, module)
+            yield CodedError(str(value.value), node.name, sentence, module)
 
 
 def _constants(trees: Iterable[ast.Module]) -> dict[str, str]:
@@ -135,22 +131,15 @@ def _trees() -> Iterator[tuple[str, ast.Module]]:
 
 
 def page() -> str:
-    """The table in Markdown: a row for each code."""
-    by_code: dict[str, list[CodedError]] = {}
+    """The table in Markdown: the sentences of each code, and where each is raised."""
+    rows, last = [], ""
     for error in coded_errors():
-        by_code.setdefault(error.code, []).append(error)
-    rows = [
-        f"| `{code}` | `{errors[0].error}` | {_cell(errors)} | {_modules(errors)} |"
-        for code, errors in by_code.items()
-    ]
+        code = f"`{error.code}`" * (error.code != last)
+        rows.append(f"| {code} | `{error.error}` | {_cell(error.sentence)} | `{error.module}` |")
+        last = error.code
     return "\n".join(["| code | error | sentence | raised in |", "|---|---|---|---|", *rows])
 
 
-def _cell(errors: list[CodedError]) -> str:
-    sentence = next((error.sentence for error in errors if error.sentence), "")
+def _cell(sentence: str) -> str:
     text = sentence.replace("|", "\\|").replace("*", "\\*").replace("<", "&lt;")
     return re.sub(r"\{([^{}]*)\}", r"`\1`", text.replace("{...}", "…"))
-
-
-def _modules(errors: list[CodedError]) -> str:
-    return ", ".join(dict.fromkeys(f"`{error.module}`" for error in errors))

@@ -64,7 +64,7 @@ class RecordLanes(Exact):
             raise UsageError(
                 f"the reference has the shape {np.shape(self.reference)}, positions {shape}, "
                 f"controls {np.shape(self.control)}; give (N,), (N, B) and (N, B).",
-                code="lane-shapes",
+                code="simulation-input",
             )
 
     def __len__(self) -> int:

@@ -50,7 +50,7 @@ class Levels:
                 raise UsageError(
                     f"the {each.name.replace('_', ' ')} is {quoted(given)}; give a number between "
                     f"0 and 1, such as {each.default:g}.",
-                    code="level",
+                    code="method",
                 )
 
 

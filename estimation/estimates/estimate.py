@@ -446,11 +446,11 @@ class Estimate(Presentable, Exact):
             raise UsageError(
                 f"there is no covariance {quoted(covariance)}; choose from "
                 f"{', '.join(self.covariances)}.",
-                code="covariance-not-there",
+                code="result",
             )
         if not (is_whole(seed) and seed >= 0):
             raise UsageError(
-                f"the seed is {quoted(seed)}; give a whole number of 0 or more.", code="draws-seed"
+                f"the seed is {quoted(seed)}; give a whole number of 0 or more.", code="result"
             )
         read = parameter_function(function, {q.name: q.unit for q in self.quantities})
         freedom = (self.inference.ddm_freedom or self.freedom)[covariance]

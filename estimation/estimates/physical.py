@@ -296,12 +296,12 @@ class PhysicalByMethod(dict[str, P]):
             raise UsageError(
                 f"there is no {quoted(method)} among the physical parameters, as the estimates are "
                 "of the declared ones already; take result[METHOD].parameters.",
-                code="no-physical",
+                code="result",
             )
         raise UsageError(
             f"physical parameters are by method, and there is no {quoted(method)}; choose from "
             f"{', '.join(self)}, and of its parameters by name.",
-            code="no-such-physical",
+            code="result",
         )
 
 

@@ -134,7 +134,7 @@ class NamedValues(dict[str, Value]):
     def __getitem__(self, name: str) -> Value:
         if not is_among(name, self):
             raise UsageError(
-                f"there is no {quoted(name)}; choose from {', '.join(self)}.", code="no-such-value"
+                f"there is no {quoted(name)}; choose from {', '.join(self)}.", code="result"
             )
         return super().__getitem__(name)
 
@@ -297,7 +297,7 @@ class Distribution(Exact):
                 f"{held[0]} is at a bound, so that its errors go to one side and the delta method "
                 "tells nothing of functions of it; take its own interval, or fit with other "
                 "bounds.",
-                code="derive-at-bound",
+                code="bounds",
             )
         second_order = (curvature or self.curvature)(gradient, hessian)
         if second_order > _MAX_CURVATURE:

@@ -191,7 +191,7 @@ def fit(
         raise UsageError(
             f"the progress is {quoted(progress)}; give a function that takes a step, their number "
             "or 0, and what is done, or leave it out.",
-            code="fit-progress",
+            code="fit",
         )
     generated, given = as_generated(axis), records_of(record)
     gains, time = split_free(free, generated, given, outputs)
@@ -398,7 +398,7 @@ class _FitRun:
             return first, at, before
         signs, law = self._signs(begins[0]), _law_fault(self.axes, self.records)
         said = f"the fit cannot start: {why[0]}{signs}{law}"
-        raise EstimationError(said, code="fit-start-lost")
+        raise EstimationError(said, code="fit")
 
     def _signs(self, begin: FitStart) -> str:
         """What of a start's estimate is below its bounds, as where a sign is flipped."""
@@ -574,14 +574,14 @@ def _outputs(given: object) -> tuple[str, ...]:
     if not found:
         raise UsageError(
             f"there is no output to follow; choose from {', '.join(OUTPUTS)}.",
-            code="fit-no-output",
+            code="fit",
         )
     if OPEN_LOOP in found and len(found) > 1:
         raise UsageError(
             f"{', '.join(found)} cannot be followed together: an open loop has the recorded "
             "control, and the others are of a loop with its law. Leave open-loop out, or fit it "
             "by itself.",
-            code="fit-outputs-apart",
+            code="fit",
         )
     return found
 
@@ -591,14 +591,12 @@ def checked_horizon(given: object, outputs: Sequence[str]) -> float | None:
     if given is None:
         return None
     if not (is_real(given) and 0 < given < math.inf):
-        raise UsageError(
-            f"the horizon is {quoted(given)}; give a positive time, s.", code="fit-horizon"
-        )
+        raise UsageError(f"the horizon is {quoted(given)}; give a positive time, s.", code="fit")
     if OPEN_LOOP not in outputs:
         raise UsageError(
             f"a horizon is given, and the {' and '.join(outputs)} of a loop has no windows; "
             f"leave it out, or follow {OPEN_LOOP_FIT}.",
-            code="fit-horizon-unused",
+            code="fit",
         )
     return float(given)
 
@@ -613,19 +611,19 @@ def _weights(given: object, outputs: Sequence[str]) -> tuple[float, ...]:
     if not isinstance(told, Mapping):
         raise UsageError(
             f"the weights are {quoted(given)}; give a positive number by output, {kind}",
-            code="fit-weights",
+            code="fit",
         )
     for name, weight in told.items():
         if not is_among(name, outputs):
             raise UsageError(
                 f"a weight is given of {quoted(name)}, which is not followed; give that of an "
                 f"output, {kind}",
-                code="fit-weight-of",
+                code="fit",
             )
         if not (is_real(weight) and 1 / most <= float(weight) <= most):
             raise UsageError(
                 f"the weight of {name} is {quoted(weight)}; give a positive number, {kind}",
-                code="fit-weight",
+                code="fit",
             )
     return tuple(float(told.get(name, math.nan)) for name in outputs)
 
@@ -634,7 +632,7 @@ def _check_choice(value: object, names: tuple[str, ...], what: str) -> None:
     if not is_among(value, names):
         raise UsageError(
             f"there is no {what} {quoted(value)}; choose from {', '.join(names)}.",
-            code="fit-choice",
+            code="fit",
         )
 
 
@@ -647,5 +645,5 @@ def _check(loss: object, starts: object, seed: object) -> None:
         if not (is_whole(number) and least <= number <= most):
             raise UsageError(
                 f"the {what} are {quoted(number)}; give a whole number from {least} to {most}.",
-                code="fit-count",
+                code="fit",
             )

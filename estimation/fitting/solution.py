@@ -338,7 +338,7 @@ class FitSolution:
             predictions.settle(at)
             lanes = predictions(at[None, :])
             if lanes.failures:
-                raise EstimationError(lanes.failures[0], code="known-not-simulated")
+                raise EstimationError(lanes.failures[0], code="simulation")
             moved.append(lanes.errors - errors)
         return np.hstack(moved)
 

@@ -112,13 +112,13 @@ def with_free(
         raise UsageError(
             f"{', '.join(names)} cannot be free in an open loop, which has no law, and a start of "
             "its own in each window; follow the control or the position.",
-            code="free-open-loop",
+            code="free",
         )
     if both := [name for name in names if name in known]:
         raise UsageError(
             f"the gain {both[0]} is known of each record and free as well; leave one of the two "
             "out.",
-            code="known-and-free",
+            code="free",
         )
     law = whose.axes[0].axis.control
     gains = () if law is None else tuple(law.gains)
@@ -133,7 +133,7 @@ def with_free(
             f"{', '.join(law.gains)}. Beside gains of the law there are {_GAIN}, lag and delay of "
             f"the drive, {START}, "
             f"{' and '.join(STARTS)}.",
-            code="free-name",
+            code="free",
         )
     return replace(whose, form=with_gains(whose.form, whose.axes, names))
 
@@ -153,7 +153,7 @@ def _with_drive_gain(
             "the drive gain cannot be free where a fit follows, or is driven by, a force column, "
             "which is behind it; follow the control or the position, or see what identify says of "
             "that column.",
-            code="free-gain-force",
+            code="free",
         )
     form = with_drive_gain(whose.form, whose.axes)
     return [n for n in names if n not in asked], replace(whose, form=form)
@@ -180,7 +180,7 @@ def check_remembered(
                 f"{names[0]} starts at 0, and what the friction remembers follows by it, so that "
                 "nothing tells its size; give its parameter a nominal value of about that size, or "
                 "a prior.",
-                code="fit-state-zero",
+                code="fit",
             )
 
 
@@ -218,7 +218,7 @@ def starts_from(
         raise UsageError(
             f"there is no start {quoted(asked)}; choose from {', '.join(FIT_STARTS)}, or give an "
             "estimate, or values by name.",
-            code="unknown-fit-start",
+            code="fit",
         )
     if shared.axis.states:
         return [nominal], ["the friction remembers, so that nothing estimates a start"]
@@ -253,7 +253,7 @@ def _of_estimate(
         raise UsageError(
             f"the estimate to start from has {', '.join(q.name for q in estimate.quantities)}, the "
             f"fit {', '.join(names)}; give one of the same axis and records.",
-            code="other-start",
+            code="fit",
         )
     size = np.zeros(len(names))
     if estimate.X.shape[1] == len(names):
@@ -274,7 +274,7 @@ def _given(asked: Mapping[str, float], form: Form) -> Array:
             raise UsageError(
                 f"the start of {quoted(name)} is {quoted(value)}; give finite numbers, by name, "
                 f"of {', '.join(names)}.",
-                code="fit-start",
+                code="fit",
             )
         found[names.index(name)] = value
     return found

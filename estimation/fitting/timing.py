@@ -45,7 +45,7 @@ def split_free(
         raise UsageError(
             f"what is free is {quoted(free)}; give names of the law's gains, gain, lag or delay of "
             "the drive, or start.",
-            code="free-type",
+            code="free",
         )
     law, drive = axis.declared.control, axis.declared.drive
     gains = {} if law is None else law.gains
@@ -59,7 +59,7 @@ def split_free(
         raise UsageError(
             "lag and delay of the drive are both free, and a record shows their sum; leave one of "
             "them as it is declared.",
-            code="free-times",
+            code="free",
         )
     name = times[0]
     if axis.declared.states:
@@ -67,7 +67,7 @@ def split_free(
             f"the drive's {name} cannot be free: the friction of axis {axis.declared.name!r} "
             "remembers, and is simulated with no drive whose force changes between the samples "
             "of the law; leave it as it is declared.",
-            code="free-time-states",
+            code="free",
         )
     for record in records:
         check_time(axis.declared, record, name, by_law=OPEN_LOOP not in outputs)
@@ -113,7 +113,7 @@ def with_time_found(
     raise EstimationError(
         f"the drive's {time.name} does not settle; it is about {value:.3g} s. See whether the law "
         "and the model are right.",
-        code="fit-time-unsettled",
+        code="no-convergence",
     )
 
 

@@ -96,7 +96,7 @@ def outputs_by_noise(
     quiet: list[Record] = []
     for of in records:
         if isinstance(of, Missing):
-            raise EstimationError(of.reason, code="noise-not-measured")
+            raise EstimationError(of.reason, code="noise")
         chain = of.chain if disturbed else replace(of.chain.likeliest, disturbances=())
         twins.append(of.twins(chain, count, paired=paired))
         quiet.append(of.quiet)
@@ -105,7 +105,7 @@ def outputs_by_noise(
         raise EstimationError(
             f"{fewest} of {count} twins could be simulated with the noise of the records; leave "
             "the bootstrap out.",
-            code="bootstrap-lost",
+            code="noise",
         )
     still = predictions.outputs_of(quiet, physical)
     # As many of each record as the one with the fewest has.

@@ -99,13 +99,13 @@ def searched_time(declared: Axis, record: Record, name: str, run: Identify) -> D
         raise EstimationError(
             f"axis {declared.name!r}: the estimate of the drive's {name} does not settle; it is "
             f"about {value:.3g} s. See whether the law and the model are right.",
-            code="drive-timing-unsettled",
+            code="no-convergence",
         )
     if step < -2 * deviation:
         raise EstimationError(
             f"axis {declared.name!r}: the force acts {-step:.3g} s before its command, so there is "
             f"no {name} to estimate; see whether the control is logged late, and its hold.",
-            code="drive-timing-early",
+            code="drive-time",
         )
     own = result.preferred.parameters
     return DriveTiming(
@@ -148,7 +148,7 @@ def identified_with_time(
             f"axis {declared.name!r}: the drive's {name} is to be estimated, which one record "
             f"tells, and {len(records)} are given; identify it from one of them, and declare it as "
             "a number for all.",
-            code="drive-timing-several",
+            code="drive-time",
         )
     found = searched_time(declared, records[0], name, run)
     result = run(_built(axis, found.axis), methods)
@@ -203,7 +203,7 @@ def check_time(declared: Axis, record: Record, name: str, *, by_law: bool = True
         raise UsageError(
             f"{quoted(name)} is no time of a drive; give 'lag' or 'delay', one of them: a record "
             "shows their sum.",
-            code="drive-timing-name",
+            code="drive-time",
         )
     law = declared.control
     unsampled = by_law and (law is None or law.continuous)
@@ -211,13 +211,13 @@ def check_time(declared: Axis, record: Record, name: str, *, by_law: bool = True
         raise UsageError(
             f"axis {declared.name!r}: the drive's {name} is told by a recorded control"
             f"{' of a sampled law' * by_law}, and by no force that was measured.",
-            code="drive-timing-record",
+            code="drive-time",
         )
     if declared.drive.logged in HIDDEN_FROM[name]:
         raise UsageError(
             f"axis {declared.name!r}: the control was recorded behind the drive's {name} "
             f"(logged={declared.drive.logged!r}), so that the motion does not show it.",
-            code="drive-timing-logged",
+            code="drive-time",
         )
 
 
@@ -229,6 +229,6 @@ def _alignment(declared: Axis, result: Identification, name: str) -> Alignment:
         raise EstimationError(
             f"axis {declared.name!r}: the drive's {name} cannot be estimated: "
             f"{found if isinstance(found, Missing) else why}.",
-            code="drive-timing-unknown",
+            code="drive-time",
         )
     return found

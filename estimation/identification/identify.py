@@ -170,7 +170,7 @@ def records_of(record: object) -> list[Record]:
     if not records:
         raise UsageError(
             "no record is given; give one or more, read by read_record(path, axis).",
-            code="no-record",
+            code="record",
         )
     for each in records:
         check_record(each)
@@ -252,17 +252,17 @@ def requested_methods(methods: object) -> tuple[str, ...] | None:
         if len(listed) > 1:
             raise UsageError(
                 "'all' methods are asked for beside others by name; give it by itself, or names.",
-                code="all-and-others",
+                code="method",
             )
         return None
     for method in listed:
         if not is_among(method, METHODS):
             raise UsageError(
                 f"there is no method {quoted(method)}; choose from {', '.join(METHODS)}.",
-                code="unknown-method",
+                code="method",
             )
     if not listed:
-        raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.", code="no-method")
+        raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.", code="method")
     return listed
 
 
@@ -354,7 +354,7 @@ def _axis_with(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxi
         raise EstimationError(
             f"with {said} there is no axis left: {str(error).rstrip('.')}. Check the signs "
             "and units of the record.",
-            code="nothing-within-bounds",
+            code="bounds",
         ) from error
 
 

@@ -84,9 +84,7 @@ def record_place(number: object, records: int) -> int:
     count = max(records, 1)
     if not is_whole(number) or not 1 <= number <= count:
         there = "there is 1" if count == 1 else f"there are {count}, numbered from 1"
-        raise UsageError(
-            f"the result has no record {quoted(number)}; {there}.", code="no-record-of-result"
-        )
+        raise UsageError(f"the result has no record {quoted(number)}; {there}.", code="result")
     return int(number) - 1
 
 
@@ -176,7 +174,7 @@ class ByMethod(Diagnosed):
         if name not in self.estimates:
             raise UsageError(
                 f"the result has no {quoted(method)}; choose from {', '.join(self.estimates)}.",
-                code="no-such-estimate",
+                code="result",
             )
         return self.estimates[name]
 

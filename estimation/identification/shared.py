@@ -60,7 +60,7 @@ def check_bad(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
     said = f"{len(bad)} of {count} records cannot be used: {reasons}"
     if len(bad) < count:
         said += " Mend them, or go on without them: skip-bad."
-    raise UsageError(said, code="bad-records")
+    raise UsageError(said, code="record")
 
 
 def _unnamed(name: str, note: str) -> str:
@@ -233,14 +233,12 @@ def shared_records(
     check_among(("gain", gain, ("identified", "declared")))
     check_time_known(axis)
     if not isinstance(skip_bad, bool):
-        raise UsageError(
-            f"skip_bad is {quoted(skip_bad)}; give True or False.", code="skip-bad-type"
-        )
+        raise UsageError(f"skip_bad is {quoted(skip_bad)}; give True or False.", code="record")
     if own and len(records) == 1:
         raise UsageError(
             f"{', '.join(own)} {'is' if len(own) == 1 else 'are'} to be each record's own, "
             "and there is 1 record; give several, or leave local out.",
-            code="local-of-one",
+            code="parameters",
         )
     commanded = tells_gain(records, gain)
     whole = layout_for(axis, len(records), own, known, commanded=commanded)
@@ -265,6 +263,6 @@ def _names(what: str, names: object) -> tuple[str, ...]:
         return (names,) if names else ()
     if not isinstance(names, Iterable) or not all(isinstance(name, str) for name in names):
         raise UsageError(
-            f"{what} is {quoted(names)}; give the names of parameters.", code="names-type"
+            f"{what} is {quoted(names)}; give the names of parameters.", code="parameters"
         )
     return tuple(names)

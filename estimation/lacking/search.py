@@ -161,7 +161,7 @@ def _of_user(term: Term, made: Callable[[], Array]) -> Array:
         raise EstimationError(
             f"the candidate {quoted(term.kind)} makes no columns or places ({said}); mend it, or "
             "take it out of axisid.candidates.TERMS.",
-            code="candidate-raises",
+            code="candidate",
         ) from error
 
 
@@ -176,7 +176,7 @@ def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
             f"{', and are not all finite' * (not finite)}; give finite ones of {rows} rows, "
             f"{len(places)} places and one or a few of each, {most} at most, as "
             "motion.reduce(force)[:, None, None] for a force without places.",
-            code="candidate-columns",
+            code="candidate",
         )
     return found
 

@@ -150,7 +150,7 @@ class Term:
                 f"the texts of the candidate {quoted(self.kind)} cannot be filled in "
                 f"({type(error).__name__}: {error}); they may have {{q}}, {{unit}}, {{drive}}, "
                 "{force} and {at}.",
-                code="candidate-texts",
+                code="candidate",
             ) from error
 
 
@@ -422,7 +422,7 @@ def terms_for(axis: Axis, *, commanded: bool) -> tuple[Term, ...]:
         if not isinstance(term, Term):
             raise UsageError(
                 f"the candidate {quoted(name)} is {quoted(term)}; give an axisid.candidates.Term.",
-                code="candidate-term",
+                code="candidate",
             )
     return tuple(term for term in TERMS.values() if told.get(term.kind, True))
 

@@ -83,7 +83,7 @@ def find_law(
     if not found:
         raise DataError(
             "no ready law can be run along the record; check the units of its columns.",
-            code="no-law",
+            code="law-search",
         )
     return _ranked(generated, record, found)
 
@@ -97,14 +97,14 @@ def _fit_for_it(record: Record) -> Record:
         raise DataError(
             f"the record has no {missing[0]}; a law is found from position, reference and control. "
             "Name its columns, columns={...}.",
-            code="law-columns",
+            code="missing-column",
         )
     piece = record.longest()
     needed = 2 * _BLOCKS * MIN_SAMPLES_PER_FACTOR.value
     if len(piece) < needed:
         raise DataError(
             f"the record has {len(piece)} samples; to find a law it takes {needed:g} or more.",
-            code="law-record-short",
+            code="too-short",
         )
     return piece
 

@@ -54,7 +54,7 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
     found = TableBuilder(room=room)
     damaged = DataError(
         f"{file} cannot be read as a NumPy archive (write one with numpy.savez)",
-        code="damaged-npz",
+        code="log-file",
     )
     with refusing(damaged), np.load(io.BytesIO(content), allow_pickle=False) as archive:
         units = _units(archive)
@@ -111,7 +111,7 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
     """
     arrow, parquet = (library(name, "parquet", file) for name in ("pyarrow", "pyarrow.parquet"))
     batches = []
-    damaged = DataError(f"{file} cannot be read as a Parquet file", code="damaged-parquet")
+    damaged = DataError(f"{file} cannot be read as a Parquet file", code="log-file")
     with refusing(damaged), parquet.ParquetFile(io.BytesIO(content)) as opened:
         for batch in opened.iter_batches(batch_size=_BATCH):
             room.take(2 * batch.nbytes)  # its columns are put together anew
@@ -152,14 +152,14 @@ def _array(name: str, values: object) -> np.ndarray[Any, Any]:
     if np.ma.is_masked(values):
         raise UsageError(
             f"the column {name!r} is masked; give numbers, with NaN for what lacks.",
-            code="masked-column",
+            code="log-file",
         )
     try:
         return np.asarray(values)
     except ValueError as error:
         raise UsageError(
             f"the column {name!r} has values of different lengths; give one for each sample.",
-            code="ragged-column",
+            code="log-file",
         ) from error
 
 
@@ -173,12 +173,12 @@ def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:
         raise UsageError(
             f"the log is a {type(frame).__name__}; give a path, a dataframe (pandas, Polars, "
             "PyArrow, ...) or a mapping of column names to arrays.",
-            code="log-type",
+            code="log-file",
         ) from error
     except narwhals.exceptions.NarwhalsError as error:
         raise DataError(
             f"the dataframe cannot be read: {one_line(error)}; rename one.",
-            code="damaged-dataframe",
+            code="log-file",
         ) from error
 
 
@@ -240,7 +240,7 @@ def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
         raise DataError(
             f"{file}{where} is no JSON: {why[:1].lower() + why[1:]}. Write it anew, or give the "
             "file the ending of what it is (.jsonl for a record in each line).",
-            code="no-json",
+            code="log-file",
         ) from error
 
 

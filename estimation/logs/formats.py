@@ -55,7 +55,7 @@ def _zstd(file: Path, content: Any) -> Any:
     raise DataError(
         f"{file} is compressed by zstd, which needs the library zstandard or pyarrow; run: pip "
         "install zstandard (or axisid with the extra zstd), or unpack it first.",
-        code="no-zstd",
+        code="missing-library",
     )
 
 
@@ -103,9 +103,7 @@ def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: 
         It is damaged, or unfolds to more than there is room for.
     """
     pieces = []
-    damaged = DataError(
-        f"{file} cannot be unpacked (unpack or compress it anew)", code="damaged-packing"
-    )
+    damaged = DataError(f"{file} cannot be unpacked (unpack or compress it anew)", code="log-file")
     with refusing(damaged), packing.opened(file, io.BytesIO(content)) as stream:
         while piece := stream.read(_PIECE):
             room.take(2 * len(piece))  # by itself and joined

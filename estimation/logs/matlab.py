@@ -67,7 +67,7 @@ def _read_mat(file: Path, raw: bytes, room: Room) -> tuple[TableBuilder, list[st
     from scipy.io import loadmat
 
     _take_elements(raw, room)
-    with refusing(DataError(f"{file} cannot be read as a MATLAB file", code="damaged-matlab")):
+    with refusing(DataError(f"{file} cannot be read as a MATLAB file", code="log-file")):
         content = loadmat(io.BytesIO(raw), simplify_cells=True)  # type: ignore[arg-type]
     found, objects = TableBuilder(room=room), []
     variables = {name: v for name, v in content.items() if not str(name).startswith("__")}
@@ -135,7 +135,7 @@ def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 def _read_hdf5(file: Path, raw: bytes, room: Room) -> tuple[TableBuilder, list[str], list[str]]:
     h5py = library("h5py", "h5py", file)
-    damaged = DataError(f"{file} cannot be read as a MATLAB v7.3 file", code="damaged-matlab-73")
+    damaged = DataError(f"{file} cannot be read as a MATLAB v7.3 file", code="log-file")
     with refusing(damaged), h5py.File(io.BytesIO(raw), "r") as content:
         names = [name for name in content if not name.startswith("#")]
         visit = _Hdf5(h5py, content, room)

@@ -39,7 +39,7 @@ def read_mdf(file: Path, room: Room) -> Table:
         It is damaged, unfolds to more than there is room for, or asammdf is not installed.
     """
     asammdf = library("asammdf", "mdf", file)
-    with refusing(DataError(f"{file} cannot be read as an MDF file", code="damaged-mdf")):
+    with refusing(DataError(f"{file} cannot be read as an MDF file", code="log-file")):
         try:
             with asammdf.MDF(file) as mdf:
                 found = _mdf_columns(mdf, room)
@@ -115,7 +115,7 @@ def read_tdms(file: Path, room: Room) -> Table:
     """
     nptdms = library("nptdms", "tdms", file)
     found = TableBuilder(room=room)
-    with refusing(DataError(f"{file} cannot be read as a TDMS file", code="damaged-tdms")):
+    with refusing(DataError(f"{file} cannot be read as a TDMS file", code="log-file")):
         room.take(file.stat().st_size)
         with _warnings("nptdms") as warned:
             content = nptdms.TdmsFile.read(file)
@@ -242,7 +242,7 @@ def _read(path: Path, room: Room) -> tuple[dict[str, tuple[list[_Message], str]]
     highlevel = library("rosbags.highlevel", "rosbags", path)
     stores = library("rosbags.typesys", "rosbags", path)
     topics = {}
-    with refusing(DataError(f"{path} cannot be read as a ROS bag", code="damaged-rosbag")):
+    with refusing(DataError(f"{path} cannot be read as a ROS bag", code="log-file")):
         usual = stores.get_typestore(stores.Stores.LATEST)
         with highlevel.AnyReader([bag_of(path)], default_typestore=usual) as reader:
             others = sorted({c.msgtype for c in reader.connections})

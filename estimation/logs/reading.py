@@ -15,7 +15,7 @@ from axisid.estimation.logs.text import NO_TEXT, is_number, read_text
 from axisid.estimation.tables import Column, Repair, Table, label_unit, loaded_column
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
-from axisid.support.files.memory import MEMORY, SHORTER_FILES, Room, room_for
+from axisid.support.files.memory import SHORTER_FILES, Room, room_for
 from axisid.support.files.unchanged import changed, digest_of, read_whole, stamps
 
 from .columnar import read_frame
@@ -96,7 +96,7 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
     except MemoryError as error:
         raise DataError(
             f"{file} cannot be read: there is not enough memory for it. {SHORTER_FILES}.",
-            code=MEMORY,
+            code="memory",
         ) from error
     return replace(table, sha256=sha256, path=os.path.abspath(file))
 
@@ -161,17 +161,17 @@ def _check_regular(file: Path, *, folder: bool) -> None:
         why = error.strerror if isinstance(error, OSError) else str(error)
         where = "" if file.is_absolute() else f" ({Path.cwd() / file})"
         raise DataError(
-            f"{file} cannot be read: {why}{where}. Check the path.", code="log-not-read"
+            f"{file} cannot be read: {why}{where}. Check the path.", code="log-file"
         ) from error
     if stat.S_ISDIR(mode) and not folder:
         raise DataError(
             f"{file} cannot be read: it is a folder, and no ROS 2 bag. Give the file of the log.",
-            code="folder-for-log",
+            code="log-file",
         )
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
         raise DataError(
             f"{file} is no regular file but a pipe, a device or a socket; save the log to a file.",
-            code="log-not-a-file",
+            code="log-file",
         )
 
 
@@ -189,7 +189,7 @@ def _check_kind(file: Path) -> None:
         head = stream.read(HEAD)
     if found := _kind(file, head, file.suffix.lower()):
         kind, advice = found
-        raise DataError(f"{file} is {kind} by its content; {advice}.", code="other-kind-of-file")
+        raise DataError(f"{file} is {kind} by its content; {advice}.", code="log-file")
 
 
 def _kind(file: Path, head: bytes, ending: str) -> tuple[str, str] | None:

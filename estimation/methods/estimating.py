@@ -158,7 +158,7 @@ def _not_finite(method: Method, form: Form) -> EstimationError:
     return EstimationError(
         f"{method.name}: the regression is not finite, or the {form.left} is zero in every row; "
         "check the signals' size and the known terms of the equation of motion.",
-        code="regression-not-finite",
+        code="not-finite",
     )
 
 

@@ -226,7 +226,7 @@ def check_loss(loss: str, form: Form) -> None:
             f"the {loss} loss is of models that are linear in their parameters, and axis "
             f'{form.axis.axis.name!r} is not; use loss="{SQUARES_LOSS}", or fit the control '
             "with a loss.",
-            code="loss-of-nonlinear",
+            code="method",
         )
 
 
@@ -256,7 +256,7 @@ def _iterated(y: Array, X: Columns, Z: QrFactors, first: Solution, loss: str) ->
     raise EstimationError(
         f"the {loss} estimate still moves after {_MOST} iterations; use least squares, and look at "
         "what the residuals are.",
-        code="loss-moves",
+        code="no-convergence",
     )
 
 

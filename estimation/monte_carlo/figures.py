@@ -254,7 +254,7 @@ class StudyFigures(_HasFigures, Checked):
         listed = ", ".join(f"{e.estimand.method} {e.estimand.name}" for e in self.figures)
         raise UsageError(
             f"there is no {quoted(name)} by {quoted(method)}; there are {listed or 'none'}.",
-            code="no-such-estimand",
+            code="result",
         )
 
     @property

@@ -212,7 +212,7 @@ def monte_carlo(
         raise UsageError(
             f"what keeps an interrupted study is {quoted(keep)}; give a function that takes a "
             "MonteCarlo, or leave it out.",
-            code="monte-carlo-keep",
+            code="study",
         )
     generated = as_generated(axis)
     simulated = generated if twin is None else as_generated(twin)
@@ -250,17 +250,15 @@ def _check_spread(block: object, jobs: object, executor: object) -> None:
         if not (is_whole(value) and value >= 1):
             raise UsageError(
                 f"{what}={quoted(value)}; give a whole number of 1 or more.",
-                code="monte-carlo-spread",
+                code="study",
             )
     if executor is not None and jobs != 1:
-        raise UsageError(
-            "both jobs and an executor are given; give one of them.", code="monte-carlo-both"
-        )
+        raise UsageError("both jobs and an executor are given; give one of them.", code="study")
     if executor is not None and not isinstance(executor, Executor):
         raise UsageError(
             f"the executor is {quoted(executor)}; give one of concurrent.futures, or what "
             "Dask's Client.get_executor() gives.",
-            code="monte-carlo-executor",
+            code="study",
         )
 
 
@@ -293,7 +291,7 @@ def _numbers(outcome: Outcome[BlockNumbers], block: range) -> BlockNumbers:
     if outcome.failure is not None and outcome.failure.kind == "error":
         raise EstimationError(
             f"the runs {block[0]} to {block[-1]} failed: {reason}.",
-            code="monte-carlo-worker",
+            code="study",
         )
     return lost_block(block, reason)
 

@@ -73,7 +73,7 @@ class MonteCarloPlan:
             raise UsageError(
                 f"the runs of a Monte-Carlo study are {quoted(self.runs)}, whose numbers "
                 f"would be in memory together; give at most {_MOST_RUNS:,}.",
-                code="monte-carlo-runs",
+                code="study",
             )
         _check_count("seed", self.seed, least=0)
         _check_count("checks", self.checks, least=0)
@@ -141,25 +141,25 @@ def noise_of(given: object, twin: GeneratedAxis) -> Chain:
     if not isinstance(noise, Chain):
         raise UsageError(
             f"the noise is {quoted(noise)}; give a Chain, or leave it out.",
-            code="twin-noise-type",
+            code="noise",
         )
     if noise.jitter or not noise.is_measured_by_law:
         raise UsageError(
             f"the twins of {name!r} are sampled evenly and their law measures the logged position; "
             "give noise without jitter, with is_measured_by_law=True.",
-            code="twin-sampling",
+            code="study",
         )
     if noise.disturbances and twin.axis.drive.logs_what_acts:
         raise ModelError(
             f"the twins of {name!r} log what acts, which a disturbance is part of; leave it out, "
             "or declare a drive that logs its command.",
-            code="twin-disturbance",
+            code="study",
         )
     if noise.anywhere and not noise.position_step:
         raise UsageError(
             f"the twins of {name!r} are to begin anywhere in a count, and their encoder has none; "
             "give its resolution, or leave it out.",
-            code="twin-anywhere",
+            code="study",
         )
     return noise.likeliest
 
@@ -262,7 +262,7 @@ def _check_count(what: str, value: object, *, least: int) -> None:
         raise UsageError(
             f"the {what} of a Monte-Carlo study {'is' if what == 'seed' else 'are'} "
             f"{quoted(value)}; give a whole number of {least} or more.",
-            code="monte-carlo-count",
+            code="study",
         )
 
 

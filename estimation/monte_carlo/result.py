@@ -144,7 +144,7 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
             raise UsageError(
                 f"there is no run {quoted(run)}; those that were done are "
                 f"{self.numbers.runs.min()} to {self.numbers.runs.max()}.",
-                code="no-such-run",
+                code="result",
             )
         return int(found[0])
 
@@ -393,7 +393,7 @@ def check_output(file: Path) -> None:
         raise UsageError(
             f"{file}: the numbers of a study are written to {' or '.join(OUTPUT_SUFFIXES)}; give "
             "a name with that ending.",
-            code="monte-carlo-output",
+            code="study",
         )
     if file.suffix == ".parquet":
         library("pyarrow.parquet", "parquet", file)

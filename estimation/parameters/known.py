@@ -74,7 +74,7 @@ def known_of(told: Mapping[str, Sequence[Told]] | None, records: int) -> tuple[K
         raise UsageError(
             f"known is {quoted(told)}; give values by name, one for each record in their order: "
             "{'m_add': [0.0, (20.0, 0.01)]}.",
-            code="known-not-by-name",
+            code="parameters",
         )
     return tuple(_known(name, values, records) for name, values in (told or {}).items())
 
@@ -100,11 +100,11 @@ def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...
                 f"{text!r} says nothing of each record{wrong * (match is not None)}; write "
                 "NAME=V1,V2,..., SI, one value for each record in their order, each with its "
                 "deviation if it has one: m_add=0,20+-0.01.",
-                code="known-text",
+                code="parameters",
             )
         if match[1] in found:
             raise UsageError(
-                f"{match[1]!r} is known twice; give all its values once.", code="known-twice"
+                f"{match[1]!r} is known twice; give all its values once.", code="parameters"
             )
         found[match[1]] = tuple((float(e[1]), float(e[2] or 0.0)) for e in entries if e)
     return found
@@ -115,7 +115,7 @@ def _known(name: str, told: object, records: int) -> Known:
         raise UsageError(
             f"what is known of {name!r} is {quoted(told)}; give a list with a number, or a number "
             "and its deviation, for each record.",
-            code="known-type",
+            code="parameters",
         )
     entries = [_pair(name, entry) for entry in told]
     if len(entries) != records:
@@ -123,7 +123,7 @@ def _known(name: str, told: object, records: int) -> Known:
         raise UsageError(
             f"{name!r} has {len(entries)} known value{'s' * (len(entries) != 1)}, and there "
             f"{counted}; give one for each, in their order.",
-            code="known-count",
+            code="parameters",
         )
     values, deviations = zip(*entries, strict=True)
     return Known(name=name, values=values, deviations=deviations)
@@ -136,7 +136,7 @@ def _pair(name: str, entry: object) -> tuple[float, float]:
         raise UsageError(
             f"a known value of {name!r} is {quoted(entry)}; give a finite number, or one and its "
             "standard deviation, 0 or more.",
-            code="known-value",
+            code="parameters",
         )
     return float(pair[0]), float(pair[1])
 
@@ -196,5 +196,5 @@ def _apart(periods: Sequence[float]) -> UsageError:
     return UsageError(
         f"the records are sampled every {listed} s, which have no common multiple for "
         "rows to be apart by; resample them to one rate with resample=HZ.",
-        code="no-common-period",
+        code="parameters",
     )

@@ -244,26 +244,26 @@ def _check(
             raise UsageError(
                 f"there is no {each.name!r} to be known of each record; axis {axis.axis.name!r} "
                 f"has {', '.join((*declared, *gains))}.",
-                code="no-such-known",
+                code="parameters",
             )
         p = declared.get(each.name)
         if p and not all(p.lower <= value <= p.upper for value in each.values):
             raise UsageError(
                 f"what is known of {p.name!r}, {', '.join(map(each.text, range(records)))}, is "
                 f"beyond its bounds of {p.lower:g} and {p.upper:g}; give values within them.",
-                code="records-known-beyond-bounds",
+                code="parameters",
             )
     for name in local:
         if name not in declared:
             raise UsageError(
                 f"there is no parameter {name!r} to be each record's own; axis "
                 f"{axis.axis.name!r} has {', '.join(declared)}.",
-                code="no-such-local",
+                code="parameters",
             )
         if any(name == each.name for each in known):
             raise UsageError(
                 f"{name!r} is known of each record and its own as well; leave one of the two out.",
-                code="known-and-local",
+                code="parameters",
             )
     if fixed := axis.base.known:
         values = [f"{p.known}+-{p.known_sd}" if p.known_sd else str(p.known) for p in fixed]
@@ -275,11 +275,11 @@ def _check(
             f"{' and '.join(p.name for p in fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, "
             "which is weighed where all parameters are shared; in its place say of each record "
             f"{' and '.join(settings)}.",
-            code="fixed-of-several",
+            code="parameters",
         )
     if not {*declared} - {each.name for each in known}:
         raise UsageError(
-            "every parameter is known; leave at least one to identify.", code="all-known"
+            "every parameter is known; leave at least one to identify.", code="parameters"
         )
 
 
@@ -294,7 +294,7 @@ def _axes(axis: GeneratedAxis, records: int, known: Sequence[Known]) -> list[Gen
             f"{', '.join(unknown)} of axis {axis.axis.name!r} enters nonlinearly, and parameters "
             "that are known of each record, or each record's own, are served where the others "
             "enter linearly; give its value for each record, or leave it out.",
-            code="nonlinear-of-several",
+            code="parameters",
         )
     held = [each for each in known if each.name in bent or each.name in gains]
     own = [tuple((each.name, each.values[i]) for each in held) for i in range(records)]

@@ -322,20 +322,20 @@ def _check(axis: GeneratedAxis, names: Sequence[str]) -> None:
         raise ModelError(
             f"the drive gain of axis {name!r} cannot be free: a parameter of the axis has its "
             f"name, {GAIN}; call that another.",
-            code="free-gain-name",
+            code="free",
         )
     if axis.states:
         raise ModelError(
             f"the drive gain of axis {name!r} cannot be free: its friction remembers, and what it "
             "remembers need not grow with its forces; give the gain as the data sheet has it.",
-            code="free-gain-states",
+            code="free",
         )
     if not drive.is_times_gain:
         raise ModelError(
             f"the drive gain of axis {name!r} cannot be free: the force of its drive, "
             f"{drive.force}, is no multiple of it; give it as the data sheet has it, or a drive "
             "of another formula.",
-            code="free-gain-drive",
+            code="free",
         )
     if not _is_multiple(axis):
         raise ModelError(
@@ -343,7 +343,7 @@ def _check(axis: GeneratedAxis, names: Sequence[str]) -> None:
             "force of numbers alone, such as that of a rotor's inertia, which another gain "
             "would move; declare the number as a parameter, and say its value of the record; "
             "known NAME=VALUE.",
-            code="free-gain-numbers",
+            code="free",
         )
 
 

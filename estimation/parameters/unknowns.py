@@ -145,7 +145,7 @@ def by_name(given: object, what: str) -> Mapping[str, Any]:
         raise UsageError(
             f"{what} is {quoted(given)}; give it by the parameters' names, {what}={{'M': "
             f"{example}}}.",
-            code="fit-by-name",
+            code="fit",
         )
     return given
 
@@ -196,7 +196,7 @@ def unknowns_of(
         if missing:
             raise UsageError(
                 f"there is no parameter {quoted(name)} to {what}; the fit has {', '.join(names)}.",
-                code="no-such-unknown",
+                code="fit",
             )
         return [names.index(each) for each in own]
 
@@ -205,9 +205,7 @@ def unknowns_of(
     _with_priors(found, prior, fixed, places)
     _with_fixed(found, fixed, places)
     if not found.free.any():
-        raise UsageError(
-            "every parameter is fixed; leave at least one to search.", code="nothing-free"
-        )
+        raise UsageError("every parameter is fixed; leave at least one to search.", code="fit")
     return found
 
 
@@ -233,14 +231,14 @@ def check_enough(counted: Array, spans: Sequence[Sequence[slice]], unknowns: Unk
             raise DataError(
                 f"every sample of {which} is masked, so that nothing is left to follow; mask less, "
                 "or follow a part that is not masked.",
-                code="fit-nothing-followed",
+                code="fit",
             )
     rows, searched = int(np.count_nonzero(counted)), int(unknowns.free.sum())
     if rows + int(unknowns.has_prior.sum()) <= searched:
         raise DataError(
             f"{rows} values of the output are left to follow, for {searched} parameters; record "
             "longer, or fix parameters.",
-            code="fit-too-few",
+            code="too-short",
         )
 
 
@@ -256,7 +254,7 @@ def _with_declared(found: Unknowns, form: Form, names: list[str]) -> None:
                 f"{p.name} of axis {form.axis.axis.name!r} is fixed, and the fit searches "
                 f"{', '.join(names)}, in which it is with others; leave the fixed value out, and "
                 "let identify make the others of it.",
-                code="fixed-in-base",
+                code="fit",
             )
         at, value = names.index(p.name), float(p.known or 0.0)
         if p.known_sd:
@@ -272,7 +270,7 @@ def _with_bounds(found: Unknowns, bounds: Mapping[str, tuple[End, End]], places:
             raise UsageError(
                 f"the bounds of {quoted(name)} are {quoted(given)}; give a lower and an upper one, "
                 "None for none.",
-                code="fit-bounds",
+                code="fit",
             )
         for j in places(name, "bound"):
             low = found.lower[j] if pair[0] is None else max(found.lower[j], float(pair[0]))
@@ -281,7 +279,7 @@ def _with_bounds(found: Unknowns, bounds: Mapping[str, tuple[End, End]], places:
                 raise UsageError(
                     f"the bounds of {found.names[j]} leave nothing between {low:g} and {high:g}, "
                     "the declared ones counted; give others, or fix it.",
-                    code="fit-bounds-empty",
+                    code="fit",
                 )
             found.lower[j], found.upper[j] = low, high
 
@@ -298,7 +296,7 @@ def _with_priors(
         if not held.isdisjoint(places(name, "know")):
             raise UsageError(
                 f"{quoted(name)} is fixed, and something is known of it; give one of the two.",
-                code="fixed-and-known",
+                code="fit",
             )
         pair = given if isinstance(given, (tuple, list)) else ()
         sound = len(pair) == 2 and all(is_real(x) and math.isfinite(x) for x in pair)
@@ -306,7 +304,7 @@ def _with_priors(
             raise UsageError(
                 f"what was known of {quoted(name)} is {quoted(given)}; give a value and its "
                 "standard deviation, which is more than 0 (fix it if it is exact).",
-                code="fit-prior",
+                code="fit",
             )
         mean, sd = map(float, pair)
         largest = LARGEST_VALUE.value
@@ -316,7 +314,7 @@ def _with_priors(
                 f"what was known of {quoted(name)} is {mean:g} +- {sd:g}, which is as good as "
                 f"exact, or beyond {largest:g}; fix what is exact, and leave out what is "
                 "not known.",
-                code="fit-prior-size",
+                code="fit",
             )
         for j in places(name, "know"):
             found.prior[j], found.prior_sd[j] = mean, sd
@@ -327,13 +325,13 @@ def _with_fixed(found: Unknowns, fixed: Mapping[str, float], places: _Places) ->
         if not (is_real(value) and math.isfinite(value)):
             raise UsageError(
                 f"the fixed value of {quoted(name)} is {quoted(value)}; give a finite number.",
-                code="fit-fixed",
+                code="fit",
             )
         for j in places(name, "fix"):
             if not found.lower[j] <= value <= found.upper[j]:
                 raise UsageError(
                     f"{found.names[j]} is fixed at {value:g}, beyond its bounds of "
                     f"{found.lower[j]:g} and {found.upper[j]:g}; fix it within them.",
-                    code="fit-fixed-bounds",
+                    code="fit",
                 )
             found.fixed[j] = float(value)

@@ -13,7 +13,6 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
 #: The code of an error where no loop can be simulated.
-LANE_LOST = "fit-lane"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,7 +153,7 @@ class Predictions(ABC):
         if not np.all(np.isfinite(slope)):
             raise EstimationError(
                 "the loop cannot be simulated about the drive's time, which is to be found.",
-                code=LANE_LOST,
+                code="simulation",
             )
         self._slope_by_time, self._time = slope, time
 
@@ -223,7 +222,7 @@ def slopes_of(
         lanes = _lanes(physical, pending, offsets)
         found = predictions(lanes)
         if 0 in found.failures:
-            raise EstimationError(found.failures[0], code=LANE_LOST)
+            raise EstimationError(found.failures[0], code="simulation")
         if jacobian is None:
             errors = found.errors[:, 0]
             jacobian = np.zeros((len(errors), len(physical)))
@@ -243,7 +242,7 @@ def slopes_of(
         pending, failed = lost, found
         if not pending:
             return Slopes(errors=errors, jacobian=jacobian)
-    raise EstimationError(next(iter(failed.failures.values())), code=LANE_LOST)
+    raise EstimationError(next(iter(failed.failures.values())), code="simulation")
 
 
 def _offsets(

@@ -103,7 +103,7 @@ def _column(record: Record, role: str, values: Array | None) -> Array:
     raise DataError(
         f"{record.provenance.source} has no {role} column, which the fit is to follow; "
         f"name it with columns {role}=NAME, or choose another output.",
-        code="no-output",
+        code="missing-column",
     )
 
 
@@ -254,7 +254,7 @@ class LoopPredictions(Predictions):
                     f"{each.axis.axis.name!r} is so stiff that a sample takes {steps} "
                     "steps, the most there are; start from nominal values of the right order, or "
                     "bound the stiffness.",
-                    code="fit-too-stiff",
+                    code="simulation",
                 )
             each.substeps = max(steps, each.substeps or 1)
 

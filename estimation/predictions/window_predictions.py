@@ -24,7 +24,7 @@ from axisid.modeling.laws import cascade_pd
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError, UsageError
 
-from .lanes import LANE_LOST, Predictions
+from .lanes import Predictions
 
 _HORIZON = 1.0  # s, of the windows of an open loop where none is given
 
@@ -247,7 +247,7 @@ class WindowPredictions(Predictions):
             _begin(other, own)
             errors, failed = other.errors(own[None])
             if failed:
-                raise EstimationError(failed[0], code=LANE_LOST)
+                raise EstimationError(failed[0], code="simulation")
             pieces.append(other.rows(errors))
         return -np.concatenate(pieces)[:, 0]
 
@@ -372,7 +372,7 @@ def _moved(w: _Windows, own: Array) -> Array:
     states = (w.first_states[:, None, :] + shifts[:, :, None]).reshape(2, -1)
     errors, failed = w.errors(np.tile(own, (5, 1)), states)
     if failed:
-        raise EstimationError(next(iter(failed.values())), code=LANE_LOST)
+        raise EstimationError(next(iter(failed.values())), code="simulation")
     return errors
 
 
@@ -395,7 +395,7 @@ def _windows(
     if record.integrated:
         raise DataError(
             f"{record.provenance.source} has no position, which is to be followed.",
-            code="no-open-position",
+            code="missing-column",
         )
     control = _control(axis, record)
     declared = axis.declared
@@ -441,7 +441,7 @@ def _control(axis: GeneratedAxis, record: Record) -> Array:
     raise DataError(
         f"{record.provenance.source} has no control column, under which the axis is to "
         "move; name it with columns control=NAME.",
-        code="no-control",
+        code="missing-column",
     )
 
 
@@ -451,5 +451,5 @@ def _check_begins(axis: GeneratedAxis) -> None:
         raise UsageError(
             f"what the friction of axis {axis.axis.name!r} remembers where a window begins is in "
             "no record; follow the control or the position, whose loops begin as the record does.",
-            code="states-open-loop",
+            code="equation",
         )

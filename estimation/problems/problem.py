@@ -166,7 +166,7 @@ class Problem(Uncached):
             raise ModelError(
                 "the direct model is regressed where all parameters are the same in all records "
                 "and none is known of them; its own are quotients of them.",
-                code="direct-of-several",
+                code="method",
             )
         return self.layout
 

@@ -108,7 +108,7 @@ def check_time_known(axis: GeneratedAxis) -> None:
         raise UsageError(
             f"axis {axis.axis.name!r}: the {estimated[0]} of its drive is to be estimated, which "
             "identify does of one record; declare what it finds as a number here.",
-            code="drive-time-open",
+            code="drive-time",
         )
 
 
@@ -127,7 +127,7 @@ def check_has_rows(axis: Axis) -> None:
             f"the friction of axis {axis.name!r} remembers: no record has its internal "
             f"{'state' if one else 'states'} {names}, so that least squares, instruments and DIDIM "
             "have no rows of measured signals; fit the simulated loop (fit).",
-            code="states-no-rows",
+            code="equation",
         )
 
 

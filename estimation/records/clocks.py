@@ -27,7 +27,6 @@ _MAX_ODD_STEP_SHARE = 0.01  # of the time steps are odd: faults of single sample
 _RESTARTED_CLOCK_STEP = 4.0
 
 #: Code of an error about time steps that are not one sampling period.
-_UNEVEN = "uneven-time"
 #: Steps over which jitter averages out: even a quarter of a period to half a percent.
 _WINDOW = 100
 _SHOWN = 3
@@ -211,7 +210,7 @@ def check_increases(source: str, what: str, time: Array, *, split: bool = False)
             f"{source}: {what} does not increase in data row {row + 1}: after "
             f"{time[row - 1]:.9g} s comes {time[row]:.9g} s. "
             f"{_advice_on_backward(time, split=split)}",
-            code="backward-time",
+            code="time",
         )
 
 
@@ -230,13 +229,13 @@ def check_time(
             f"{source}: the time step before data row {gaps[0] + 2} is {steps[gaps[0]]:.6g} "
             f"s, {typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). "
             f"{_advice_on_uneven(steps[inside], typical)}",
-            code=_UNEVEN,
+            code="uneven-time",
         )
     if not abs(mean / typical - 1) < MAX_MEAN_STEP_DEVIATION.value:
         raise DataError(
             f"{source}: the time steps are uneven: {typical:.6g} s in the middle, {mean:.6g} "
             f"s in the mean. {_RESAMPLE_EVENLY}",
-            code=_UNEVEN,
+            code="uneven-time",
         )
     if period is not None:
         check_stated(source, typical, period)
@@ -246,7 +245,7 @@ def check_time(
         raise DataError(
             f"{source}: {_drift_text(slow, fast)}, which cannot be taken as even. "
             f"{_RESAMPLE_EVENLY}",
-            code=_UNEVEN,
+            code="uneven-time",
         )
 
 
@@ -256,7 +255,7 @@ def check_stated(source: str, found: float, stated: float, uncertainty: float = 
         raise DataError(
             f"{source}: the sampling period is given as {stated:g} s, but the time "
             f"column steps by {found:g} s. Correct one of them (time is in seconds).",
-            code="other-sample-period",
+            code="time",
         )
 
 
@@ -265,7 +264,7 @@ def check_sample_period(period: object) -> None:
     if not (is_real(period) and 0 < period < math.inf):
         raise UsageError(
             f"the sampling period is {quoted(period)}; give a positive number of seconds.",
-            code="bad-sample-period",
+            code="time",
         )
 
 
@@ -287,7 +286,7 @@ def clocked(
             f"{table.source}: there is no time column among {table.listed()}; name it with "
             "columns time=NAME, or give sample_period in run.toml. "
             f"{table.missing}".rstrip(),
-            code="no-time",
+            code="time",
         )
     return {
         role: replace(s, clock=sample_period * np.arange(len(s.values), dtype=np.float64))
@@ -306,7 +305,7 @@ def filled(table: Table, columns: Mapping[str, Samples], *, uneven: bool) -> dic
         if not len(s.values):
             raise DataError(
                 f"{table.source}: the {role} has no row with a number and a time.",
-                code="no-timed-number",
+                code="time",
             )
     return dict(columns)
 
@@ -372,7 +371,7 @@ def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:
             raise DataError(
                 f"{table.source}: {first} and {role} are sampled at different times; resample "
                 f"them ({_EVENLY}).",
-                code="different-times",
+                code="time",
             )
 
 
@@ -381,4 +380,4 @@ def _unequal(table: Table, lengths: Mapping[str, int], advice: str = "") -> Data
     listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
     why = f" ({'; '.join(table.warnings)})" if table.warnings else ""
     found = f"{table.source}: the columns differ in length: {listed}{why}. {advice}"
-    return DataError(found.rstrip(), code="different-lengths")
+    return DataError(found.rstrip(), code="time")

@@ -108,13 +108,13 @@ def read_record(
         raise UsageError(
             f"the columns are {quoted(columns)}; give names by role, such as "
             f"{{'position': 'q:mm'}}.",
-            code="columns-type",
+            code="columns",
         )
     if repairs is not None and not isinstance(repairs, Repairs):
         raise UsageError(
             f"the repairs are {quoted(repairs)}; give axisid.estimation.Repairs(gaps='split') or "
             "the like.",
-            code="repairs-type",
+            code="repairs",
         )
     if is_run_file(log):
         file, said = read_run(

@@ -120,7 +120,7 @@ class Record(Presentable, Exact):
             raise UsageError(
                 f"the provenance of the record is {quoted(self.provenance)}; give a Provenance, or "
                 "leave it out.",
-                code="provenance-type",
+                code="record",
             )
         name = self._name()
         if self.time is None:
@@ -294,14 +294,14 @@ class Record(Presentable, Exact):
         """
         if not isinstance(file, (str, Path)):
             raise UsageError(
-                f"the file is {quoted(file)}; give its name, a text or a Path.", code="write-file"
+                f"the file is {quoted(file)}; give its name, a text or a Path.", code="twin"
             )
         path, declared = Path(file), as_declared(axis)
         if declared is None:
             raise UsageError(
                 f"the axis is {quoted(axis)}; give the one whose record it is, as load_axis or "
                 "build gives it.",
-                code="write-axis",
+                code="twin",
             )
         content = log_content(self.channels(), declared, MARK, self._name(), path)
         return write_file(path, content)
@@ -395,12 +395,12 @@ class Record(Presentable, Exact):
             raise UsageError(
                 f"{self._name()}: the signals are {quoted(self.signals)}; give arrays by name, "
                 "such as {'pressure': values}.",
-                code="record-signals",
+                code="record",
             )
         if taken := [name for name in self.signals if name in ROLES]:
             raise UsageError(
                 f"{self._name()}: {taken[0]!r} is a column of its own, and no signal's name.",
-                code="record-signal-name",
+                code="record",
             )
 
     def _check_position(self) -> None:
@@ -411,7 +411,7 @@ class Record(Presentable, Exact):
             raise DataError(
                 f"{self._name()}: there is no position, nor a velocity in its place; a record "
                 "needs one.",
-                code="no-motion",
+                code="missing-column",
             )
         object.__setattr__(self, "position", _nothing())
         object.__setattr__(self, "integrated", True)
@@ -432,7 +432,7 @@ def check_record(record: object) -> None:
     if not isinstance(record, Record):
         raise UsageError(
             f"the record is {quoted(record)}; read one with read_record(path, axis).",
-            code="record-type",
+            code="record",
         )
 
 

@@ -22,14 +22,14 @@ def checked_column(source: str, role: str, values: ArrayLike) -> Array:
     if column.ndim != 1:
         raise DataError(
             f"{source}: the {role} has the shape {column.shape}; give one row of numbers.",
-            code="signal-shape",
+            code="record",
         )
     bad = np.flatnonzero(~np.isfinite(column))
     if bad.size:
         raise DataError(
             f"{source}: the {role} is {column[bad[0]]} in data row {bad[0] + 1} "
             f"({bad.size} in all). Remove such rows or repair the log.",
-            code="value-not-finite",
+            code="not-finite",
         )
     largest = LARGEST_VALUE.value
     if column.size and not -largest <= column.min() <= column.max() <= largest:
@@ -37,7 +37,7 @@ def checked_column(source: str, role: str, values: ArrayLike) -> Array:
         raise DataError(
             f"{source}: the {role} is {column[row]:g} in data row {row + 1}, and no signal is as "
             f"large ({largest:g} at most). Remove such rows or repair the log.",
-            code="value-absurd",
+            code="not-finite",
         )
     return column
 
@@ -48,7 +48,7 @@ def check_injected(source: str, injected_at: str | None) -> None:
         raise UsageError(
             f"{source}: the injected signal is added to {injected_at!r}; give "
             'injected_at = "control" or injected_at = "reference" in run.toml.',
-            code="record-injected-at",
+            code="test-signal",
         )
 
 
@@ -70,13 +70,13 @@ def check_lengths(source: str, channels: Mapping[str, Array]) -> None:
         listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
         raise DataError(
             f"{source}: the columns differ in length: {listed}; give a value of each at each time.",
-            code="record-lengths",
+            code="record",
         )
     fewest = MIN_RECORD_SAMPLES.value
     if lengths["time"] < fewest:
         raise DataError(
             f"{source}: a record needs {fewest} rows or more, not {lengths['time']}.",
-            code="short-record",
+            code="too-short",
         )
 
 
@@ -93,7 +93,7 @@ def check_spans(
                 f"{source}: the part from {time[start]:.6g} to {time[stop - 1]:.6g} s has "
                 f"{stop - start} of its rows, and needs {fewest} or more; give a longer window, or "
                 "leave it out.",
-                code="short-part",
+                code="too-short",
             )
     lasting = all(stop > start for start, stop in segments)
     inside = all(0 <= start < stop <= samples for start, stop in masked)
@@ -101,7 +101,7 @@ def check_spans(
         raise DataError(
             f"{source}: the segments {segments} and masked rows {masked} are no parts of {samples} "
             f"rows; segments follow one another, with {fewest} rows or more each.",
-            code="record-spans",
+            code="record",
         )
 
 
@@ -111,5 +111,5 @@ def check_varies(source: str, role: str, least: float, most: float) -> None:
         raise DataError(
             f"{source}: the {role} is {least:g} in every row, so it says nothing "
             f"about the axis. Check the {role} column, or record a motion.",
-            code="constant-column",
+            code="not-shown",
         )

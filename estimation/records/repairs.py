@@ -103,7 +103,7 @@ def _modulus(role: str, text: str, axis: Axis | None) -> Modulus:
         raise UsageError(
             f"no modulus is taken out of the {role} alone; the reference follows the position, and "
             "a time that begins again is cut (gaps).",
-            code="wrapped-role",
+            code="wrap",
         )
     number, _, unit = text.partition(":")
     try:

@@ -125,7 +125,7 @@ def resample(
     if not kept:
         raise DataError(
             f"{source}: the columns have no time in common; check their clocks.",
-            code="no-common-time",
+            code="resampling",
         )
     between_pieces = [(a[1], b[0]) for a, b in pairwise(covered)]
     gaps = [(a, b) for a, b in between_pieces if not any(a <= edge <= b for edge in edges)]
@@ -133,7 +133,7 @@ def resample(
         raise DataError(
             f"{source}: time has {len(gaps)} gaps, the first after {gaps[0][0]:.9g} s; "
             'resampling would invent the motion there. Add gaps="split".',
-            code="gaps",
+            code="uneven-time",
         )
     ways: dict[str, Between] = {**dict.fromkeys(held, "held"), **dict.fromkeys(splined, "spline")}
     hows = {role: (between or {}).get(role, ways.get(role, "linear")) for role in samples}
@@ -180,14 +180,14 @@ def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Arr
             f"{source}: the {moving} is sampled at {own:.6g} Hz; resampled at {chosen:g} Hz "
             f"its noise would fold. Resample at {own:.6g} Hz or more; decimate keeps fewer "
             "rows.",
-            code="slow-resampling",
+            code="resampling",
         )
     duration = max(float(clock[-1] - clock[0]) for clock in clocks.values())
     if duration * chosen > _MOST_ROWS:
         raise UsageError(
             f"{source}: resampled at {chosen:g} Hz it would have {duration * chosen:.2g} rows; "
             f"give a lower rate (the {moving} is sampled at {own:.6g} Hz).",
-            code="resampling-rate",
+            code="resampling",
         )
 
 
@@ -196,7 +196,7 @@ def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:
     if clock is None or len(clock) < _FEWEST:
         raise DataError(
             f"{source}: the {role} has too few rows, or no times, to be resampled.",
-            code="too-few-to-resample",
+            code="too-short",
         )
     check_increases(source, f"the time of the {role}", clock, split=split)
     return clock

@@ -46,14 +46,14 @@ def checked_between(between: object) -> dict[str, Between]:
         raise UsageError(
             f"what columns are between their values is {quoted(between)}; give it by role: "
             "{'velocity': 'linear'}.",
-            code="between",
+            code="shift",
         )
     for role, how in between.items():
         if role not in SELDOM_ROLES:
             raise UsageError(
                 f"{role!r} is no column that may be written more seldom than the log's samples; "
                 f"those are {', '.join(SELDOM_ROLES)}.",
-                code="between-role",
+                code="shift",
             )
         check_among((f"way of the {role} between its values", how, BETWEEN))
     return {role: cast(Between, how) for role, how in between.items()}
@@ -130,14 +130,14 @@ def drawn_between(
             raise DataError(
                 f"{source}: nothing is to be drawn between values of the {role}, as there is no "
                 f"such column; name it with columns {role}=NAME.",
-                code="nothing-between",
+                code="shift",
             )
         samples = columns[role]
         fresh, _ = _written(samples.values)
         if len(fresh) < _MIN_SELDOM_CHANGES:
             raise DataError(
                 f"{source}: the {role} has {len(fresh)} values, too few to draw it between them.",
-                code="few-between",
+                code="too-short",
             )
         found[role] = samples.taken(fresh)
         if not uneven:
@@ -203,7 +203,7 @@ def checked_shifts(shifts: object) -> dict[str, Shift]:
     """
     if not isinstance(shifts, Mapping):
         raise UsageError(
-            f"the shift is {quoted(shifts)}; give samples by role: {{'control': 1}}.", code="shifts"
+            f"the shift is {quoted(shifts)}; give samples by role: {{'control': 1}}.", code="shift"
         )
     for role in shifts:
         if role == "time" or not isinstance(role, str):
@@ -236,7 +236,7 @@ def _unmovable(role: object, columns: Iterable[str] = ()) -> UsageError:
     movable = dict.fromkeys(role for role in (*ROLES, *columns) if role != "time")
     return UsageError(
         f"{role!r} is no column that can be moved; those are {', '.join(movable)}.",
-        code="unmovable-column",
+        code="shift",
     )
 
 
@@ -248,9 +248,7 @@ def _shift(role: str, amount: object) -> Shift:
     found = label_unit(unit) if unit else None
     timed = found is not None and str(found[1]) == str(parse_unit("s"))
     if not is_real(number) or not math.isfinite(number) or (unit and not timed):
-        raise UsageError(
-            f"the {role} is to be shifted by {quoted(amount)}; {_GIVE}.", code="shift-amount"
-        )
+        raise UsageError(f"the {role} is to be shifted by {quoted(amount)}; {_GIVE}.", code="shift")
     return Shift(float(number) * (found[0] if found else 1.0), in_seconds=timed)
 
 
@@ -271,7 +269,7 @@ def check_movable(source: str, columns: Collection[str], shifts: Iterable[str]) 
             raise DataError(
                 f"{source}: the {role} is to be shifted, and there is no such column; name it "
                 f"with columns {role}=NAME.",
-                code="nothing-to-shift",
+                code="shift",
             )
 
 
@@ -312,7 +310,7 @@ def shifted(
         raise DataError(
             f"{source}: the columns differ in length, so that none can be moved beside the "
             f'others: {listed}. Resample them (resample="auto").',
-            code="shift-lengths",
+            code="shift",
         )
     kept, moved, said = moved_rows(source, clock, shifts)
     for role, own in columns.items():
@@ -370,14 +368,14 @@ def _whole_samples(source: str, role: str, shift: Shift, step: float, length: in
     if not abs(samples) < length:
         raise UsageError(
             f"{source}: the {role} is to be shifted by {samples:g} samples, and has {length}.",
-            code="long-shift",
+            code="shift",
         )
     whole = round(samples)
     if abs(samples - whole) > _MAX_PART_OF_A_SAMPLE or (samples != 0 and whole == 0):
         raise UsageError(
             f"{source}: the {role} is to be shifted by {samples:.4g} samples; give a whole "
             'number of them, a time as in 2ms, or resample the log (resample="auto").',
-            code="part-of-a-sample",
+            code="shift",
         )
     return whole
 

@@ -42,7 +42,7 @@ def started_run(log: Path) -> str:
     if not _is_text(log.name):
         raise DataError(
             f"the name of {quoted(log.name)} is not UTF-8, as TOML has to be; give it another.",
-            code="run-log-name",
+            code="run-file",
         )
     lines = _comment(
         "What is said of a log. This file stands in its place: axisid identify AXIS run.toml. Take "

@@ -34,14 +34,14 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
     """
     listed = [windows] if isinstance(windows, str) else windows
     if isinstance(listed, bytes) or not isinstance(listed, Iterable):
-        raise UsageError(f"the windows are {quoted(windows)}; {_GIVE}.", code="windows")
+        raise UsageError(f"the windows are {quoted(windows)}; {_GIVE}.", code="window")
     found = sorted(_checked(each) for each in listed)
     for one, other in pairwise(found):
         if other[0] < one[1]:
             raise UsageError(
                 f"the windows {windows_text([one])} and {windows_text([other])} overlap; give them "
                 "as one.",
-                code="overlapping-windows",
+                code="window",
             )
     return tuple(found)
 
@@ -63,13 +63,13 @@ def _checked(window: object) -> Window:
             raise UsageError(
                 f"a window {where} at {end} s, which is no time of a log; give seconds, or leave "
                 "that end out.",
-                code="window-time",
+                code="window",
             )
     if not start < stop:
         raise UsageError(
             f"the window {windows_text([(start, stop)])} does not end after it begins; give the "
             "earlier time first.",
-            code="reversed-window",
+            code="window",
         )
     return start, stop
 
@@ -112,7 +112,7 @@ def samples_within(
     if not finite.size:
         raise DataError(
             f"{source}: there is no time for the window {windows_text(windows)}.",
-            code="untimed-window",
+            code="window",
         )
     first, last = float(finite.min()), float(finite.max())
     close = _ROUNDING * float(np.median(np.abs(np.diff(finite)))) if finite.size > 1 else 0.0
@@ -122,7 +122,7 @@ def samples_within(
             raise DataError(
                 f"{source}: the window {windows_text([(start, stop)])} is outside the log, whose "
                 f"time goes from {first:.9g} to {last:.9g} s; give times of the log.",
-                code="window-outside",
+                code="window",
             )
         inside = np.flatnonzero((time >= start - close) & (time <= stop + close))
         begin = max(int(inside[0]), spans[-1][1] if spans else 0) if inside.size else 0
@@ -132,7 +132,7 @@ def samples_within(
             raise DataError(
                 f"{source}: the window {windows_text([(start, stop)])} holds {holds}; make it "
                 "longer.",
-                code="empty-window",
+                code="window",
             )
         spans.append((begin, end))
     return tuple(spans)

@@ -30,7 +30,6 @@ _Move = tuple[int, int, int]
 #: A modulus of a turn.
 _IN_DEGREES = 'wrap = "360:deg" in run.toml'
 #: Code of an error about a position that is not wrapped by the modulus that was given.
-_OTHER_MODULUS = "other-modulus"
 _SHOWN = 3  # pieces that are listed
 _WORDS = (8, 16, 32)  # bits
 
@@ -112,7 +111,7 @@ def unwrapped(
         raise DataError(
             f"{source}: there is no position whose jumps by {modulus} could be undone; name "
             "it with columns position=NAME, or leave wrap out in run.toml.",
-            code="no-position-to-wrap",
+            code="wrap",
         )
     repaired, counts = dict(samples), {}
     for role in ("position", "reference"):
@@ -131,7 +130,7 @@ def unwrapped(
                 f"{source}: the position spans {modulus.written(np.ptp(values))}, more than the "
                 f"modulus {modulus}, so it is not wrapped by it; give the modulus with its unit, "
                 "or leave wrap out in run.toml.",
-                code=_OTHER_MODULUS,
+                code="wrap",
             )
     moves: list[_Move] = []
     # Without a jump nothing says that either is wrapped: no turn is the wrong one then.
@@ -163,14 +162,14 @@ def signed(
         raise DataError(
             f"{source}: there is no {role} from which the modulus {modulus} could be taken; name a "
             f"column that is read ({', '.join(name for name in samples if name != 'time')}).",
-            code="no-column-to-wrap",
+            code="wrap",
         )
     values = samples[role].values
     if float(np.abs(values).max()) > modulus.si:
         raise DataError(
             f"{source}: the {role} reaches {modulus.written(np.abs(values).max())}, more than the "
             f"modulus {modulus}; give the modulus in the column's unit, or leave it.",
-            code=_OTHER_MODULUS,
+            code="wrap",
         )
     beyond = values >= modulus.si / 2
     made = replace(samples[role], values=np.where(beyond, values - modulus.si, values))
@@ -267,7 +266,7 @@ def _check_seams(
             f"{source}: the position still jumps by {modulus.written(left)} where the modulus "
             f"{modulus} was taken out, as before data row {seams[0] + 2}; give the modulus "
             f"that it is wrapped by, with its unit, as in {_IN_DEGREES}.",
-            code=_OTHER_MODULUS,
+            code="wrap",
         )
 
 
@@ -320,7 +319,7 @@ def remaining_jumps_note(
         raise DataError(
             f"{source}: {found}, which the modulus {modulus} does not undo; give the one it "
             f"is wrapped by, with its unit, as in {_IN_DEGREES}.",
-            code=_OTHER_MODULUS,
+            code="wrap",
         )
     turns = axis is None or axis.coordinate.unit == "rad"
     in_degrees = "columns position=NAME:deg and "
@@ -329,7 +328,7 @@ def remaining_jumps_note(
             raise DataError(
                 f"{source}: {found}, as one that starts again after a turn does; it looks "
                 f"wrapped: add {more}{_IN_DEGREES}.",
-                code="wrapped",
+                code="wrap",
             )
     given = "give what it is wrapped by (wrap in run.toml)"
     return f"{found}: if it starts again there, {given}"

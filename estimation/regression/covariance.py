@@ -132,7 +132,7 @@ class Hac(Covariance):
         if self.lags is not None and not (whole and self.lags >= 0):
             raise UsageError(
                 f"the lags are {self.lags!r}; give a whole number, or None to choose.",
-                code="bad-lags",
+                code="result",
             )
 
     def applied(self, solution: Solution) -> Applied:
@@ -191,7 +191,7 @@ class Hac(Covariance):
             if self.lags > rows // 4:
                 raise UsageError(
                     f"{self.lags} lags are too many for {rows} rows; give {rows // 4} or fewer.",
-                    code="too-many-lags",
+                    code="result",
                 )
             plain = products(int(self.lags))
             return plain, np.zeros(plain.shape[1])

@@ -179,12 +179,12 @@ def checked_columns(
             f"{n} rows are left for {k} parameters; fit the simulated loop (axisid fit, in Python "
             "fit(axis, record)), which has no filter and takes all samples, or record longer, or "
             "decimate or drop less.",
-            code="too-few-rows",
+            code="too-short",
         )
     if not np.all(np.isfinite(columns)):
         raise EstimationError(
             f"the regressor of {what} is not finite; check the signals' size.",
-            code="regressor-not-finite",
+            code="not-finite",
         )
     with np.errstate(over="ignore"):
         scale = np.linalg.norm(columns, axis=0)
@@ -194,14 +194,14 @@ def checked_columns(
             f"the regressor of {what} reaches {np.abs(columns).max():.3g} in the columns of "
             f"{listed}, whose squares no number holds. Check those terms of the equation of motion "
             "over the positions and speeds of the record, and their units.",
-            code="regressor-too-large",
+            code="not-finite",
         )
     zero = [name for name, size in zip(names, scale, strict=True) if size == 0]
     if zero:
         raise EstimationError(
             f"{what} cannot show {', '.join(zero)}: the regressor's column is zero in every row. "
             "Record a motion that excites it, or leave the parameter out.",
-            code="zero-column",
+            code="not-shown",
         )
     return Columns(
         columns=columns,
@@ -350,5 +350,5 @@ def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], wh
         f"{what} cannot tell these parameters apart: the fit does not notice a change of {trade}. "
         "Record a motion that separates them (reversals, several speeds, acceleration), or declare "
         "their combination as one parameter.",
-        code="not-told-apart",
+        code="not-shown",
     )

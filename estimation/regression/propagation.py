@@ -147,7 +147,7 @@ def draw_parameters(
     if not (isinstance(draws, (int, np.integer)) and 2 <= draws <= _MOST_DRAWS):
         raise UsageError(
             f"the draws are {draws!r}; give a whole number from 2 to {_MOST_DRAWS}.",
-            code="bad-draws",
+            code="result",
         )
     rng = np.random.default_rng(seed)
     normal = rng.normal(size=(draws, len(theta))) @ root(covariance).T

@@ -124,7 +124,7 @@ def _no_reference(record: Record) -> LoopDataError:
     return LoopDataError(
         f"{record.provenance.source} has no reference column, from which the closed loop "
         f"is simulated; name it with columns reference=NAME.{_WITHOUT}",
-        code="no-reference",
+        code="missing-column",
     )
 
 
@@ -154,7 +154,7 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
             f"{axis.axis.name!r} runs every {law.period:.6g} s, and its drive has a "
             f"{' and '.join(axis.axis.of_law_samples)}: such a loop is simulated at the law's "
             "samples alone; record at the law's period, or ask for least squares.",
-            code="loop-response",
+            code="loop-period",
         )
     return record.commanded
 
@@ -166,7 +166,7 @@ def _other_period(axis: GeneratedAxis, law: ControlLaw, record: Record) -> LoopD
     return LoopDataError(
         f"the record was resampled every {record.period:.6g} s, the control law of axis "
         f"{axis.axis.name!r} runs every {law.period:.6g} s; resample at that, or leave it out.",
-        code="loop-resampled",
+        code="loop-period",
     )
 
 

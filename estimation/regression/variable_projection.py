@@ -51,7 +51,7 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
             "values and bounds of the right size, where the equation of motion has a value. "
             f"At the first, {why}"
         )
-        raise EstimationError(said, code="failed-starts")
+        raise EstimationError(said, code="no-convergence")
     found = [
         minimise(
             search.residuals,
@@ -116,7 +116,7 @@ def damped_step(
         f"the instruments lead to {' and '.join(beyond)}, and no step within the bounds brings "
         "their equations nearer to zero. Widen the bounds if such a value is possible; otherwise "
         "believe idm-ls, whose search ends within them, and check the model of the friction.",
-        code="beyond-bounds",
+        code="bounds",
     )
 
 
@@ -141,7 +141,7 @@ class _Projection:
             raise EstimationError(
                 f"{', '.join(missing)} enters nonlinearly, so its search needs a start; declare a "
                 "nominal value other than 0.",
-                code="no-start",
+                code="no-convergence",
             )
 
     def starts(self) -> list[Array]:

@@ -395,7 +395,7 @@ def check_filter(
             f"{source} is sampled every {_duration(period)}, the control law of axis "
             f"{axis.axis.name!r} runs every {_duration(law.period)}: is time's unit right? "
             f"Give it with columns time=NAME:UNIT. (As it stands, {error})",
-            code="time-unit",
+            code="units",
         ) from error
 
 

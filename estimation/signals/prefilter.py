@@ -102,21 +102,19 @@ class Prefilter:
             )
         if not is_real(self.cutoff):
             raise UsageError(
-                f"the cutoff is {quoted(self.cutoff)}; give a number of hertz.", code="cutoff-type"
+                f"the cutoff is {quoted(self.cutoff)}; give a number of hertz.", code="filter"
             )
         if not (math.isfinite(self.cutoff) and self.cutoff > 0):
             raise UsageError(
                 f"the cutoff is {self.cutoff!r} Hz; give a positive number.",
-                code="cutoff-not-positive",
+                code="filter",
             )
         if not 1 <= self.order <= 10:
-            raise UsageError(
-                f"the filter order is {self.order!r}; give 1 to 10.", code="filter-order"
-            )
+            raise UsageError(f"the filter order is {self.order!r}; give 1 to 10.", code="filter")
         if self.decimate < 1:
             raise UsageError(
                 f"the decimation is {self.decimate!r}; give 1 (keep every row) or more.",
-                code="bad-decimation",
+                code="filter",
             )
         choices = (
             ("row alignment", self.decimation or "none", ("matlab", "scipy")),
@@ -126,7 +124,7 @@ class Prefilter:
         check_among(*(row for row in choices if row[1] is not None))
         if self.drop is not None and min(self.drop) < 0:
             raise UsageError(
-                f"the rows to drop are {self.drop!r}; give 0 or more at each end.", code="bad-drop"
+                f"the rows to drop are {self.drop!r}; give 0 or more at each end.", code="filter"
             )
 
     @classmethod
@@ -143,7 +141,7 @@ class Prefilter:
         if not isinstance(prefilter, Prefilter):
             raise UsageError(
                 f"the prefilter is {quoted(prefilter)}; give a Prefilter, or leave it out.",
-                code="prefilter-type",
+                code="filter",
             )
         return prefilter
 
@@ -285,7 +283,7 @@ class SampledFilter:
                 f"the cutoff {cutoff:g} Hz is not below {nyquist:g} Hz, half the sampling "
                 f"frequency of the record; choose a lower one (about 3 to 10 times the bandwidth "
                 "of the position loop), and check that time is in seconds.",
-                code="cutoff-too-high",
+                code="filter",
             )
         if samples < self.needed:
             start, end = self.dropped
@@ -293,7 +291,7 @@ class SampledFilter:
                 f"{what} has {samples} samples; {start} + {end} are dropped and the filters' "
                 f"transients take {self.needed - 1 - start - end}. Record longer, drop fewer, "
                 "raise the cutoff, or lower the order or the decimation.",
-                code="short-segment",
+                code="too-short",
             )
 
     def remarks(self) -> tuple[str, ...]:

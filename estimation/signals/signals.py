@@ -75,7 +75,7 @@ def checked_control(source: str, control: Array | None) -> Array:
         raise DataError(
             f"{source} has neither a force nor a control column; name one with columns "
             "force=NAME or columns control=NAME.",
-            code="no-force",
+            code="missing-column",
         )
     return control
 
@@ -119,7 +119,7 @@ def recorded_signals(
             f"{source} has no column for {', '.join(missing)}, which axis {axis.axis.name!r} has "
             "as recorded signals; name it with columns "
             f"{','.join(f'{name}=NAME' for name in missing)}.",
-            code="no-signal",
+            code="missing-column",
         )
     return tuple(columns[name] for name in names)
 
@@ -149,7 +149,7 @@ def check_position(axis: GeneratedAxis, record: Record) -> None:
         f"{record.provenance.source} has no position, on which {' and '.join(needing)} of "
         f"axis {axis.axis.name!r} depend{'s' * (len(needing) == 1)}; the integral of a "
         "measured velocity drifts. Name it with columns position=NAME.",
-        code="no-position",
+        code="missing-column",
     )
 
 

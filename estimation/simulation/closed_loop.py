@@ -164,11 +164,11 @@ def simulate_loop(
             f"{axis.axis.name!r} is evaluated every {clocks.law_period:g} s, and its "
             f"drive has a {' and '.join(axis.axis.of_law_samples)}: between the "
             "law's samples such a loop is not known. Give the law's period.",
-            code="clocks-and-response",
+            code="loop-period",
         )
     loop = settled_loop(axis, parameters, inputs, substeps=substeps, budget=budget, bounded=bounded)
     if loop.failure:
-        raise EstimationError(loop.failure, code="loop-diverges")
+        raise EstimationError(loop.failure, code="simulation")
     out = loop.signals
     if clocks is not None:
         recorded = lines(axis, inputs.signals, inputs.period)
@@ -295,6 +295,7 @@ def _vector(values: ArrayLike, what: str) -> Array:
         vector = np.require(vector, requirements=["C", "A"])
     if vector.ndim != 1 or not len(vector):
         raise UsageError(
-            f"{what}: the shape is {vector.shape}; give one row of numbers.", code="not-one-row"
+            f"{what}: the shape is {vector.shape}; give one row of numbers.",
+            code="simulation-input",
         )
     return vector

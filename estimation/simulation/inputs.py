@@ -37,7 +37,7 @@ def checked_signals(
         raise UsageError(
             f"the signals are {quoted(signals)}; give arrays by name, such as "
             "{'pressure': values}. What is wanted of a batch is `wanted`.",
-            code="recorded-type",
+            code="simulation-input",
         )
     found, names = dict(signals or {}), [signal.name for signal in axis.axis.signals]
     if missing := [name for name in names if name not in found]:
@@ -45,14 +45,14 @@ def checked_signals(
             f"axis {axis.axis.name!r} has the recorded signals {', '.join(names)}, of which "
             f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} not given; give "
             f"signals={{{missing[0]!r}: values}}, one for each sample of the reference.",
-            code="recorded-missing",
+            code="simulation-input",
         )
     if unknown := [name for name in found if name not in names]:
         listed = ", ".join(names) or "none"
         raise UsageError(
             f"axis {axis.axis.name!r} declares no signal {', '.join(map(str, unknown))}; its "
             f"signals are {listed}.",
-            code="recorded-unknown",
+            code="simulation-input",
         )
     shapes = [(samples,), *([(samples, lanes)] if lanes else [])]
     return tuple(checked_array(found[name], f"the signal {name!r}", shapes) for name in names)

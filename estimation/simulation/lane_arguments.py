@@ -29,10 +29,12 @@ def check_lanes(parameters: Array, reference: Array) -> None:
         raise UsageError(
             f"parameters have the shape {parameters.shape} and the reference {reference.shape}; "
             "give (B, p) and (N,) or (N, B).",
-            code="batch-shapes",
+            code="simulation-input",
         )
     if not lanes:
-        raise UsageError("no parameter set was given; give at least one lane.", code="no-lane")
+        raise UsageError(
+            "no parameter set was given; give at least one lane.", code="simulation-input"
+        )
 
 
 def check_threads(threads: int | None) -> None:
@@ -56,7 +58,7 @@ def checked_array(values: ArrayLike, what: str, shapes: Sequence[tuple[int, ...]
         raise UsageError(
             f"{what} has the shape {array.shape}; give {' or '.join(map(str, shapes))}, "
             "all finite.",
-            code="loop-array",
+            code="simulation-input",
         )
     return array
 
@@ -71,12 +73,13 @@ def check_wanted(signals: Sequence[str]) -> None:
     several = isinstance(signals, Iterable) and not isinstance(signals, str)
     if not several or not all(isinstance(name, str) for name in signals):
         raise UsageError(
-            f"the wanted signals are {quoted(signals)}; give a list of names.", code="signals-type"
+            f"the wanted signals are {quoted(signals)}; give a list of names.",
+            code="simulation-input",
         )
     if unknown := set(signals) - set(SIGNALS):
         raise UsageError(
             f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(SIGNALS)}.",
-            code="unknown-signal",
+            code="simulation-input",
         )
 
 
@@ -109,7 +112,7 @@ def gains_by_lane(
             said = f"has the shape {values.shape}" if values.shape else f"is {quoted(given)}"
             raise UsageError(
                 f"the gain {name} {said}; give a number, or one for each of {lanes} lanes.",
-                code="batch-gains",
+                code="simulation-input",
             )
         _check_gain(law, name, values)
         found[:, names.index(name)] = values
@@ -131,7 +134,7 @@ def _check_gain(law: ControlLaw, name: str, values: Array) -> None:
         raise UsageError(
             f"the gain {name}{where} is {float(values.flat[bad[0]]):g}; give "
             f"{'a finite number above 0' if positive else 'a finite number'}.",
-            code="batch-gain-value",
+            code="simulation-input",
         )
 
 
@@ -170,7 +173,7 @@ def in_order(
         raise UsageError(
             f"the parameters of axis {axis.axis.name!r} have the truth value {truths[0]}; give "
             "numbers, SI.",
-            code="parameter-truth",
+            code="simulation-input",
         )
     if not isinstance(parameters, Mapping):
         return parameters
@@ -184,7 +187,7 @@ def in_order(
             f"the parameters of axis {axis.axis.name!r} by name: "
             f"{' and '.join(filter(None, (wrong, left)))}; give a value of each of "
             f"{', '.join(names)}.",
-            code="parameter-names",
+            code="simulation-input",
         )
     values = [real_array(parameters[name], f"the values of {name}") for name in names]
     try:
@@ -194,7 +197,7 @@ def in_order(
         raise UsageError(
             f"the parameters by name have the shapes {shapes}; give each one number, or one for "
             "each lane.",
-            code="parameter-shapes",
+            code="simulation-input",
         ) from error
 
 
@@ -255,13 +258,13 @@ def check_reducer(reducer: object, wanted: Sequence[str]) -> None:
         raise UsageError(
             f"the batch is to be reduced by {quoted(reducer)}; give a function that takes a "
             "LaneBlock and gives arrays by name.",
-            code="unknown-reducer",
+            code="simulation-input",
         )
     if not wanted:
         raise UsageError(
             f"the batch is to be reduced by {quoted(reducer)}, and no signal is wanted; name "
             "signals.",
-            code="reduce-nothing",
+            code="simulation-input",
         )
 
 
@@ -278,7 +281,7 @@ def reduced(reducer: Reducer, block: LaneBlock) -> dict[str, Array]:
         raise UsageError(
             f"the reducer gives {quoted(given)}; let it give arrays by name, such as "
             "{'overshoot': values}.",
-            code="reduced-names",
+            code="simulation-input",
         )
     made = {name: real_array(values, f"the reduced {name}") for name, values in given.items()}
     for name, values in made.items():
@@ -286,7 +289,7 @@ def reduced(reducer: Reducer, block: LaneBlock) -> dict[str, Array]:
             raise UsageError(
                 f"the reducer gives {name} of the shape {values.shape} for {block.lanes} lanes; "
                 "let its first dimension be the lanes.",
-                code="reduced-shape",
+                code="simulation-input",
             )
     # A view would keep the signals of the block in memory.
     return {name: values.copy() for name, values in made.items()}
@@ -305,7 +308,7 @@ def joined(blocks: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
         raise UsageError(
             f"the reducer gives {_told(shapes[0])} of one block of lanes and {_told(other)} of "
             "another; let it give the same names and shapes whatever the lanes are.",
-            code="reduced-blocks",
+            code="simulation-input",
         )
     return {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
 

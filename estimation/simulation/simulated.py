@@ -189,7 +189,7 @@ def checked_start(
             kind = "position" if what == "start" else "velocity"
             raise UsageError(
                 f"the {what} is {quoted(value)}; give a {kind}, or leave it out.",
-                code="simulation-start",
+                code="simulation-input",
             )
     return LoopStart(
         position=float(position),

@@ -76,11 +76,11 @@ def check_loop(
         raise UsageError(
             f"axis {axis.axis.name!r} has {len(axis.parameters)} parameters "
             f"({', '.join(axis.names)}); {given}.",
-            code="parameter-count",
+            code="simulation-input",
         )
     if reference.ndim not in (1, 2) or not len(reference) or not np.all(np.isfinite(reference)):
         raise UsageError(
-            "the reference is empty or not finite; give finite positions.", code="bad-reference"
+            "the reference is empty or not finite; give finite positions.", code="simulation-input"
         )
     check_sample_period(period)
     measurable = is_real(resolution) and 0 <= resolution < math.inf
@@ -88,11 +88,12 @@ def check_loop(
         raise UsageError(
             f"the resolution is {quoted(resolution)}; give 0 or more, and 0 with a continuous law, "
             "which takes no samples.",
-            code="bad-resolution",
+            code="simulation-input",
         )
     if substeps is not None and not (is_whole(substeps) and 1 <= substeps <= MOST_SUBSTEPS):
         raise UsageError(
-            f"the substeps are {quoted(substeps)}; give 1 to {MOST_SUBSTEPS}.", code="bad-substeps"
+            f"the substeps are {quoted(substeps)}; give 1 to {MOST_SUBSTEPS}.",
+            code="simulation-input",
         )
 
 
@@ -483,10 +484,10 @@ def check_inertia(
         There is no inertia, or no force, or a state of friction is declared by what cannot be.
     """
     if refusal := states_refusal(axis, parameters):
-        raise EstimationError(refusal, code="state-values")
+        raise EstimationError(refusal, code="simulation")
     has_mass, held, rate = _rest(axis, parameters.tobytes(), position, recorded)
     if not has_mass:
-        raise EstimationError(no_inertia(axis, parameters, position, recorded), code="no-inertia")
+        raise EstimationError(no_inertia(axis, parameters, position, recorded), code="simulation")
     return held, rate
 
 
@@ -523,7 +524,7 @@ def first_substeps(
     steps = int(steps_by_rate(axis, np.array([rate]), period)[0])
     if steps > most and has_constant_substeps(axis):
         raise EstimationError(
-            too_stiff(axis, parameters, still, period, samples, left), code="too-stiff"
+            too_stiff(axis, parameters, still, period, samples, left), code="simulation"
         )
     return min(steps, most)
 
@@ -554,7 +555,7 @@ def further_substeps(
     if needed > substeps and substeps >= most:
         at = fastest_place(axis, parameters, visited, period, recorded)
         raise EstimationError(
-            too_stiff(axis, parameters, at, period, samples, left), code="stiff-on-the-way"
+            too_stiff(axis, parameters, at, period, samples, left), code="simulation"
         )
     return max(substeps, min(needed, most))
 

@@ -119,12 +119,12 @@ def twin_record(
     chosen = experiment.seed if seed is None else seed
     if not is_whole(chosen) or chosen < 0:
         raise UsageError(
-            f"the seed is {quoted(chosen)}; give a whole number of 0 or more.", code="twin-seed"
+            f"the seed is {quoted(chosen)}; give a whole number of 0 or more.", code="twin"
         )
     if not (is_real(deviation) and 0 <= deviation < math.inf):
         raise UsageError(
             f"the position noise is {quoted(deviation)}; give its deviation, 0 or more.",
-            code="twin-position-noise",
+            code="twin",
         )
     generator = np.random.default_rng(chosen)
     loop = plan.loop(lambda count: generator.normal(0.0, deviation, count))
@@ -167,7 +167,7 @@ def twin_plan(
         raise UsageError(
             f"the moves of axis {declared.name!r} are over after {len(reference)} samples of "
             f"{period:g} s; a record needs {MIN_RECORD_SAMPLES.value} or more: give longer moves.",
-            code="twin-too-short",
+            code="too-short",
         )
     clocks = clocks_of(law, len(reference), period)
     place = injected_at or declared.injected_at or None
@@ -179,7 +179,7 @@ def twin_plan(
             f"axis {declared.name!r} has the recorded signals {', '.join(untold)}, and nothing "
             "says what they are in its twin; give a record, signals=..., or declare them in the "
             "experiment.",
-            code="twin-signals",
+            code="twin",
         )
     truth = np.array([_true(declared, p) for p in declared.parameters])
     _check_held(generated, truth, float(reference[0]))
@@ -324,7 +324,7 @@ def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, Contr
         raise ModelError(
             f"axis {axis.name!r} declares no {missing}, so it has no twin. Give a record, or "
             f"declare {'experiment' if experiment is None else 'control'}=...",
-            code="no-experiment",
+            code="twin",
         )
     period = law.period
     if sample_period is not None and is_real(sample_period) and sample_period > 0:
@@ -335,7 +335,7 @@ def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, Contr
             f"axis {axis.name!r}: its experiment would take {samples:.3g} samples of "
             f"{period:g} s; declare at most {_MOST_SAMPLES:g} (shorter moves, or the period of "
             "the drive in seconds).",
-            code="long-experiment",
+            code="twin",
         )
     return experiment, law
 
@@ -363,7 +363,7 @@ def _check_held(axis: GeneratedAxis, truth: Array, start: float) -> None:
             f"{unit}, and at rest at {start:g} {coordinate.unit} the load takes {off:.4g} "
             f"{unit} with {axis.describe(truth)}, so that the twin would fall. "
             "Raise the limit of the drive, or lower the load.",
-            code="twin-not-held",
+            code="twin",
         )
 
 

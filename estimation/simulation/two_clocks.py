@@ -134,7 +134,7 @@ def clocks_of(law: ControlLaw | None, samples: int, period: float) -> TwoClocks 
             f"the period is {period:g} s, but the control law is evaluated every {law.period:g} s; "
             f"give one that is at most {most:g} times as long or as short, in seconds, or declare "
             "the law with another.",
-            code="two-periods",
+            code="loop-period",
         )
     return TwoClocks(
         samples=samples,
@@ -184,7 +184,7 @@ def at_log_samples(
             f"the log of axis {axis.axis.name!r} is sampled between the evaluations of its law, "
             "where what its friction remembers is not known; give the law's period, or whole "
             "multiples of it.",
-            code="clocks-and-states",
+            code="loop-period",
         )
     begin, span = last[apart], since[apart]
     lines = np.zeros((len(force), 0)) if recorded is None else recorded

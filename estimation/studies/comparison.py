@@ -168,7 +168,7 @@ def compare(
             why = ", whose loop is simulated with all rows, so that none is held out of it"
         raise UsageError(
             f"there is no comparison by {quoted(method)}{why}; choose {' or '.join(names)}.",
-            code="no-comparison-by",
+            code="comparison",
         )
     levels = Levels(level=level, least_share=least_share)
     records = records_of(record)
@@ -200,9 +200,7 @@ def compare(
             failures[name] = f"{lead}{error!s}"
     if not candidates:
         why = "; ".join(dict.fromkeys(failures.values()))
-        raise EstimationError(
-            f"none of the candidates is identified: {why}", code="no-candidate-identified"
-        )
+        raise EstimationError(f"none of the candidates is identified: {why}", code="comparison")
     with np.errstate(all="ignore"):
         tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
     recommended, tied, reason = _recommend(candidates, len(blocks))
@@ -252,14 +250,14 @@ def _named(
     if not isinstance(axes, Iterable):
         raise UsageError(
             f"the axes are {quoted(axes)}; give two axes or more, by name or in a list.",
-            code="candidates-type",
+            code="comparison",
         )
     listed = list(axes.items()) if isinstance(axes, Mapping) else [(None, axis) for axis in axes]
     if len(listed) < 2:
         raise UsageError(
             f"{len(listed)} candidate{'' if len(listed) == 1 else 's'} cannot be compared; "
             "give two axes or more, or a friction ladder (ladder) of one.",
-            code="too-few-candidates",
+            code="comparison",
         )
     named: dict[str, GeneratedAxis] = {}
     for name, axis in listed:
@@ -269,12 +267,12 @@ def _named(
         if twin is not None:
             raise UsageError(
                 f"{label!r} is the same axis as {twin!r}; give each one once.",
-                code="candidate-twice",
+                code="comparison",
             )
         if label in named:
             raise UsageError(
                 f"two candidates are named {label!r}; give each axis a name of its own.",
-                code="candidate-name-twice",
+                code="comparison",
             )
         named[label] = generated
     return named
@@ -289,14 +287,14 @@ def _check_comparable(named: Mapping[str, GeneratedAxis]) -> None:
             raise UsageError(
                 f"{name!r} has the coordinate {q.name} in {q.unit}, {first!r} {p.name} in "
                 f"{p.unit}; candidates explain one motion, so declare them with the same one.",
-                code="other-coordinate",
+                code="comparison",
             )
         if axis.drive != reference.drive:
             raise UsageError(
                 f"{name!r} and {first!r} have different drives ({_drive(axis)} against "
                 f"{_drive(reference)}), so they would explain different forces; declare them with "
                 "the same one.",
-                code="other-drive",
+                code="comparison",
             )
 
 

@@ -151,7 +151,7 @@ def contiguous_blocks(
             f"the record leaves {rows} rows; with a block of 1/{count} held out and a gap of {gap} "
             f"rows on both sides, the filters' memory, {max(left, 0)} are left for {parameters} "
             "parameters. Record longer, or raise the cutoff and decimate less.",
-            code="too-few-to-hold-out",
+            code="too-short",
         )
     index = np.arange(rows)
     return tuple(

@@ -173,7 +173,7 @@ def sweep(
             failures[cutoff] = str(error)
     if not results:
         why = "; ".join(dict.fromkeys(failures.values()))
-        raise EstimationError(f"no cut-off gave an estimate: {why}", code="none-identified")
+        raise EstimationError(f"no cut-off gave an estimate: {why}", code="sweep")
     recommended, reason = recommend(results)
     return Sweep(
         results=tuple(results),
@@ -190,7 +190,7 @@ def _checked(cutoffs: Sequence[float]) -> Sequence[float]:
     if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
         raise UsageError(f"the cut-offs are {quoted(cutoffs)}; give positive numbers, in Hz.")
     if not len(cutoffs):
-        raise UsageError("no cut-off is given; give one or more, in Hz.", code="no-cutoff")
+        raise UsageError("no cut-off is given; give one or more, in Hz.", code="sweep")
     return cutoffs
 
 
@@ -217,6 +217,6 @@ def default_cutoffs(
         raise UsageError(
             f"{points} cut-offs from {first:g} to {last:g} Hz are no range; give 1 to "
             f"{_MOST_POINTS}, from a lower to a higher frequency.",
-            code="cutoff-range",
+            code="sweep",
         )
     return tuple(float(f"{f:.3g}") for f in np.geomspace(first, last, points))

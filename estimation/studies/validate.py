@@ -77,14 +77,14 @@ def validate(
     if not hasattr(result, "estimates"):
         raise UsageError(
             f"the result is {quoted(result)}; give what identify gave, or load_result(path).",
-            code="validated-type",
+            code="validation",
         )
     check_record(record)
     whole, levels = result, result.levels
     if like is not None:
         result = result.part(like)
     elif problem := _own_parameters(result):
-        raise UsageError(problem, code="own-parameters")
+        raise UsageError(problem, code="validation")
     with np.errstate(all="ignore"):
         requested = result.requested or result.prefilter  # what was left open suits each record
         rescaled = requested.at_period(result.record.period, record.period)
@@ -196,7 +196,7 @@ def _validation(
         raise DataError(
             f"{source.source}: no row is left of it, since all its motion is near reversals "
             'or masked; record longer strokes, or identify with reversals="keep".',
-            code="no-row",
+            code="too-short",
         )
     residuals = rows.left - rows.intercept - rows.regressor @ theta
     simulation, position, tracking, reason = None, None, None, None
@@ -217,7 +217,7 @@ def _validation(
         raise DataError(
             f"{source.source}: the equation error of {estimate.method} is not finite; check the "
             "size and the units of its columns.",
-            code="equation-error-not-finite",
+            code="not-finite",
         )
     chance = math.sqrt(least_mean_square(residuals, data.neighbours) / np.mean(residuals**2))
     return MethodValidation(
@@ -369,7 +369,7 @@ def validate_fit(
         raise EstimationError(
             f"the parameters of the fit do not simulate {record.provenance.source}: "
             f"{lanes.failures[0]}",
-            code="fit-validation-lost",
+            code="validation",
         )
     errors, counted = lanes.errors[:, 0], predictions.counted > 0
     size = float(np.linalg.norm(predictions.measured[counted]))
@@ -396,7 +396,7 @@ def _check_signals(axis: GeneratedAxis, record: Record) -> None:
             f"{record.provenance.source} has the signal {others[0]!r}, which the fit's axis "
             f"{axis.axis.name!r} does not declare: it is of another axis. Read the record for "
             "this one, or fit that one.",
-            code="validated-fit-signals",
+            code="validation",
         )
 
 
@@ -425,14 +425,12 @@ def _checks(
 def _horizon(result: object, asked: object) -> float | None:
     """Length of the windows, s; None for a loop without."""
     if not isinstance(result, OutputFit):
-        raise UsageError(
-            f"the result is {quoted(result)}; give what fit gave.", code="validated-fit-type"
-        )
+        raise UsageError(f"the result is {quoted(result)}; give what fit gave.", code="validation")
     if {*result.local} - {*STARTS} or result.known:
         raise UsageError(
             "the fit has parameters or known values for each of its records, and nothing says "
             "which are those of another record; fit without them.",
-            code="validated-fit-local",
+            code="validation",
         )
     return result.horizon if asked is None else checked_horizon(asked, result.outputs)
 

@@ -315,7 +315,7 @@ class TableBuilder:
             listed = ", ".join(f"{name}: {what}" for name, what in passed)
             raise DataError(
                 f"{source} holds no columns of numbers{f' ({listed})' * bool(listed)}; {advice}.",
-                code="no-columns-of-numbers",
+                code="columns",
             )
         return Table(
             source=source,

@@ -247,7 +247,7 @@ def _is_autoregression(value: object) -> bool:
 def _refused(name: str, value: object, form: str) -> UsageError:
     return UsageError(
         f"the {name.replace('_', ' ')} of the noise is {quoted(value)}; give {form}.",
-        code="twin-noise",
+        code="noise",
     )
 
 

@@ -93,7 +93,7 @@ def measured_chain(
     moving = data.also_turning_as(quiet.record.position)
     rows = _RowBands.of(moving, quiet)
     if rows is None:
-        raise EstimationError("its rows are too few to tell their noise.", code="noise-of-few-rows")
+        raise EstimationError("its rows are too few to tell their noise.", code="too-short")
     by_filter = _residuals(quiet, physical, moving)
     left = _residuals(data, physical, moving) - by_filter
     found = rows.power(left)
@@ -110,7 +110,7 @@ def measured_chain(
         raise EstimationError(
             "its position has noise at the highest frequencies that is not white: there is less "
             "in its rows.",
-            code="noise-not-white",
+            code="noise",
         )
     if np.linalg.norm(left) <= _ROUNDING * np.linalg.norm(moving.reduce(moving.signals.force)):
         return chain  # rounding alone

@@ -45,7 +45,7 @@ def check_count(count: object) -> None:
         raise UsageError(
             f"the twins of the bootstrap are {quoted(count)}; give a whole number from {_FEWEST} "
             f"to {_MOST}, or 0 for none.",
-            code="bootstrap-count",
+            code="noise",
         )
 
 

@@ -139,7 +139,7 @@ class Coefficients:
         if self._left < 0:
             raise ModelError(
                 "the equation of motion has too many products of parameters.",
-                code="too-many-products",
+                code="equation",
             )
 
     def _product(self, factors: Iterable[_Polynomial]) -> _Polynomial:

@@ -39,7 +39,7 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
                 f"{what} jumps with {variable} where {impulse.args[0]} is 0, and so has no "
                 f"derivative by it: see {value}. Write what is continuous, such as "
                 "max(0, x)**2 for a one-sided spring.",
-                code="energy-jumps",
+                code="equation",
             )
         derivative = derivative.xreplace({impulse: sympy.S.Zero})
     if not derivative.has(sympy.Heaviside):

@@ -35,7 +35,7 @@ _LARGEST = 1000  # binary digits of a number, beyond which all are alike
 class NotRealError(ModelError):
     """A part of an expression is no finite real number, whatever the motion."""
 
-    code = "no-real-number"
+    code = "formula"
 
 
 def reduced_rows(rows: Sequence[Row]) -> tuple[list[Row], list[int]]:

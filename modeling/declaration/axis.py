@@ -109,7 +109,7 @@ class Axis:
         if not self.title.isprintable():
             raise ModelError(
                 f"axis {self.name!r}: the title {self.title!r} is not one line of text.",
-                code="axis-title",
+                code="axis",
             )
         self._check_response()  # first: what it refuses may be a line of any number of commands
         settle(self, columns=FrozenMapping(column_texts(self.columns)))
@@ -218,7 +218,7 @@ class Axis:
                 f"commands held from sample to sample, and the control law {law.name!r} is "
                 f"continuous. Declare a sampled law, or leave the {' and the '.join(declared)} "
                 "out.",
-                code="drive-continuous",
+                code="drive",
             )
         if law.delay and drive.delay:
             raise ModelError(
@@ -226,13 +226,13 @@ class Axis:
                 f"samples and the drive one of {drive.delay:g} s, which mean the same but for what "
                 "was recorded. Keep the law's where the control was recorded after it, the "
                 "drive's (with logged='command' or 'applied') otherwise.",
-                code="delay-twice",
+                code="drive",
             )
         if drive.delay > LONGEST_DELAY * law.period:
             raise ModelError(
                 f"axis {self.name!r}: the drive's delay is {drive.delay:g} s, more than "
                 f"{LONGEST_DELAY} samples of {law.period:g} s; give it in seconds.",
-                code="drive-delay",
+                code="drive",
             )
 
     def _check_types(self) -> None:
@@ -251,7 +251,7 @@ class Axis:
                 raise ModelError(
                     f"axis {self.name!r}: {name} is {quoted(getattr(self, name))}; give "
                     f"{'an' if expected[0] in 'AEIOU' else 'a'} {expected}.",
-                    code="axis-part-type",
+                    code="axis",
                 )
         try:
             settle(
@@ -292,13 +292,13 @@ class Axis:
                 raise ModelError(
                     f"axis {self.name!r}: {names[name]} {name!r} and a constant have the same "
                     "name. Rename one.",
-                    code="parameter-and-constant",
+                    code="axis",
                 )
             if name.isidentifier() and found.setdefault(name, constant) != constant:
                 raise ModelError(
                     f"axis {self.name!r}: two constants of different values are named {name!r}. "
                     "Rename one.",
-                    code="constant-twice",
+                    code="axis",
                 )
 
     def _check_symbols(self) -> None:
@@ -309,13 +309,13 @@ class Axis:
             if value.has(sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
                 raise ModelError(
                     f"axis {self.name!r}: the equation of motion is not finite: {value}.",
-                    code="equation-not-finite",
+                    code="equation",
                 )
             if value.has(sympy.I):
                 raise ModelError(
                     f"axis {self.name!r}: the equation of motion is not real: {value}. Write a "
                     "force that is, without the imaginary unit or a root of a negative number.",
-                    code="equation-not-real",
+                    code="equation",
                 )
         declared = {p.symbol for p in self.parameters}
         values = [value for state in self.states for value in state.values]
@@ -331,13 +331,13 @@ class Axis:
                 f"{', '.join(unknown)}; it may use {', '.join(sorted(map(str, allowed)))}. Declare "
                 "each unknown as a Parameter, and write the expression with the Parameter and "
                 "Coordinate objects rather than with symbols of the same name.",
-                code="unknown-symbols",
+                code="axis",
             )
         if unused := sorted(map(str, declared - used)):
             raise ModelError(
                 f"axis {self.name!r}: the parameters {', '.join(unused)} are declared but do not "
                 "appear in the equation of motion. Use or remove them.",
-                code="unused-parameters",
+                code="axis",
             )
         if not declared:
             raise ModelError(f"axis {self.name!r} has no parameter to identify; declare one.")
@@ -345,7 +345,7 @@ class Axis:
             raise ModelError(
                 f"axis {self.name!r}: the acceleration {q.acceleration} does not appear in the "
                 "equation of motion; an axis needs an inertia.",
-                code="no-acceleration",
+                code="axis",
             )
 
     def _check_signals(self) -> None:
@@ -355,7 +355,7 @@ class Axis:
                 raise ModelError(
                     f"axis {self.name!r}: the signal {signal.name!r} is named as the column of the "
                     f"{signal.name} is. Rename it.",
-                    code="signal-and-role",
+                    code="axis",
                 )
         declared = {signal.symbol for signal in self.signals}
         for what, used in self._used_signals.items():
@@ -363,7 +363,7 @@ class Axis:
                 raise ModelError(
                     f"axis {self.name!r}: {what} has the signals {', '.join(unknown)}, which the "
                     "axis does not declare; list them, signals=(...).",
-                    code="signal-not-declared",
+                    code="axis",
                 )
 
     @property
@@ -406,13 +406,13 @@ class Axis:
                 raise ModelError(
                     f"axis {self.name!r}: column {role!r}: {column!r}; the roles are "
                     f"{', '.join(self.roles)}, each with the name of a column.",
-                    code="column-roles",
+                    code="axis",
                 )
         if self.injected_at not in ("", *INJECTION_POINTS):
             raise ModelError(
                 f"axis {self.name!r}: injected_at is {self.injected_at!r}; give 'control' or "
                 "'reference', what the test signal is added to.",
-                code="axis-injected-at",
+                code="test-signal",
             )
 
     def _check_truth(self) -> None:
@@ -424,7 +424,7 @@ class Axis:
                 raise ModelError(
                     f"axis {self.name!r}: the experiment's truth has {name!r}; the parameters are "
                     f"{', '.join(names)}.",
-                    code="truth-names",
+                    code="twin",
                 )
         signals = [signal.name for signal in self.signals]
         for name in self.experiment.signals if self.experiment else ():
@@ -432,7 +432,7 @@ class Axis:
                 raise ModelError(
                     f"axis {self.name!r}: the experiment has the signal {name!r}; the signals are "
                     f"{', '.join(signals) or 'none'}.",
-                    code="experiment-signal-names",
+                    code="twin",
                 )
 
     def _check_units(self) -> None:
@@ -449,7 +449,7 @@ class Axis:
                     value, NUMBER, units, f"the drive's {name} {value}", f"; give {of}, a number"
                 )
         except ModelError as error:
-            raise ModelError(f"axis {self.name!r}: {error}", code="units-differ") from error
+            raise ModelError(f"axis {self.name!r}: {error}", code="units") from error
 
 
 def check_axis(axis: object) -> None:
@@ -457,7 +457,7 @@ def check_axis(axis: object) -> None:
     if not isinstance(axis, Axis):
         raise UsageError(
             f"the axis is {quoted(axis)}; give an Axis, such as load_axis('emps').",
-            code="axis-type",
+            code="axis",
         )
 
 

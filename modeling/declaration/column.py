@@ -60,13 +60,13 @@ class Column:
         if not valid:
             raise ModelError(
                 f"the name of a column is {quoted(self.name)}; give a text, or its number from 1.",
-                code="column-name",
+                code="axis",
             )
         if self.resolution and self.unit:
             raise ModelError(
                 f"the column {self.name!r} has the unit {self.unit!r} and a resolution, which is "
                 "of counts; leave one of them out.",
-                code="unit-and-resolution",
+                code="axis",
             )
         _ = str(self)
 
@@ -103,16 +103,14 @@ class Column:
 
 def _text(what: str, value: object) -> str:
     if not isinstance(value, str) or not value.isprintable():
-        raise ModelError(
-            f"the {what} of a column is {quoted(value)}; give a text.", code="column-text"
-        )
+        raise ModelError(f"the {what} of a column is {quoted(value)}; give a text.", code="axis")
     return value
 
 
 def _quantity(what: str, text: str, such: str) -> str:
     if _FACTOR.fullmatch(_text(what, text)) is None:
         raise ModelError(
-            f"the {what} of a column is {text!r}; give a quantity {such}.", code="column-quantity"
+            f"the {what} of a column is {text!r}; give a quantity {such}.", code="axis"
         )
     return text.strip()
 
@@ -129,9 +127,7 @@ def _ratio(what: str, value: object, *, signed: bool = False) -> tuple[str, str]
         above, below = "0", "0"
     if not (Fraction(below) > 0 and (Fraction(above) > 0 or (signed and Fraction(above)))):
         kind = "number other than 0" if signed else "positive number"
-        raise ModelError(
-            f"the {what} of a column is {quoted(value)}; give a {kind}.", code="column-number"
-        )
+        raise ModelError(f"the {what} of a column is {quoted(value)}; give a {kind}.", code="axis")
     return above, below
 
 

@@ -41,7 +41,7 @@ class CommandPath:
             raise ModelError(
                 f"the drive's rate_limit is {quoted(self.rate_limit)}; give a positive number, in "
                 "the control's unit per second, or leave it out.",
-                code="drive-rate",
+                code="drive",
             )
         settle(self, rate_limit=rate)
         for what in ("quantisation", "deadband"):
@@ -50,14 +50,14 @@ class CommandPath:
                 raise ModelError(
                     f"the drive's {what} is {quoted(getattr(self, what))}; give a number of 0 or "
                     "more, in the control's unit.",
-                    code="drive-band",
+                    code="drive",
                 )
             settle(self, **{what: value})
         if 0 < self.quantisation < _LEAST_STEP:
             raise ModelError(
                 f"the drive's quantisation is {self.quantisation:g}, below {_LEAST_STEP:g}, which "
                 "no control shows; give a step in the control's unit, or 0 for none.",
-                code="drive-step",
+                code="drive",
             )
 
     @property
@@ -111,7 +111,7 @@ def check_within(path: CommandPath, limit: float) -> None:
     raise ModelError(
         f"the drive's {what} is {getattr(path, what):g} and its limit {limit:g}, so that no "
         f"command makes a force; give a {what} below the limit, both in the control's unit.",
-        code="drive-band-and-limit",
+        code="drive",
     )
 
 
@@ -140,7 +140,7 @@ def estimated_time(
             "both lag and delay of the drive are to be estimated, and a record shows their sum "
             "alone: at the frequencies of a motion they, and the half sample of the hold, move the "
             "force alike; give one of them as a number.",
-            code="drive-times-both",
+            code="drive",
         )
     one: object = next(iter(found.items()), before)
     if one is None:
@@ -149,7 +149,7 @@ def estimated_time(
         raise ModelError(
             f"the drive's estimated is {quoted(one)}; leave it out, and give the lag or the delay "
             "that is to be estimated as a Parameter.",
-            code="drive-estimated",
+            code="drive",
         )
     name, parameter = one
     _check_searched(name, parameter)
@@ -157,7 +157,7 @@ def estimated_time(
         raise ModelError(
             f"the drive's {name} is to be estimated, and the control was recorded behind it "
             f"(logged={logged!r}), so that no motion shows it; give it as a number.",
-            code="drive-time-hidden",
+            code="drive",
         )
     return name, parameter
 
@@ -175,20 +175,20 @@ def _check_searched(name: str, p: Parameter) -> None:
         raise ModelError(
             f"the drive's {name} is the parameter {p.name!r} of {p.nominal:g} {p.unit}; give "
             "one in s, with a nominal value of 0 or more.",
-            code="drive-time-parameter",
+            code="drive",
         )
     if p.known is not None:
         raise ModelError(
             f"the drive's {name} is the parameter {p.name!r} with the known value {p.known:g} s, "
             "which the search for it would not hold; give what is known as a number, "
             f"{name}={p.known:g}.",
-            code="drive-time-known",
+            code="drive",
         )
     if p.lower not in (0.0, -math.inf) or p.upper != math.inf:
         raise ModelError(
             f"the drive's {name} is the parameter {p.name!r} with the bounds [{p.lower:g}, "
             f"{p.upper:g}] s, and the search for it holds none but 0; leave them out.",
-            code="drive-time-bounds",
+            code="drive",
         )
 
 
@@ -204,7 +204,7 @@ def checked_time(value: float, what: str) -> float:
     if time < 0:
         raise ModelError(
             f"{what} is {quoted(value)} s; give a time of 0 or more: a force follows its command.",
-            code="drive-time",
+            code="drive",
         )
     return time
 
@@ -221,17 +221,17 @@ def check_logged(logged: object, lag: float, delay: float, path: CommandPath) ->
         raise ModelError(
             f"logged is {quoted(logged)}; give {', '.join(LOGGED[:-1])} or {LOGGED[-1]}: where the "
             "recorded control was taken.",
-            code="drive-logged",
+            code="drive",
         )
     if logged == "applied" and not delay and path.is_plain:
         raise ModelError(
             "logged='applied' is what acts after the drive's delay, rate limit, quantisation and "
             "dead band, and none is declared; declare delay=..., or what is, or logged='command'.",
-            code="no-drive-delay",
+            code="drive",
         )
     if logged == "current" and not lag:
         raise ModelError(
             "logged='current' is what is there after the drive's lag, and no lag is declared; "
             "declare lag=..., or logged='command'.",
-            code="no-drive-lag",
+            code="drive",
         )

@@ -152,7 +152,7 @@ class ControlLaw:
                 raise ModelError(
                     f"control law {self.name!r}: memory {memory.name!r} starts at {memory.start}; "
                     "what balances stands alone there.",
-                    code="law-balance",
+                    code="law",
                 )
 
     @property
@@ -224,7 +224,7 @@ class ControlLaw:
             raise ModelError(
                 f"control law {self.name!r}: the gains are {quoted(self.gains)}; give numbers by "
                 "name, as in gains={'kp': 160.0}.",
-                code="gains-type",
+                code="law",
             )
 
     def _check_positive(self) -> None:
@@ -234,7 +234,7 @@ class ControlLaw:
                 raise ModelError(
                     f"control law {self.name!r}: the gain {quoted(name)}, which is positive, is "
                     f"{said}; give a number above 0.",
-                    code="gain-positive",
+                    code="law",
                 )
 
     def _check_timing(self) -> None:
@@ -242,14 +242,14 @@ class ControlLaw:
             raise ModelError(
                 f"control law {self.name!r}: delay {quoted(self.delay)}; give whole samples, 0 to "
                 f"{LONGEST_DELAY}.",
-                code="law-delay",
+                code="law",
             )
         if self.reference_between not in ("", *REFERENCES_BETWEEN):
             raise ModelError(
                 f"control law {self.name!r}: reference_between is "
                 f"{quoted(self.reference_between)}; give {', '.join(REFERENCES_BETWEEN[:-1])} or "
                 f"{REFERENCES_BETWEEN[-1]}, or leave it out.",
-                code="law-reference-between",
+                code="law",
             )
         sampled = self.memory or self.delay or PERIOD in self.output.free_symbols
         if self.continuous and sampled:
@@ -257,7 +257,7 @@ class ControlLaw:
                 f"control law {self.name!r} is continuous but has a memory, a delay or the period "
                 "in it, which only a sampled law has. Leave them out, or leave out "
                 "continuous=True.",
-                code="continuous-law",
+                code="law",
             )
 
     def _check(self, value: sympy.Expr, allowed: Set[sympy.Basic], what: str) -> None:
@@ -278,9 +278,7 @@ def gain(name: str) -> sympy.Symbol:
         The name is no text.
     """
     if not isinstance(name, str):
-        raise ModelError(
-            f"a gain is named {quoted(name)}; give a text, such as 'kp'.", code="gain-name"
-        )
+        raise ModelError(f"a gain is named {quoted(name)}; give a text, such as 'kp'.", code="law")
     return sympy.Symbol(name, real=True)
 
 

@@ -237,14 +237,14 @@ class Drive:
             raise ModelError(
                 f"the drive gain's relative deviation is {self.relative_sd!r}; give a fraction "
                 "from 0 to below 1, such as 0.005 for 0.5 %.",
-                code="drive-deviation",
+                code="drive",
             )
         if missing := signals_in(self.scaled_by) - signals_in(self.force):
             raise ModelError(
                 f"the drive {type(self).__name__} has a force of its own, which scaled_by "
                 f"({self.scaled_by}) does not enter; write {', '.join(map(str, missing))} into its "
                 "force and inverse.",
-                code="drive-scaled",
+                code="drive",
             )
         if not self.limit > 0:
             raise ModelError(f"the drive limit is {self.limit!r}; give a positive number.")

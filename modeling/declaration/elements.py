@@ -240,7 +240,7 @@ def cogging(
     if not (is_whole(harmonic) and harmonic > 0):
         raise ModelError(
             f"the harmonic is {quoted(harmonic)}; give a whole number, 1 or more.",
-            code="harmonic-order",
+            code="axis",
         )
     length = positive(period, coordinate.unit, "the period")
     angle = 2 * sympy.pi * harmonic * coordinate.symbol / length
@@ -359,7 +359,7 @@ def end_stop(
     if with_numbers(high - low).is_positive is False:
         raise ModelError(
             f"the stops are at {quoted(lower)} and {quoted(upper)}; give the lower one first.",
-            code="stops-order",
+            code="axis",
         )
     q, dq = coordinate.symbol, coordinate.velocity
     above = sympy.Max(0, q - high) * sympy.Max(0, 1 + c * dq)

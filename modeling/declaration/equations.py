@@ -67,13 +67,13 @@ def newton(
             f"axis {name!r}: the inertia {mass} depends on {', '.join(map(str, moving))}, so "
             "Newton's law needs a further velocity term. Declare the axis with lagrange, which "
             "derives it.",
-            code="inertia-depends",
+            code="equation",
         )
     declared = listed(parameters, Parameter, "the parameters have")
     try:
         _check_inertia(mass, q, declared)
     except ModelError as error:
-        raise ModelError(f"axis {name!r}: {error}", code="negative-inertia") from error
+        raise ModelError(f"axis {name!r}: {error}", code="equation") from error
     opposing = [expression(term, "a resistance") for term in several(resistance)]
     axis = Axis(
         name=name,
@@ -151,7 +151,7 @@ def lagrange(
             f"the kinetic energy, as in m*{q.velocity}**2/2.",
         )
     except ModelError as error:
-        raise ModelError(f"axis {name!r}: {error}", code="energy-depends") from error
+        raise ModelError(f"axis {name!r}: {error}", code="equation") from error
     force = (
         slope(momentum, q.velocity, "the momentum") * q.acceleration
         + slope(momentum, q.symbol, "the momentum") * q.velocity
@@ -193,7 +193,7 @@ def _momentum(
             f"the kinetic energy {energy} has the signal {min(map(str, recorded))} in it, whose "
             "rate of change would make a force too, and is not recorded. Declare the axis with "
             "newton.",
-            code="signal-in-inertia",
+            code="equation",
         )
     _check_free(
         energy,

@@ -44,7 +44,7 @@ class Move:
         names = ("distance", "speed", "acceleration", "dwell")
         settle(self, **{n: number(getattr(self, n), f"the {n} of a move") for n in names})
         if not self.dwell >= 0:
-            raise ModelError(f"{self}: give a dwell of 0 s or more.", code="move-dwell")
+            raise ModelError(f"{self}: give a dwell of 0 s or more.", code="twin")
         if min(self.speed, self.acceleration) <= 0:
             raise ModelError(f"{self}: give a positive speed and a positive acceleration.")
         if not self.duration < _LONGEST:
@@ -137,13 +137,13 @@ class Experiment:
         if not isinstance(self.truth, Mapping):
             raise ModelError(
                 f"the truth of an experiment is {quoted(self.truth)}; give numbers by parameter.",
-                code="truth-type",
+                code="twin",
             )
         if not isinstance(self.signals, Mapping):
             raise ModelError(
                 f"the signals of an experiment are {quoted(self.signals)}; give expressions of the "
                 "time, by name.",
-                code="experiment-signals",
+                code="twin",
             )
         of_time = {name: self._of_time(name, value) for name, value in self.signals.items()}
         settle(
@@ -167,7 +167,7 @@ class Experiment:
         if not self.resolution >= 0:
             raise ModelError(
                 f"the encoder's resolution is {self.resolution!r}; give 0 or more.",
-                code="twin-resolution",
+                code="twin",
             )
 
     @staticmethod
@@ -177,6 +177,6 @@ class Experiment:
         if others:
             raise ModelError(
                 f"the signal {name!r} of an experiment is {found}; it may use {TIME} and numbers.",
-                code="experiment-signal",
+                code="twin",
             )
         return found

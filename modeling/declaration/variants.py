@@ -43,13 +43,13 @@ def fix(axis: Axis, /, **values: float | tuple[float, float]) -> Axis:
             raise UsageError(
                 f"there is no parameter {name!r} to fix; axis {axis.name!r} has "
                 f"{', '.join(declared)}.",
-                code="fix-unknown",
+                code="parameters",
             )
         if isinstance(value, (tuple, list)) and len(value) != 2:
             raise UsageError(
                 f"the fixed value of {name!r} is {value!r}; give a number, or a number and its "
                 "standard deviation.",
-                code="fix-type",
+                code="parameters",
             )
     pairs = {n: v if isinstance(v, (tuple, list)) else (v, 0.0) for n, v in values.items()}
     return replace(
@@ -76,10 +76,10 @@ def read_fixed(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
             raise UsageError(
                 f"{text!r} fixes nothing; write NAME=VALUE or NAME=VALUE+-DEVIATION, SI, as in "
                 "m=2.0+-0.02.",
-                code="fix-nothing",
+                code="parameters",
             )
         if match[1] in fixed:
-            raise UsageError(f"{match[1]!r} is fixed twice; fix it once.", code="fix-twice")
+            raise UsageError(f"{match[1]!r} is fixed twice; fix it once.", code="parameters")
         fixed[match[1]] = (float(match[2]), float(match[3] or 0.0))
     return fixed
 
@@ -119,7 +119,7 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
             raise UsageError(
                 f"there is no parameter {quoted(name)} to leave out; axis {axis.name!r} has "
                 f"{', '.join(declared)}.",
-                code="leave-out-unknown",
+                code="parameters",
             )
     held = {
         p.symbol: number(values[name], f"the value that stands for {name!r}")
@@ -138,7 +138,7 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
         raise UsageError(
             f"axis {axis.name!r} has nothing left to identify without {without}; leave fewer "
             "parameters out.",
-            code="nothing-left",
+            code="parameters",
         )
     gone = [p for p in axis.parameters if p not in kept]
     experiment, stays = axis.experiment, {p.name for p in kept}
@@ -177,7 +177,7 @@ def _held(axis: Axis, parameter: Parameter) -> float:
     raise UsageError(
         f"{parameter.name} enters nonlinearly and has no nominal value to hold it at; "
         f"declare one, or fix it: fix {parameter.name}=VALUE.",
-        code="no-nominal",
+        code="parameters",
     )
 
 

@@ -34,14 +34,14 @@ def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
         raise ModelError(
             f"the term {jump} jumps with the velocity; write the jump with "
             f"sign({velocity}), so that the axis can stick there.",
-            code="jump-off-rest",
+            code="equation",
         )
     for term in sympy.Add.make_args(rewritten):
         if DIRECTION in term.diff(DIRECTION).free_symbols:
             raise ModelError(
                 f"the term {term} is not linear in direction = sign({velocity}), so friction at "
                 "rest has no meaning; write the jump as a factor of its own.",
-                code="direction-not-linear",
+                code="equation",
             )
     return rewritten
 

@@ -55,7 +55,7 @@ def friction_ladder(
     if stribeck is not None and number(stribeck, "the Stribeck velocity") <= 0:
         raise ModelError(
             f"the Stribeck velocity is {stribeck!r}; give a positive number.",
-            code="ladder-velocity",
+            code="axis",
         )
     kept, friction = _split(axis)
     ladder: dict[str, Axis] = {}

@@ -85,7 +85,7 @@ def derive(axis: Axis) -> AxisModel:
     try:
         return _derived(axis, states)
     except ModelError as error:
-        raise ModelError(f"axis {axis.name!r}: {error}", code="force-jumps") from error
+        raise ModelError(f"axis {axis.name!r}: {error}", code="equation") from error
     except RecursionError as error:
         raise ModelError(
             f"axis {axis.name!r}: the equation of motion is nested too deeply; simplify it."

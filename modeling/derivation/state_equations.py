@@ -111,14 +111,14 @@ def _equation(axis: Axis, state: State) -> StateEquation:
         raise ModelError(
             f"axis {axis.name!r}: the state {state.name} changes at rest, by {state.following}; "
             f"declare a rate that vanishes with the velocity {q.velocity}.",
-            code="state-at-rest",
+            code="equation",
         )
     limit = None if state.limit is None else others[0]
     if limit is not None and rate != q.velocity:
         raise ModelError(
             f"axis {axis.name!r}: the state {state.name} has a limit and follows "
             f"{state.following}; one with a limit follows the velocity {q.velocity}.",
-            code="state-limit",
+            code="equation",
         )
     first = with_own_symbols(with_numbers(state.first))
     return StateEquation(symbol=state.own, rate=rate, limit=limit, start=first)
@@ -129,7 +129,7 @@ def _check_symbols(axis: Axis, state: State, value: sympy.Expr, allowed: set[sym
         raise ModelError(
             f"axis {axis.name!r}: the state {state.name} is declared by {value}, which has "
             f"{', '.join(unknown)}; it may have {', '.join(sorted(map(str, allowed)))}.",
-            code="state-symbols",
+            code="equation",
         )
 
 
@@ -147,5 +147,5 @@ def _check_axis(axis: Axis) -> None:
         raise ModelError(
             f"axis {axis.name!r}: the friction remembers ({names}), and the axis has {found[0]}, "
             "with which such friction is not simulated; declare the axis without one of the two.",
-            code="state-beside",
+            code="equation",
         )

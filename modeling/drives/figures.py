@@ -36,7 +36,7 @@ def figure(
     found = number(_number(value), what, finite=finite)
     if found < 0 or (positive and not found):
         said = "a positive number" if positive else "0 or more"
-        raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="drive-figure")
+        raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="drive")
     return found
 
 
@@ -64,9 +64,7 @@ def _check_dimension(value: Figure | None, what: str, *units: str) -> None:
     if own is None:
         return
     if not any(own.same_dimension(parse_unit(unit)) for unit in units):
-        raise ModelError(
-            f"{what} is in {own}; give it in {' or '.join(units)}.", code="drive-figure-unit"
-        )
+        raise ModelError(f"{what} is in {own}; give it in {' or '.join(units)}.", code="drive")
 
 
 def check_control(unit: str, volts: Figure) -> None:
@@ -83,14 +81,14 @@ def check_control(unit: str, volts: Figure) -> None:
     if own is not None and not own.same_dimension(volt / control):
         raise ModelError(
             f"volts is in {own}; give the voltage for a control of 1 {unit}, in {volt / control}.",
-            code="drive-volts-unit",
+            code="drive",
         )
     if own is None and not any(control.same_dimension(u) for u in (volt, parse_unit("1"))):
         raise ModelError(
             f"the control of a voltage drive is in {unit}; give a voltage, unit='V', or a duty, "
             "unit='1', or volts as a Constant in V over the control's unit; of a current, "
             "current_drive(...).",
-            code="drive-control-unit",
+            code="drive",
         )
 
 
@@ -106,7 +104,7 @@ def check_current(unit: str) -> None:
         raise ModelError(
             f"the control of a current drive is in {unit}; give a current, unit='A', or declare "
             "Drive(gain=..., unit=...) with the force for a control of 1.",
-            code="drive-current-unit",
+            code="drive",
         )
 
 
@@ -123,7 +121,7 @@ def check_others(made_by: str, others: Mapping[str, Any]) -> None:
         raise ModelError(
             f"{made_by} has no argument {unknown[0]!r}; beside its own it takes "
             f"{', '.join(known)}.",
-            code="drive-argument",
+            code="drive",
         )
 
 
@@ -175,19 +173,19 @@ class GearedUnits:
                 raise ModelError(
                     f"the gear is in {name} already, which is in {unit}, and in the ratio too; "
                     f"leave the ratio out, or give the motor's own {name}.",
-                    code="gear-twice",
+                    code="drive",
                 )
             if not is_own and not self.is_geared:
                 raise ModelError(
                     f"{name} is in {unit}, and the coordinate in {coordinate.unit}; give the "
                     f"motor's angle over the coordinate, ratio=..., in {ratio}.",
-                    code="gear-missing",
+                    code="drive",
                 )
             if self.ratio is not None and not self.ratio.same_dimension(parse_unit(ratio)):
                 raise ModelError(
                     f"the gear ratio is in {self.ratio}; give the motor's angle over the "
                     f"coordinate, in {ratio}.",
-                    code="gear-unit",
+                    code="drive",
                 )
 
     def _checked(self, coordinate: Coordinate) -> Iterator[tuple[str, Unit, Unit]]:

@@ -111,7 +111,7 @@ def formula_drive(
         raise ModelError(
             "relative_sd is the deviation of the drive's gain, which does not stand in its force; "
             "write drive_gain into it, or leave relative_sd out.",
-            code="formula-gain",
+            code="drive",
         )
     return FormulaDrive(made=made, undone=undone, unit=unit, gain=gain, **others)
 
@@ -129,7 +129,7 @@ def _solved(force: sympy.Expr) -> sympy.Expr:
         raise ModelError(
             f"the drive's force {force} is no straight line over the control, so that its inverse "
             "does not follow; give it, the control by tau.",
-            code="no-inverse",
+            code="drive",
         )
     return (FORCE - force.xreplace({CONTROL: sympy.S.Zero})) / slope
 
@@ -148,10 +148,10 @@ def check_formula(
         raise ModelError(
             f"the drive's {what} has the symbols {', '.join(unknown)}, which are no control, "
             "motion, constant or declared signal; use those.",
-            code="drive-symbols",
+            code="drive",
         )
     plain = not value.atoms(ConstantSymbol)  # of numbers alone any may stand for a unit
     try:
         check_unit(value, wanted, units, f"the drive's {what} {value}", of_numbers=plain)
     except ModelError as error:
-        raise ModelError(str(error), code="drive-formula-units") from error
+        raise ModelError(str(error), code="drive") from error

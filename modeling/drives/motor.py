@@ -80,7 +80,7 @@ class MotorDrive(Drive):
                 "logged='current' is a current, and the control of a drive with a back-EMF is a "
                 "voltage; give the current as the axis's force, times kt and ratio, or declare "
                 "current_drive(...) with its control.",
-                code="current-of-voltage",
+                code="drive",
             )
 
     @property
@@ -179,7 +179,7 @@ def checked_efficiency(value: float) -> float:
         raise ModelError(
             f"the gear's efficiency is {quoted(value)}; give a number from {LEAST_EFFICIENCY:g} to "
             "1, such as 0.7: the share of the motor's power that the load gets.",
-            code="gear-efficiency",
+            code="drive",
         )
     return efficiency
 
@@ -199,6 +199,6 @@ def checked_reach(value: sympy.Expr | float) -> sympy.Expr:
         raise ModelError(
             f"the drive's reach {reach} is {at_rest} at rest; give the largest force of the motor "
             "forwards, above 0 there.",
-            code="drive-reach-at-rest",
+            code="drive",
         )
     return reach

@@ -155,7 +155,7 @@ def current_drive(
             "the force that the supply allows is given "
             + ("twice, by supply and by reach" if has_supply and has_reach else "in part")
             + "; give supply and resistance (and ke where it is not kt), or reach alone.",
-            code="drive-reach",
+            code="drive",
         )
     most = sympy.oo if reach is None else expression(reach, "the drive's reach")
     if resistance is not None:
@@ -174,7 +174,7 @@ def _check_free(others: dict[str, Any], **made_of: str) -> None:
             raise ModelError(
                 f"the drive's {name} is that of {figures}, and given too; leave it out, or "
                 "declare a Drive with it.",
-                code="drive-figure-twice",
+                code="drive",
             )
 
 

@@ -42,7 +42,7 @@ def amount(value: Amount, what: str, *, positive: bool = False) -> sympy.Expr:
     found = _finite(value, what)
     if found.is_Number and not (found > 0 if positive else found >= 0):
         said = "a positive number" if positive else "0 or more"
-        raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="law-number")
+        raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="law")
     return found
 
 
@@ -62,9 +62,7 @@ def chosen(value: str, what: str, among: Collection[str]) -> str:
         It is another.
     """
     if not is_among(value, among):
-        raise ModelError(
-            f"{what} is {quoted(value)}; give one of {', '.join(among)}.", code="law-choice"
-        )
+        raise ModelError(f"{what} is {quoted(value)}; give one of {', '.join(among)}.", code="law")
     return value
 
 
@@ -85,6 +83,6 @@ def _finite(value: Amount, what: str) -> sympy.Expr:
     if found.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo):
         raise ModelError(
             f"{what} is {found}; give a finite number, a recorded signal or an expression of them.",
-            code="law-number-finite",
+            code="law",
         )
     return found

@@ -47,7 +47,7 @@ class Velocity:
             raise ModelError(
                 f"pll_bandwidth is {self.bandwidth!r}, but the velocity is {self.how!r}; leave it "
                 "out, or give velocity='pll'.",
-                code="law-bandwidth",
+                code="law",
             )
 
     @property

@@ -95,7 +95,7 @@ class Integral:
             raise ModelError(
                 f"the law has no integral that could wind up, but anti_windup is {how!r}; leave "
                 "anti_windup and tracking_time out, or give the integral's gain.",
-                code="law-without-integral",
+                code="law",
             )
         chosen(how, "anti_windup", ANTI_WINDUP)
         if time is None:
@@ -104,7 +104,7 @@ class Integral:
             raise ModelError(
                 f"the tracking time is {time!r}, but anti_windup is {how!r}; leave it out, or give "
                 "anti_windup='back_calculation'.",
-                code="law-tracking-time",
+                code="law",
             )
         in_range(time, "the tracking time", positive=True)
 

@@ -90,7 +90,7 @@ def positive(value: sympy.Expr | Symbolic | float, unit: str, what: str) -> symp
     """
     symbol = with_unit(value, unit, what)
     if isinstance(symbol, ConstantSymbol) and not symbol.value > 0:
-        raise ModelError(f"{what} is {value!r}; give a positive number.", code="not-positive")
+        raise ModelError(f"{what} is {value!r}; give a positive number.", code="axis")
     return symbol
 
 

@@ -50,7 +50,7 @@ def check_name(name: str, what: str) -> None:
         raise ModelError(
             f"{what} is named {quoted(name)}; a name is a letter followed by at most 30 letters, "
             "digits or underscores. Choose another name.",
-            code="bad-name",
+            code="axis",
         )
     taken = {
         "a keyword of Python": set(keyword.kwlist) | set(keyword.softkwlist),
@@ -61,13 +61,13 @@ def check_name(name: str, what: str) -> None:
     if _MADE.fullmatch(name):
         raise ModelError(
             f"{what} is named {name!r}, which the program uses. Choose another name.",
-            code="name-of-program",
+            code="axis",
         )
     for reason, names in taken.items():
         if name in names:
             raise ModelError(
                 f"{what} is named {name!r}, which is {reason}. Choose another name.",
-                code="keyword-name",
+                code="axis",
             )
 
 
@@ -90,7 +90,7 @@ def check_symbol(name: str, what: str, *, control: bool = False) -> None:
         raise ModelError(
             f"{what} is named {name!r}, which is {_CONSTANTS[name]} in every expression. Choose "
             "another name.",
-            code="name-of-function",
+            code="axis",
         )
 
 
@@ -135,6 +135,6 @@ def check_distinct(names: Iterable[tuple[str, str]]) -> None:
             but = "" if name == first else " but for case"
             raise ModelError(
                 f"{what} {name!r} and {owner} {first!r} have the same name{but}. Rename one.",
-                code="names-differ-by-case",
+                code="axis",
             )
         seen[name.lower()] = (name, what)

@@ -30,11 +30,9 @@ def number(value: Any, what: str, *, finite: bool = True) -> float:
     except (TypeError, ValueError, OverflowError):
         result = math.nan
     if isinstance(value, (str, bytes, bool)) or math.isnan(result):
-        raise ModelError(f"{what} is {quoted(value)}; give a number.", code="not-a-number")
+        raise ModelError(f"{what} is {quoted(value)}; give a number.", code="axis")
     if finite and math.isinf(result):
-        raise ModelError(
-            f"{what} is {quoted(value)}; give a finite number.", code="number-not-finite"
-        )
+        raise ModelError(f"{what} is {quoted(value)}; give a finite number.", code="axis")
     return result
 
 

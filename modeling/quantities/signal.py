@@ -61,7 +61,7 @@ class Signal(Symbolic):
             raise ModelError(
                 f"signal {self.name!r}: between its samples it is {quoted(self.between)}; give "
                 f"{' or '.join(BETWEEN)}.",
-                code="signal-between",
+                code="axis",
             )
 
     @property

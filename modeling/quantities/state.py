@@ -179,7 +179,7 @@ def _check_number(part: StatePart) -> None:
     if value.is_Number and not part.allows(float(value)):
         raise ModelError(
             f"{part.what} is {float(value):g} {part.unit}; give {_GIVE[part.least]}.",
-            code="state-part",
+            code="equation",
         )
 
 
@@ -200,7 +200,7 @@ def states_in(*values: sympy.Basic) -> tuple[State, ...]:
         if found.setdefault(state.name, state) != state:
             raise ModelError(
                 f"two states of different equations are named {state.name!r}. Rename one.",
-                code="state-twice",
+                code="equation",
             )
         inner = [s.state for value in state.values for s in value.atoms(StateSymbol)]
         pending += [each for each in inner if each.name not in found]

@@ -100,7 +100,7 @@ class Coordinate(Symbolic):
             raise ModelError(
                 f"coordinate {self.name!r} has the unit {quoted(self.unit)}; use 'm' for a linear "
                 "axis or 'rad' for a rotary one.",
-                code="coordinate-unit",
+                code="units",
             )
 
     @property
@@ -139,7 +139,7 @@ def check_coordinate(coordinate: object) -> None:
     if not isinstance(coordinate, Coordinate):
         raise ModelError(
             f"the coordinate is {quoted(coordinate)}; give a Coordinate, such as Coordinate('q').",
-            code="coordinate-type",
+            code="axis",
         )
 
 
@@ -191,13 +191,13 @@ class Parameter(Symbolic):
                 raise ModelError(
                     f"parameter {self.name!r}: {said} value {value!r} is outside its bounds "
                     f"[{self.lower!r}, {self.upper!r}]. Correct one of the three.",
-                    code="value-beyond-bounds",
+                    code="axis",
                 )
         if self.known_sd < 0 or (self.known_sd > 0 and self.known is None):
             raise ModelError(
                 f"parameter {self.name!r}: the standard deviation of its known value is "
                 f"{self.known_sd!r}; give 0 or more, with a known value.",
-                code="known-deviation",
+                code="axis",
             )
 
     @property
@@ -241,7 +241,7 @@ def check_size(value: sympy.Expr, what: str) -> None:
                     f"{what} has more than {MOST_NODES} different operations and operands, or "
                     f"{_MOST_STANDING} with those that repeat; declare a smaller model, or name "
                     "what repeats as a parameter.",
-                    code="expression-size",
+                    code="formula",
                 )
     except RecursionError as error:
         raise ModelError(f"{what} is nested too deeply; simplify it.") from error
@@ -259,7 +259,7 @@ def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:
     raise ModelError(
         f"{what} is {_typed(value)}; give a number or a SymPy expression of "
         "Parameter and Coordinate objects.",
-        code="expression-type",
+        code="formula",
     )
 
 
@@ -285,9 +285,7 @@ def listed(values: Any, kind: type[T], what: str) -> tuple[T, ...]:
     found = several(values)
     for value in found:
         if not isinstance(value, kind):
-            raise ModelError(
-                f"{what} {quoted(value)}; give {kind.__name__} objects.", code="listed-type"
-            )
+            raise ModelError(f"{what} {quoted(value)}; give {kind.__name__} objects.", code="axis")
     return found
 
 

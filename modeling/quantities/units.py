@@ -81,7 +81,7 @@ def parse_unit(text: str) -> Unit:
     """
     if not isinstance(text, str) or not text.strip():
         raise ModelError(
-            f"a unit is a text such as 'kg' or 'N/(m/s)', not {quoted(text)}.", code="unit-type"
+            f"a unit is a text such as 'kg' or 'N/(m/s)', not {quoted(text)}.", code="units"
         )
     if len(text) > _LONGEST:
         raise ModelError(f"a unit has at most {_LONGEST} characters, not {len(text)}.")
@@ -180,7 +180,7 @@ def _malformed(text: str, where: str) -> ModelError:
     return ModelError(
         f"the unit {text!r} cannot be read at {where!r}; write a product of powers of "
         f"{', '.join(sorted(_SYMBOLS))}, such as 'N/(m/s)' or 'kg m^2'.{meant}",
-        code="unit-not-read",
+        code="units",
     )
 
 

@@ -54,7 +54,7 @@ def _taken(element: str, along: Coordinate, key: str, value: sympy.Expr) -> Any:
         if value != along.symbol:
             raise ModelError(
                 f"the coordinate of {element}(...) is {value}; give {along.name}.",
-                code="element-coordinate",
+                code="formula",
             )
         return along
     if isinstance(value, sympy.Integer):

@@ -52,10 +52,9 @@ def read_expression(
             f"it has {len(text)} characters; write {grammar.longest} or fewer.",
             text,
             grammar.longest,
-            code="text-too-long",
         )
     if not text.strip():
-        raise TextError("it is empty.", text, 0, code="text-empty")
+        raise TextError("it is empty.", text, 0)
     _check_characters(text, grammar, has_elements=bool(elements))
     flat = re.sub(r"\s", " ", text)
     start = len(flat) - len(flat.lstrip())
@@ -66,7 +65,6 @@ def read_expression(
             "an operator, a number or a name is missing here.",
             text,
             start + (error.offset or 1) - 1,
-            code="text-part-missing",
         ) from error
     except (RecursionError, MemoryError, ValueError) as error:
         raise nested(text, 0) from error
@@ -92,21 +90,16 @@ def _check_characters(text: str, grammar: Grammar, *, has_elements: bool) -> Non
                 f"an operator between, as in {piece}*{following}.",
                 text,
                 offset,
-                code="text-number-runs-on",
             )
         if piece == "(":
             opened.append(offset)
         if piece == ")" and not opened:
-            raise TextError(
-                "this parenthesis was never opened.", text, offset, code="text-never-opened"
-            )
+            raise TextError("this parenthesis was never opened.", text, offset)
         if piece == ")":
             opened.pop()
         if len(opened) > 3 * DEEPEST:
             raise nested(text, offset)
     if opened:
-        raise TextError(
-            "this parenthesis is never closed.", text, opened[-1], code="text-never-closed"
-        )
+        raise TextError("this parenthesis is never closed.", text, opened[-1])
     if piece in _OPEN_ENDED:
-        raise TextError("it ends too early.", text, len(text.rstrip()), code="text-ends-early")
+        raise TextError("it ends too early.", text, len(text.rstrip()))

@@ -24,9 +24,6 @@ _EXACT = 10**9
 _SHOWN = 60  # characters of a name or piece
 
 # Codes of what several places refuse.
-_TEXT_NO_VALUE = "text-no-value"
-_NUMBER_TOO_LARGE = "text-number-too-large"
-_CONSTANTS_TOO_LARGE = "text-constants-too-large"
 
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add,
@@ -92,9 +89,7 @@ class ExpressionReader:
         in_exponents: set[sympy.Expr] = set()
         for count, node in enumerate(sympy.preorder_traversal(result)):
             if count > MOST_NODES:
-                raise TextError(
-                    "it is too large; write it shorter.", self._text, 0, code="text-too-large"
-                )
+                raise TextError("it is too large; write it shorter.", self._text, 0)
             if node.is_Mul and joined_exponential(node) is not None:
                 in_exponents.add(node.args[0])
             if node.is_Number and node not in in_exponents:
@@ -106,7 +101,6 @@ class ExpressionReader:
                     "meaning here.",
                     self._text,
                     0,
-                    code="text-not-real",
                 )
             if not self._constants.fits(node):
                 raise TextError(
@@ -114,21 +108,17 @@ class ExpressionReader:
                     f"{LARGEST:g}; change the constants or what is made of them.",
                     self._text,
                     0,
-                    code=_CONSTANTS_TOO_LARGE,
                 )
 
     def _check_number(self, number: sympy.Expr) -> None:
         """Refuse a number that floating point does not hold."""
         if not _finite(number):
-            raise TextError(
-                "a number in it is too large for a float.", self._text, 0, code=_NUMBER_TOO_LARGE
-            )
+            raise TextError("a number in it is too large for a float.", self._text, 0)
         if number != 0 and float(number) == 0:
             raise TextError(
                 "a number in it is too small for a float.",
                 self._text,
                 0,
-                code="text-number-too-small",
             )
 
     def _constant(self, node: ast.AST, value: float) -> sympy.Expr:
@@ -146,13 +136,11 @@ class ExpressionReader:
             raise TextError(
                 f"{name} is a function; write {name}(...).",
                 *self._at(node),
-                code="text-function-not-called",
             )
         raise TextError(
             f"there is no {self._grammar.names} {_shortened(name)}; there are {there}."
             f"{nearest(name, self._symbols)}",
             *self._at(node),
-            code="text-unknown-name",
         )
 
     def _chain(self, node: ast.BinOp, depth: int, calls: int) -> sympy.Expr:
@@ -174,9 +162,7 @@ class ExpressionReader:
         if isinstance(node.op, ast.Pow):
             self._check_power(node, left, right)
         if isinstance(node.op, ast.Div) and 0 in (right, self._constants.value(right)):
-            raise TextError(
-                "this divides by zero.", *self._at(node.right), code="text-division-by-zero"
-            )
+            raise TextError("this divides by zero.", *self._at(node.right))
         self._check_constants(node, operation, left, right)
         result = self._tried(node, operation, left, right)
         if isinstance(node.op, ast.Pow):
@@ -195,13 +181,11 @@ class ExpressionReader:
                 raise TextError(
                     f"{name} is no function; write {name}*(...) for a product.",
                     *self._at(node),
-                    code="text-no-function",
                 )
             raise TextError(
                 f"{_shortened(name)} cannot be used: there is no such function; there are "
                 f"{listed}.",
                 *self._at(node),
-                code="text-unknown-function",
             )
         function = functions[name]
         if len(arguments) != function.arguments:
@@ -209,7 +193,6 @@ class ExpressionReader:
                 f"{name}(...) with {len(arguments)} arguments cannot be used; give "
                 f"{function.arguments}.",
                 *self._at(node),
-                code="text-argument-count",
             )
         self._check_calls(node, calls)
         inner = [self._evaluated(argument, depth - 1, calls - 1) for argument in arguments]
@@ -225,7 +208,6 @@ class ExpressionReader:
             raise TextError(
                 f"functions are nested deeper than {_DEEPEST_CALLS}; simplify it.",
                 *self._at(node),
-                code="text-calls-nested",
             )
 
     def _is_element(self, name: str) -> bool:
@@ -262,7 +244,6 @@ class ExpressionReader:
             raise TextError(
                 f"a number beyond {_LARGEST_POWER} multiplies a log in an exponent; use **.",
                 *self._at(node),
-                code="text-logarithm-multiplied",
             )
 
     def _check_powers(self, node: ast.BinOp, result: sympy.Expr) -> None:
@@ -279,7 +260,6 @@ class ExpressionReader:
             raise TextError(
                 f"the power {power} is beyond {_LARGEST_POWER}.",
                 *self._at(place),
-                code="text-power-too-large",
             )
 
     def _check_constants(
@@ -294,7 +274,6 @@ class ExpressionReader:
                 f"this is {value:.3g} with the numbers of its constants; keep it within "
                 f"{LARGEST:g}.",
                 *self._at(node),
-                code=_CONSTANTS_TOO_LARGE,
             )
 
     def _folded(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> sympy.Expr:
@@ -317,30 +296,22 @@ class ExpressionReader:
         try:
             value = operation(*numbers)
         except OverflowError as error:
-            raise TextError(
-                "this number is too large.", *self._at(node), code=_NUMBER_TOO_LARGE
-            ) from error
+            raise TextError("this number is too large.", *self._at(node)) from error
         except CANNOT as error:
-            raise TextError(
-                f"this has no value: {error}.", *self._at(node), code=_TEXT_NO_VALUE
-            ) from error
+            raise TextError(f"this has no value: {error}.", *self._at(node)) from error
         if value in (math.inf, -math.inf):
-            raise TextError("this number is too large.", *self._at(node), code=_NUMBER_TOO_LARGE)
+            raise TextError("this number is too large.", *self._at(node))
         if isinstance(value, complex) or not math.isfinite(value):
-            raise TextError(
-                f"this number is {value}, not a real one.", *self._at(node), code=_TEXT_NO_VALUE
-            )
+            raise TextError(f"this number is {value}, not a real one.", *self._at(node))
         return float(value)
 
     def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> sympy.Expr:
         try:
             result = make(*parts)
         except CANNOT as error:
-            raise TextError(
-                f"this has no value: {error}.", *self._at(node), code=_TEXT_NO_VALUE
-            ) from error
+            raise TextError(f"this has no value: {error}.", *self._at(node)) from error
         if any(part in _NOT_FINITE for part in (result, *result.args)):
-            raise TextError("this has no finite real value.", *self._at(node), code=_TEXT_NO_VALUE)
+            raise TextError("this has no finite real value.", *self._at(node))
         return result
 
     def _at(self, node: ast.AST) -> tuple[str, int]:

@@ -94,7 +94,6 @@ def not_allowed(piece: str, grammar: Grammar, text: str, offset: int, hint: str 
         f"+ - * / **, parentheses and functions such as sqrt(...){hint}.",
         text,
         offset,
-        code="text-not-allowed",
     )
 
 
@@ -104,5 +103,4 @@ def nested(text: str, offset: int) -> TextError:
         f"it is nested deeper than {DEEPEST} levels; write it flatter.",
         text,
         offset,
-        code="text-nested",
     )

@@ -50,10 +50,10 @@ def load_axis(name: str | Path) -> Axis:
             f"there is no axis {name!r}: give one of the library ({', '.join(LIBRARY)}) or a "
             "file that declares one, such as my_axis.toml or my_axis.py; `axisid new my_axis` "
             "starts one.",
-            code="unknown-axis",
+            code="axis-file",
         )
     if not _is_file(file):
-        raise ModelError(f"{_else_there(file)}; check the path.", code="no-axis-file")
+        raise ModelError(f"{_else_there(file)}; check the path.", code="axis-file")
     if file.suffix == ".toml":
         return axis_from_toml(file)
     return _only_axis(_run(file), file, variable)
@@ -85,11 +85,11 @@ def _run(file: Path) -> dict[str, Any]:
         with contextlib.redirect_stdout(sys.stderr):
             return runpy.run_path(str(file), run_name=f"axisid_user_{file.stem}")
     except ModelError as error:
-        raise ModelError(f"{file}, {_line(error, file)}: {error}", code="axis-mistake") from error
+        raise ModelError(f"{file}, {_line(error, file)}: {error}", code="axis-file") from error
     except (Exception, SystemExit) as error:
         raise ModelError(
             f"{file} does not import: {type(error).__name__} at {_line(error, file)}: {error}",
-            code="axis-not-imported",
+            code="axis-file",
         ) from error
     finally:
         if folder in sys.path:
@@ -116,7 +116,7 @@ def _only_axis(bound: dict[str, Any], file: Path, variable: str) -> Axis:
         return axes["axis"]
     what = f"declares {_listed(axes)}" if axes else "declares no axis"
     fix = f"choose one with {file}:NAME" if axes else "bind the result of newton(...) to a name"
-    raise ModelError(f"{file} {what}; {fix}.", code="no-axis-in-file")
+    raise ModelError(f"{file} {what}; {fix}.", code="axis-file")
 
 
 def _listed(axes: dict[str, Axis]) -> str:

@@ -28,7 +28,7 @@ class TextError(UsageError):
         The sentence; ``column 3``; the line of the text over a caret.
     """
 
-    code = "text-not-read"
+    code = "formula"
 
     def __init__(self, reason: str, text: str, offset: int, *, code: str = "") -> None:
         place = min(max(offset, 0), len(text))

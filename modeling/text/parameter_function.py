@@ -148,11 +148,11 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
             raise UsageError(
                 f"{type(node).__name__!r} cannot be used in a function of the parameters; use "
                 f"arithmetic, pi and {', '.join(_FUNCTIONS)}.",
-                code="not-in-functions",
+                code="formula",
             )
     by_symbol = {symbols[name]: parse_unit(unit) for name, unit in units.items()}
     try:
         unit = UnitReader(by_symbol, absolute=(_Abs,)).unit(function)
     except UnitsError as error:
-        raise UsageError(str(error), code="function-units") from error
+        raise UsageError(str(error), code="formula") from error
     return ParameterFunction(function, unit, tuple(symbols.values()))

@@ -88,7 +88,7 @@ def _text(file: Path, error: type[FileError]) -> str:
         raise error(f"{str(file)!r} cannot be read: {why}. Check the path.") from wrong
     if len(content) > _LARGEST_FILE:
         raise error(
-            f"{file} is larger than such a file may be, {_LARGEST_FILE} bytes.", code="toml-size"
+            f"{file} is larger than such a file may be, {_LARGEST_FILE} bytes.", code="toml"
         )
     try:
         text = content.decode("utf-8-sig").replace("\r\n", "\n")
@@ -97,11 +97,9 @@ def _text(file: Path, error: type[FileError]) -> str:
         raise error(
             f"{file} is not UTF-8 text: see byte 0x{content[wrong.start]:02x} in line {line}. Save "
             "it as UTF-8.",
-            code="toml-encoding",
+            code="toml",
         ) from wrong
     for i, line_text in enumerate(text.split("\n"), 1):
         if len(line_text) > _LONGEST_LINE:
-            raise error(
-                f"{file}: line {i} is longer than {_LONGEST_LINE} characters.", code="toml-line"
-            )
+            raise error(f"{file}: line {i} is longer than {_LONGEST_LINE} characters.", code="toml")
     return text

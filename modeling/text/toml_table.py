@@ -278,19 +278,19 @@ def checked_name(name: str, what: str) -> str:
 def _text(value: object) -> str:
     if isinstance(value, str) and value.isprintable():
         return value
-    raise ModelError(f"it is {value!r}; give one line of text in quotes.", code="toml-text")
+    raise ModelError(f"it is {value!r}; give one line of text in quotes.", code="toml")
 
 
 def _whole(value: object) -> int:
     if isinstance(value, int) and not isinstance(value, bool):
         return value
-    raise ModelError(f"it is {value!r}; give a whole number.", code="toml-whole")
+    raise ModelError(f"it is {value!r}; give a whole number.", code="toml")
 
 
 def _switch(value: object) -> bool:
     if isinstance(value, bool):
         return value
-    raise ModelError(f"it is {value!r}; give true or false.", code="toml-switch")
+    raise ModelError(f"it is {value!r}; give true or false.", code="toml")
 
 
 def _number(value: object) -> float:
@@ -303,7 +303,7 @@ def _expression(value: Any, symbols: Symbols, elements: Elements) -> Any:
         return read_expression(value, symbols, DYNAMICS, elements)
     if isinstance(value, (list, Mapping)):
         raise ModelError(
-            f"it is {value!r}; give an expression in quotes, or a number.", code="toml-expression"
+            f"it is {value!r}; give an expression in quotes, or a number.", code="toml"
         )
     number(value, "it")
     return value

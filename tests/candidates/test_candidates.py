@@ -82,5 +82,5 @@ def test_one_of_wrong_columns_is_told_and_costs_no_estimate(
 
 def test_texts_that_cannot_be_filled_in_are_refused() -> None:
     for wrong in ({"what": "{nope}"}, {"unit": "{force"}, {"declare": "{}"}):
-        with refuses("candidate-texts", "cubic"):
+        with refuses("candidate", "cubic"):
             replace(CUBIC, **wrong)  # type: ignore[arg-type]

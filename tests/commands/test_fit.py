@@ -66,7 +66,7 @@ def test_a_fit_is_read_back_as_it_was_written(
     run("fit", "emps2015", log, "--json", file, "--report", page)
     saved = load_result(file)
     assert isinstance(saved, SavedOutputFit)
-    with refuses("saved-without-samples", says="no samples to draw a figure of; the one that fit"):
+    with refuses("figure", says="no samples to draw a figure of; the one that fit"):
         saved.plot("")
     assert saved.to_dict().items() <= json.loads(file.read_text()).items()
     found = fit(emps2015, read_record(log, emps2015))
@@ -98,7 +98,7 @@ def test_several_outputs_are_followed_and_read_back(run: Run, log: Path, tmp_pat
             {**written, "record_errors": [*written["record_errors"], written["record_errors"][0]]}
         )
     )
-    with refuses("saved-fit"):
+    with refuses("result-file"):
         load_result(file)
 
 
@@ -117,10 +117,10 @@ def test_a_file_of_a_fit_that_was_changed_is_refused(run: Run, log: Path, tmp_pa
 def test_a_fit_is_no_result_of_identify(run: Run, log: Path, tmp_path: Path) -> None:
     file = tmp_path / "fit.json"
     run("fit", "emps2015", log, "--json", file)
-    with refuses("other-document", says="is of a fit of an output"):
+    with refuses("result-file", says="is of a fit of an output"):
         compare_results(file, file)
     written = json.loads(file.read_text())
     del written["digest"]
     file.write_text(json.dumps({**written, "covariance": []}))
-    with refuses("saved-fit"):
+    with refuses("result-file"):
         load_result(file)

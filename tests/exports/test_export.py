@@ -160,7 +160,7 @@ def test_axis_of_a_file_is_found_in_the_library_and_asked_for_where_it_is_none(
     assert export(file, "c") == export(file, "c", axis=load_axis("emps2015"))
     other = tmp_path / "other.json"
     other.write_text(file.read_text().replace('"axis": "emps2015"', '"axis": "mine"'))
-    with refuses("file-of-another-axis", says=r"'mine'; .* \(axis=\.\.\.\)"):
+    with refuses("result-file", says=r"'mine'; .* \(axis=\.\.\.\)"):
         export(other, "c")
 
 
@@ -226,11 +226,11 @@ def test_bad_arguments_are_explained(
         assert (code, out) == (2, "")
         assert message in err
     assert run("export", tmp_path / "absent.json", "--axis", "emps2015", "--to", "c")[0] == 3
-    with refuses("unknown-target", says="'rust'"):
+    with refuses("export", says="'rust'"):
         export(result, "rust")
-    with refuses("not-estimated-by", says="'ols'"):
+    with refuses("result", says="'ols'"):
         export(result, method="ols")
-    with refuses("result-not-a-file"):
+    with refuses("result-file"):
         export(tmp_path, axis="emps2015")
 
 

@@ -140,7 +140,7 @@ def test_what_is_no_file_is_told_beside_others_and_not_waited_for(
 def test_a_log_of_no_axis_is_told_beside_others(logs: Path, tmp_path: Path) -> None:
     log = str(logs / "corrupt.npz")
     made = fleet([FleetItem(log=log), FleetItem(log=log, axis=AXIS)], out=tmp_path, jobs=0)
-    assert next(iter(made)).code == "no-axis-of-log"
+    assert next(iter(made)).code == "fleet"
     assert made.counts["failed"] == 2
 
 
@@ -180,7 +180,7 @@ def test_a_result_that_cannot_be_written_is_told_and_done_again_as_the_fleet_res
     taken.mkdir(parents=True)
     arguments: dict[str, Any] = {"jobs": 0, "prefilter": FILTER, "methods": ["idm-ls"]}
     (row,) = fleet(log, AXIS, out, **arguments)
-    assert (row.status, row.code) == ("failed", "fleet-result-not-written")
+    assert (row.status, row.code) == ("failed", "file")
     assert "cannot be written" in row.reason
     taken.rmdir()
     assert fleet(log, AXIS, out, resume=True, **arguments).counts["ok"] == 1

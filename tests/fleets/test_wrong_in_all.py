@@ -17,14 +17,14 @@ from tests.refusals import refuses
 @pytest.mark.parametrize(
     ("how", "code"),
     [
-        ({"axis": "nosuch"}, "unknown-axis"),
-        ({"axis": None}, "fleet-log-not-read"),  # there are no such files
-        ({"fixed": {"K": 3.0}}, "fix-unknown"),
-        ({"left_out": ["K"]}, "leave-out-unknown"),
-        ({"methods": ["nosuch"]}, "unknown-method"),
-        ({"covariance": "nosuch"}, "unknown-choice"),
-        ({"method": ["idm-ls"]}, "fleet-argument"),
-        ({"reading": {"column": {}}}, "fleet-argument"),
+        ({"axis": "nosuch"}, "axis-file"),
+        ({"axis": None}, "log-file"),  # there are no such files
+        ({"fixed": {"K": 3.0}}, "parameters"),
+        ({"left_out": ["K"]}, "parameters"),
+        ({"methods": ["nosuch"]}, "method"),
+        ({"covariance": "nosuch"}, "method"),
+        ({"method": ["idm-ls"]}, "fleet"),
+        ({"reading": {"column": {}}}, "fleet"),
     ],
 )
 def test_what_no_log_can_be_identified_with_is_refused_before_any_is_read(
@@ -36,14 +36,14 @@ def test_what_no_log_can_be_identified_with_is_refused_before_any_is_read(
 
 
 def test_logs_without_an_axis_are_refused_at_once(tmp_path: Path) -> None:
-    with refuses("no-axis-of-log", says="log.csv has no axis; name one for all"):
+    with refuses("fleet", says="log.csv has no axis; name one for all"):
         (tmp_path / "log.csv").write_text("time,position\n")
         fleet(tmp_path / "log.csv", out=tmp_path / "out", jobs=0)
     assert not (tmp_path / "out").exists()
 
 
 def test_an_axis_before_the_logs_as_in_identify_is_told_its_place(tmp_path: Path) -> None:
-    with refuses("axis-among-logs", says="--axis emps2015"):
+    with refuses("fleet", says="--axis emps2015"):
         fleet(["emps2015", "log.csv"], out=tmp_path / "out", jobs=0)
     assert not (tmp_path / "out").exists()
 
@@ -51,12 +51,12 @@ def test_an_axis_before_the_logs_as_in_identify_is_told_its_place(tmp_path: Path
 def test_a_column_that_no_log_has_is_refused_once_and_nothing_is_written(tmp_path: Path) -> None:
     logs, out = write_logs(tmp_path, 2, cycles=1), tmp_path / "out"
     reading = {"columns": {"position": "nosuch"}}
-    with refuses("no-column", "all 2 logs fail alike.*'nosuch'"):
+    with refuses("columns", "all 2 logs fail alike.*'nosuch'"):
         fleet(logs, AXIS, out, jobs=0, reading=reading)
     assert not out.exists()
     named = FleetItem(log=str(logs[1]), columns={"position": "position"})
     made = fleet([logs[0], named], AXIS, out, jobs=0, reading=reading, methods=["idm-ls"])
-    assert [row.code for row in made] == ["no-column", ""]
+    assert [row.code for row in made] == ["columns", ""]
 
 
 def rows(codes: list[str], begun: list[str]) -> Iterator[tuple[FleetItem, FleetRow]]:
@@ -88,16 +88,16 @@ def test_many_logs_are_not_all_tried_for_what_no_log_changes() -> None:
 
 
 def test_only_all_logs_tell_that_a_column_is_in_none() -> None:
-    with refuses("no-column", "all 50 logs"):
-        list(checked(rows(["no-column"] * 50, []), 50, NO_COLUMN))
-    codes = ["no-column"] * 40 + ["", "no-column"]
+    with refuses("columns", "all 50 logs"):
+        list(checked(rows(["columns"] * 50, []), 50, NO_COLUMN))
+    codes = ["columns"] * 40 + ["", "columns"]
     assert [row.code for row in checked(rows(codes, []), len(codes), NO_COLUMN)] == codes
 
 
 def test_logs_that_lack_other_columns_are_rows() -> None:
     told = [
         msgspec.structs.replace(row, reason=f"{row.log} has no {name}.")
-        for name, (_, row) in zip("ab", rows(["no-column"] * 2, []), strict=True)
+        for name, (_, row) in zip("ab", rows(["columns"] * 2, []), strict=True)
     ]
     items = [FleetItem(log=row.log) for row in told]
     found = checked(zip(items, told, strict=True), 2, NO_COLUMN)
@@ -107,8 +107,8 @@ def test_logs_that_lack_other_columns_are_rows() -> None:
 @pytest.mark.parametrize(
     "codes",
     [
-        ["no-column"] * 19 + [""] + ["no-column"] * 30,
-        ["no-column"] * 3 + ["empty"],
+        ["columns"] * 19 + [""] + ["columns"] * 30,
+        ["columns"] * 3 + ["empty"],
         ["internal"] * 3,
         [""] * 3,
     ],

@@ -187,5 +187,5 @@ def test_a_twin_has_the_signal_that_it_is_given(emps2015: GeneratedAxis) -> None
     assert law.factors["injected"] == pytest.approx(1.0, abs=0.05)
     moved = twin_record(emps2015, injected=1e-5 * added, injected_at="reference")
     np.testing.assert_allclose(moved.commanded, moved.reference + 1e-5 * added)
-    with refuses("record-injected-at", says="None"):
+    with refuses("test-signal", says="None"):
         twin_record(emps2015, injected=added)

@@ -96,7 +96,7 @@ class TestVelocityAlone:
     ) -> None:
         pendulum = build(load_axis("pendulum"))
         swung = twin_record(pendulum, velocity_noise=0.0)
-        with refuses("no-position", "mx of axis 'pendulum' depends"):
+        with refuses("missing-column", "mx of axis 'pendulum' depends"):
             identify(pendulum, replace(swung, position=np.empty(0)))
 
     @pytest.mark.parametrize("begins", [0.0, 0.7, 1.06])

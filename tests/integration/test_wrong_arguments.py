@@ -23,7 +23,7 @@ class Context:
 
 @pytest.mark.parametrize("seed", [-1, 1.5], ids=str)
 def test_a_seed_is_a_whole_number(given: Context, seed: Any) -> None:
-    with refuses("draws-seed"):
+    with refuses("result"):
         given.result["idm-ls"].propagate("M", draws=10, seed=seed)
 
 
@@ -34,7 +34,7 @@ def test_what_names_no_file_is_told(given: Context, name: str) -> None:
         lambda: axisid.export(name),
         lambda: axisid.compare_results(given.result, name),
     ):
-        with refuses("bad-file-name"):
+        with refuses("result-file"):
             call()
 
 

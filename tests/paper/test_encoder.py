@@ -66,7 +66,7 @@ def test_every_case_is_written(study: EncoderStudy, tmp_path: Path) -> None:
 def test_runs_and_counts_are_whole_numbers(runs: int, counts: tuple[int, ...]) -> None:
     with pytest.raises(UsageError) as refused:
         run_encoder_study(runs, counts)
-    assert refused.value.code == "encoder-study"
+    assert refused.value.code == "study"
 
 
 def test_jobs_are_of_many_twins(run: Run) -> None:

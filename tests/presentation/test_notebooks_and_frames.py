@@ -50,14 +50,14 @@ def test_a_result_is_a_dataframe_of_its_parameters(
 def test_what_is_no_library_or_no_table_is_refused(
     result: Identification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with refuses("unknown-dataframe"):
+    with refuses("dataframe"):
         result.to_frame("excel")
-    with refuses("no-frame"):
+    with refuses("dataframe"):
         frame_of(Presentable(), "pandas")
     monkeypatch.setattr("axisid.presentation.frames.find_spec", lambda _: None)
-    with refuses("no-dataframes"):
+    with refuses("missing-library"):
         result.to_frame()
-    with refuses("missing-dataframe"):
+    with refuses("missing-library"):
         result.to_frame("polars")
 
 
@@ -95,7 +95,7 @@ def test_every_figure_is_drawn_on_axes_that_are_given(result: Identification, wh
     axes = figure.subplots(panels, 1, squeeze=False)[:, 0]
     assert result.plot(what, ax=axes) is figure
     assert all(each.has_data() for each in axes)
-    with refuses("axes-count", f"has {panels} panels, and ax {panels + 1} axes"):
+    with refuses("figure", f"has {panels} panels, and ax {panels + 1} axes"):
         result.plot(what, ax=figure.subplots(panels + 1, 1))
-    with refuses("no-axes"):
+    with refuses("figure"):
         result.plot(what, ax="here")

@@ -56,12 +56,12 @@ def test_figures_have_names(emps2015: GeneratedAxis, record: Record) -> None:
         assert isinstance(result.plot(name), Figure)
     assert isinstance(result["idm-iv"].plot("convergence"), Figure)
     assert isinstance(result.plot("force", method="idm-ls"), Figure)
-    with refuses("unknown-figure", says="'colour'"):
+    with refuses("figure", says="'colour'"):
         result.plot("colour")
     swept = sweep(emps2015, record, [60.0], methods=["idm-ls"])
     assert isinstance(swept.plot(), Figure)
     for shown in (swept, result["idm-iv"]):
-        with refuses("no-method-to-choose"):
+        with refuses("figure"):
             shown.plot("sweep" if shown is swept else "force", method="ddm-ls")
-    with refuses("no-such-estimate", says="'ddm-iv'"):
+    with refuses("result", says="'ddm-iv'"):
         result.plot("force", method="ddm-iv")

@@ -202,12 +202,12 @@ def test_fits_have_a_trend_of_what_they_fitted(fitted: dict[str, Any], tmp_path:
     assert series.points[0].parameters["M"].sd == fitted["parameters"]["M"]["sd"]
     assert [step.place for step in series.charts[1].steps] == [6]
     assert trend(tmp_path, method="fit:control").series == (series,)
-    with refuses("trend-of-fit"):
+    with refuses("trend"):
         trend(tmp_path, method="idm-iv")
 
 
 def test_a_result_that_is_given_twice_is_refused(folder: Path) -> None:
-    with refuses("result-twice"):
+    with refuses("trend"):
         trend([folder, folder])
 
 
@@ -251,7 +251,7 @@ def _point(run: float) -> FleetRow:
 
 @pytest.mark.parametrize("place", [1e308, -1e308, 1e200])
 def test_a_condition_whose_square_is_no_number_is_refused(place: float) -> None:
-    with refuses("condition-size"):
+    with refuses("trend"):
         place_of(_point(place), "run")
 
 

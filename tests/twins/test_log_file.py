@@ -60,11 +60,11 @@ def test_sensors_are_columns_that_are_named(tmp_path: Path, emps2015: GeneratedA
 
 def test_a_column_by_its_number_is_refused(tmp_path: Path) -> None:
     axis = named(load_axis("emps2015"), {"position": "#9"})
-    with refuses("twin-column"):
+    with refuses("twin"):
         write_twin(TwinMachines(axis=axis), tmp_path / "t.csv")
     assert not [*tmp_path.iterdir()]
 
 
 def test_another_ending_is_refused(tmp_path: Path, emps2015: GeneratedAxis) -> None:
-    with refuses("twin-ending"):
+    with refuses("twin"):
         write_twin(TwinMachines(axis=emps2015), tmp_path / "t.mat")

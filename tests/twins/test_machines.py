@@ -101,14 +101,14 @@ def _failing_at(place: int, record: Callable[..., Any]) -> Callable[..., Any]:
 @pytest.mark.parametrize(
     ("given", "code"),
     [
-        ({"count": 0}, "twin-count"),
-        ({"seed": -1}, "twin-count"),
-        ({"scatter": {"m": 0.1}}, "twin-share-name"),
-        ({"scatter": {"M": 1e7}}, "twin-share"),
-        ({"days": 2, "drift": {"Fc": -1.5}}, "twin-share"),
-        ({"scatter": {"M": -0.1}}, "twin-scatter"),
-        ({"noise": 3}, "twin-noise-type"),
-        ({"noise": Chain(anywhere=True)}, "twin-anywhere"),
+        ({"count": 0}, "twin"),
+        ({"seed": -1}, "twin"),
+        ({"scatter": {"m": 0.1}}, "twin"),
+        ({"scatter": {"M": 1e7}}, "twin"),
+        ({"days": 2, "drift": {"Fc": -1.5}}, "twin"),
+        ({"scatter": {"M": -0.1}}, "twin"),
+        ({"noise": 3}, "noise"),
+        ({"noise": Chain(anywhere=True)}, "study"),
     ],
 )
 def test_what_makes_no_sense_is_refused(
@@ -119,5 +119,5 @@ def test_what_makes_no_sense_is_refused(
 
 
 def test_no_share_of_a_true_value_of_zero(short: GeneratedAxis) -> None:
-    with refuses("twin-share-of-zero"):
+    with refuses("twin"):
         TwinMachines(axis=twin_of(short, {"Fc": 0.0}, None), days=2, drift={"Fc": 0.1})

@@ -118,7 +118,7 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
     if len(sample) < 2:
         raise DataError(
             f"{source}: a header row and samples are expected; it has {len(sample)} filled lines.",
-            code="no-samples",
+            code="log-text",
         )
     _check_width(source, sample)
     separator, comma, width, first = _best(source, sample)
@@ -174,7 +174,7 @@ def _best(source: str, sample: list[tuple[int, str]]) -> tuple[str | None, bool,
             f"{source}: no table of numbers is found in its first {len(sample)} filled lines; a "
             "header row and rows of numbers below it are expected, separated by comma, semicolon, "
             "tab, bar or blanks.",
-            code="no-table",
+            code="log-text",
         )
     if any(reading.width > 1 and reading.fit[1] for reading in readings):
         # A comma that fits a header of several names is no decimal mark of one column.
@@ -256,7 +256,7 @@ def _header(
             f"{source}, line {lines[used[0]][0]}: the header names {len(header)} columns "
             f"({', '.join(header[:6])}), the rows have {width}. Correct the header row; where "
             "numbers have a decimal comma, separate columns by semicolon or tab.",
-            code="header-length",
+            code="log-text",
         )
     skipped = used[0] - (0 if above else len(commented) - 1)
     note = (
@@ -287,7 +287,7 @@ def _check_width(source: str, sample: list[tuple[int, str]]) -> None:
         raise DataError(
             f"{source}: a line has {cells} cells; a log has at most {_MOST_COLUMNS} columns, one "
             "sample in a row. Transpose it if it has one column for each sample.",
-            code="too-many-columns",
+            code="log-text",
         )
 
 
@@ -298,7 +298,7 @@ def _check_names(source: str, line: int, names: list[str]) -> None:
             f"{source}, line {line}: the time stamp {stamps[0]!r} stands where the names of the "
             "columns are expected, right above the first row of numbers; fill the row in, or "
             "remove it.",
-            code="time-stamp-for-header",
+            code="log-text",
         )
     if all(is_number(name) for name in names):
         raise DataError(
@@ -334,5 +334,5 @@ def _check_thousands(source: str, body: list[str], separator: str | None, *, com
         raise DataError(
             f"{source}: {marked[0]!r} may be read with a decimal comma or with a comma between "
             "thousands; export the log with a decimal point.",
-            code="ambiguous-decimal-mark",
+            code="log-text",
         )

@@ -214,7 +214,7 @@ def _rows(source: str, lines: list[Line], dialect: Dialect) -> list[list[str]]:
             raise DataError(
                 f"{source}, line {number}: {len(cells)} cells where the header names {width} "
                 f"columns ({', '.join(dialect.names)}). Remove or mend the line{tail}.",
-                code="broken-line",
+                code="log-text",
             )
         rows.append(cells)
     return rows
@@ -252,13 +252,13 @@ def _refuse(where: str, why: str, advice: str, *, comma: bool) -> Samples:
         raise DataError(
             f"{where} is no time stamp that can be read: {why}. Export the log with stamps such as "
             "2026-02-01 12:00:00.250.",
-            code="bad-time-stamp",
+            code="log-text",
         )
     raise DataError(
         f"{where} is not a number (decimal {'comma' if comma else 'point'}), nor a time "
         "stamp such as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. Mend "
         f"the cell, remove the line, or choose another column{advice}.",
-        code="no-number",
+        code="log-text",
     )
 
 
@@ -275,7 +275,7 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
         raise DataError(
             f"{source}: the LabVIEW measurement file has no samples below its heads, which "
             f"{_END} closes.",
-            code="labview-without-samples",
+            code="log-text",
         )
     head = [line for _, line in lines[: ends[-1]]]
     said = (line[len(_SEPARATOR) :][:1] for line in head if line.startswith(_SEPARATOR))

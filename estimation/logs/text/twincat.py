@@ -94,7 +94,7 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
     if len(heads) == len(lines):
         raise DataError(
             f"{source}: the export of TwinCAT Scope has no samples below its heads.",
-            code="twincat-without-samples",
+            code="log-text",
         )
     body = [line for line in lines[len(heads) :] if line[1].strip() != "EOF"]
     channels = _channels(source, heads)
@@ -182,7 +182,7 @@ def _cells(source: str, of: Line, separator: str, width: int, *, comma: bool) ->
         raise DataError(
             f"{source}, line {number}: more than the {width} cells that the channels need. "
             "Export with Timelines 'All' or 'For each sampletime', separated by tab or semicolon.",
-            code="twincat-cells",
+            code="log-text",
         )
     cells = cells[:width] + [""] * (width - len(cells))
     return [cell if cell.strip() else "nan" for cell in cells]
@@ -195,7 +195,7 @@ def _malformed(source: str, lines: Sequence[Line], table: list[list[str]]) -> Da
         if wrong is not None:
             return DataError(
                 f"{source}, line {number}: {wrong.strip()!r} is not a number.",
-                code="twincat-number",
+                code="log-text",
             )
     return DataError(f"{source}: its rows cannot be read as numbers.")
 

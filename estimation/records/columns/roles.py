@@ -94,7 +94,7 @@ class RoleColumns:
                 raise UsageError(
                     f"{source}: no column is the test signal that is added to the "
                     f"{self.injected_at}; name it with {_to_name(['injected'])}.",
-                    code="no-injected",
+                    code="test-signal",
                 )
             return []
         name = chosen["injected"][0]
@@ -104,7 +104,7 @@ class RoleColumns:
             raise UsageError(
                 f"{source}: {name!r} is a test signal, but nothing says what it was added to; add "
                 'injected_at = "control" or injected_at = "reference" in run.toml.',
-                code="injected-where",
+                code="test-signal",
             )
         del chosen["injected"]
         return [f"{name!r} is left out, since nothing says whether it was added to the control"]
@@ -134,7 +134,7 @@ def _injected_at(axis: Axis | None, given: str | None) -> str | None:
         raise UsageError(
             f"a test signal is said to be added to {given!r}; give "
             f"{' or '.join(map(repr, INJECTION_POINTS))}.",
-            code="unknown-injection-point",
+            code="test-signal",
         )
     return given or (axis.injected_at if axis is not None else "") or None
 
@@ -172,7 +172,7 @@ def _choose(
         raise DataError(
             f"{table.source}: {', '.join(unfit.values())}; give one of real numbers, or of "
             f"time stamps, with {_to_name(unfit)}.",
-            code="no-numbers",
+            code="columns",
         )
     # What only bears the name of a measured derivative is none.
     unasked = [
@@ -193,12 +193,12 @@ def _check_requested(requested: Mapping[str, object], roles: Sequence[str]) -> N
         if role not in roles:
             raise UsageError(
                 f"{role!r} is no role of a column; the roles are {', '.join(roles)}.",
-                code="unknown-role",
+                code="columns",
             )
         if not isinstance(column, str):
             raise UsageError(
                 f"the column for the {role} is {quoted(column)}; give its name, or a Column.",
-                code="column-type",
+                code="columns",
             )
 
 
@@ -276,7 +276,7 @@ def _lacking(
     return DataError(
         f"{table.source}: there is no column {wanted}{also}; found {table.listed()}.{hint} "
         f"{table.missing or advice}{own}",
-        code="no-column",
+        code="columns",
     )
 
 
@@ -302,7 +302,7 @@ def _check_apart(table: Table, chosen: dict[str, tuple[str, str, bool]]) -> None
             raise DataError(
                 f"{table.source}: the column {name!r} is taken for the {roles[name]} and for the "
                 f"{role}; name another for one of them, with {_to_name([role])}.",
-                code="column-twice",
+                code="columns",
             )
         roles[name] = role
 

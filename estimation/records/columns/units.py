@@ -276,7 +276,7 @@ def to_si(
             raise wrong(
                 f"{source}: the {role} {has}, which is not known; "
                 f"{_advice_on_unit(role, text, wanted)}",
-                code="unknown-unit",
+                code="units",
             )
         of = known
     same = [unit for unit in wanted if of.unit is not None and _measures(of.unit, unit)]
@@ -286,7 +286,7 @@ def to_si(
             f"{source}: the {role} {has}, but the {role}{of_axis} is measured in "
             f"{' or '.join(wanted)}. "
             f"Check the column, or give its unit with columns {role}=NAME:UNIT.",
-            code="other-unit",
+            code="units",
         )
     factor = float(of)
     if scaling is None:
@@ -321,13 +321,13 @@ def _scaling(role: str, text: str, own: str, source: str, wanted: Sequence[str])
         raise UsageError(
             f"{source}: the {role} is given as {text!r}: at letter {error.letter}, {error}; "
             f"write it as in {_example(role, wanted)}.",
-            code="no-scaling",
+            code="units",
         ) from error
     if scaling.of.is_count and not scaling.is_scaled:
         raise UsageError(
             f"{source}: the {role} is given as {text!r}, which does not say what one count "
             f"is; give that, as in {_example(role, wanted)}.",
-            code="unscaled-counts",
+            code="units",
         )
     return scaling
 
@@ -369,7 +369,7 @@ def _check_angle(role: str, text: str, of: Quantity, wanted: Sequence[str], sour
         what = "say what angle it is of, as in counts*1rev/4096*5mm/rev"
     raise UsageError(
         f"{source}: the {role} is given as {text!r}, which is {said}; {what}.",
-        code="scaling-angle",
+        code="units",
     )
 
 
@@ -399,7 +399,7 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
         f"{finite.min():.9g} to {finite.max():.9g}: those are counts of an encoder; say "
         f"what one of them is, as in columns {role}={name}:counts*{example}; where they "
         f"are {unit} indeed, say so ({name}:{unit}).",
-        code="whole-numbers",
+        code="units",
     )
 
 

@@ -57,7 +57,7 @@ def log_content(
         raise UsageError(
             f"{file}: a log is written to {', '.join(LOG_FORMATS)}; give a name with one of these "
             "endings.",
-            code="log-ending",
+            code="twin",
         )
     columns = _log_columns(channels, axis)
     units = _units(columns, {str(declared) for declared in axis.columns.values()})
@@ -102,7 +102,7 @@ def _scales(heads: Mapping[str, str], axis: Axis) -> dict[str, tuple[float, floa
         raise ModelError(
             f"axis {axis.name!r} declares the columns {declared}, which a log with heads cannot "
             "have; declare them by their names and units.",
-            code="twin-column",
+            code="twin",
         )
     return {role: _scale(read[role].values) if role in read else (1.0, 0.0) for role in heads}
 
@@ -134,7 +134,7 @@ def _csv(columns: Mapping[str, Array], _: Units, about: str, file: Path) -> str:
         raise ModelError(
             f"{file}: a text with commas cannot have the heads {', '.join(map(repr, columns))}; "
             "write .parquet or .npz, or declare other names.",
-            code="log-heads",
+            code="twin",
         )
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
     lines = (",".join(map(repr, row)) for row in rows)

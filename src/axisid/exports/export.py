@@ -236,7 +236,7 @@ def export(
     if not is_real(dead_zone):
         raise UsageError(
             f"the dead zone is {quoted(dead_zone)}; give a speed of 0 or more.",
-            code="dead-zone-type",
+            code="export",
         )
     if dead_zone and not target.language:
         languages = ", ".join(each.name for each in TARGETS if each.language)
@@ -254,9 +254,7 @@ def _target(name: object) -> Target:
         if is_among(name, (target.name,)):
             return target
     names = ", ".join(target.name for target in TARGETS)
-    raise UsageError(
-        f"there is no target {quoted(name)}; choose from {names}.", code="unknown-target"
-    )
+    raise UsageError(f"there is no target {quoted(name)}; choose from {names}.", code="export")
 
 
 def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForward:

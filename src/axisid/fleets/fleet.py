@@ -35,7 +35,7 @@ from .table import TABLES
 #: Arguments of `identify` that are of several records together.
 OF_SEVERAL = ("local", "known", "gain", "skip_bad")
 _LOOKED_AT = 20  # logs that fail alike by what no log changes, before the others are given up
-_OF_COLUMNS = ("no-column", "unknown-unit", "other-unit", "column-twice", "no-injected", "no-force")
+_OF_COLUMNS = ("columns", "units", "test-signal", "missing-column")
 _CHOICES = {"covariance", "start", "loss"}  # of `identify`, which have nothing to do with a log
 _UNTOLD = ("", "internal", "time", "killed")  # codes of what may be otherwise another time
 
@@ -110,7 +110,7 @@ def fleet(
     _check(jobs, time_limit, identifying)
     if not isinstance(out, (str, Path)):
         raise UsageError(
-            f"the folder of the results is {quoted(out)}; give its path.", code="fleet-folder"
+            f"the folder of the results is {quoted(out)}; give its path.", code="fleet"
         )
     check_kinds(fixed=fixed, left_out=left_out, drive_time=drive_time, reading=reading)
     items = gather_items(logs, Path(out))
@@ -295,7 +295,7 @@ def _check(jobs: object, limit: object, identifying: Mapping[str, Any]) -> None:
         raise UsageError(
             f"{', '.join(several)} is of several records together, and a fleet identifies each "
             "log by itself; leave it out.",
-            code="fleet-of-single-logs",
+            code="fleet",
         )
 
 
@@ -335,7 +335,7 @@ def _check_names(
     if unknown := [name for name in given if name not in known]:
         raise UsageError(
             f"{function.__name__} takes no {quoted(unknown[0])}; it takes {', '.join(known)}.",
-            code="fleet-argument",
+            code="fleet",
         )
 
 

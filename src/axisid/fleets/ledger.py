@@ -196,7 +196,7 @@ def read_ledger(folder: Path) -> Ledger:
             raise DataError(
                 f"{file}: line {number} is no row of a fleet ({error}); take it out, or identify "
                 "the logs anew.",
-                code="fleet-ledger-line",
+                code="fleet",
             ) from error
         except (msgspec.DecodeError, UnicodeDecodeError):
             broken.append(number)

@@ -26,8 +26,6 @@ from axisid.support.version import __version__
 from .ledger import FleetRow, judged
 
 #: The code of a log that is not there or cannot be opened.
-LOG_NOT_READ = "fleet-log-not-read"
-_NOT_WRITTEN = "fleet-result-not-written"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,17 +103,17 @@ class Settings:
                 raise UsageError(
                     f"{item.log} is an axis of the library and no log; logs stand alone, and their "
                     f"axis is named for all (--axis {item.log}, axis=).",
-                    code="axis-among-logs",
+                    code="fleet",
                 )
             raise DataError(
                 f"{item.log} cannot be read: there is no such file. Check the path.",
-                code=LOG_NOT_READ,
+                code="log-file",
             )
         if not axis:
             raise UsageError(
                 f"{item.log} has no axis; name one for all (--axis, axis=), or one for it in a "
                 "manifest.",
-                code="no-axis-of-log",
+                code="fleet",
             )
         source = axis if isinstance(axis, Axis) else str(axis)
         mark = _canonical(source) if isinstance(source, Axis) else _mark(source)
@@ -141,7 +139,7 @@ def check_kinds(*, fixed: object, left_out: object, drive_time: object, reading:
     for name, given, kind, wanted in kinds:
         if not isinstance(given, kind):
             raise UsageError(
-                f"{name} is {quoted(given)}; give {wanted}, or leave it out.", code="fleet-setting"
+                f"{name} is {quoted(given)}; give {wanted}, or leave it out.", code="fleet"
             )
 
 
@@ -249,7 +247,7 @@ def identify_log(settings: Settings, named: Named) -> FleetRow:
             status="failed",
             reason=said,
             code=error.code,
-            key="" if error.code == _NOT_WRITTEN else key,  # another time there may be room
+            key="" if error.code == "file" else key,  # another time there may be room
             seconds=process_time() - begin,
         )
     return named.row(
@@ -263,7 +261,7 @@ def _key(settings: Settings, item: FleetItem) -> str:
     except OSError as error:
         raise DataError(
             f"{error.filename or item.log} cannot be read: {error.strerror}. Check the path.",
-            code=LOG_NOT_READ,
+            code="log-file",
         ) from error
 
 
@@ -275,7 +273,7 @@ def _write(document: dict[str, Any], file: Path) -> None:
         raise UsageError(
             f"{file} cannot be written: {error.strerror}; make room for it and resume, or name "
             "another folder.",
-            code=_NOT_WRITTEN,
+            code="file",
         ) from error
 
 

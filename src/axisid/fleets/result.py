@@ -217,7 +217,7 @@ class Fleet(Checked):
             raise UsageError(
                 f"the fleet has no log {quoted(name)}; name one of {first_of(list(found))}, or "
                 "take one of fleet.rows by its place.",
-                code="not-in-fleet",
+                code="fleet",
             )
         return found[name]
 

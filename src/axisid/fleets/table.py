@@ -33,7 +33,7 @@ def write_table(
     if file.suffix not in _WRITERS:
         raise UsageError(
             f"the table is {quoted(str(file))}; give a name that ends in {', '.join(_WRITERS)}.",
-            code="fleet-table",
+            code="fleet",
         )
     columns, units = columns_of(rows, outliers), units_of(rows)
     return write_file(file, _WRITERS[file.suffix](columns, units, file))

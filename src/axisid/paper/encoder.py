@@ -176,7 +176,7 @@ def run_encoder_study(
             raise UsageError(
                 f"the {what} of the encoder's study are {given}; give whole numbers of {least} or "
                 "more.",
-                code="encoder-study",
+                code="study",
             )
     axis = build(load_axis("emps2015"))
     found: list[EncoderCase] = []

@@ -40,16 +40,17 @@ def _library(library: str | None) -> str:
         library = next((name for name in _LIBRARIES if find_spec(name)), None)
         if library is None:
             raise UsageError(
-                "a dataframe needs pandas or polars; run: pip install pandas", code="no-dataframes"
+                "a dataframe needs pandas or polars; run: pip install pandas",
+                code="missing-library",
             )
     if not is_among(library, _LIBRARIES):
         raise UsageError(
             f"there is no dataframe of {quoted(library)}; give pandas or polars.",
-            code="unknown-dataframe",
+            code="dataframe",
         )
     if find_spec(library) is None:
         raise UsageError(
-            f"{library} is not installed; run: pip install {library}", code="missing-dataframe"
+            f"{library} is not installed; run: pip install {library}", code="missing-library"
         )
     return library
 
@@ -60,7 +61,7 @@ def columns_of(result: Presentable) -> Mapping[str, Any]:
         if isinstance(result, kind):
             return columns(result)
     raise UsageError(
-        f"a {type(result).__name__} has no table of numbers; see its to_dict().", code="no-frame"
+        f"a {type(result).__name__} has no table of numbers; see its to_dict().", code="dataframe"
     )
 
 

@@ -141,14 +141,14 @@ def saved_as(result: Presentable, file: object, **how: Any) -> Path:
     if path is None or path.suffix != ".json":
         raise UsageError(
             f"the result cannot be saved to {quoted(file)}; give a name that ends in .json.",
-            code="save-ending",
+            code="result-file",
         )
     known = signature(result.to_dict).parameters
     if foreign := [name for name in how if name not in known]:
         takes = ", ".join(known) or "nothing"
         raise UsageError(
             f"the result is not saved by {quoted(foreign[0])}; beside the file it takes {takes}.",
-            code="save-option",
+            code="result-file",
         )
     return write_file(path, json_text(result.to_dict(**how)))
 
@@ -176,7 +176,7 @@ def plot_of(result: Presentable, what: str, method: str | None = None, **of: Any
     if not (method is None or is_among(str(method).lower(), own)):
         raise UsageError(
             f"a figure of {type(result).__name__} has no method to choose; leave it out.",
-            code="no-method-to-choose",
+            code="figure",
         )
     return drawable(figures[what](result, **of), what)
 
@@ -225,7 +225,7 @@ def _place(record: int | None, count: int) -> int:
     if not (is_whole(number) and 1 <= number <= count):
         raise UsageError(
             f"there is no record {quoted(record)}; give a number from 1 to {count}.",
-            code="no-such-record",
+            code="result",
         )
     return int(number) - 1
 
@@ -236,18 +236,18 @@ def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageErr
         return UsageError(
             f"the file of a result has no rows of its record, which the figure {quoted(what)} "
             f"needs; identify again, or choose from {listed}.",
-            code="no-saved-rows",
+            code="figure",
         )
     if type(result) in _WITHOUT_SAMPLES:
         made, by = _WITHOUT_SAMPLES[type(result)]
         return UsageError(
             f"a saved result has no {made} to draw {quoted(what) if what else 'a figure'} of; the "
             f"one that {by} returns has: call its plot() before it is saved.",
-            code="saved-without-samples",
+            code="figure",
         )
     choose = f"; choose from {listed}" if listed else ""
     return UsageError(
-        f"{type(result).__name__} has no figure {quoted(what)}{choose}.", code="unknown-figure"
+        f"{type(result).__name__} has no figure {quoted(what)}{choose}.", code="figure"
     )
 
 

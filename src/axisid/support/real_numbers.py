@@ -60,7 +60,7 @@ def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageE
     if isinstance(values, np.ma.MaskedArray) and (masked := int(np.sum(values.mask))):
         raise error(
             f"{what}: {masked} of the values are masked; leave them out, or repair them.",
-            code="masked-values",
+            code="record",
         )
     try:
         array = np.asarray(values)
@@ -70,5 +70,5 @@ def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageE
         raise error(f"{what}: the values are not numeric: {reason}.") from reason
     if array.dtype.kind not in "biuf":
         kind = _KINDS.get(array.dtype.kind, f"of the type {array.dtype}")
-        raise error(f"{what}: the values are {kind}; give real numbers.", code="not-real-numbers")
+        raise error(f"{what}: the values are {kind}; give real numbers.", code="record")
     return np.asarray(array, dtype=float)

@@ -78,7 +78,7 @@ def _of_fit(saved: SavedOutputFit, method: str | None) -> tuple[str, dict[str, F
     if method not in (None, own):
         raise UsageError(
             f"{saved.file} is of a fit, which has no {quoted(method)} but {own}; leave it out.",
-            code="trend-of-fit",
+            code="trend",
         )
     found = {
         name: structs.replace(fleet_value(value), sd=_one_sided(value))
@@ -113,7 +113,7 @@ def place_of(point: FleetRow, by: str) -> float:
             f"nothing says of {point.name} what its {quoted(by)} is; it has {known}. A fleet's "
             "manifest says it, in a column of that name, and fleet.jsonl beside its results: copy "
             "that with them.",
-            code="no-such-condition",
+            code="trend",
         )
     if isinstance(told, str):
         try:
@@ -126,13 +126,13 @@ def place_of(point: FleetRow, by: str) -> float:
         raise UsageError(
             f"the {by} of {point.name} is {quoted(point.conditions[by])}; give numbers or dates "
             "such as 2026-03-01.",
-            code="condition-type",
+            code="trend",
         )
     if abs(told) >= LARGEST:
         raise UsageError(
             f"the {by} of {point.name} is {quoted(told)}, which is too large to reckon with; give "
             f"it in a larger unit, below {LARGEST:g}.",
-            code="condition-size",
+            code="trend",
         )
     return float(told)
 
@@ -166,7 +166,7 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
                     *notes,
                 )
             ),
-            code="no-results",
+            code="trend",
         )
     return found, notes
 
@@ -183,7 +183,7 @@ def _check_once(results: Sequence[Saved]) -> None:
     if twice := [str(file) for file, times in files.items() if times > 1]:
         raise UsageError(
             f"{quoted(twice[0])} is given {files[Path(twice[0])]} times; give each result once.",
-            code="result-twice",
+            code="trend",
         )
 
 
@@ -246,6 +246,6 @@ def _loaded(file: str | Path) -> Saved:
         raise DataError(
             f"{file} is of a study, and a trend is of results of identify and of fit; leave it "
             "out.",
-            code="trend-of-study",
+            code="trend",
         )
     return found

@@ -197,7 +197,7 @@ class Trend(Checked):
             raise UsageError(
                 f"the trend cannot be written to {path}; give a name that ends in "
                 f"{', '.join(writers)}.",
-                code="trend-file",
+                code="trend",
             )
         return write_file(path, writers[path.suffix]())
 
@@ -261,7 +261,7 @@ def _check_units(points: list[FleetRow]) -> None:
                     f"{name} of {first.axis} is in {quoted(first.parameters[name].unit)} in "
                     f"{first.name} and in {quoted(value.unit)} in {point.name}; give results in "
                     "one unit, or follow each by itself.",
-                    code="trend-units",
+                    code="trend",
                 )
 
 

@@ -82,7 +82,7 @@ class TwinMachines:
         if least := [name for name in self.scatter if self.scatter[name] < 0]:
             raise UsageError(
                 f"the scatter of {least[0]} is {self.scatter[least[0]]:g}; give 0 or more.",
-                code="twin-scatter",
+                code="twin",
             )
         noise_of(self.noise, self.axis)
 
@@ -144,7 +144,7 @@ def _check_whole(what: str, value: object, least: int, most: int | None) -> None
         span = f"of {least} or more" if most is None else f"from {least} to {most}"
         raise UsageError(
             f"the {what} of twins is {quoted(value)}; give a whole number {span}.",
-            code="twin-count",
+            code="twin",
         )
 
 
@@ -153,19 +153,19 @@ def _check_share(what: str, name: str, share: object, true: Mapping[str, float])
         raise UsageError(
             f"the {what} is of {quoted(name)}, which the axis does not declare; its parameters are "
             f"{', '.join(true)}.",
-            code="twin-share-name",
+            code="twin",
         )
     if not (is_real(share) and abs(share) <= 1):
         raise UsageError(
             f"the {what} of {name} is {quoted(share)}; give a share of its value, at most 1, such "
             "as 0.02 for 2 %.",
-            code="twin-share",
+            code="twin",
         )
     if share and not true[name]:
         raise UsageError(
             f"the {what} of {name} is {share:g} of its true value, which is 0; give it another one "
             "as its truth, or leave that out.",
-            code="twin-share-of-zero",
+            code="twin",
         )
 
 
@@ -266,7 +266,7 @@ def _check_ending(ending: str, given: str) -> None:
         raise UsageError(
             f"{given}: a twin's log is written to {' or '.join(ENDINGS)}; give a name with "
             "that ending.",
-            code="twin-ending",
+            code="twin",
         )
 
 

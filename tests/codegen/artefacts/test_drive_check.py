@@ -74,7 +74,7 @@ def test_an_inverse_that_undoes_the_force_is_taken() -> None:
 @pytest.mark.parametrize("limit", [10.0, math.inf, 1e-6])
 @pytest.mark.parametrize("factor", [1.001, -1.0, 0.0])
 def test_another_inverse_is_refused_with_a_control(factor: float, limit: float) -> None:
-    with refuses("inverse-differs", says="CubedDrive"):
+    with refuses("generated-code", says="CubedDrive"):
         build(driven(CubedDrive(gain=1.0, limit=limit, factor=factor)), native=False)
 
 
@@ -96,7 +96,7 @@ def test_a_plain_drive_of_any_size_is_right(gain: float, limit: float) -> None:
 @pytest.mark.parametrize("slope", [None, 0.999, -1.0])
 def test_a_slope_that_is_not_what_another_gain_changes_is_refused(slope: float | None) -> None:
     drive = OwnSymbol(gain=35.15, limit=10.0, relative_sd=0.01, slope=slope)
-    with refuses("force-by-gain-differs", says="OwnSymbol"):
+    with refuses("generated-code", says="OwnSymbol"):
         build(driven(drive), native=False)
     build(driven(replace(drive, relative_sd=0.0)), native=False)
 

@@ -104,4 +104,4 @@ def test_a_lane_that_cannot_be_identified_is_told_and_the_others_are_not_harmed(
 def test_lanes_of_other_shapes_are_refused(axis: GeneratedAxis, lanes: RecordLanes) -> None:
     with pytest.raises(UsageError) as shapes:
         replace(lanes, control=lanes.control[:, :2])
-    assert shapes.value.code == "lane-shapes"
+    assert shapes.value.code == "simulation-input"

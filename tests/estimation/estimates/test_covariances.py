@@ -61,7 +61,7 @@ def test_a_file_of_a_covariance_that_is_not_there_is_refused(
     file = tmp_path / "result.json"
     file.write_text(json.dumps(result.to_dict()))
     monkeypatch.delitem(COVARIANCES, NAME)
-    with refuses("unknown-saved-covariance", says="'hc3'"):
+    with refuses("result-file", says="'hc3'"):
         load_result(file)
 
 
@@ -89,5 +89,5 @@ def test_intervals_draws_and_correlation_are_of_the_chosen_covariance(
 
 
 def test_another_covariance_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
-    with refuses("unknown-choice", says="hac, robust, iid"):
+    with refuses("method", says="hac, robust, iid"):
         identify(emps2015, twin, covariance="bootstrap")  # type: ignore[arg-type]

@@ -162,9 +162,9 @@ def _record(axis: GeneratedAxis, theta: Array, *, noise: float, samples: int) ->
 def test_methods_of_rows_refuse_what_no_record_has(how: dict[str, Any]) -> None:
     axis = virtual("dahl")
     record = _record(axis, axis.nominal, noise=0.0, samples=50)
-    with refuses("states-no-rows"):
+    with refuses("equation"):
         identify(axis, record, **how)
-    with refuses("states-open-loop"):
+    with refuses("equation"):
         fit(axis, record, "open-loop")
 
 
@@ -187,7 +187,7 @@ def test_what_friction_remembers_by_is_not_searched_from_nothing() -> None:
     axis = build(declared("unsized", (unknown, Fc), dahl(unknown, x, coulomb=Fc)))
     right = virtual("dahl")
     record = _record(right, right.nominal, noise=0.0, samples=300)
-    with refuses("fit-state-zero"):
+    with refuses("fit"):
         fit(axis, record)
 
 
@@ -195,14 +195,14 @@ def test_what_friction_remembers_by_is_not_searched_from_nothing() -> None:
 def test_a_time_of_the_drive_is_not_free_beside_friction_that_remembers(time: str) -> None:
     axis = build(bristle(control=CASCADE))
     record = _record(axis, axis.nominal, noise=0.0, samples=50)
-    with refuses("free-time-states"):
+    with refuses("free"):
         fit(axis, record, free=time)
 
 
 def test_friction_that_is_too_stiff_to_be_searched_is_refused_at_once() -> None:
     axis = virtual("dahl")
     record = _record(axis, axis.nominal, noise=0.0, samples=50)
-    with refuses("fit-too-stiff", says="a sample takes 1024 steps"):
+    with refuses("simulation", says="a sample takes 1024 steps"):
         fit(axis, record, start={"s0": 1e12})
 
 
@@ -215,11 +215,11 @@ def test_an_open_loop_refuses_records_that_do_not_show_the_time(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
     measured = replace(twin, force=np.sin(twin.time))
-    with refuses("drive-timing-record"):
+    with refuses("drive"):
         split_free("delay", emps2015, [measured], "open-loop")
     drive = replace(emps2015.axis.drive, lag=1e-3, logged="current")
     behind = _declared(replace(emps2015.axis, drive=drive))
-    with refuses("drive-timing-logged"):
+    with refuses("drive"):
         split_free("lag", behind, [twin], "open-loop")
 
 

@@ -97,20 +97,20 @@ def test_a_record_is_held_against_one_of_the_outputs(emps2015: GeneratedAxis, tw
     for output, left in zip(BOTH, both.of_records, strict=True):
         assert validate_fit(both, twin, output=output).error == pytest.approx(left.error, rel=1e-6)
     assert validate_fit(both, twin).output == "control"
-    with refuses("unknown-choice"):
+    with refuses("method"):
         validate_fit(both, twin, output="force")
 
 
 @pytest.mark.parametrize(
     ("code", "given"),
     [
-        ("fit-choice", {"output": ("control", "speed")}),
-        ("fit-no-output", {"output": ()}),
-        ("fit-outputs-apart", {"output": ("control", "open-loop")}),
-        ("fit-weight-of", {"output": BOTH, "weights": {"force": 1.0}}),
-        ("fit-weight", {"output": BOTH, "weights": {"position": 0.0}}),
-        ("fit-weights", {"output": BOTH, "weights": 3.0}),
-        ("fit-weight", {"output": BOTH, "weights": {"position": 1e300}}),
+        ("fit", {"output": ("control", "speed")}),
+        ("fit", {"output": ()}),
+        ("fit", {"output": ("control", "open-loop")}),
+        ("fit", {"output": BOTH, "weights": {"force": 1.0}}),
+        ("fit", {"output": BOTH, "weights": {"position": 0.0}}),
+        ("fit", {"output": BOTH, "weights": 3.0}),
+        ("fit", {"output": BOTH, "weights": {"position": 1e300}}),
     ],
 )
 def test_what_cannot_be_followed_together_is_refused(

@@ -96,32 +96,32 @@ def test_a_lag_that_is_a_parameter_is_found_and_is_in_every_deviation(
 @pytest.mark.slow
 def test_a_time_that_is_to_be_estimated_is_refused_where_it_cannot_be() -> None:
     lag = Parameter("Tc", "s", nominal=1e-3)
-    with refuses("drive-times-both"):
+    with refuses("drive"):
         _estimated(lag=lag, delay=Parameter("d", "s"))
-    with refuses("drive-time-parameter"):
+    with refuses("drive"):
         _estimated(lag=Parameter("Tc", "m"))
-    with refuses("drive-time-hidden"):
+    with refuses("drive"):
         replace(lagging().drive, lag=lag, logged="current")
     axis, record = build(_estimated(lag=lag)), _record(lag=1e-3)
-    with refuses("drive-timing-several"):
+    with refuses("drive"):
         identify(axis, [record, record])
 
 
 def test_what_a_record_cannot_show_is_refused() -> None:
     record = _record(lag=1e-3)
-    with refuses("drive-timing-name"):
+    with refuses("drive"):
         estimate_drive_timing(lagging(), record, "hold")
-    with refuses("drive-timing-logged"):
+    with refuses("drive"):
         estimate_drive_timing(lagging(delay=1e-3, logged="applied"), record, "delay")
     axis: Axis = replace(lagging(), control=None)
-    with refuses("drive-timing-record"):
+    with refuses("drive"):
         estimate_drive_timing(axis, record)
 
 
 @pytest.mark.slow
 def test_a_force_before_its_command_has_no_lag() -> None:
     early = _record().shifted(control=1)
-    with refuses("drive-timing-early"):
+    with refuses("drive"):
         estimate_drive_timing(lagging(), early, "lag")
 
 

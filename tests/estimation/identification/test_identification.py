@@ -168,17 +168,17 @@ def test_record_that_begins_in_motion_is_simulated_so(emps2015: GeneratedAxis) -
     ],
 )
 def test_known_terms_that_are_not_finite_are_refused(term: sympy.Expr, message: str) -> None:
-    with refuses("regression-not-finite"):
+    with refuses("not-finite"):
         identify(vertical(term), twin_record(BY_MASS), methods="idm-ls")
 
 
 @pytest.mark.parametrize(
     ("arguments", "code"),
     [
-        ({"axis": "emps"}, "axis-type"),
-        ({"record": "log.csv"}, "record-type"),
-        ({"methods": ["ols"]}, "unknown-method"),
-        ({"methods": []}, "no-method"),
+        ({"axis": "emps"}, "axis"),
+        ({"record": "log.csv"}, "record"),
+        ({"methods": ["ols"]}, "method"),
+        ({"methods": []}, "method"),
     ],
 )
 def test_misuse_is_explained(emps2015: GeneratedAxis, arguments: dict[str, Any], code: str) -> None:
@@ -193,11 +193,11 @@ def test_methods_and_parameters_are_found_as_they_are_printed(
     result = identify(emps2015, twin, methods=["idm-ls"])
     assert result["IDM-LS"] is result["idm-ls"]
     assert ("IDM-LS" in result, "idm-iv" in result, list(result)) == (True, False, ["idm-ls"])
-    with refuses("no-such-estimate", says="'ddm'; choose from idm-ls"):
+    with refuses("result", says="'ddm'; choose from idm-ls"):
         result["ddm"]
-    with refuses("no-such-value", says="'mass'; choose from M, Fv, Fc"):
+    with refuses("result", says="'mass'; choose from M, Fv, Fc"):
         result["idm-ls"].parameters["mass"]
     held = validate(result, twin)
     assert held["IDM-LS"] is held.methods[0]
-    with refuses("unknown-choice", says="'idm-iv'; choose from idm-ls"):
+    with refuses("method", says="'idm-iv'; choose from idm-ls"):
         held["idm-iv"]

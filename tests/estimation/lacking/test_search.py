@@ -114,9 +114,9 @@ def test_friction_that_is_not_declared_is_told_as_what_it_is(
 @pytest.mark.parametrize("given", [0, 1, 2.0, -0.1, math.nan, "0.01", True, None])
 @pytest.mark.parametrize("name", ["level", "least_share"])
 def test_levels_are_shares(twin: Record, name: str, given: Any) -> None:
-    with refuses("level", says=f"the {name.replace('_', ' ')} is"):
+    with refuses("method", says=f"the {name.replace('_', ' ')} is"):
         identify(AXIS, twin, **{name: given})
-    with refuses("level"):
+    with refuses("method"):
         fit(AXIS, twin, **{name: given})
 
 

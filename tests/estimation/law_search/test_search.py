@@ -172,7 +172,7 @@ def test_a_record_without_what_a_law_reads_is_refused() -> None:
     axis = _axis("cascade_p_pi")
     record = twin_record(axis)
     for missing in ("reference", "control"):
-        with refuses("law-columns", says=missing):
+        with refuses("missing-column", says=missing):
             find_law(axis, replace(record, **{missing: None}))  # type: ignore[arg-type]
     columns = {
         "position": record.position[:60],
@@ -180,5 +180,5 @@ def test_a_record_without_what_a_law_reads_is_refused() -> None:
         "control": np.asarray(record.control)[:60],
     }
     short = read_record(columns, axis, sample_period=PERIOD)
-    with refuses("law-record-short", says="60 samples"):
+    with refuses("too-short", says="60 samples"):
         find_law(axis, short)

@@ -108,4 +108,4 @@ def test_a_measured_velocity_has_its_noise_in_the_chain(emps2015: GeneratedAxis)
 def test_a_number_of_twins_that_is_none_is_refused(emps2015: GeneratedAxis, count: Any) -> None:
     with pytest.raises(UsageError, match="twins") as refused:
         identify(emps2015, twin_record(emps2015), methods="idm-ls", bootstrap=count)
-    assert refused.value.code == "bootstrap-count"
+    assert refused.value.code == "noise"

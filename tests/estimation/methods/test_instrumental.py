@@ -94,7 +94,7 @@ def test_estimates_without_inertia_fail_the_simulation() -> None:
     (check,) = (c for c in result.verdict if c.name == "simulation")
     assert check.status == "fail"
     assert "no positive inertia" in check.meaning
-    with refuses("no-inertia", says="no positive inertia"):
+    with refuses("simulation", says="no positive inertia"):
         identify(axis, turned, methods="idm-iv")
 
 

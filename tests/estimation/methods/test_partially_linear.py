@@ -157,7 +157,7 @@ def test_everything_else_takes_such_an_axis(
 
 def test_search_needs_a_start(record: Record) -> None:
     blind = replace(stribeck_axis(), parameters=(m, b, c, s, Parameter("v", "m/s")))
-    with refuses("no-start", says="v enters nonlinearly, so its search needs a start"):
+    with refuses("no-convergence", says="v enters nonlinearly, so its search needs a start"):
         identify(blind, record, FILTER, "idm-ls")
 
 
@@ -175,7 +175,7 @@ def test_instruments_that_lead_beyond_a_bound_are_refused_with_its_name(record: 
     found = re.search(r"lead to v = (\S+) m/s, beyond its bound 0.09", result.failed["idm-iv"].text)
     assert found
     assert float(found[1]) == pytest.approx(0.0995, abs=1e-4)
-    with refuses("beyond-bounds"):
+    with refuses("bounds"):
         identify(axis, record, FILTER, "idm-iv")
 
 

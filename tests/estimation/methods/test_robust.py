@@ -113,5 +113,5 @@ def test_what_counts_for_little_is_told_and_written() -> None:
 
 
 def test_a_loss_that_is_none_is_refused() -> None:
-    with refuses("unknown-choice", says="choose from squares, huber, bisquare"):
+    with refuses("method", says="choose from squares, huber, bisquare"):
         identify(_axis(), _shocked(), loss="cauchy")

@@ -50,7 +50,7 @@ def test_least_squares_whose_loop_does_not_follow_is_no_start_and_it_is_said(
 
 @pytest.mark.parametrize("start", ["best", 3, None])
 def test_another_start_is_refused(emps2015: GeneratedAxis, twin: Record, start: object) -> None:
-    with refuses("unknown-choice", says=r"choose from least-squares, nominal"):
+    with refuses("method", says=r"choose from least-squares, nominal"):
         identify(emps2015, twin, start=start)  # type: ignore[arg-type]
 
 

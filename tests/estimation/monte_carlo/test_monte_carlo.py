@@ -223,31 +223,31 @@ def test_other_true_values_are_simulated() -> None:
 @pytest.mark.parametrize(
     ("given", "code"),
     [
-        ({"runs": 0}, "monte-carlo-count"),
-        ({"runs": "3"}, "monte-carlo-count"),
-        ({"keep": 3}, "monte-carlo-keep"),
-        ({"seed": -1}, "monte-carlo-count"),
-        ({"checks": 1.5}, "monte-carlo-count"),
-        ({"methods": "ols"}, "unknown-method"),
-        ({"methods": ()}, "no-method"),
-        ({"noise": 1e-6}, "twin-noise-type"),
-        ({"noise": Chain(anywhere=True)}, "twin-anywhere"),
-        ({"noise": Chain(jitter=1e-5)}, "twin-sampling"),
-        ({"noise": Chain(is_measured_by_law=False)}, "twin-sampling"),
-        ({"truth": {"m": 1.0}}, "truth-names"),
-        ({"truth": {"M": "heavy"}}, "not-a-number"),
-        ({"truth": 3}, "truth-type"),
-        ({"moves": 3}, "listed-type"),
-        ({"moves": "far"}, "listed-type"),
-        ({"moves": [Move(distance=1e-9, speed=0.05, acceleration=0.75)]}, "twin-too-short"),
-        ({"runs": 10**9}, "monte-carlo-runs"),
-        ({"prefilter": 60.0}, "prefilter-type"),
-        ({"covariance": "ols"}, "unknown-choice"),
-        ({"start": "far"}, "unknown-choice"),
-        ({"loss": "l1"}, "unknown-choice"),
-        ({"jobs": 0}, "monte-carlo-spread"),
-        ({"jobs": 2, "executor": ThreadPoolExecutor(1)}, "monte-carlo-both"),
-        ({"executor": "dask"}, "monte-carlo-executor"),
+        ({"runs": 0}, "study"),
+        ({"runs": "3"}, "study"),
+        ({"keep": 3}, "study"),
+        ({"seed": -1}, "study"),
+        ({"checks": 1.5}, "study"),
+        ({"methods": "ols"}, "method"),
+        ({"methods": ()}, "method"),
+        ({"noise": 1e-6}, "noise"),
+        ({"noise": Chain(anywhere=True)}, "study"),
+        ({"noise": Chain(jitter=1e-5)}, "study"),
+        ({"noise": Chain(is_measured_by_law=False)}, "study"),
+        ({"truth": {"m": 1.0}}, "twin"),
+        ({"truth": {"M": "heavy"}}, "axis"),
+        ({"truth": 3}, "twin"),
+        ({"moves": 3}, "axis"),
+        ({"moves": "far"}, "axis"),
+        ({"moves": [Move(distance=1e-9, speed=0.05, acceleration=0.75)]}, "too-short"),
+        ({"runs": 10**9}, "study"),
+        ({"prefilter": 60.0}, "filter"),
+        ({"covariance": "ols"}, "method"),
+        ({"start": "far"}, "method"),
+        ({"loss": "l1"}, "method"),
+        ({"jobs": 0}, "study"),
+        ({"jobs": 2, "executor": ThreadPoolExecutor(1)}, "study"),
+        ({"executor": "dask"}, "study"),
     ],
 )
 def test_what_makes_no_sense_is_refused(given: dict[str, Any], code: str) -> None:
@@ -258,7 +258,7 @@ def test_what_makes_no_sense_is_refused(given: dict[str, Any], code: str) -> Non
 def test_a_disturbance_that_the_drive_would_log_is_refused() -> None:
     declared = axis().axis
     logging = replace(declared, drive=replace(declared.drive, delay=1e-3, logged="applied"))
-    with refuses("twin-disturbance"):
+    with refuses("study"):
         study(1, twin=logging, noise=Chain(disturbances=((0.0, 0.1),)))
 
 
@@ -299,6 +299,6 @@ def test_what_is_done_is_kept_whatever_fails(monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr(module, "block_numbers", failing)
     kept: list[MonteCarlo] = []
-    with refuses("monte-carlo-worker"):
+    with refuses("study"):
         study(2, "idm-ls", block=1, keep=kept.append)
     assert [len(partial) for partial in kept] == [1]

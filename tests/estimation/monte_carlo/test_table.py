@@ -38,7 +38,7 @@ def test_npz_and_parquet_have_the_same_columns(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["runs.csv", "runs"])
 def test_other_endings_are_refused(tmp_path: Path, name: str) -> None:
-    with refuses("monte-carlo-output"):
+    with refuses("study"):
         write_runs(judged(), tmp_path / name)
 
 

@@ -110,7 +110,7 @@ def test_with_a_number_of_the_record_known_the_gain_is_that_of_all(
         parameters=emps2015.axis.parameters,
         force=force.xreplace({rotor.symbol: 20.0}),
     )
-    with refuses("free-gain-numbers", says="known"):
+    with refuses("free", says="known"):
         fit(numbers, twin, free="gain")
 
 
@@ -154,9 +154,9 @@ def _named(axis: Axis) -> Axis:
 @pytest.mark.parametrize(
     ("made", "code"),
     [
-        (_braked, "free-gain-drive"),
-        (_remembers, "free-gain-states"),
-        (_named, "free-gain-name"),
+        (_braked, "free"),
+        (_remembers, "free"),
+        (_named, "free"),
     ],
 )
 def test_a_gain_that_cannot_be_searched_is_refused_with_the_reason(
@@ -168,5 +168,5 @@ def test_a_gain_that_cannot_be_searched_is_refused_with_the_reason(
 
 def test_a_force_column_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
     record = replace(twin, force=np.asarray(twin.control) * emps2015.axis.drive.gain)
-    with refuses("free-gain-force", says="force column"):
+    with refuses("free", says="force column"):
         fit(emps2015, record, "force", free="gain")

@@ -47,18 +47,18 @@ def test_a_known_value_beyond_what_its_parameter_can_be_is_refused() -> None:
     axis = stage()
     bounded = [replace(p, lower=0.0) if p.name == "M" else p for p in axis.parameters]
     known = known_of({"M": [90.0, -90.0]}, 2)
-    with refuses("records-known-beyond-bounds", "90, -90"):
+    with refuses("parameters", "90, -90"):
         layout_of(build(replace(axis, parameters=bounded)), 2, known, ("tau0",), commanded=True)
 
 
 def test_parameters_that_enter_nonlinearly_have_to_be_known() -> None:
-    with refuses("nonlinear-of-several"):
+    with refuses("parameters"):
         layout_of(leaning(), 2, (), ("f0",), commanded=True)  # type: ignore[arg-type]
 
 
 def test_what_is_fixed_of_all_records_is_said_of_each() -> None:
     axis = build(fix(stage(), M=(100.0, 1.0)))
-    with refuses("fixed-of-several") as refused:
+    with refuses("parameters") as refused:
         layout_of(axis, 2, (), ("tau0",), commanded=True)
     assert "known M=100.0+-1.0,100.0+-1.0" in str(refused.value)
 
@@ -84,12 +84,12 @@ def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:
     ],
 )
 def test_a_text_that_lists_no_values_is_refused_with_its_place(text: str, said: str) -> None:
-    with refuses("known-text", said):
+    with refuses("parameters", said):
         read_known([text])
 
 
 def test_a_name_is_known_once() -> None:
-    with refuses("known-twice"):
+    with refuses("parameters"):
         read_known(["m=1,2", "m=3,4"])
 
 
@@ -105,7 +105,7 @@ def test_equal_values_with_equal_deviations_are_one_thing() -> None:
 
 
 def test_what_is_not_given_by_name_is_refused() -> None:
-    with refuses("known-not-by-name", "give values by name"):
+    with refuses("parameters", "give values by name"):
         known_of([1.0, 2.0], 2)  # type: ignore[arg-type]
 
 
@@ -127,5 +127,5 @@ def test_rows_are_as_far_apart_in_all_records(periods: tuple[float, ...]) -> Non
 
 
 def test_periods_without_a_common_multiple_are_refused_with_advice() -> None:
-    with refuses("no-common-period"):
+    with refuses("parameters"):
         prefilters_of(Prefilter(), 1e-3, [1e-3, 1.0137e-3])

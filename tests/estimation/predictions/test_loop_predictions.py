@@ -58,7 +58,7 @@ def test_a_lane_that_fails_is_named_and_the_others_go_on(
 
 
 def test_an_output_that_was_not_recorded_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
-    with refuses("no-output", says="no force column"):
+    with refuses("missing-column", says="no force column"):
         _predictions(emps2015, "force", twin)
 
 

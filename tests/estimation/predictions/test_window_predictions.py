@@ -59,7 +59,7 @@ def test_the_fit_has_the_truth_without_a_law_or_a_reference(twin: Record, horizo
 def test_without_a_control_it_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
     force = replace(twin, control=None, force=twin.control)
     _predictions(emps2015, force)
-    with refuses("fit-horizon"):
+    with refuses("fit"):
         fit(emps2015, twin, "open-loop", horizon=0.0)
 
 

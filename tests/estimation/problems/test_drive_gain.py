@@ -182,7 +182,7 @@ def test_a_search_keeps_to_speeds_that_the_record_shows() -> None:
     small = tuple(replace(p, nominal=1e-3) if p.name == "v" else p for p in declared.parameters)
     axis = build(replace(declared, parameters=small))
     record = twin_record(axis)
-    with refuses("failed-starts", says=r"no start of v .* At the first, .*not show s"):
+    with refuses("no-convergence", says=r"no start of v .* At the first, .*not show s"):
         identify(axis, record, methods="idm-ls")
     found = identify(stribeck_axis(), record, methods="idm-ls")["idm-ls"].parameters
     assert found["s"].value == pytest.approx(TRUTH["s"], rel=0.2)

@@ -66,14 +66,14 @@ def test_resampled_it_is_drawn_likewise() -> None:
 
 
 def test_what_makes_no_sense_is_refused() -> None:
-    with refuses("between-role"):
+    with refuses("shift"):
         Repairs(between={"control": "linear"})
-    with refuses("unknown-choice"):
+    with refuses("method"):
         Repairs(between={"velocity": "cubic"})  # type: ignore[dict-item]
-    with refuses("nothing-between"):
+    with refuses("shift"):
         read_record(
             {"time": TIME, "position": np.sin(TIME), "control": TIME},
             repairs=Repairs(between={"velocity": "linear"}),
         )
-    with refuses("few-between"):
+    with refuses("too-short"):
         read(np.where(np.arange(N) % 500 == 0, VELOCITY, np.nan), "linear")

@@ -36,18 +36,18 @@ def test_its_unit_is_that_of_what_it_is_added_to() -> None:
     np.testing.assert_allclose(at_reference.injected, 1e-3 * LOG["exc"])
     at_control = read_record(LOG, axis, columns={"injected": "exc:mV"}, injected_at="control")
     np.testing.assert_allclose(at_control.injected, 1e-3 * LOG["exc"])
-    with refuses("other-unit", says="injected of axis 'emps2015' is measured in V"):
+    with refuses("units", says="injected of axis 'emps2015' is measured in V"):
         read_record(LOG, axis, columns={"injected": "exc:mm"}, injected_at="control")
 
 
 def test_a_place_without_a_column_and_a_column_without_a_place_are_refused() -> None:
-    with refuses("injected-where", says='add injected_at = "control" or'):
+    with refuses("test-signal", says='add injected_at = "control" or'):
         read_record(LOG, columns=NAMED)
-    with refuses("no-injected"):
+    with refuses("test-signal"):
         read_record(LOG, injected_at="control")
-    with refuses("unknown-injection-point", says="'control' or 'reference'"):
+    with refuses("test-signal", says="'control' or 'reference'"):
         read_record(LOG, columns=NAMED, injected_at="force")
-    with refuses("record-injected-at", says="None"):
+    with refuses("test-signal", says="None"):
         Record(time=TIME, position=LOG["position"], injected=LOG["exc"])
 
 
@@ -67,13 +67,13 @@ def test_the_axis_may_say_both_and_its_log_may_lack_the_column() -> None:
     without = read_record({name: v for name, v in LOG.items() if name != "exc"}, axis)
     assert without.injected is None
     assert "no test signal is reckoned with" in str(without.provenance.assumed)
-    with refuses("axis-injected-at", says="'force'"):
+    with refuses("test-signal", says="'force'"):
         replace(axis, injected_at="force")
 
 
 def test_a_reference_at_rest_is_no_fault_where_a_test_signal_moves_the_axis() -> None:
     still = {**LOG, "reference": np.zeros(400)}
-    with refuses("constant-column", says="reference is 0"):
+    with refuses("not-shown", says="reference is 0"):
         read_record(still)
     assert read_record(still, columns=NAMED, injected_at="control").injected is not None
 

@@ -82,18 +82,18 @@ class TestVelocityAlone:
         columns = {k: v for k, v in log().items() if k != "position"}
         record = read_record(columns, columns={"velocity": "velocity"})
         assert record.motion == ("velocity",)
-        with refuses("no-column"):
+        with refuses("columns"):
             read_record(columns)
 
     def test_what_is_done_to_a_position_is_refused(self) -> None:
         columns = {k: v for k, v in log().items() if k != "position"}
-        with refuses("no-position-to-wrap"):
+        with refuses("wrap"):
             read_record(columns, columns=NAMED, repairs=Repairs(wrap="360:deg"))
-        with refuses("nothing-to-shift"):
+        with refuses("shift"):
             read_record(columns, columns=NAMED).shifted(position=1)
 
     def test_neither_is_refused(self) -> None:
-        with refuses("no-motion"):
+        with refuses("missing-column"):
             Record(time=TIME, control=TIME)
         with pytest.raises(DataError, match="differ in length"):
             Record(time=TIME, velocity=VELOCITY[:-1], control=TIME)

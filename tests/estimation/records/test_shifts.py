@@ -58,14 +58,14 @@ def test_a_masked_sample_goes_with_its_column() -> None:
 
 def test_next_to_no_sample_is_no_shift() -> None:
     """A time without its unit, 1e-3 for 1ms, would else be taken and do nothing."""
-    with refuses("part-of-a-sample"):
+    with refuses("shift"):
         read_record(log(), repairs=Repairs(shift={"control": "1e-3"}))
 
 
 def test_part_of_a_sample_needs_resampling() -> None:
-    with refuses("part-of-a-sample", r"shifted by 0\.5 samples") as refused:
+    with refuses("shift", r"shifted by 0\.5 samples") as refused:
         read_record(log(), repairs=Repairs(shift={"control": "0.5ms"}))
-    assert refused.value.code == "part-of-a-sample"
+    assert refused.value.code == "shift"
     record = read_record(log(), repairs=Repairs(shift={"control": "0.5ms"}, resample=1000.0))
     expected = np.cos(30 * (record.time - 0.5e-3))
     assert np.asarray(record.control) == pytest.approx(expected, abs=(30 * 1e-3) ** 2 / 8)

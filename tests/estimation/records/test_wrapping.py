@@ -112,16 +112,16 @@ def test_reference_begins_on_the_positions_turn_after_every_gap() -> None:
 def test_modulus_that_is_not_that_of_the_jumps_is_refused(
     position: np.ndarray, wrap: Any, says: str
 ) -> None:
-    with refuses("other-modulus", says=says):
+    with refuses("wrap", says=says):
         read_record(log(position), repairs=Repairs(wrap=wrap))
 
 
 def test_wrapped_position_is_recognised_unasked() -> None:
     for turn, settings in ((TURN, ["wrap"]), (360, ["columns", "wrap"])):
         wrapped = log(np.mod(TURNING, TURN) * turn / TURN)
-        with refuses("wrapped", says=r"\(\d such jumps\)") as refused:
+        with refuses("wrap", says=r"\(\d such jumps\)") as refused:
             read_record(wrapped)
-        assert refused.value.code == "wrapped"
+        assert refused.value.code == "wrap"
         assert [s for s in ("columns", "wrap") if f"{s} " in str(refused.value)] == settings
     by_range = read_record(log(np.mod(TURNING, 1.5)), load_axis("emps2015"))
     assert any("the position jumps by 1." in note for note in by_range.provenance.doubts)
@@ -200,11 +200,11 @@ def test_a_control_with_its_sign_is_told_nothing(control: np.ndarray) -> None:
 @pytest.mark.parametrize(
     ("wrap", "code"),
     [
-        ("control=100", "other-modulus"),
-        ("torque=65536", "no-column-to-wrap"),
-        ("time=4294967296", "wrapped-role"),
+        ("control=100", "wrap"),
+        ("torque=65536", "wrap"),
+        ("time=4294967296", "wrap"),
         ("control=", ""),
-        ("control=65536:mm", "other-unit"),
+        ("control=65536:mm", "units"),
     ],
 )
 def test_a_modulus_that_no_column_has_is_refused(wrap: str, code: str) -> None:

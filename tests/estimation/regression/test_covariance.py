@@ -172,7 +172,7 @@ def test_lags_do_not_depend_on_the_units_of_the_parameters(data: tuple[np.ndarra
 
 
 def test_lags_that_are_no_number_of_lags_are_refused() -> None:
-    with refuses("bad-lags", says="-1"):
+    with refuses("result", says="-1"):
         Hac(-1)
 
 

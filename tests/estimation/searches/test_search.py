@@ -122,7 +122,7 @@ def test_loops_that_cannot_be_simulated_shorten_the_step() -> None:
 
 
 def test_a_start_that_cannot_be_simulated_is_refused() -> None:
-    with refuses("fit-lane", says="runs away"):
+    with refuses("simulation", says="runs away"):
         _found(_Decay(_decay(2.0, 0.7), most=3.0), _unknowns(), [1.0, 4.0])
 
 

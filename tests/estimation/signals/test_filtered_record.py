@@ -105,7 +105,7 @@ def test_log_of_which_the_filter_leaves_too_few_rows_is_led_to_the_fit_that_take
     joint = build(servo())
     log = servo_log(joint, tmp_path / "a.json", lambda t: 0.5 * np.sin(6 * np.pi * t), 0.3)
     record = servo_record(joint, log)
-    with refuses("too-few-rows", says=r"axisid fit.*fit\(axis, record\)"):
+    with refuses("too-short", says=r"axisid fit.*fit\(axis, record\)"):
         identify(joint, record)
     fitted = fit(joint, record)
     for name, truth in TRUTH.items():
@@ -125,7 +125,7 @@ def test_time_in_another_unit_is_asked_about_before_the_filter(
     emps2015: GeneratedAxis, twin: Record, factor: float, told: str
 ) -> None:
     record = replace(twin, time=factor * twin.time, sample_period=None)
-    with refuses("time-unit", says=f"{told}: is time's unit right.*As it stands, the"):
+    with refuses("units", says=f"{told}: is time's unit right.*As it stands, the"):
         identify(emps2015, record, Prefilter(cutoff=60.0))
 
 
@@ -133,5 +133,5 @@ def test_filter_that_does_not_suit_the_record_is_the_only_complaint_otherwise(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
     for record in (twin, replace(twin, time=7 * twin.time, sample_period=None)):
-        with refuses("cutoff-too-high", says=r"^the cutoff 900 Hz is not below"):
+        with refuses("filter", says=r"^the cutoff 900 Hz is not below"):
             identify(emps2015, record, Prefilter(cutoff=900.0))

@@ -109,5 +109,5 @@ def test_instruments_are_weighted_as_the_regressor_is(
 
 
 def test_what_is_neither_kept_nor_left_out_is_refused() -> None:
-    with refuses("unknown-choice"):
+    with refuses("method"):
         replace(Prefilter(), reversals="some")  # type: ignore[arg-type]

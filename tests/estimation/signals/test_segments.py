@@ -60,7 +60,7 @@ def test_rows_are_those_of_the_segments_one_by_one(
 
 def test_segments_that_are_all_too_short_are_refused(emps2015: GeneratedAxis, twin: Record) -> None:
     short = replace(cut(twin, 0, 120), segments=((0, 60), (60, 120)))
-    with refuses("short-segment", says="record's longest segment has 60"):
+    with refuses("too-short", says="record's longest segment has 60"):
         identify(emps2015, short, FILTER)
 
 
@@ -68,12 +68,12 @@ def test_segments_that_are_all_too_short_are_refused(emps2015: GeneratedAxis, tw
 def test_segments_that_are_no_parts_of_the_record_are_refused(
     twin: Record, spans: tuple[tuple[int, int], ...]
 ) -> None:
-    with refuses("record-spans"):
+    with refuses("record"):
         replace(cut(twin, 0, 50), segments=spans)
 
 
 def test_a_segment_of_too_few_rows_is_named_by_its_time(twin: Record) -> None:
-    with refuses("short-part", says="from 0.048 to 0.049 s has 2 of its rows"):
+    with refuses("too-short", says="from 0.048 to 0.049 s has 2 of its rows"):
         replace(cut(twin, 0, 50), segments=((0, 48), (48, 50)))
 
 
@@ -100,7 +100,7 @@ def test_masked_samples_reach_no_row(emps2015: GeneratedAxis, twin: Record) -> N
 
 def test_record_that_is_masked_everywhere_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
 
-    with refuses("too-few-rows", says="0 rows are left"):
+    with refuses("too-short", says="0 rows are left"):
         identify(emps2015, replace(twin, masked=((0, len(twin)),)), FILTER, ["idm-ls"])
 
 

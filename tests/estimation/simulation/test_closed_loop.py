@@ -62,7 +62,7 @@ def test_noise_enters_through_the_measured_position(
 def test_inertia_that_is_not_positive_is_refused(
     emps2015: GeneratedAxis, mass: float, says: str
 ) -> None:
-    with refuses("no-inertia", says=says):
+    with refuses("simulation", says=says):
         simulate(emps2015, np.array([mass, 1.0, 1.0]), MOTIONS["1 Hz, 0.1 m sine"], PERIOD)
 
 
@@ -70,7 +70,7 @@ def test_axis_without_law_cannot_be_simulated(emps2015: GeneratedAxis) -> None:
     axis = body()
     with refuses("no-control-law"):
         simulate(build(axis), np.array([1.0]), np.zeros(5), PERIOD)
-    with refuses("no-experiment", says="experiment"):
+    with refuses("twin", says="experiment"):
         twin_record(axis)
 
 
@@ -115,7 +115,7 @@ def test_a_twin_whose_drive_cannot_hold_its_load_is_refused_with_numbers(
 ) -> None:
     with pytest.raises(ModelError, match="at its limit of 30 A it gives -2") as told:
         twin_record(build(loaded(counterbalance), native=False))
-    assert told.value.code == "twin-not-held"
+    assert told.value.code == "twin"
     assert f"Fb = {counterbalance:g} N" in str(told.value)
 
 

@@ -99,14 +99,14 @@ def test_the_mean_force_is_what_changes_the_momentum() -> None:
 
 
 def test_a_loop_with_a_response_runs_at_its_own_clock_alone() -> None:
-    with refuses("clocks-and-response"):
+    with refuses("loop-period"):
         simulate(axis(1e-3, 0.0, native=True), THETA, REFERENCE[::2], 2 * PERIOD)
 
 
 def test_a_simulation_goes_on_from_what_the_drive_remembers() -> None:
     made = axis(8e-4, 1.35e-3, native=True)
     names = made.functions["closed_loop_step"].size1_in("state")
-    with refuses("loop-array", "force_of_command1"):
+    with refuses("simulation-input", "force_of_command1"):
         simulate(made, THETA, REFERENCE, PERIOD, memory=np.zeros(names - 1))
     pushed = np.zeros(names)
     pushed[-1] = 100.0

@@ -189,7 +189,7 @@ def test_a_drive_that_rounds_begins_with_the_force_of_a_command(path: dict[str, 
 
 
 def test_what_balances_stands_alone() -> None:
-    with refuses("law-balance"):
+    with refuses("law"):
         p_pi(1 + BALANCED)
     with pytest.raises(ModelError, match="unknown symbols period"):
         p_pi(PERIOD)

@@ -85,7 +85,7 @@ def test_a_late_command_brakes_with_the_motion_of_its_time(delay: float) -> None
 
 
 def test_a_loop_whose_drive_follows_the_motion_runs_at_its_own_clock() -> None:
-    with refuses("clocks-and-response"):
+    with refuses("loop-period"):
         simulate(made("voltage"), THETA, REFERENCE[::2], 2 * PERIOD)
 
 

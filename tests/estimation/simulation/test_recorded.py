@@ -298,17 +298,17 @@ def test_signals_that_do_not_fit_the_axis_are_refused() -> None:
     axis = build(recorded_axis("pressure"))
     reference = trajectory(MOVES, T)[:50]
     theta = [TRUTH[name] for name in axis.names]
-    with refuses("recorded-missing", "pressure is not given"):
+    with refuses("simulation-input", "pressure is not given"):
         simulate(axis, theta, reference, T)
-    with refuses("recorded-unknown", "temperature"):
+    with refuses("simulation-input", "temperature"):
         simulate(
             axis, theta, reference, T, signals={"pressure": reference, "temperature": reference}
         )
-    with refuses("loop-array", "(49,)"):
+    with refuses("simulation-input", "(49,)"):
         simulate(axis, theta, reference, T, signals={"pressure": reference[1:]})
-    with refuses("loop-array", "all finite"):
+    with refuses("simulation-input", "all finite"):
         simulate(axis, theta, reference, T, signals={"pressure": np.r_[reference[1:], np.nan]})
-    with refuses("recorded-type", "wanted"):
+    with refuses("simulation-input", "wanted"):
         simulate_batch(axis, [theta], reference, T, signals=["position"])  # type: ignore[arg-type]
-    with refuses("twin-signals", "pressure"):
+    with refuses("twin", "pressure"):
         twin_record(axis)

@@ -98,20 +98,20 @@ def test_memory_does_not_grow_with_the_lanes(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_signals_are_not_reduced_where_none_is_wanted() -> None:
-    with refuses("reduce-nothing"):
+    with refuses("simulation-input"):
         run(rms, wanted=(), lanes=3)
 
 
 def test_callables_that_give_no_lanes_by_name_are_refused() -> None:
-    with refuses("reduced-names"):
+    with refuses("simulation-input"):
         run(lambda block: block.signals["force"][-1], lanes=3)
-    with refuses("reduced-shape"):
+    with refuses("simulation-input"):
         run(lambda block: {"last": block.signals["force"][-1, :2]}, lanes=3)
 
 
 @pytest.mark.usefixtures("small_blocks")
 def test_callables_that_give_other_names_or_shapes_of_other_blocks_are_refused() -> None:
-    with refuses("reduced-blocks"):
+    with refuses("simulation-input"):
         run(lambda block: {f"of_{block.first}": np.zeros(block.lanes)}, threads=1)
-    with refuses("reduced-blocks"):
+    with refuses("simulation-input"):
         run(lambda block: {"all": np.zeros((block.lanes, block.lanes))}, threads=1)

@@ -52,7 +52,7 @@ def test_an_axis_that_sags_further_than_its_reference_moves_is_simulated() -> No
 def test_a_loop_that_runs_away_is_refused_however_far_its_load_moves_it(
     reference: np.ndarray,
 ) -> None:
-    with refuses("loop-diverges", says=r"diverges: the position leaves the range at sample"):
+    with refuses("simulation", says=r"diverges: the position leaves the range at sample"):
         simulate(vertical(-1.0), THETA, reference, PERIOD)
     light = THETA * 0.03  # the sampled loop swings ever further
     batch = simulate_batch(vertical(), np.array([THETA, light]), reference, PERIOD)

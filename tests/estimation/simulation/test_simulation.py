@@ -275,7 +275,7 @@ def test_control_that_is_not_a_number_ends_the_simulation(native: bool) -> None:
     root = sympy.sqrt(MEASURED_POSITION - 1e-5)
     law = replace(axis.control, output=axis.control.output + root)
     broken = build(replace(axis, control=law), native=native)
-    with refuses("loop-diverges", says="position is not finite at sample"):
+    with refuses("simulation", says="position is not finite at sample"):
         simulate(broken, broken.nominal, motion_of(broken), PERIOD)
 
 
@@ -283,7 +283,7 @@ def test_control_that_is_not_a_number_ends_the_simulation(native: bool) -> None:
 @pytest.mark.parametrize("native", [True, False], ids=["native", "virtual machine"])
 def test_runaway_loop_ends_with_sample_and_parameters(native: bool) -> None:
     axis = build(replace(AXES["offset"], drive=Drive(gain=-35.15)), native=native)
-    with refuses("loop-diverges", says=r"leaves the range at sample \d+ \(.* s\) with M ="):
+    with refuses("simulation", says=r"leaves the range at sample \d+ \(.* s\) with M ="):
         simulate(axis, axis.nominal, motion_of(axis), PERIOD)
 
 
@@ -301,19 +301,19 @@ def test_rounding_moves_no_axis_from_rest(native: bool, rng: np.random.Generator
 @pytest.mark.parametrize(
     ("arguments", "code", "says"),
     [
-        ({"parameters": [1.0, 2.0]}, "parameter-count", "4 parameters .*; 2"),
-        ({"parameters": [[1.0]]}, "not-one-row", "parameters:"),
-        ({"reference": []}, "not-one-row", "reference:"),
-        ({"reference": [0.0, np.nan]}, "bad-reference", ""),
-        ({"period": 0.0}, "bad-sample-period", "0.0"),
-        ({"period": np.nan}, "bad-sample-period", "nan"),
-        ({"position_noise": [0.0]}, "loop-array", r"noise has the shape \(1,\); give \(3,\)"),
-        ({"position_noise": [0.0, np.nan, 0.0]}, "loop-array", ""),
-        ({"injected": [0.0]}, "loop-array", r"injected signal has the shape \(1,\)"),
-        ({"resolution": -1.0}, "bad-resolution", "-1.0"),
-        ({"substeps": -2}, "bad-substeps", "-2"),
-        ({"substeps": 2.5}, "bad-substeps", "2.5"),
-        ({"substeps": 10**19}, "bad-substeps", "1000"),
+        ({"parameters": [1.0, 2.0]}, "simulation-input", "4 parameters .*; 2"),
+        ({"parameters": [[1.0]]}, "simulation-input", "parameters:"),
+        ({"reference": []}, "simulation-input", "reference:"),
+        ({"reference": [0.0, np.nan]}, "simulation-input", ""),
+        ({"period": 0.0}, "time", "0.0"),
+        ({"period": np.nan}, "time", "nan"),
+        ({"position_noise": [0.0]}, "simulation-input", r"noise has the shape \(1,\); give \(3,\)"),
+        ({"position_noise": [0.0, np.nan, 0.0]}, "simulation-input", ""),
+        ({"injected": [0.0]}, "simulation-input", r"injected signal has the shape \(1,\)"),
+        ({"resolution": -1.0}, "simulation-input", "-1.0"),
+        ({"substeps": -2}, "simulation-input", "-2"),
+        ({"substeps": 2.5}, "simulation-input", "2.5"),
+        ({"substeps": 10**19}, "simulation-input", "1000"),
     ],
 )
 def test_bad_arguments_are_explained(arguments: dict[str, Any], code: str, says: str) -> None:
@@ -330,15 +330,15 @@ def test_bad_arguments_are_explained(arguments: dict[str, Any], code: str, says:
 @pytest.mark.parametrize(
     ("change", "code", "says"),
     [
-        ({"parameters": np.ones((2, 3))}, "parameter-count", "has 4 parameters"),
-        ({"reference": np.zeros((5, 3))}, "batch-shapes", r"\(5, 3\)"),
-        ({"position_noise": np.zeros((5, 3))}, "loop-array", ""),
-        ({"injected": np.zeros(4)}, "loop-array", ""),
-        ({"wanted": ("speed",)}, "unknown-signal", "speed"),
-        ({"start": [0.0]}, "loop-array", ""),
-        ({"parameters": np.ones((0, 4))}, "no-lane", ""),
-        ({"wanted": "position"}, "signals-type", ""),
-        ({"wanted": ("before",)}, "unknown-signal", "direction_before"),
+        ({"parameters": np.ones((2, 3))}, "simulation-input", "has 4 parameters"),
+        ({"reference": np.zeros((5, 3))}, "simulation-input", r"\(5, 3\)"),
+        ({"position_noise": np.zeros((5, 3))}, "simulation-input", ""),
+        ({"injected": np.zeros(4)}, "simulation-input", ""),
+        ({"wanted": ("speed",)}, "simulation-input", "speed"),
+        ({"start": [0.0]}, "simulation-input", ""),
+        ({"parameters": np.ones((0, 4))}, "simulation-input", ""),
+        ({"wanted": "position"}, "simulation-input", ""),
+        ({"wanted": ("before",)}, "simulation-input", "direction_before"),
     ],
 )
 def test_bad_batches_are_explained(change: dict[str, Any], code: str, says: str) -> None:
@@ -353,7 +353,7 @@ def test_bad_batches_are_explained(change: dict[str, Any], code: str, says: str)
 
 def test_resolution_needs_a_sampled_law() -> None:
     axis = built("continuous")
-    with refuses("bad-resolution"):
+    with refuses("simulation-input"):
         simulate(axis, axis.nominal, [0.0, 1e-3], PERIOD, resolution=1e-6)
 
 
@@ -395,11 +395,11 @@ def test_lanes_by_name_share_what_is_one_number(emps2015: GeneratedAxis) -> None
 def test_names_that_are_not_those_of_the_axis_are_refused(
     emps2015: GeneratedAxis, given: dict[str, float], says: str
 ) -> None:
-    with refuses("parameter-names", says=says):
+    with refuses("simulation-input", says=says):
         simulate(emps2015, given, REFERENCE, 1e-3)
 
 
 def test_lanes_of_several_lengths_are_refused(emps2015: GeneratedAxis) -> None:
     given: dict[str, Any] = {**TRUTH, "M": np.ones(2), "Fc": np.ones(3)}
-    with refuses("parameter-shapes", says=r"M \(2,\), Fv \(\), Fc \(3,\)"):
+    with refuses("simulation-input", says=r"M \(2,\), Fv \(\), Fc \(3,\)"):
         simulate_batch(emps2015, given, REFERENCE, 1e-3)

@@ -180,7 +180,7 @@ def test_native_code_and_lanes_are_the_virtual_machine(declare: object) -> None:
 
 def test_a_log_between_the_samples_of_the_law_is_refused() -> None:
     axis = virtual("dahl")
-    with refuses("clocks-and-states"):
+    with refuses("loop-period"):
         simulate(axis, axis.nominal, np.zeros(30), 0.7e-3)
 
 
@@ -201,7 +201,7 @@ def test_what_no_friction_is_made_of_is_named(
     axis = virtual(kind)
     theta = np.array([wrong.get(n, v) for n, v in zip(axis.names, axis.nominal, strict=True)])
     reference = 1e-4 * np.sin(np.arange(20) / 3)
-    with refuses("state-values", says):
+    with refuses("simulation", says):
         simulate(axis, theta, reference, 1e-3)
     batch = simulate_batch(axis, [theta, axis.nominal], reference, 1e-3, wanted=["position"])
     assert [*batch.failures] == [0]

@@ -194,7 +194,7 @@ def test_axis_whose_force_at_rest_no_motion_starts_from_is_refused_by_the_term(
     resistance: sympy.Expr, start: float, says: str
 ) -> None:
     axis = loaded(resistance)
-    with refuses("no-inertia", says=f"^axis 'loaded' cannot be simulated: .*{says}"):
+    with refuses("simulation", says=f"^axis 'loaded' cannot be simulated: .*{says}"):
         simulate(axis, axis.nominal, start + REST, PERIOD)
     batch = simulate_batch(axis, axis.nominal[None, :], start + REST, PERIOD)
     assert set(batch.failures) == {0}
@@ -204,7 +204,7 @@ def test_axis_whose_force_at_rest_no_motion_starts_from_is_refused_by_the_term(
 
 def test_axis_without_inertia_is_told_of_its_inertia_and_not_of_a_force() -> None:
     axis = loaded(C * sympy.log(ANGLE))
-    with refuses("no-inertia", says=r"'loaded' has no positive inertia with J = 0 kg"):
+    with refuses("simulation", says=r"'loaded' has no positive inertia with J = 0 kg"):
         simulate(axis, [0.0, 3.0], 2.0 + REST, PERIOD)
 
 

@@ -170,7 +170,7 @@ def test_without_a_loop_only_the_equation_is_compared(
     assert found.recommended == "Coulomb"
     assert all(c.simulation is None and "no control law" in str(c.reason) for c in found.candidates)
     assert "no simulation of viscous" in found.summary()
-    with refuses("no-candidate-identified", says="no control law"):
+    with refuses("comparison", says="no control law"):
         compare(free, twin, ZOH, "idm-iv")
 
 
@@ -197,7 +197,7 @@ def test_axes_that_cannot_be_compared_are_refused(twin: Record) -> None:
     for axes, message in cases:
         with pytest.raises(UsageError, match=message):
             compare(axes, twin)
-    with refuses("no-comparison-by", says="'ddm-ls'"):
+    with refuses("comparison", says="'ddm-ls'"):
         compare([axis, load_axis("emps2015")], twin, method="ddm-ls")
 
 
@@ -212,9 +212,7 @@ def test_records_that_serve_no_candidate_are_refused(
         sample_period=1e-3,
     )
     richest = {name: ladder[name] for name in ("offset", "directional")}
-    with refuses(
-        "no-candidate-identified", says="none of the candidates is identified: the record"
-    ):
+    with refuses("comparison", says="none of the candidates is identified: the record"):
         compare(richest, still, ZOH)
     found = compare(ladder, still, ZOH)
     assert set(found.failures) == set(richest)
@@ -226,10 +224,10 @@ def test_records_that_serve_no_candidate_are_refused(
         control=twin.control[:900] if twin.control is not None else None,
         sample_period=1e-3,
     )
-    with refuses("too-few-to-hold-out", says="43"):
+    with refuses("too-short", says="43"):
         compare(ladder, short, ZOH)
     silent = Record(time=twin.time, position=twin.position, sample_period=1e-3)
-    with refuses("no-force"):
+    with refuses("missing-column"):
         compare(ladder, silent, ZOH)
 
 

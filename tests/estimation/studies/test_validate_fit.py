@@ -61,13 +61,13 @@ def test_a_loop_is_simulated_along_the_whole_record(
     found = validate_fit(followed, other)
     assert found.horizon is None
     assert found.error == pytest.approx(followed.error, rel=0.05)
-    with refuses("fit-horizon-unused"):
+    with refuses("fit"):
         validate_fit(followed, other, horizon=1.0)
 
 
 @pytest.mark.parametrize("horizon", [0.0, float("nan"), "long"])
 def test_a_horizon_is_a_positive_time(opened: OutputFit, twin: Record, horizon: Any) -> None:
-    with refuses("fit-horizon"):
+    with refuses("fit"):
         validate_fit(opened, twin, horizon=horizon)
 
 
@@ -89,7 +89,7 @@ def test_a_record_of_another_axis_is_told_by_what_it_shows(
     slower = validate_fit(followed, twin_record(emps2015, sample_period=2e-3)).notes
     assert "every 0.002 s, and what was fitted every 0.001 s" in slower[0].text
     pressed = replace(other, signals={"pressure": np.ones(len(other.time))})
-    with refuses("validated-fit-signals", "pressure"):
+    with refuses("validation", "pressure"):
         validate_fit(followed, pressed)
 
 
@@ -98,5 +98,5 @@ def test_parameters_of_each_record_are_no_others(
     emps2015: GeneratedAxis, twin: Record, other: Record
 ) -> None:
     local = fit(emps2015, [twin, other], "open-loop", start="nominal", local="Fc")
-    with refuses("validated-fit-local"):
+    with refuses("validation"):
         validate_fit(local, other)

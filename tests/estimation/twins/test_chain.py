@@ -92,7 +92,7 @@ def test_noise_of_the_control_is_in_the_log_beside_its_steps() -> None:
     ],
 )
 def test_noise_that_makes_no_sense_is_refused(given: dict[str, Any]) -> None:
-    with refuses("twin-noise"):
+    with refuses("noise"):
         Chain(**given)
 
 

@@ -105,10 +105,10 @@ def test_friction_in_one_direction_follows_the_friction_direction() -> None:
 
 @pytest.mark.parametrize("place", [Q, 2 * Q - 1, sympy.sin(Q)], ids=str)
 def test_an_energy_that_jumps_is_refused(place: sympy.Expr) -> None:
-    with refuses("energy-jumps", says="the potential energy jumps with x"):
+    with refuses("equation", says="the potential energy jumps with x"):
         axis(F, potential=F * sign(place))
 
 
 def test_a_force_that_jumps_with_a_parameter_is_refused() -> None:
-    with refuses("force-jumps", says="the force jumps with c"):
+    with refuses("equation", says="the force jumps with c"):
         derive(axis(F, c, potential=F * Max(0, Q - c.symbol)))

@@ -181,17 +181,17 @@ def test_element_is_a_regressor_column_in_generated_code(
 @pytest.mark.parametrize(
     ("make", "code"),
     [
-        (lambda: stribeck(a, q, velocity=0.0), "not-positive"),
-        (lambda: stribeck(a, q, velocity=0.1, exponent=-1), "not-positive"),
-        (lambda: cogging(a, b, q, period=-0.1), "not-positive"),
-        (lambda: cogging(a, b, q, period=0.1, harmonic=0), "harmonic-order"),
-        (lambda: cogging(a, b, q, period=math.nan), "not-a-number"),
-        (lambda: motor_inertia(a, q, ratio=0.0), "not-positive"),
-        (lambda: end_stop(q, lower=0, upper=1, stiffness=-1.0), "not-positive"),
-        (lambda: end_stop(q, lower=1, upper=0, stiffness=1.0), "stops-order"),
-        (lambda: Constant(math.inf, "m"), "number-not-finite"),
-        (lambda: Constant(1.0, "mm"), "unit-not-read"),
-        (lambda: Constant(1.0, "m", "double"), "keyword-name"),
+        (lambda: stribeck(a, q, velocity=0.0), "axis"),
+        (lambda: stribeck(a, q, velocity=0.1, exponent=-1), "axis"),
+        (lambda: cogging(a, b, q, period=-0.1), "axis"),
+        (lambda: cogging(a, b, q, period=0.1, harmonic=0), "axis"),
+        (lambda: cogging(a, b, q, period=math.nan), "axis"),
+        (lambda: motor_inertia(a, q, ratio=0.0), "axis"),
+        (lambda: end_stop(q, lower=0, upper=1, stiffness=-1.0), "axis"),
+        (lambda: end_stop(q, lower=1, upper=0, stiffness=1.0), "axis"),
+        (lambda: Constant(math.inf, "m"), "axis"),
+        (lambda: Constant(1.0, "mm"), "units"),
+        (lambda: Constant(1.0, "m", "double"), "axis"),
     ],
 )
 def test_senseless_elements_are_refused(make: Callable[[], Any], code: str) -> None:
@@ -213,5 +213,5 @@ def test_constant_is_a_number_in_the_generated_code() -> None:
 
 
 def test_constant_of_zero_under_a_fraction_is_refused() -> None:
-    with refuses("equation-not-finite"):
+    with refuses("equation"):
         composed(p("N m") / (q * 0 + Constant(0.0, "m")), parameters=(p("N m"),))

@@ -65,7 +65,7 @@ def axis(parameters: tuple[Parameter, ...] = (m, b), **energies: sympy.Expr) -> 
 def test_an_energy_of_something_else_is_refused_by_its_name(
     energies: dict[str, sympy.Expr], message: str
 ) -> None:
-    with refuses("energy-depends", says=rf"^axis 't': .*{message}"):
+    with refuses("equation", says=rf"^axis 't': .*{message}"):
         axis(**energies)
 
 

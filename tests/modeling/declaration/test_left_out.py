@@ -61,7 +61,7 @@ def test_a_nonlinear_one_is_held_at_its_nominal_value() -> None:
     held = leave_out(stage(v), "v")
     assert names(held) == ["m", "b", "c", "s"]
     assert left_out_text(held) == "v = 0.02 m/s"
-    with refuses("no-nominal", says=r"v enters nonlinearly and has no nominal value"):
+    with refuses("parameters", says=r"v enters nonlinearly and has no nominal value"):
         leave_out(stage(Parameter("v", "m/s")), "v")
 
 
@@ -78,11 +78,11 @@ def test_the_twin_keeps_what_is_left_of_its_truth() -> None:
 
 
 def test_what_cannot_be_left_out_is_refused() -> None:
-    with refuses("leave-out-unknown", says="'z' to leave out; axis 'stage' has m, b"):
+    with refuses("parameters", says="'z' to leave out; axis 'stage' has m, b"):
         leave_out(stage(), "z")
-    with refuses("nothing-left", says="m, b, c, s"):
+    with refuses("parameters", says="m, b, c, s"):
         leave_out(stage(), "m", "b", "c", "s")
-    with refuses("no-acceleration"):
+    with refuses("axis"):
         leave_out(stage(), "m")
-    with refuses("not-a-number", says="stands for 's' is 'much'"):
+    with refuses("axis", says="stands for 's' is 'much'"):
         leave_out(stage(), s="much")  # type: ignore[arg-type]

@@ -53,10 +53,10 @@ def test_a_state_starts_where_it_was_declared_but_not_beyond_its_limit(
 @pytest.mark.parametrize(
     ("code", "state"),
     [
-        ("state-at-rest", State("z", "m", lambda z: dq - z / Constant(0.1, "s", "T"))),
-        ("state-limit", State("z", "m", dq * 2, limit=Fc / s0)),
-        ("state-symbols", State("z", "m", dq, start=q)),
-        ("state-symbols", State("z", "m", lambda z: dq * (1 - z * x.acceleration / 9.0))),
+        ("equation", State("z", "m", lambda z: dq - z / Constant(0.1, "s", "T"))),
+        ("equation", State("z", "m", dq * 2, limit=Fc / s0)),
+        ("equation", State("z", "m", dq, start=q)),
+        ("equation", State("z", "m", lambda z: dq * (1 - z * x.acceleration / 9.0))),
     ],
 )
 def test_a_state_that_is_none_of_friction_is_refused(code: str, state: State) -> None:
@@ -65,7 +65,7 @@ def test_a_state_that_is_none_of_friction_is_refused(code: str, state: State) ->
 
 
 def test_two_states_of_one_name_are_refused() -> None:
-    with refuses("state-twice"):
+    with refuses("equation"):
         _with(State("z", "m", dq), State("z", "m", 2 * dq))
 
 
@@ -84,19 +84,19 @@ def test_a_wrong_unit_is_said_of_what_was_declared(name: str, unit: str, says: s
     friction = lugre(
         p["s0"], p["s1"], x, coulomb=p["Fc"], static=p["Fs"], velocity=p["vs"], name="bent"
     )
-    with refuses("units-differ", says):
+    with refuses("units", says):
         declared("wrong", tuple(p.values()), friction)
 
 
 def test_an_amount_of_a_state_may_be_made_of_parameters() -> None:
-    with refuses("units-differ", r"the level of a Maxwell slider, 2\*s0, is in N/m; give N"):
+    with refuses("units", r"the level of a Maxwell slider, 2\*s0, is in N/m; give N"):
         declared("made", (s0,), maxwell_slip(s0, 2 * s0.symbol, x))
 
 
 def test_a_number_that_no_bristle_has_is_refused() -> None:
-    with refuses("state-part", "the stiffness of Dahl friction is -1e"):
+    with refuses("equation", "the stiffness of Dahl friction is -1e"):
         dahl(-1e6, x, coulomb=Fc)
-    with refuses("state-part", "the static level of LuGre friction is 0 N"):
+    with refuses("equation", "the static level of LuGre friction is 0 N"):
         lugre(s0, s1, x, coulomb=Fc, static=0.0, velocity=vs)
 
 
@@ -108,7 +108,7 @@ def test_what_a_loop_with_states_is_not_simulated_with_is_refused() -> None:
         "pressed", (s0, Fc), maxwell_slip(s0, Fc, x), pressed.symbol, signals=(pressed,)
     )
     for axis in (lagging, continuous, recorded):
-        with refuses("state-beside"):
+        with refuses("equation"):
             derive(axis)
 
 

@@ -110,5 +110,5 @@ def test_numbers_out_of_range_are_refused() -> None:
         lambda: notch(REFERENCE, frequency=50.0, quality=0.0),
         lambda: rate_limit(REFERENCE, rate=0.0),
     ):
-        with refuses("law-number"):
+        with refuses("law"):
             make()

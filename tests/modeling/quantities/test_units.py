@@ -60,7 +60,7 @@ def test_other_texts_are_refused(text: str) -> None:
 
 @pytest.mark.parametrize(("text", "meant"), [("Ns/m", "N s/m"), ("Nms/rad", "Nm s/rad")])
 def test_symbols_written_as_one_are_proposed_apart(text: str, meant: str) -> None:
-    with refuses("unit-not-read", says=f"Did you mean '{meant}'"):
+    with refuses("units", says=f"Did you mean '{meant}'"):
         parse_unit(text)
 
 

@@ -100,7 +100,7 @@ def test_convergence_shows_the_steps_that_end_it_and_least_squares_has_none(
         assert s.y[-2] == pytest.approx(abs(before[j] - last[j]) / deviation)
         assert s.y[-2] < 0.01 < s.y[0]
         assert np.isnan(s.y[-1])  # the last from itself
-    with refuses("no-figure", says="no figure of the convergence: idm-ls is no iteration"):
+    with refuses("figure", says="no figure of the convergence: idm-ls is no iteration"):
         result["idm-ls"].plot("convergence")
 
 
@@ -172,7 +172,7 @@ def test_friction_that_is_no_curve_over_the_velocity_is_refused(
     plot = friction_plot(result, result["idm-ls"])
     assert isinstance(plot, Missing)
     assert reason in plot.reason
-    with refuses("no-figure", says=reason):
+    with refuses("figure", says=reason):
         result.plot("friction")
 
 

@@ -68,7 +68,7 @@ def test_every_door_refuses_what_no_result_can_be(
     change(content)
     file = tmp_path / "x.json"
     file.write_text(json.dumps(content))
-    with refuses("contradictory-result", says=f"contradicts itself: .*{said}"):
+    with refuses("result-file", says=f"contradicts itself: .*{said}"):
         DOORS[door](file)
 
 

@@ -111,10 +111,10 @@ def test_command_prints_or_writes_what_its_schema_says(
 @pytest.mark.parametrize(
     ("value", "code", "says"),
     [
-        (True, "broken-schema", "expected float, got bool"),
-        ("1", "broken-schema", "expected float, got str"),
-        (10**400, "broken-schema", "number out of range"),
-        (-1.7e308, "difference-too-large", ""),
+        (True, "result-file", "expected float, got bool"),
+        ("1", "result-file", "expected float, got str"),
+        (10**400, "result-file", "number out of range"),
+        (-1.7e308, "comparison", ""),
     ],
     ids=["true", "1", "huge", "far"],
 )

@@ -59,7 +59,7 @@ def test_a_validation_of_a_fit_is_printed_saved_and_loaded(
 
 @pytest.mark.parametrize("name", ["result.txt", 3])
 def test_other_names_are_refused(result: Identification, name: object, tmp_path: Path) -> None:
-    with refuses("save-ending", says="give a name that ends in .json"):
+    with refuses("result-file", says="give a name that ends in .json"):
         result.save(tmp_path / name if isinstance(name, str) else name)  # type: ignore[arg-type]
     assert not [*tmp_path.iterdir()]
 
@@ -67,7 +67,7 @@ def test_other_names_are_refused(result: Identification, name: object, tmp_path:
 def test_what_no_result_is_saved_by_is_refused_with_what_it_takes(
     result: Identification, tmp_path: Path
 ) -> None:
-    with refuses("save-option", says="not saved by 'full'; beside the file it takes draws"):
+    with refuses("result-file", says="not saved by 'full'; beside the file it takes draws"):
         result.save(tmp_path / "result.json", full=True)
     assert not [*tmp_path.iterdir()]
 
@@ -87,7 +87,7 @@ def test_an_axis_with_another_drive_is_refused(given: dict[str, Any], says: str)
     held = SimpleNamespace(drive=written, estimates=[SimpleNamespace(gain_relative_sd=0.005)])
     drive = Drive(**{"gain": 35.0, "lag": 1e-3, "relative_sd": 0.005, **given})
     axis = replace(load_axis("emps2015"), drive=drive)
-    with refuses("other-saved-drive", says) if says else nullcontext():
+    with refuses("result-file", says) if says else nullcontext():
         refuse_other_drive(cast(Any, held), "result.json", axis)
 
 
@@ -100,5 +100,5 @@ def test_the_start_of_a_found_lag_is_part_of_the_drive() -> None:
     for lag, is_same in ((1e-4, True), (1e-3, True), (5e-4, False)):
         parameter = Parameter("Tc", "s", nominal=lag)
         axis = replace(load_axis("emps2015"), drive=Drive(gain=35.0, lag=parameter))
-        with nullcontext() if is_same else refuses("other-saved-drive", "estimated from 0.0001"):
+        with nullcontext() if is_same else refuses("result-file", "estimated from 0.0001"):
             refuse_other_drive(cast(Any, held), "result.json", axis)

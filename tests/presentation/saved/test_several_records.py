@@ -74,11 +74,9 @@ def test_what_needs_one_set_of_the_axis_parameters_is_refused_and_a_part_serves(
     loaded: Identification, file: Path
 ) -> None:
     for result in (loaded, load_result(file, stage())):
-        with refuses(
-            "own-parameters-exported", r"tau0, m_add of this result are each record's own"
-        ):
+        with refuses("export", r"tau0, m_add of this result are each record's own"):
             export(result, "c")
-        with refuses("own-parameters", "like=1"):
+        with refuses("validation", "like=1"):
             validate(result, stage_record(3))
     assert "M_plus_m_add" in export(loaded.parts[1], "csv")
 
@@ -103,9 +101,9 @@ def test_one_of_several_records_is_exported_with_its_own_parameters(
         done = CliRunner().invoke(cli, list(map(str, line)))
         assert (done.exit_code, done.output) == (0, from_file)
     for result in (live, saved):
-        with refuses("own-parameters-exported", says="name the record whose are wanted"):
+        with refuses("export", says="name the record whose are wanted"):
             export(result, "python")
-        with refuses("no-record-of-result", says="no record 3; there are 2"):
+        with refuses("result", says="no record 3; there are 2"):
             export(result, "python", record=3)
 
 
@@ -117,7 +115,7 @@ def test_a_record_is_validated_as_one_that_it_is_like(loaded: Identification, fi
         assert held["idm-iv"].holds
         assert not off["idm-iv"].holds  # of another payload
         assert validate(result, loaded.records[1], like=2).same_record
-        with refuses("no-record-of-result", says="there are 2"):
+        with refuses("result", says="there are 2"):
             validate(result, heavy, like=3)
 
 

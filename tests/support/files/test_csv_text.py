@@ -70,13 +70,13 @@ def test_a_number_that_json_does_not_know_is_refused_by_its_place(
     result: dict[str, Any], place: str, value: str
 ) -> None:
     with refuses(
-        "not-json", says=rf"^the result cannot be written as JSON, since {place} is {value}\."
+        "result-file", says=rf"^the result cannot be written as JSON, since {place} is {value}\."
     ):
         json_text(result)
 
 
 def test_the_refusal_says_what_to_check() -> None:
-    with refuses("not-json"):
+    with refuses("result-file"):
         json_text({"a": math.inf})
 
 

@@ -134,7 +134,7 @@ def _put(result: "stages.Fleet") -> None:
         raise EstimationError(
             f"{count} of {len(result)} logs {'has' if count == 1 else 'have'} no result; the "
             "reasons are above and in fleet.jsonl.",
-            code="logs-failed",
+            code="fleet",
         )
 
 

@@ -130,7 +130,7 @@ def check_no_manifest(file: Path) -> None:
         raise DataError(
             f"{file} names logs and has no column {_LOG!r}, which a manifest has; it has "
             f"{', '.join(heads)}. Call the column {paths[0]!r} {_LOG!r}.",
-            code="manifest-without-log",
+            code="manifest",
         )
 
 
@@ -160,7 +160,7 @@ def manifest_items(file: Path) -> Iterator[FleetItem]:
         if not told.get(_LOG):
             raise DataError(
                 f"{file}: row {number} names no log; give its path in the column {_LOG!r}.",
-                code="manifest-row",
+                code="manifest",
             )
         yield FleetItem(
             log=_from(file, str(told[_LOG])),
@@ -178,12 +178,12 @@ def _rows(file: Path) -> Iterator[Mapping[str, Any]]:
     try:
         text = read_regular(file).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise DataError(f"{file} cannot be read: {error}.", code="manifest-not-read") from error
+        raise DataError(f"{file} cannot be read: {error}.", code="manifest") from error
     first = text.split("\n", 1)[0]
     if twice := [head for head, times in Counter(_heads(first)).items() if head and times > 1]:
         raise DataError(
             f"{file} has {_heads(first).count(twice[0])} columns {twice[0]!r}; leave one.",
-            code="manifest-column-twice",
+            code="manifest",
         )
     yield from csv.DictReader(io.StringIO(text), delimiter=_delimiter(first), skipinitialspace=True)
 
@@ -216,7 +216,7 @@ def _columns(file: Path, number: int, text: str) -> dict[str, str]:
     if any(not (role.strip() and name.strip()) for role, _, name in pairs):
         raise DataError(
             f"{file}: row {number} has the columns {text!r}; write ROLE=NAME[:UNIT],....",
-            code="manifest-columns",
+            code="manifest",
         )
     return {role.strip(): name.strip() for role, _, name in pairs}
 
@@ -256,7 +256,7 @@ def gather_items(
     if not isinstance(logs, (str, Path, FleetItem, Iterable)):
         raise UsageError(
             f"the logs are {quoted(logs)}; give files, patterns, folders or manifests.",
-            code="fleet-logs",
+            code="fleet",
         )
     listed = [logs] if isinstance(logs, (str, Path, FleetItem)) else list(logs)
     told = [each for place, one in enumerate(listed, 1) for each in _items(one, out, place)]
@@ -271,7 +271,7 @@ def gather_items(
         _check_alike(before, (item, by))
     if not found:
         said = " and ".join(map(str, listed))
-        raise UsageError(f"there is no log in {said or 'nothing'}; name some.", code="no-logs")
+        raise UsageError(f"there is no log in {said or 'nothing'}; name some.", code="fleet")
     return [item for item, _ in found.values()]
 
 
@@ -290,7 +290,7 @@ def _check_alike(before: tuple[FleetItem, str], again: tuple[FleetItem, str]) ->
                 f"{by} and {by_other} tell other {what} of {item.log}: {_said(first)} and "
                 f"{_said(second)}. Leave one out, or give each its own columns where the log is of "
                 "several machines.",
-                code="fleet-log-twice",
+                code="manifest",
             )
 
 
@@ -309,7 +309,7 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
     if not isinstance(given, (str, Path)):
         raise UsageError(
             f"a log is {quoted(given)}; give a path, a pattern, a folder or a FleetItem.",
-            code="fleet-log-type",
+            code="fleet",
         )
     path = Path(given)
     if path.is_dir() and not (path / "metadata.yaml").is_file():  # that of a ROS 2 bag is one log

@@ -122,12 +122,12 @@ def draw_on(plot: Plot, ax: object) -> Figure:
     """
     given = [ax] if isinstance(ax, Axes) else [*np.ravel(np.asarray(ax, dtype=object))]
     if not given or not all(isinstance(each, Axes) for each in given):
-        raise UsageError(f"ax is a {type(ax).__name__}; give axes of Matplotlib.", code="no-axes")
+        raise UsageError(f"ax is a {type(ax).__name__}; give axes of Matplotlib.", code="figure")
     if len(given) != len(plot.panels):
         raise UsageError(
             f"the figure {plot.name} has {len(plot.panels)} panels, and ax {len(given)} axes; give "
             f"as many, such as plt.subplots({len(plot.panels)}, sharex=True)[1].",
-            code="axes-count",
+            code="figure",
         )
     _draw_panels(given, plot, 2)
     return cast(Figure, given[0].get_figure(root=True))

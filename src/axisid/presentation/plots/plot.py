@@ -79,7 +79,7 @@ class Series:
         if len(lengths) != 1:
             raise UsageError(
                 f"the series {self.label!r} has columns of the lengths {lengths}.",
-                code="series-lengths",
+                code="figure",
             )
 
 
@@ -202,7 +202,7 @@ def drawable(plot: Plot | Missing, name: str) -> Plot:
     """
     if isinstance(plot, Missing):
         stop = "" if str(plot).endswith(".") else "."
-        raise UsageError(f"there is no figure of the {name}: {plot}{stop}", code="no-figure")
+        raise UsageError(f"there is no figure of the {name}: {plot}{stop}", code="figure")
     return plot
 
 

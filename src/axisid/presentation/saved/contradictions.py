@@ -52,7 +52,7 @@ def refuse_other_drive(document: WrittenIdentification, file: str, axis: Axis) -
         raise UsageError(
             f"{file} was identified with the drive's {name} {then}, but {axis.name!r} as it is "
             f"declared now has {now}; give the axis as it was then, or identify again.",
-            code="other-saved-drive",
+            code="result-file",
         )
 
 
@@ -98,15 +98,13 @@ def _refuse_unknown(document: WrittenIdentification, file: str) -> None:
                 f"{file} has intervals by the covariance {quoted(estimate.chosen_covariance)}, "
                 f"which this program does not have (it has {', '.join(COVARIANCES)}); "
                 "register it as the program did that wrote the file, or identify again.",
-                code="unknown-saved-covariance",
+                code="result-file",
             )
 
 
 def contradiction(file: str, problem: str) -> DataError:
     """The refusal of a file, with what is wrong with it and what to do."""
-    return DataError(
-        f"{file} contradicts itself: {problem}. {WRITE_AGAIN}", code="contradictory-result"
-    )
+    return DataError(f"{file} contradicts itself: {problem}. {WRITE_AGAIN}", code="result-file")
 
 
 def _identified(document: WrittenIdentification) -> Iterator[str]:

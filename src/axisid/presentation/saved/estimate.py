@@ -241,7 +241,7 @@ class SavedEstimate(Presentable, Exact):
             raise UsageError(
                 f"the file holds no draws of {quoted(function)} by {self.method}; identify again "
                 "and write some.",
-                code="no-saved-draws",
+                code="result-file",
             )
         drawn = written[function]
         held = drawn.draws + drawn.lost
@@ -249,7 +249,7 @@ class SavedEstimate(Presentable, Exact):
             raise UsageError(
                 f"the file holds {held} draws of {function!r} by {self.method}, not "
                 f"{quoted(draws)}; identify again and write as many.",
-                code="other-saved-draws",
+                code="result-file",
             )
         return drawn
 

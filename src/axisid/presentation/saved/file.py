@@ -62,7 +62,7 @@ def _path(file: object) -> Path:
     if not isinstance(file, (str, Path)):
         raise UsageError(
             f"the result is {quoted(file)}; give the file of a result of identify, {AS_WRITTEN}.",
-            code="result-type",
+            code="result-file",
         )
     return Path(file)
 
@@ -199,7 +199,7 @@ def joined_model(
         f"{file} was identified with the generated code {document.signature[:12]}{whose}, but "
         f"{axis.name!r} as it is declared now has {made[:12]}; give the axis as it was then, or "
         "identify again.",
-        code="other-generated-code",
+        code="result-file",
     )
 
 
@@ -241,7 +241,7 @@ def _check_fixed(document: WrittenIdentification, file: str, model: AxisModel) -
             raise UsageError(
                 f"{file} was identified with {name} {said}, but {model.axis.name!r} as it is "
                 f"declared now has it {is_now}; give the axis as it was then, or identify again.",
-                code="other-fixed-values",
+                code="result-file",
             )
 
 

@@ -65,7 +65,7 @@ class FittedAxis:
             raise UsageError(
                 f"the result has no estimate by {quoted(method)}; it has "
                 f"{', '.join(self.estimates)}.",
-                code="not-estimated-by",
+                code="result",
             )
         return method
 
@@ -108,7 +108,7 @@ def fitted_axis(
         raise UsageError(
             f"{saved.file} does not hold the axis {saved.document.axis!r}; give the one it "
             "was identified with (axis).",
-            code="file-of-another-axis",
+            code="result-file",
         )
     return _of_file(saved, model, record)
 
@@ -156,7 +156,7 @@ def _refuse_own_parameters(result: object) -> None:
             f"{', '.join(names)} of this result {'is' if len(names) == 1 else 'are'} each "
             "record's own or known of each, so that there is no one set of the axis's "
             "parameters; name the record whose are wanted: record=1.",
-            code="own-parameters-exported",
+            code="export",
         )
 
 

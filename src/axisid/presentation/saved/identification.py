@@ -269,7 +269,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
             raise UsageError(
                 f"{self.file} does not hold the axis {self.name!r}; give the one it was "
                 f"identified with: load_result(..., axis=...).",
-                code="axis-not-saved",
+                code="result-file",
             )
         return self.declared
 

@@ -191,7 +191,7 @@ def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
             f"{file} has {count} parameters and a covariance of {len(rows)}, and what is left "
             f"of {len(document.record_errors)} of {len(document.records)} records. "
             f"{WRITE_AGAIN}",
-            code="saved-fit",
+            code="result-file",
         )
     return SavedOutputFit.of(file, document)
 

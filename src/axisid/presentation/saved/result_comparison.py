@@ -266,7 +266,7 @@ def _within_floats(number: float, what: str) -> float:
     if not math.isfinite(number):
         raise DataError(
             f"{what} is beyond floating point; compare results of one size.",
-            code="difference-too-large",
+            code="comparison",
         )
     return number
 

@@ -87,7 +87,7 @@ def read_document(
         if found == schema_of(document):
             return _decoded(file, content, document)
     if found in refused:
-        raise DataError(f"{file} {refused[found]}", code="other-document")
+        raise DataError(f"{file} {refused[found]}", code="result-file")
     what = f"its schema is {found[:_SHOWN]!r}" if found else "it has no schema"
     raise DataError(
         f"{file} is not the result of one identification ({what}, not "
@@ -120,7 +120,7 @@ def _decoded(file: Path, content: bytes, document: type[Expected]) -> Expected:
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         raise DataError(
             f"{file} lacks what its schema promises: {_said(error)}. {WRITE_AGAIN}",
-            code="broken-schema",
+            code="result-file",
         ) from error
 
 

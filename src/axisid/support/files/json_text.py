@@ -27,7 +27,7 @@ def json_text(document: Mapping[str, Any]) -> str:
             f"the result cannot be written as JSON, since {place} is {value}. Check the equation "
             "of motion over the positions and speeds of the record, and its units: something in it "
             "is beyond floating point.",
-            code="not-json",
+            code="result-file",
         ) from error
 
 

@@ -16,7 +16,6 @@ from axisid.support.user_values import quoted
 
 GIGABYTE = 1e9
 #: Code of an error about a log that takes more memory than there is.
-MEMORY = "memory"
 #: What to do about a file that memory cannot hold, the beginning of a sentence.
 SHORTER_FILES = "Cut the log into shorter files, which are records of one regression with a verdict"
 #: What to do about more samples than memory can hold, likewise.
@@ -97,7 +96,7 @@ class Room:
         return DataError(
             f"{what} would take more than {self.limit / GIGABYTE:.3g} GB of memory, {whose}. "
             f"{less}, or allow more (max_memory = BYTES in run.toml).",
-            code=MEMORY,
+            code="memory",
         )
 
     def take_text(self, content: bytes) -> None:
@@ -118,7 +117,7 @@ def room_for(source: str | Path, max_memory: float | None) -> Room:
     if not (is_real(max_memory) and max_memory > 0):
         raise UsageError(
             f"max_memory is {quoted(max_memory)}; give a positive number of bytes, such as 4e9.",
-            code="bad-max-memory",
+            code="memory",
         )
     return Room(str(source), float(max_memory), given=True)
 

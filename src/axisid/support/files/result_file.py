@@ -38,7 +38,7 @@ def read_result(file: Path, error: type[AxisidError]) -> bytes:
         if not stat.S_ISREG(kind) and (stat.S_ISDIR(kind) or not _OPENED.fullmatch(str(file))):
             raise error(
                 f"{file} cannot be read: it is {_kind(kind)}. {GIVE_RESULT}",
-                code="result-not-a-file",
+                code="result-file",
             )
         with file.open("rb") as stream:
             content = stream.read(_LARGEST + 1)
@@ -46,11 +46,11 @@ def read_result(file: Path, error: type[AxisidError]) -> bytes:
         raise  # it is a ValueError too
     except ValueError as refused:  # a null, or half of a letter
         raise error(
-            f"{str(file)!r} is no name of a file. {GIVE_RESULT}", code="bad-file-name"
+            f"{str(file)!r} is no name of a file. {GIVE_RESULT}", code="result-file"
         ) from refused
     except OSError as refused:
         raise error(
-            f"{file} cannot be read: {refused.strerror}. Check the path.", code="result-not-read"
+            f"{file} cannot be read: {refused.strerror}. Check the path.", code="result-file"
         ) from refused
     if len(content) > _LARGEST:
         raise error(f"{file} is larger than any result, {_LARGEST // 10**6} MB. {GIVE_RESULT}")

@@ -16,7 +16,7 @@ def changed(file: Path) -> DataError:
     return DataError(
         f"{file} changed while it was read. Wait until what writes it has closed it, or take a "
         "copy, and read that.",
-        code="changed-file",
+        code="log-file",
     )
 
 

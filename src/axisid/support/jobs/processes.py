@@ -172,7 +172,7 @@ class Processes:
                     f"processes end before they begin to work ({how}); what they say on standard "
                     "error tells why. A script has to call it under if __name__ == "
                     '"__main__":, since each process reads the script again.',
-                    code="no-workers",
+                    code="jobs",
                 ) from None
             self._stillborn = 0
             return worker

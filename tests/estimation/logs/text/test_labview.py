@@ -66,5 +66,5 @@ def test_comments_are_passed_over_and_units_are_those_of_the_head(
 def test_file_without_samples_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "log.lvm"
     file.write_text(HEADS)
-    with refuses("labview-without-samples"):
+    with refuses("log-text"):
         read_record(file)

@@ -159,12 +159,12 @@ def test_export_that_ends_early_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "code"),
     [
-        (lambda text: text[: text.index("0\t0\t") - 2], "twincat-without-samples"),
-        (lambda text: text.replace("\r\n5\t", "\r\nx5\t"), "twincat-number"),
-        (lambda text: text.replace("\r\n5\t", "\r\n5\t1\t1\t1\t1\t"), "twincat-cells"),
+        (lambda text: text[: text.index("0\t0\t") - 2], "log-text"),
+        (lambda text: text.replace("\r\n5\t", "\r\nx5\t"), "log-text"),
+        (lambda text: text.replace("\r\n5\t", "\r\n5\t1\t1\t1\t1\t"), "log-text"),
         (
             lambda text: text.replace("Axis.SetPos", "Axis.ActPos"),
-            "no-column",
+            "columns",
         ),
     ],
 )

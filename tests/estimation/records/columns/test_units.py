@@ -43,7 +43,7 @@ def test_units_come_from_the_axis_too(rotary: Axis) -> None:
     assert record.time == pytest.approx(TIME)
     assert record.position == pytest.approx(2 * math.pi * VALUES)
     wrong = replace(rotary, columns={"position": "enc:mm", "time": "clock:us"})
-    with refuses("other-unit", says="position of axis 'motor' is measured in rad"):
+    with refuses("units", says="position of axis 'motor' is measured in rad"):
         read_record(log, wrong)
 
 
@@ -70,7 +70,7 @@ def test_unit_that_is_not_known_is_refused_by_any_name_of_its_column(
     rotary: Axis, name: str
 ) -> None:
     log = {"time": TIME, "angle [inc]": VALUES}
-    with refuses("unknown-unit", says="'inc', which is not known; say what one"):
+    with refuses("units", says="'inc', which is not known; say what one"):
         read_record(log, rotary, columns={"position": name})
     record = read_record(log, rotary, columns={"position": f"{name}:mrad"})
     assert record.position == pytest.approx(1e-3 * VALUES)
@@ -79,22 +79,22 @@ def test_unit_that_is_not_known_is_refused_by_any_name_of_its_column(
 @pytest.mark.parametrize(
     ("columns", "code", "says"),
     [
-        ({"position": "q:mm"}, "other-unit", "position of axis 'motor' is measured in rad"),
-        ({"position": "q:Nm"}, "other-unit", "position of axis 'motor' is measured in rad"),
-        ({"position": "q:inc"}, "unknown-unit", "position has the unit 'inc'"),
+        ({"position": "q:mm"}, "units", "position of axis 'motor' is measured in rad"),
+        ({"position": "q:Nm"}, "units", "position of axis 'motor' is measured in rad"),
+        ({"position": "q:inc"}, "units", "position has the unit 'inc'"),
         (
             {"position": "q", "control": "u:mV"},
-            "other-unit",
+            "units",
             "control of axis 'motor' is measured in A",
         ),
         (
             {"position": "q", "force": "u:N"},
-            "other-unit",
+            "units",
             "force of axis 'motor' is measured in N m",
         ),
         (
             {"position": "q", "time": "time:mm"},
-            "other-unit",
+            "units",
             "time of axis 'motor' is measured in s",
         ),
     ],

@@ -65,7 +65,7 @@ def test_a_csv_says_of_what_it_is_on_one_line(tmp_path: Path, emps2015: Generate
 
 @pytest.mark.parametrize(
     ("name", "axis", "code"),
-    [("log.mat", load_axis("emps2015"), "log-ending"), ("log.csv", None, "write-axis")],
+    [("log.mat", load_axis("emps2015"), "twin"), ("log.csv", None, "twin")],
 )
 def test_what_cannot_be_written_is_refused(
     name: str, axis: Axis | None, code: str, tmp_path: Path, emps2015: GeneratedAxis
