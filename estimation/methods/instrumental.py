@@ -242,7 +242,7 @@ class Iteration:
         law = "Check the control law against the record, and start from "
         if self._start.named == NOMINAL_START:
             return f"{law}better nominal values."
-        return f'{law}the nominal values: start="{NOMINAL_START}".'
+        return f'{law}the nominal values: start="{NOMINAL_START}" in Python.'
 
     def _at(self, physical: Array) -> IterationState:
         """The rows, and those of the loop simulated with parameters (p,), an iterate."""
