@@ -237,7 +237,7 @@ def _passed(axis: GeneratedAxis, record: Record) -> bool | None:
 
 def _named(check: LawCheck, gain: str, times: float) -> bool:
     """Whether the gain is named with what it is."""
-    said = re.search(rf"\b{gain} is ([\d.]+) times", str(check.note))
+    said = re.search(rf"\b{gain} is ([\d.]+) times", check.sentence)
     return said is not None and math.isclose(float(said[1]), times, rel_tol=0.02)
 
 

@@ -95,7 +95,7 @@ def run_of(axis: GeneratedAxis, record: Record, by: str, truth: Mapping[str, flo
     return Run(
         belief=belief(names),
         failing=names,
-        said=str(failing[0].note) if failing else "",
+        said=str(failing[0].meaning) if failing else "",
         errors={n: float((value - truth[n]) / sd) for n, (value, sd, _) in of.items()},
         held={n: bool(low <= truth[n] <= high) for n, (_, _, (low, high)) in of.items()},
     )

@@ -26,7 +26,6 @@ extensions = [
 ]
 exclude_patterns = [
     "conf.py",
-    "axis_pages.py",
     "results_schema.py",
     "readme_figures.py",
     "extensions/**",
@@ -49,6 +48,7 @@ myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
 autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True}
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 napoleon_google_docstring = False

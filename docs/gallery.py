@@ -1,8 +1,10 @@
 # %% [markdown]
 # # Gallery of the library axes
 #
-# Axes that ship: each a file of a screenful in `modeling/library`, with generated code, a page and a twin.
-# The figures show the twin's measured and reconstructed force by IDM-IV. Start your own from the nearest.
+# Axes that ship: each a file of a screenful in `modeling/library`, with generated code and a twin. The figures show the twin's
+# measured and reconstructed force by IDM-IV. Start your own from the nearest.
+#
+# Every parameter has an effect of its own, and every method identifies it, unless something else is said.
 
 # %% tags=["remove-input"]
 from IPython.display import Markdown, display
@@ -11,8 +13,8 @@ from matplotlib import pyplot as plt
 from axisid import identify, load_axis, twin_record
 from axisid.modeling import LIBRARY
 from axisid.presentation.formulas import decimals, readable_unit, significant
-from axisid.presentation.formulas.latex import equation_latex
 from benchmarks.library import prefilter_of
+from docs.extensions.axis_texts import text_of
 
 for name in LIBRARY:
     axis = load_axis(name)
@@ -22,31 +24,9 @@ for name in LIBRARY:
         f"{readable_unit(v.unit)}"
         for n, v in result["idm-iv"].parameters.items()
     )
-    heading = f"## [{name}](axes/{name}.md): {axis.title}"
-    display(
-        Markdown(
-            f"{heading}\n\n{equation_latex(axis)}\n\nIDM-IV on its twin, ± one standard deviation: {rows}."
-        )
-    )
+    fit = f"IDM-IV on its twin, ± one standard deviation: {rows}."
+    display(Markdown(f"## {name}: {axis.title}\n\n{text_of(name)}\n\n{fit}"))
     figure = result.plot("force")
     figure.set_size_inches(7, 3.2)
     display(figure)
     plt.close(figure)
-
-# %% [markdown]
-# ```{toctree}
-# :caption: Pages
-# :maxdepth: 1
-#
-# axes/emps2015
-# axes/emps
-# axes/pendulum
-# axes/vertical_screw
-# axes/belt_axis
-# axes/rotary_table
-# axes/valve
-# axes/crank
-# axes/linear_motor
-# axes/balanced_slide
-# axes/servo_joint
-# ```

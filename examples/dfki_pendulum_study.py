@@ -270,7 +270,7 @@ def report(data: Data, results: Sequence[Identification], twins: Sequence[Data])
             table(
                 "Sweep", f"Hz | rows | {estimates} | weakest F | p of LS = IV", sweep_table(results)
             ),
-            f"control law: {check_of(shown(results), 'control law').note}\n",
+            f"control law: {check_of(shown(results), 'control law').meaning}\n",
             table("Gains", f"p / d | {both} | weakest F | off [mrad]", gains_table(data)),
             table(
                 "Stretch kept",

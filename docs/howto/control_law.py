@@ -110,7 +110,7 @@ axis = replace(
     experiment=replace(axis.experiment, position_noise=1e-7),
 )
 record = axisid.twin_record(axis)
-print(axisid.estimation.check_law(axisid.build(axis), record).note)
+print(axisid.estimation.check_law(axisid.build(axis), record).sentence)
 
 # %% [markdown]
 # The wrong law, with another gain, is told apart, and the factors say in what:
@@ -118,7 +118,7 @@ print(axisid.estimation.check_law(axisid.build(axis), record).note)
 # %%
 wrong = replace(axis.control, gains={"p": 39000.0, "i": 50.0, "d": 300.0})
 check = axisid.estimation.check_law(axisid.build(replace(axis, control=wrong)), record)
-print(check.note)
+print(check.sentence)
 
 # %% [markdown]
 # A law with an integral, a filter or a limit is no sum of products of its gains. It is then run along the record with

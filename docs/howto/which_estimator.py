@@ -41,7 +41,7 @@ for cutoff, decimate in ((60.0, 10), (180.0, 3)):
     print(f"{cutoff:g} Hz, 1 of {decimate}: {masses}")
     for check in result.verdict:
         if check.name == "method":
-            print(f"    {check.status}: {check.note}")
+            print(f"    {check.status}: {check.meaning}")
 
 # %% [markdown]
 # ## Which model
