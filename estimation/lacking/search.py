@@ -15,7 +15,6 @@ from functools import partial
 from itertools import takewhile
 
 import numpy as np
-from scipy.special import stdtr
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels, first_case
@@ -318,12 +317,11 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
 
 
 def _chance(largest: Array) -> float:
-    """That noise leaves as much in the row of which most is left: by twins', log-normal."""
-    sizes = np.log(np.maximum(largest, np.finfo(float).tiny))
-    own, twins = sizes[0], sizes[1:]
-    spread = float(np.std(twins, ddof=1)) * math.sqrt(1 + 1 / len(twins))
-    beyond = (own - twins.mean()) / spread if spread else np.inf
-    return float(stdtr(len(twins) - 1, -beyond))
+    """That noise leaves as much in the row of which most is left: by twins', as Gumbel's law."""
+    own, twins = largest[0], largest[1:]
+    spread = float(np.std(twins, ddof=1)) * math.sqrt(6 * (1 + 1 / len(twins))) / math.pi
+    beyond = (own - twins.mean()) / spread + np.euler_gamma if spread else np.inf
+    return -math.expm1(-math.exp(-beyond))
 
 
 def _every_sample(grid: Array, at: float) -> Array:

@@ -252,8 +252,8 @@ class _FittedPoint:
                 twins, told = found
                 known = np.zeros_like(own[_PIVOT]) if self.known is None else self.known
                 by_known = delta_method(known, self.jacobian)
-                own[_PIVOT] = _scaled(own[_PIVOT], known, told.own_scale)
-                mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, told.scale)
+                own[_PIVOT] = _scaled(own[_PIVOT], known, told.own_scale, told.own_correlation)
+                mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, told.scale, told.correlation)
                 names[_PIVOT] += self._noise(twins, told.count)
                 left = _own_rows(told.residuals, self.problem.row_weights)
                 if told.count > 1:
@@ -329,9 +329,10 @@ class _FittedPoint:
         )
 
 
-def _scaled(covariance: Array, known: Array, scale: Array) -> Array:
+def _scaled(covariance: Array, known: Array, scale: Array, correlation: Array) -> Array:
     """A covariance as twins scatter, but for what known values add: they are no noise."""
-    return np.outer(scale, scale) * (covariance - known) + known
+    deviations = scale * np.sqrt(np.maximum(np.diag(covariance - known), 0.0))
+    return np.outer(deviations, deviations) * correlation + known
 
 
 def gain_relative_sd(problem: Problem) -> float:

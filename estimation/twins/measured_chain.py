@@ -118,6 +118,10 @@ def measured_chain(
     units = rows.power_of_disturbances(moving, times)
     beside = np.vstack([known, steps]) if chain.position_step else known[None]
     every = likeliest_variances(found, units, beside, rows.counts)
+    # A little that is not there biases estimates, and would keep twins from hunting alike.
+    seen = found, units, beside, _independent(rows.counts, steps)
+    surely = _likelihood(every, *seen) > _likelihood(0 * every, *seen) + _SURELY
+    every = every * surely[:, None]
 
     def disturbances(variances: Array) -> Autoregressions:
         # What makes a thousandth of no band is none.
@@ -132,7 +136,8 @@ def measured_chain(
         whole = power_of_twins(replace(chain, disturbances=listed)).mean(axis=0)
         added = np.maximum(whole - known, 0.0)[None]
         if added.any():
-            every = likeliest_variances(found, added, beside, rows.counts) * mean
+            shares = likeliest_variances(found, added, beside, rows.counts)
+            every = shares * mean * every.any(axis=1, keepdims=True)
     told, *others = map(disturbances, every)
     return replace(chain, disturbances=told, drawn=tuple(others))
 
@@ -178,10 +183,10 @@ def _expected(variances: Array, found: Array, units: Array, known: Array) -> Arr
     return np.asarray(variances @ units + known + _LEAST * found.max(), dtype=float)
 
 
-def _likelihood(variances: Array, found: Array, units: Array, known: Array, counts: Array) -> float:
-    """Logarithm of Whittle's likelihood."""
+def _likelihood(variances: Array, found: Array, units: Array, known: Array, counts: Array) -> Array:
+    """Logarithm of Whittle's likelihood, (...)."""
     expected = _expected(variances, found, units, known)
-    return -float(counts @ (np.log(expected) + found / expected))
+    return np.asarray(-(np.log(expected) + found / expected) @ counts)
 
 
 def _position_noise(
@@ -211,10 +216,8 @@ def _position_noise(
     squares = np.array([np.mean(speed[each] ** 2) for each in classes])
     units = 6 * np.stack([np.ones(len(classes)), squares])  # 1, -2, 1
     counts = np.array([len(each) for each in classes]) / _CORRELATED
-    if steps:  # whose errors come again with the motion, and are not independent
-        scatter = np.var(steps, axis=0, ddof=1)
-        told = np.divide(known**2, scatter, out=np.full_like(known, np.inf), where=scatter > 0)
-        counts = np.minimum(counts, told)
+    if steps:
+        counts = _independent(counts, np.array(steps))
     seen = power(data), units, known, counts
     both = likeliest_variances(*seen)
     alone = likeliest_variances(seen[0], units[:1], known, counts)
@@ -231,6 +234,17 @@ def _position_noise(
         share = math.sqrt(max(found, 0.0) / more) if more > 0 else 1.0
         position, jitter = share * position, share * jitter
     return position * (position > rounding), jitter * (jitter * fast > rounding)
+
+
+def _independent(counts: Array, steps: Array) -> Array:
+    """How many independent powers twins with an encoder's steps, (m, b), have by band, (b,).
+
+    Their errors come again with the motion.
+    """
+    known = steps.mean(axis=0)
+    scatter = np.var(steps, axis=0, ddof=1)
+    told = np.divide(known**2, scatter, out=np.full_like(known, np.inf), where=scatter > 0)
+    return np.asarray(np.minimum(counts, told))
 
 
 def _white(record: Record, quiet: Record, role: str) -> float | None:

@@ -15,6 +15,7 @@ from axisid.estimation.regression import (
     Equations,
     Form,
     Solution,
+    correlation,
     delta_method,
     recorded_loops,
 )
@@ -250,6 +251,8 @@ class Calibration:
         What deviations are to be multiplied by.
     own_scale : (k,) array
         The same of the regression's own parameters.
+    correlation, own_correlation : (p, p), (k, k) arrays
+        Of either, as the twins scatter; of the covariance where they are too few to tell it.
     residuals : (n, R) array
         What the estimator leaves of the twins.
     """
@@ -257,6 +260,8 @@ class Calibration:
     off: Array
     scale: Array
     own_scale: Array
+    correlation: Array
+    own_correlation: Array
     residuals: Array
 
     @property
@@ -309,32 +314,46 @@ def calibrated(
     jacobian = form.physical(solution.theta)[1]
     own = np.array([each.theta for each in solved]) - form.regressed(twins.at)
     off = np.array([form.physical(each.theta)[0] for each in solved]) - twins.at
-    scale, own_scale = np.ones(off.shape[1]), np.ones(own.shape[1])
-    if count > 1:
-        spreads = [covariance.matrix(each) for each in solved]
-        mapped = [delta_method(each, jacobian) for each in spreads]
-        scale = _pivot(off, mapped)
-        own_scale = _pivot(own, spreads)
-        shown = covariance.matrix(solution)
-        scale = np.maximum(scale, _rounded(twins.at, delta_method(shown, jacobian)))
-        own_scale = np.maximum(own_scale, _rounded(form.regressed(twins.at), shown))
+    shown = covariance.matrix(solution)
+    spreads = [covariance.matrix(each) for each in solved]
+    mapped = [delta_method(each, jacobian) for each in spreads]
+    scale, alike = _pivot(off, mapped, twins.at, delta_method(shown, jacobian))
+    own_scale, own_alike = _pivot(own, spreads, form.regressed(twins.at), shown)
     return Calibration(
         off=off,
         scale=scale,
         own_scale=own_scale,
+        correlation=alike,
+        own_correlation=own_alike,
         residuals=np.column_stack([each.residuals for each in solved]),
     )
 
 
-def _rounded(values: Array, covariance: Array) -> Array:
-    """What deviations are to be multiplied by so that they are no less than rounding of a loop."""
-    own = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return np.divide(_ROUNDING * np.abs(values), own, out=np.zeros_like(own), where=own > 0)
+def _pivot(off: Array, covariances: list[Array], at: Array, shown: Array) -> tuple[Array, Array]:
+    """Deviation of what twins are off by beside their bias, in their own; and its correlation.
 
-
-def _pivot(off: Array, covariances: list[Array]) -> Array:
-    """Deviation of what twins are off by beside their bias, in their own deviations."""
+    Parameters
+    ----------
+    off : (R, p) array
+    covariances : list of (p, p) arrays
+        Each twin's own.
+    at : (p,) array
+        Parameters of their loops.
+    shown : (p, p) array
+        Covariance of the estimate: a deviation is no less than rounding of a loop.
+    """
+    if len(off) == 1:
+        return np.ones(len(at)), np.nan_to_num(correlation(shown))
     off = off - off.mean(axis=0)
     own = np.sqrt(np.maximum([np.diag(each) for each in covariances], 0.0))
     apart = np.divide(off, own, out=np.zeros_like(off), where=own > 0)
-    return np.asarray(np.std(apart, axis=0, ddof=1))
+    deviations = np.sqrt(np.maximum(np.diag(shown), 0.0))
+    least = np.divide(
+        _ROUNDING * np.abs(at), deviations, out=np.zeros_like(at), where=deviations > 0
+    )
+    scale = np.maximum(np.std(apart, axis=0, ddof=1), least)
+    # Opposite twins are one sample of a straight line.
+    tells = len(off) // 2 > len(at)
+    alike = np.nan_to_num(correlation(np.atleast_2d(np.cov(off.T)) if tells else shown))
+    np.fill_diagonal(alike, 1.0)
+    return scale, alike

@@ -160,7 +160,7 @@ def test_axis_of_a_file_is_found_in_the_library_and_asked_for_where_it_is_none(
     assert export(file, "c") == export(file, "c", axis=load_axis("emps2015"))
     other = tmp_path / "other.json"
     other.write_text(file.read_text().replace('"axis": "emps2015"', '"axis": "mine"'))
-    with refuses("result-file", says=r"'mine'; .* \(axis=\.\.\.\)"):
+    with refuses("result-file", says=r"'mine'; .* \(axis\)"):
         export(other, "c")
 
 

@@ -76,7 +76,7 @@ def refusing(error: Exception) -> Any:
     return again
 
 
-NO_COLUMN = refusing(DataError("no column.", code="no-column"))
+NO_COLUMN = refusing(DataError("no column.", code="columns"))
 
 
 def test_many_logs_are_not_all_tried_for_what_no_log_changes() -> None:

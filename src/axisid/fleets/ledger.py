@@ -122,7 +122,7 @@ def judged(result: Identification) -> dict[str, Any]:
     """What a row has of a result."""
     estimate = result.preferred
     fails = [check for check in result.verdict if check.status == "fail"]
-    said = {check.name: check for check in fails}
+    said = {check.name: check.meaning for check in fails}
     failing = gravest_first(said)
     return {
         "signature": result.axis.signature,

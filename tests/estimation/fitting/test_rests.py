@@ -174,7 +174,7 @@ def test_the_parameters_of_a_bristle_lie_within_their_own_intervals() -> None:
     truth = axis.nominal * [0.9, 1.25, 0.8, 1.1, 0.9, 1.1, 0.8]
     result = fit(axis, _record(axis, truth, noise=2e-9, samples=4000))
     assert result.started == "nominal"
-    assert "remembers" in result.remarks[0].text
+    assert "remembers" in result.remarks[0]
     for name, value in zip(axis.names, truth, strict=True):
         low, high = result.parameters[name].interval
         assert low <= value <= high, name
@@ -215,7 +215,7 @@ def test_an_open_loop_refuses_records_that_do_not_show_the_time(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
     measured = replace(twin, force=np.sin(twin.time))
-    with refuses("drive"):
+    with refuses("drive-time"):
         split_free("delay", emps2015, [measured], "open-loop")
     drive = replace(emps2015.axis.drive, lag=1e-3, logged="current")
     behind = _declared(replace(emps2015.axis, drive=drive))

@@ -54,7 +54,7 @@ def test_a_white_reference_lets_the_instruments_end(
     last, before = (estimate.iterates[k].physical for k in (-1, -2))
     moved = np.abs(last - before) / np.sqrt(np.diag(estimate.covariances["iid"]))
     assert moved.max() <= 2 * CONVERGED.value
-    assert not any("jumps with the parameters" in remark.text for remark in estimate.remarks)
+    assert not any("jumps with the parameters" in remark for remark in estimate.remarks)
 
 
 def test_a_loop_that_jumps_ends_near_and_says_so() -> None:

@@ -91,7 +91,7 @@ def written_law(check: LawCheck | Missing) -> WrittenLawCheck:
     """The control law's check; `passed` is None where it could not be made."""
     if isinstance(check, Missing):
         return WrittenLawCheck(passed=None, meaning=f"{NOT_EVALUATED}{check}")
-    return written_as(WrittenLawCheck, check, meaning=check.meaning)
+    return written_as(WrittenLawCheck, check, meaning=check.sentence)
 
 
 def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAlignment:
