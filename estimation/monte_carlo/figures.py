@@ -18,6 +18,7 @@ from axisid.estimation.diagnostics import Checked
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_BIAS
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
+from axisid.support.figures import MaybeNan
 from axisid.support.missing import Missing
 from axisid.support.user_values import quoted
 
@@ -72,12 +73,13 @@ class Mean:
 
     Attributes
     ----------
-    value, error : float
-        Not a number of too few runs.
+    value : float
+    error : float
+        Its standard error over the runs; not a number of too few.
     """
 
-    value: float
-    error: float
+    value: MaybeNan
+    error: MaybeNan
 
     @classmethod
     def of_values(cls, values: Array) -> "Mean":

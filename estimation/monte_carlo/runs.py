@@ -70,6 +70,7 @@ class FailedRun:
     Attributes
     ----------
     run : int
+        From 0.
     of : str
         The method; ``simulation`` where there is no twin, ``verdict`` where it was not judged.
     reason : str

@@ -5,7 +5,6 @@ from typing import Any
 
 from msgspec import UNSET
 
-from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import Alignment
@@ -13,15 +12,9 @@ from axisid.estimation.regression import ResidualTests
 from axisid.presentation.schema import (
     WrittenAlignment,
     WrittenAutocorrelation,
-    WrittenBand,
-    WrittenCheck,
     WrittenCrossCorrelation,
     WrittenExcitation,
-    WrittenHausmanTest,
-    WrittenInstruments,
-    WrittenLackOfFit,
     WrittenLawCheck,
-    WrittenMotionComparison,
     WrittenNormality,
     WrittenResidualTests,
 )
@@ -50,38 +43,29 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
     names : sequence of str
         Of the physical parameters.
     """
-    tests = diagnosis.instruments
     return {
         "judged": diagnosis.preferred,
-        "instruments": None if tests is None else written_as(WrittenInstruments, tests),
+        "instruments": diagnosis.instruments,
         "excitation": {e.name: written_as(WrittenExcitation, e) for e in diagnosis.excitation},
         **record_members(diagnosis, names),
         "model_bands": {
-            method: {name: written_as(WrittenBand, band) for name, band in of_one.items()}
-            for method, of_one in diagnosis.bands.items()
-            if of_one
+            method: dict(of_one) for method, of_one in diagnosis.bands.items() if of_one
         }
         or UNSET,
-        "differences": {
-            pair: {name: written_as(WrittenHausmanTest, each) for name, each in of_one.items()}
-            for pair, of_one in diagnosis.differences.items()
-        }
+        "differences": {pair: dict(of_one) for pair, of_one in diagnosis.differences.items()}
         or UNSET,
     }
 
 
 def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> dict[str, Any]:
     """What is measured of one record as well as of a whole result, by member of its document."""
-    left = found.lack_of_fit
     return {
         "law_check": written_law(found.law),
         "alignment": _alignment(found.alignment, names),
-        "verdict": tuple(map(written_check, found.verdict)),
-        "lack_of_fit": UNSET if left is None else written_as(WrittenLackOfFit, left),
+        "verdict": found.verdict,
+        "lack_of_fit": found.lack_of_fit or UNSET,
         "measured_motion": {
-            role: written_as(WrittenMotionComparison, each)
-            for role, each in found.motions.items()
-            if not isinstance(each, Missing)
+            role: each for role, each in found.motions.items() if not isinstance(each, Missing)
         }
         or UNSET,
     }
@@ -100,11 +84,6 @@ def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAli
         return WrittenAlignment(best=None, reason=profile.reason)
     sensitivity = zip(profile.names or names, profile.sensitivity.tolist(), strict=True)
     return written_as(WrittenAlignment, profile, sensitivity=dict(sensitivity), reason=UNSET)
-
-
-def written_check(check: Check) -> WrittenCheck:
-    """One check; what is not finite becomes None."""
-    return written_as(WrittenCheck, check)
 
 
 def written_residual(tests: ResidualTests) -> WrittenResidualTests:

@@ -25,12 +25,10 @@ from axisid.presentation.schema import (
     WrittenHeld,
     WrittenIdentification,
     WrittenKnown,
-    WrittenLevels,
     WrittenMember,
     WrittenPhysical,
     WrittenPrefilter,
     WrittenRecord,
-    WrittenRepair,
     WrittenRequest,
     WrittenResponse,
     WrittenSignal,
@@ -145,7 +143,7 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
             [written_record(record) for record in result.records],
             [written_prefilter(data.sampling) for data in result.problem.data],
         ),
-        levels=written_as(WrittenLevels, result.levels),
+        levels=result.levels,
     )
 
 
@@ -188,7 +186,7 @@ def written_record(record: Record) -> WrittenRecord:
         **origin_members(record.provenance),
         truth=dict(record.provenance.truth) or None,
         assumed=assumptions(record.provenance),
-        repairs=tuple(written_as(WrittenRepair, each) for each in record.provenance.repairs),
+        repairs=record.provenance.repairs,
         segments=record.segments,
         masked=record.masked,
         samples=len(record),

@@ -24,9 +24,7 @@ from axisid.presentation.schema import (
     WrittenKnown,
     WrittenLack,
     WrittenLawSearch,
-    WrittenLevels,
     WrittenMethodValidation,
-    WrittenNestedTest,
     WrittenOutputFit,
     WrittenRecordError,
     WrittenSweep,
@@ -35,7 +33,7 @@ from axisid.presentation.schema import (
 from axisid.support.arrays import finite
 from axisid.support.missing import Missing
 
-from .diagnosis import written_check, written_law
+from .diagnosis import written_law
 from .identification import (
     left_out,
     written_estimate,
@@ -61,7 +59,7 @@ def written_comparison(comparison: Comparison) -> WrittenComparison:
         held_out=WrittenHeldOutBlocks(blocks=c.blocks, gap_rows=c.gap),
         candidates=tuple(map(_candidate, c.candidates)),
         failures=dict(c.failures.items()),
-        tests=tuple(written_as(WrittenNestedTest, test) for test in c.tests),
+        tests=c.tests,
         same=tuple(map(tuple, c.same)),
         recommended=c.recommended,
         tied=tuple(c.tied),
@@ -159,7 +157,7 @@ def written_fit_validation(validation: FitValidation) -> WrittenFitValidation:
         WrittenFitValidation,
         validation,
         record=written_record(validation.record),
-        verdict=tuple(map(written_check, validation.checks)),
+        verdict=validation.checks,
     )
 
 
@@ -197,9 +195,9 @@ def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
         iteration_errors=tuple(step.error for step in fit.steps),
         costs=tuple(cost for cost, _ in fit.ends),
         law_check=written_law(fit.law),
-        verdict=tuple(map(written_check, fit.checks)),
+        verdict=fit.checks,
         believed=fit.believed,
-        levels=written_as(WrittenLevels, fit.levels),
+        levels=fit.levels,
         remarks=tuple(note for note in fit.remarks),
     )
 

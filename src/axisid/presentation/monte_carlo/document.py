@@ -40,8 +40,6 @@ from axisid.presentation.saved import SavedMonteCarlo
 from axisid.presentation.schema import (
     WrittenCheckFigures,
     WrittenEstimand,
-    WrittenFailedRun,
-    WrittenLevels,
     WrittenMonteCarlo,
     WrittenRequest,
     WrittenShare,
@@ -81,14 +79,14 @@ def written_study(result: MonteCarlo) -> WrittenMonteCarlo:
         methods=plan.methods,
         prefilter=written_as(WrittenRequest, plan.prefilter),
         settings=dict(plan.settings),
-        levels=written_as(WrittenLevels, plan.levels),
+        levels=plan.levels,
         estimands=tuple(
             written_as(WrittenEstimand, each, **asdict(each.estimand)) for each in result.figures
         ),
         judged=result.judged,
         objected=written_as(WrittenShare, result.objected),
         checks=tuple(written_as(WrittenCheckFigures, each) for each in result.check_figures),
-        failures=tuple(written_as(WrittenFailedRun, each) for each in result.failures),
+        failures=result.failures,
     )
 
 

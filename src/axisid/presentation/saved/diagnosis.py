@@ -5,27 +5,20 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from msgspec import UnsetType
 
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics import Apart, Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.estimates import (
     Excitation,
-    InstrumentTests,
 )
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.diagnostics.loop import Alignment, ColumnComparison
-from axisid.estimation.estimates import HausmanTest
-from axisid.estimation.moves import Band, LackOfFit
+from axisid.estimation.diagnostics.loop import Alignment
 from axisid.estimation.regression import ResidualTests
 from axisid.presentation.documents import NOT_EVALUATED, number, read_as
 from axisid.presentation.schema import (
     WrittenAlignment,
     WrittenApart,
-    WrittenCheck,
     WrittenIdentification,
     WrittenLawCheck,
-    WrittenLevels,
     WrittenMember,
     WrittenResidualTests,
 )
@@ -33,9 +26,7 @@ from axisid.support.arrays import Array, frozen
 from axisid.support.missing import Missing
 
 #: What numbers that are too large for a file were.
-_LARGE = dict.fromkeys(
-    ("inflation", "f", "conditional_f", "condition_number", "hac_excess"), math.inf
-)
+_LARGE = {"inflation": math.inf}
 
 
 def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
@@ -43,21 +34,13 @@ def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
     units = {name: v.unit for name, v in written.estimates[0].parameters.items()}
     return Diagnosis(
         preferred=written.judged,
-        instruments=read_as(InstrumentTests, written.instruments, _LARGE)
-        if written.instruments
-        else None,
+        instruments=written.instruments,
         excitation=tuple(
             read_as(Excitation, e, _LARGE, name=name) for name, e in written.excitation.items()
         ),
         **_of_record(written, units),
-        bands={
-            method: {name: read_as(Band, band) for name, band in of_one.items()}
-            for method, of_one in (written.model_bands or {}).items()
-        },
-        differences={
-            pair: {name: read_as(HausmanTest, each) for name, each in of_one.items()}
-            for pair, of_one in (written.differences or {}).items()
-        },
+        bands=written.model_bands or {},
+        differences=written.differences or {},
         records=tuple(
             RecordDiagnosis(**_of_record(member, units), apart=read_apart(member.apart))
             for member in written.records or ()
@@ -72,25 +55,10 @@ def _of_record(
     return {
         "law": _law(written.law_check),
         "alignment": _alignment(written.alignment, units),
-        "verdict": tuple(map(read_check, written.verdict)),
-        "lack_of_fit": read_as(LackOfFit, written.lack_of_fit, _LARGE)
-        if written.lack_of_fit
-        else None,
-        "motions": {
-            role: read_as(ColumnComparison, each)
-            for role, each in (written.measured_motion or {}).items()
-        },
+        "verdict": written.verdict,
+        "lack_of_fit": written.lack_of_fit or None,
+        "motions": written.measured_motion or {},
     }
-
-
-def read_levels(written: WrittenLevels | UnsetType) -> Levels:
-    """Of a document; those that all had before files said it."""
-    return DEFAULT_LEVELS if isinstance(written, UnsetType) else read_as(Levels, written)
-
-
-def read_check(written: WrittenCheck) -> Check:
-    """A check as a file has it."""
-    return read_as(Check, written)
 
 
 def _law(written: WrittenLawCheck) -> LawCheck | Missing:

@@ -8,7 +8,7 @@ from typing import Any
 from msgspec.structs import asdict
 
 from axisid.codegen.artefacts import GeneratedAxis, build
-from axisid.estimation.checks import Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import NamedValues, PhysicalByMethod
 from axisid.estimation.identification import (
@@ -22,7 +22,7 @@ from axisid.estimation.parameters import known_of, layout_of
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.estimation.studies import Validation, validate
-from axisid.estimation.tables import Provenance, Repair
+from axisid.estimation.tables import Provenance
 from axisid.modeling.declaration import Axis, Drive, left_out_text
 from axisid.modeling.quantities import Parameter, Signal
 from axisid.presentation.documents import read_as, written_identification
@@ -38,7 +38,7 @@ from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable, view_of
 
 from .contradictions import written_drive
-from .diagnosis import read_diagnosis, read_levels
+from .diagnosis import read_diagnosis
 from .estimate import SavedEstimate, arrays, named, written_physical_covariances
 from .part import PartEstimate, SavedPart
 
@@ -232,7 +232,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
             estimates=estimates,
             physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
             diagnosis=read_diagnosis(written),
-            levels=read_levels(written.levels),
+            levels=written.levels or DEFAULT_LEVELS,
             requested=None if asked is None else Prefilter(**asdict(asked)),
             prefilter=sampling.prefilter,
             record=record,
@@ -379,7 +379,7 @@ def saved_record(written: WrittenRecord) -> SavedRecord:
             columns=dict(written.columns),
             truth=dict(written.truth or {}),
             assumed=written.assumed,
-            repairs=tuple(Repair(kind=r.kind, count=r.count, text=r.text) for r in written.repairs),
+            repairs=written.repairs,
         ),
         samples=written.samples,
         period=written.sample_period,

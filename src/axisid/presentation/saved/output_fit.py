@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import UnsetType
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.checks import Check, Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.estimates import Distribution, NamedValues, Value, freedom_of
 from axisid.estimation.monte_carlo import (
@@ -35,7 +35,6 @@ from axisid.support.errors import DataError
 from axisid.support.files.result_file import WRITE_AGAIN
 from axisid.support.presentable import Presentable
 
-from .diagnosis import read_check, read_levels
 from .identification import SavedRecord, saved_record
 
 
@@ -98,8 +97,8 @@ class SavedOutputFit(Checked, Presentable, Exact):
             parameters=NamedValues((n, _value(v, chosen)) for n, v in written.parameters.items()),
             covariance=frozen([[number(x, math.inf) for x in row] for row in written.covariance]),
             records=tuple(map(saved_record, written.records)),
-            levels=read_levels(written.levels),
-            checks=tuple(map(read_check, written.verdict)),
+            levels=written.levels or DEFAULT_LEVELS,
+            checks=written.verdict,
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -171,7 +170,7 @@ class SavedFitValidation(Checked, Presentable):
             file=file,
             document=document,
             record=saved_record(document.record),
-            checks=tuple(map(read_check, document.verdict)),
+            checks=document.verdict,
         )
 
 
@@ -280,4 +279,4 @@ class SavedMonteCarlo(StudyFigures, Presentable):
     @property
     def failures(self) -> tuple[FailedRun, ...]:
         """Runs that gave nothing, of a method or at all, with the reason."""
-        return tuple(read_as(FailedRun, each) for each in self.document.failures)
+        return self.document.failures

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from axisid.estimation.checks import Check
 from axisid.estimation.identification import Identification
 from axisid.presentation.blocks import (
     Block,
@@ -20,7 +21,6 @@ from axisid.presentation.blocks import (
 from axisid.presentation.documents import written_identification
 from axisid.presentation.schema import (
     WrittenAlone,
-    WrittenCheck,
     WrittenDifference,
     WrittenEstimate,
     WrittenIdentification,
@@ -67,7 +67,7 @@ class ResultComparison(Presentable):
     errors: Mapping[str, tuple[float | None, float | None]]
     alone: tuple[tuple[str, ...], tuple[str, ...]]
     settings: Mapping[str, tuple[Any, Any]]
-    checks: Mapping[str, tuple[WrittenCheck | None, WrittenCheck | None]]
+    checks: Mapping[str, tuple[Check | None, Check | None]]
 
     @property
     def document(self) -> WrittenResultComparison:
@@ -311,7 +311,7 @@ def _source(name: str, result: WrittenIdentification) -> str:
     return f"{name}{result.axis}, {', '.join(sources)}"
 
 
-def _status(check: WrittenCheck | None) -> str:
+def _status(check: Check | None) -> str:
     return "absent" if check is None else check.status
 
 

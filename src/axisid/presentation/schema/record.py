@@ -5,32 +5,9 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
+from axisid.estimation.tables import Repair
+
 from .values import JsonObject, about
-
-
-class WrittenRepair(JsonObject, frozen=True, kw_only=True):
-    """What was done to the data, once."""
-
-    kind: Literal[
-        "tail",
-        "wrap",
-        "clipped",
-        "empty",
-        "clock",
-        "resample",
-        "gaps",
-        "shift",
-        "window",
-        "between",
-    ]
-    count: Annotated[
-        int,
-        about(
-            "Lines or samples left out, samples moved, jumps undone, samples masked, rows made, "
-            "values drawn between others, gaps."
-        ),
-    ]
-    text: str
 
 
 class WrittenOrigin(JsonObject, frozen=True, kw_only=True):
@@ -58,7 +35,7 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
         about("What was taken of the file: separator, encoding, units and their conversion."),
     ]
     repairs: Annotated[
-        tuple[WrittenRepair, ...],
+        tuple[Repair, ...],
         about("What was done to the data on request, in this order."),
     ]
     segments: Annotated[

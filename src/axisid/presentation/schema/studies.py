@@ -5,12 +5,15 @@ from typing import Annotated, Any, Literal
 
 from msgspec import UNSET, UnsetType
 
+from axisid.estimation.checks import Check, Levels
+from axisid.estimation.monte_carlo import FailedRun, Mean
+from axisid.estimation.studies import Criteria, NestedTest, ParameterCheck
 from axisid.estimation.twins import Chain
 
-from .diagnosis import WrittenCheck, WrittenLawCheck
+from .diagnosis import WrittenLawCheck
 from .estimate import WrittenEstimate
 from .record import WrittenPrefilter, WrittenRecord, WrittenRequest
-from .values import JsonObject, WrittenKnown, WrittenLevels, WrittenResult, about
+from .values import JsonObject, WrittenKnown, WrittenResult, about
 
 
 class WrittenFitted(JsonObject, frozen=True, kw_only=True):
@@ -127,9 +130,9 @@ class WrittenOutputFit(
     iteration_errors: Annotated[tuple[float, ...], about("Root mean square there, in `unit`.")]
     costs: Annotated[tuple[float, ...], about("Of each search's end, where several were made.")]
     law_check: WrittenLawCheck
-    verdict: tuple[WrittenCheck, ...]
+    verdict: tuple[Check, ...]
     believed: Annotated[bool, about("Whether no check fails.")]
-    levels: WrittenLevels | UnsetType = UNSET
+    levels: Levels | UnsetType = UNSET
     remarks: tuple[str, ...]
 
 
@@ -144,14 +147,7 @@ class WrittenFitValidation(
     horizon: Annotated[float | None, about("Length of the windows of an open loop, s.")]
     error: Annotated[float, about("Root mean square of what is left, in `unit`.")]
     percent: Annotated[float | None, about("Of the recorded output's.")]
-    verdict: tuple[WrittenCheck, ...]
-
-
-class WrittenMean(JsonObject, frozen=True, kw_only=True):
-    """A figure over the runs."""
-
-    value: float | None
-    error: Annotated[float | None, about("Its standard error over the runs.")]
+    verdict: tuple[Check, ...]
 
 
 class WrittenShare(JsonObject, frozen=True, kw_only=True):
@@ -174,9 +170,9 @@ class WrittenEstimand(JsonObject, frozen=True, kw_only=True):
     unit: str
     truth: Annotated[float | None, about("Null where the twins have no such parameter.")]
     runs: Annotated[int, about("That gave an estimate.")]
-    bias: Annotated[WrittenMean, about("Mean error of the value without its bias.")]
-    raw_bias: Annotated[WrittenMean, about("Mean error of the value itself.")]
-    scatter: Annotated[WrittenMean, about("Standard deviation over the runs.")]
+    bias: Annotated[Mean, about("Mean error of the value without its bias.")]
+    raw_bias: Annotated[Mean, about("Mean error of the value itself.")]
+    scatter: Annotated[Mean, about("Standard deviation over the runs.")]
     deviations: Annotated[
         Mapping[str, float],
         about("Root mean square of the stated one, by covariance; `model` of the model's error."),
@@ -198,14 +194,6 @@ class WrittenCheckFigures(JsonObject, frozen=True, kw_only=True):
     notes: WrittenShare
     passes: WrittenShare
     not_evaluated: Annotated[WrittenShare, about("Of all that were judged.")]
-
-
-class WrittenFailedRun(JsonObject, frozen=True, kw_only=True):
-    """Why a run gave no numbers."""
-
-    run: Annotated[int, about("From 0.")]
-    of: Annotated[str, about("The method, or `simulation`, or `verdict`.")]
-    reason: str
 
 
 class WrittenTwins(JsonObject, frozen=True, kw_only=True):
@@ -244,14 +232,12 @@ class WrittenMonteCarlo(
     methods: tuple[str, ...]
     prefilter: Annotated[WrittenRequest, about("As the twins' rate has it.")]
     settings: Annotated[Mapping[str, str | int | None], about("What else was asked of identify.")]
-    levels: Annotated[
-        WrittenLevels | UnsetType, about("Left out in files of earlier versions.")
-    ] = UNSET
+    levels: Annotated[Levels | UnsetType, about("Left out in files of earlier versions.")] = UNSET
     estimands: tuple[WrittenEstimand, ...]
     judged: Annotated[int, about("Runs with a verdict.")]
     objected: Annotated[WrittenShare, about("Verdicts in which any check fails.")]
     checks: tuple[WrittenCheckFigures, ...]
-    failures: tuple[WrittenFailedRun, ...]
+    failures: tuple[FailedRun, ...]
 
 
 class WrittenHeldOut(JsonObject, frozen=True, kw_only=True):
@@ -259,25 +245,6 @@ class WrittenHeldOut(JsonObject, frozen=True, kw_only=True):
 
     error_percent: float | None
     squares_by_block: tuple[float | None, ...]
-
-
-class WrittenCriteria(JsonObject, frozen=True, kw_only=True):
-    """Information criteria."""
-
-    log_likelihood: float | None
-    aic: float | None
-    bic: float | None
-    tic: Annotated[float | None, about("Takeuchi's, for autocorrelated rows.")]
-
-
-class WrittenParameterCheck(JsonObject, frozen=True, kw_only=True):
-    """What one parameter adds."""
-
-    name: str
-    p_value: Annotated[float | None, about("That it is zero, HAC.")]
-    without_percent: Annotated[float | None, about("Held-out error without it.")]
-    informed: Annotated[bool | None, about("Not judged: null, of a nonlinear parameter.")]
-    not_tested: Annotated[str | None, about("Why there is no p-value.")]
 
 
 class WrittenCandidate(JsonObject, frozen=True, kw_only=True):
@@ -291,11 +258,11 @@ class WrittenCandidate(JsonObject, frozen=True, kw_only=True):
         about("What stands for the parameters that were left out, SI, by name."),
     ]
     estimate: WrittenEstimate
-    criteria: WrittenCriteria
+    criteria: Criteria
     held_out_equation: WrittenHeldOut
     held_out_simulation: WrittenHeldOut | None
     no_simulation: Annotated[str | None, about("Why not.")]
-    parameter_checks: tuple[WrittenParameterCheck, ...]
+    parameter_checks: tuple[ParameterCheck, ...]
 
 
 class WrittenHeldOutBlocks(JsonObject, frozen=True, kw_only=True):
@@ -303,20 +270,6 @@ class WrittenHeldOutBlocks(JsonObject, frozen=True, kw_only=True):
 
     blocks: int
     gap_rows: int
-
-
-class WrittenNestedTest(JsonObject, frozen=True, kw_only=True):
-    """One candidate against a larger one that contains it."""
-
-    smaller: str
-    larger: str
-    restrictions: int
-    dof: int
-    f: float | None
-    f_p: float | None
-    wald: Annotated[float | None, about("Over its restrictions, HAC.")]
-    wald_p: float | None
-    not_tested: Annotated[str | None, about("Why there are no statistics.")]
 
 
 class WrittenComparison(
@@ -346,7 +299,7 @@ class WrittenComparison(
         Mapping[str, str],
         about("Candidates that the record does not identify, with the reason."),
     ]
-    tests: tuple[WrittenNestedTest, ...]
+    tests: tuple[NestedTest, ...]
     same: Annotated[tuple[tuple[str, ...], ...], about("One model in different parameters.")]
     recommended: str | None
     tied: tuple[str, ...]
@@ -392,6 +345,6 @@ class WrittenResultComparison(
     alone: Annotated[WrittenAlone, about("Methods and parameters that only one has.")]
     settings: Annotated[Mapping[str, tuple[Any, Any]], about("Those that differ.")]
     verdict: Annotated[
-        Mapping[str, tuple[WrittenCheck | None, WrittenCheck | None]],
+        Mapping[str, tuple[Check | None, Check | None]],
         about("Checks whose status differs; null where a result does not have it."),
     ]

@@ -62,15 +62,6 @@ class WrittenValue(JsonObject, frozen=True, kw_only=True):
     ] = UNSET
 
 
-class WrittenLevels(JsonObject, frozen=True, kw_only=True):
-    """From when on something is told as missing of a model."""
-
-    level: Annotated[float, Meta(gt=0, lt=1, description="Chance that anything is of a right one.")]
-    least_share: Annotated[
-        float, Meta(gt=0, lt=1, description="Part of the force from which it matters.")
-    ]
-
-
 class WrittenDirectValue(WrittenValue, frozen=True, kw_only=True):
     """A parameter of the direct model."""
 
