@@ -46,13 +46,12 @@ def from_json(kind: Any, value: Any) -> Any:
     try:
         if kind in (MaybeNan, MaybeInfinite):
             return kind.null if value is None else msgspec.convert(value, float)
-        return np.array(msgspec.convert(value, list[float]), dtype=float)
+        return np.array(msgspec.convert(value, list[float | None]), dtype=float)
     except msgspec.ValidationError as error:
         raise ValueError(str(error)) from error
 
 
 def schema_of_kind(kind: Any) -> dict[str, Any]:
     """The JSON schema of the same."""
-    if kind in (MaybeNan, MaybeInfinite):
-        return {"type": ["number", "null"]}
-    return {"type": "array", "items": {"type": "number"}}
+    number = {"type": ["number", "null"]}
+    return number if kind in (MaybeNan, MaybeInfinite) else {"type": "array", "items": number}

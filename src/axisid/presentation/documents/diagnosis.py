@@ -8,17 +8,11 @@ from msgspec import UNSET
 from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import Alignment
-from axisid.estimation.regression import ResidualTests
 from axisid.presentation.schema import (
     WrittenAlignment,
-    WrittenAutocorrelation,
-    WrittenCrossCorrelation,
     WrittenExcitation,
     WrittenLawCheck,
-    WrittenNormality,
-    WrittenResidualTests,
 )
-from axisid.support.arrays import Array, finite
 from axisid.support.missing import Missing
 
 from .same_members import written_as
@@ -84,37 +78,3 @@ def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAli
         return WrittenAlignment(best=None, reason=profile.reason)
     sensitivity = zip(profile.names or names, profile.sensitivity.tolist(), strict=True)
     return written_as(WrittenAlignment, profile, sensitivity=dict(sensitivity), reason=UNSET)
-
-
-def written_residual(tests: ResidualTests) -> WrittenResidualTests:
-    """Statistics with the data of their plots; correlations from lag 0, or from ``-lags``.
-
-    Of a handful of rows some statistics do not exist; they become None.
-    """
-    lags = len(tests.autocorrelation) - 1
-    return WrittenResidualTests(
-        durbin_watson=finite(tests.durbin_watson),
-        autocorrelation=WrittenAutocorrelation(
-            values=_finite(tests.autocorrelation), bound_95=finite(tests.bound)
-        ),
-        normality=WrittenNormality(
-            jarque_bera=finite(tests.jarque_bera),
-            p_value=finite(tests.jarque_bera_p),
-            skewness=finite(tests.skewness),
-            excess_kurtosis=finite(tests.excess_kurtosis),
-            normal_quantiles=_finite(tests.normal_quantiles),
-            residual_quantiles=_finite(tests.residual_quantiles),
-        ),
-        cross_correlation=WrittenCrossCorrelation(
-            largest=finite(tests.cross_z),
-            limit_95=finite(tests.cross_limit),
-            p_value=finite(tests.cross_p),
-            lags=tuple(range(-lags, lags + 1)),
-            columns=tuple(map(_finite, tests.cross_correlation.T)),
-            deviations=_finite(tests.cross_deviations),
-        ),
-    )
-
-
-def _finite(values: Array) -> tuple[float | None, ...]:
-    return tuple(map(finite, values.tolist()))

@@ -38,7 +38,7 @@ from axisid.support.arrays import Array, finite
 from axisid.support.missing import Missing
 from axisid.support.real_numbers import is_nothing
 
-from .diagnosis import diagnosis_members, record_members, written_residual
+from .diagnosis import diagnosis_members, record_members
 from .same_members import written_as
 
 T = TypeVar("T")
@@ -262,7 +262,7 @@ def written_estimate(
             q.name: finite(c) for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
         },
         freedom=_named(estimate.quantities, estimate.freedom[estimate.chosen]),
-        residual_tests=written_residual(estimate.residual_tests),
+        residual_tests=estimate.residual_tests,
         remarks=tuple(remark for remark in estimate.remarks),
         drawn=drawn,
         physical=physical,

@@ -1,7 +1,7 @@
 """What was measured of a result, read back; what was not finite is NaN or infinite."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,6 @@ from axisid.estimation.diagnostics.estimates import (
 )
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import Alignment
-from axisid.estimation.regression import ResidualTests
 from axisid.presentation.documents import NOT_EVALUATED, number, read_as
 from axisid.presentation.schema import (
     WrittenAlignment,
@@ -20,7 +19,6 @@ from axisid.presentation.schema import (
     WrittenIdentification,
     WrittenLawCheck,
     WrittenMember,
-    WrittenResidualTests,
 )
 from axisid.support.arrays import Array, frozen
 from axisid.support.missing import Missing
@@ -80,31 +78,6 @@ def _alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment
         names=tuple(written.sensitivity or {}),
         units=tuple(units.get(name, "") for name in written.sensitivity or {}),
     )
-
-
-def read_residual_tests(written: WrittenResidualTests) -> ResidualTests:
-    """The tests of the residuals of a document."""
-    w, normality, crossed = written, written.normality, written.cross_correlation
-    return ResidualTests(
-        durbin_watson=number(w.durbin_watson),
-        jarque_bera=number(normality.jarque_bera),
-        jarque_bera_p=number(normality.p_value),
-        skewness=number(normality.skewness),
-        excess_kurtosis=number(normality.excess_kurtosis),
-        autocorrelation=_array(w.autocorrelation.values),
-        bound=number(w.autocorrelation.bound_95),
-        cross_correlation=frozen(np.array([_array(c) for c in crossed.columns]).T),
-        cross_deviations=_array(crossed.deviations),
-        cross_z=number(crossed.largest),
-        cross_limit=number(crossed.limit_95),
-        cross_p=number(crossed.p_value),
-        normal_quantiles=_array(normality.normal_quantiles),
-        residual_quantiles=_array(normality.residual_quantiles),
-    )
-
-
-def _array(values: Sequence[float | None]) -> Array:
-    return frozen([*map(number, values)])
 
 
 def read_apart(written: WrittenApart | None) -> Apart | Missing:

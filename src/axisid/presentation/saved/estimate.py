@@ -24,8 +24,6 @@ from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import is_among, quoted
 
-from .diagnosis import read_residual_tests
-
 
 @dataclass(frozen=True, kw_only=True)
 class SavedForm:
@@ -125,7 +123,6 @@ class SavedEstimate(Presentable, Exact):
             curvatures=frozen([number(c, math.inf) for c in written.curvatures.values()]),
             iterates=tuple(_iterates(written)),
             started=written.started or "",
-            residual_tests=read_residual_tests(written.residual_tests),
             gain_slopes=slopes,
             theta_gain_slopes=_in_order(direct, written.theta_ddm_gain_slopes)
             if direct

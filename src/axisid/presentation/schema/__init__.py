@@ -12,11 +12,7 @@ from .diagnosis import (
     WrittenLawSearch as WrittenLawSearch,
 )
 from .estimate import (
-    WrittenAutocorrelation as WrittenAutocorrelation,
-    WrittenCrossCorrelation as WrittenCrossCorrelation,
     WrittenEstimate as WrittenEstimate,
-    WrittenNormality as WrittenNormality,
-    WrittenResidualTests as WrittenResidualTests,
 )
 from .identification import (
     WrittenApart as WrittenApart,
