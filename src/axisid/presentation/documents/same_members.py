@@ -115,7 +115,7 @@ def _restored(hint: Any, value: Any, otherwise: float | None, all_otherwise: Any
         return value if value is None else frozen(value)
     if isinstance(value, tuple):
         return tuple(_restored(hint, each, otherwise, all_otherwise) for each in value)
-    if isinstance(value, JsonObject):
+    if isinstance(value, JsonObject) and type(value) not in _kinds(hint):
         return read_as(next(filter(is_dataclass, _kinds(hint))), value, all_otherwise)
     if value is None or value is UNSET:
         kinds = _kinds(hint)

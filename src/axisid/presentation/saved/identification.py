@@ -22,7 +22,6 @@ from axisid.estimation.parameters import known_of, layout_of
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.estimation.studies import Validation, validate
-from axisid.estimation.tables import Provenance
 from axisid.modeling.declaration import Axis, Drive, left_out_text
 from axisid.modeling.quantities import Parameter, Signal
 from axisid.presentation.documents import read_as, written_identification
@@ -41,53 +40,6 @@ from .contradictions import written_drive
 from .diagnosis import read_diagnosis
 from .estimate import SavedEstimate, arrays, named, written_physical_covariances
 from .part import PartEstimate, SavedPart
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SavedRecord:
-    """A record without its samples.
-
-    Attributes
-    ----------
-    provenance : Provenance
-    samples : int
-    period : float
-        s.
-    segments, masked : tuple of (int, int)
-        First row and the one after the last of each.
-    digest : str
-        Of the samples, as `Record.digest`.
-    injected_at : str or None
-        What a recorded test signal was added to.
-    motion : tuple of str
-        What of the motion was measured.
-    windows : tuple of (float, float)
-        As of a `Record`.
-    """
-
-    provenance: Provenance
-    samples: int
-    period: float
-    segments: tuple[tuple[int, int], ...]
-    masked: tuple[tuple[int, int], ...]
-    digest: str
-    injected_at: str | None = None
-    motion: tuple[str, ...] = ("position",)
-    windows: tuple[tuple[float, float], ...] = ()
-
-    def __len__(self) -> int:
-        return self.samples
-
-    @property
-    def has_force(self) -> bool:
-        """Whether the force was measured, not made of the control."""
-        return "force" in self.provenance.columns
-
-    @property
-    def size(self) -> str:
-        """Samples and sampling period, in words."""
-        pieces = f" in {len(self.segments)} segments" if self.segments else ""
-        return f"{len(self)} samples of {1e3 * self.period:.6g} ms{pieces}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,7 +124,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         The prefilter before what it left open was chosen for the record, if that is known.
     prefilter : Prefilter
         With what was chosen for the record.
-    record : SavedRecord
+    record : WrittenRecord
     sampling : Sampling
         The samples that counted; of those near reversals how many, not which.
     of_records : tuple of OfRecord
@@ -200,7 +152,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     levels: Levels
     requested: Prefilter | None
     prefilter: Prefilter
-    record: SavedRecord
+    record: WrittenRecord
     sampling: Sampling
     of_records: tuple[OfRecord, ...]
     local_names: Mapping[str, tuple[str, ...]]
@@ -214,7 +166,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         cls, file: str, written: WrittenIdentification, declared: Axis | None = None
     ) -> "SavedIdentification":
         """What a document tells."""
-        record, drive, asked = saved_record(written.record), written.drive, written.requested
+        record, drive, asked = written.record, written.drive, written.requested
         sampling = _sampling(written.prefilter, record)
         step = record.period * written.prefilter.decimate
         estimates = {e.method: SavedEstimate.of(e, step) for e in written.estimates}
@@ -368,31 +320,7 @@ def _drive_time(written: WrittenDriveTime) -> DriveTime:
     )
 
 
-def saved_record(written: WrittenRecord) -> SavedRecord:
-    """A record as a file has it."""
-    return SavedRecord(
-        provenance=Provenance(
-            source=written.source,
-            sha256=written.sha256 or "",
-            given=written.given or "",
-            path=written.path or "",
-            columns=dict(written.columns),
-            truth=dict(written.truth or {}),
-            assumed=written.assumed,
-            repairs=written.repairs,
-        ),
-        samples=written.samples,
-        period=written.sample_period,
-        segments=written.segments,
-        masked=written.masked,
-        digest=written.samples_sha256,
-        injected_at=written.injected_at or None,
-        motion=written.motion or ("position",),
-        windows=written.windows or (),
-    )
-
-
-def _sampling(prefilter: WrittenPrefilter, record: SavedRecord) -> Sampling:
+def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
     return Sampling(
         prefilter=_prefilter(prefilter, record.period),
         samples=record.samples,
@@ -404,7 +332,7 @@ def _sampling(prefilter: WrittenPrefilter, record: SavedRecord) -> Sampling:
 
 
 def _of_record(written: WrittenMember) -> OfRecord:
-    record, apart = saved_record(written.record), written.apart
+    record, apart = written.record, written.apart
     return OfRecord(
         name=written.name,
         record=record,

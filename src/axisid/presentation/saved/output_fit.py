@@ -29,13 +29,12 @@ from axisid.presentation.schema import (
     WrittenFitValidation,
     WrittenMonteCarlo,
     WrittenOutputFit,
+    WrittenRecord,
 )
 from axisid.support.arrays import Array, Exact, frozen
 from axisid.support.errors import DataError
 from axisid.support.files.result_file import WRITE_AGAIN
 from axisid.support.presentable import Presentable
-
-from .identification import SavedRecord, saved_record
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -61,7 +60,7 @@ class SavedOutputFit(Checked, Presentable, Exact):
         Root mean square of what is left, in the output's unit.
     error_percent : float
         The same of the recorded output; of several records the largest.
-    records : tuple of SavedRecord
+    records : tuple of WrittenRecord
         What it is of, without samples.
     levels : Levels
         From when on something was told as missing of the model.
@@ -78,7 +77,7 @@ class SavedOutputFit(Checked, Presentable, Exact):
     covariance: Array
     error: float
     error_percent: float
-    records: tuple[SavedRecord, ...]
+    records: tuple[WrittenRecord, ...]
     levels: Levels
     checks: tuple[Check, ...]
 
@@ -96,7 +95,6 @@ class SavedOutputFit(Checked, Presentable, Exact):
             outputs=_outputs(written),
             parameters=NamedValues((n, _value(v, chosen)) for n, v in written.parameters.items()),
             covariance=frozen([[number(x, math.inf) for x in row] for row in written.covariance]),
-            records=tuple(map(saved_record, written.records)),
             levels=written.levels or DEFAULT_LEVELS,
             checks=written.verdict,
         )
@@ -143,7 +141,7 @@ class SavedFitValidation(Checked, Presentable):
     file : str
     document : WrittenFitValidation
         What the file holds.
-    record : SavedRecord
+    record : WrittenRecord
 
     Notes
     -----
@@ -152,7 +150,7 @@ class SavedFitValidation(Checked, Presentable):
 
     file: str
     document: WrittenFitValidation = field(repr=False)
-    record: SavedRecord
+    record: WrittenRecord
     output: str
     unit: str
     horizon: float | None
@@ -169,7 +167,6 @@ class SavedFitValidation(Checked, Presentable):
             {"percent": math.inf},
             file=file,
             document=document,
-            record=saved_record(document.record),
             checks=document.verdict,
         )
 

@@ -288,7 +288,7 @@ def _settings(result: WrittenIdentification) -> dict[str, Any]:
         "record": record.source,
         "sha256": record.sha256,
         "samples": record.samples,
-        "sample period": record.sample_period,
+        "sample period": record.period,
         "columns": record.columns,
     }
     return {

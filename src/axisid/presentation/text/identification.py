@@ -205,7 +205,8 @@ def _rows_text(result: SavedIdentification) -> str:
         measured=result.record.has_force,
     )
     samplings = [of_one.sampling for of_one in result.of_records] or [result.sampling]
-    motions = [of_one.record.motion for of_one in result.of_records] or [result.record.motion]
+    records = [of_one.record for of_one in result.of_records] or [result.record]
+    motions = [record.motion or ("position",) for record in records]
     return rows_text(samplings, used, force, motions)
 
 
