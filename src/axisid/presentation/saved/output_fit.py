@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
@@ -14,7 +13,6 @@ from axisid.estimation.diagnostics import Checked
 from axisid.estimation.estimates import Distribution, NamedValues, Value, freedom_of
 from axisid.estimation.monte_carlo import (
     CheckFigures,
-    Estimand,
     EstimandFigures,
     FailedRun,
     Share,
@@ -250,18 +248,15 @@ class SavedMonteCarlo(StudyFigures, Presentable):
         experiment = Chain(position=twins.position_noise, position_step=twins.resolution)
         return declared_chain(experiment, **cast(Any, twins.noise))
 
-    @cached_property
+    @property
     def figures(self) -> tuple[EstimandFigures, ...]:
         """What the runs tell of each estimand."""
-        return tuple(
-            read_as(EstimandFigures, each, estimand=read_as(Estimand, each))
-            for each in self.document.estimands
-        )
+        return self.document.estimands
 
-    @cached_property
+    @property
     def check_figures(self) -> tuple[CheckFigures, ...]:
         """How often each check ends how."""
-        return tuple(read_as(CheckFigures, each) for each in self.document.checks)
+        return self.document.checks
 
     @property
     def judged(self) -> int:
@@ -271,7 +266,7 @@ class SavedMonteCarlo(StudyFigures, Presentable):
     @property
     def objected(self) -> Share:
         """How many of the verdicts any check fails in."""
-        return read_as(Share, self.document.objected)
+        return self.document.objected
 
     @property
     def failures(self) -> tuple[FailedRun, ...]:

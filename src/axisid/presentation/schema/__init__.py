@@ -39,10 +39,8 @@ from .record import (
 from .studies import (
     WrittenAlone as WrittenAlone,
     WrittenCandidate as WrittenCandidate,
-    WrittenCheckFigures as WrittenCheckFigures,
     WrittenComparison as WrittenComparison,
     WrittenDifference as WrittenDifference,
-    WrittenEstimand as WrittenEstimand,
     WrittenFitted as WrittenFitted,
     WrittenFitValidation as WrittenFitValidation,
     WrittenHeldOut as WrittenHeldOut,
@@ -52,7 +50,6 @@ from .studies import (
     WrittenOutputFit as WrittenOutputFit,
     WrittenRecordError as WrittenRecordError,
     WrittenResultComparison as WrittenResultComparison,
-    WrittenShare as WrittenShare,
     WrittenTwins as WrittenTwins,
 )
 from .values import (

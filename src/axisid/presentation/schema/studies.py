@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from msgspec import UNSET, UnsetType
 
 from axisid.estimation.checks import Check, Levels
-from axisid.estimation.monte_carlo import FailedRun, Mean
+from axisid.estimation.monte_carlo import CheckFigures, EstimandFigures, FailedRun, Share
 from axisid.estimation.studies import Criteria, NestedTest, ParameterCheck
 from axisid.estimation.twins import Chain
 
@@ -150,52 +150,6 @@ class WrittenFitValidation(
     verdict: tuple[Check, ...]
 
 
-class WrittenShare(JsonObject, frozen=True, kw_only=True):
-    """How often something happened."""
-
-    count: int
-    of: int
-    interval_95: Annotated[tuple[float, float], about("Wilson's, of the probability.")]
-
-
-class WrittenEstimand(JsonObject, frozen=True, kw_only=True):
-    """What the runs tell of one parameter by one method."""
-
-    method: str
-    name: str
-    kind: Annotated[
-        Literal["parameter", "direct", "physical"],
-        about("As it is identified, of the direct model, or declared and following from others."),
-    ]
-    unit: str
-    truth: Annotated[float | None, about("Null where the twins have no such parameter.")]
-    runs: Annotated[int, about("That gave an estimate.")]
-    bias: Annotated[Mean, about("Mean error of the value without its bias.")]
-    raw_bias: Annotated[Mean, about("Mean error of the value itself.")]
-    scatter: Annotated[Mean, about("Standard deviation over the runs.")]
-    deviations: Annotated[
-        Mapping[str, float],
-        about("Root mean square of the stated one, by covariance; `model` of the model's error."),
-    ]
-    coverage: Annotated[
-        Mapping[str, WrittenShare],
-        about(
-            "How often the 95 % interval of each holds the truth; empty without a truth, and of "
-            "what follows from a known value with a deviation, whose error all runs share."
-        ),
-    ]
-
-
-class WrittenCheckFigures(JsonObject, frozen=True, kw_only=True):
-    """How often a check ended in each way, of the runs that were judged."""
-
-    name: str
-    fails: Annotated[WrittenShare, about("Of the runs in which it was evaluated.")]
-    notes: WrittenShare
-    passes: WrittenShare
-    not_evaluated: Annotated[WrittenShare, about("Of all that were judged.")]
-
-
 class WrittenTwins(JsonObject, frozen=True, kw_only=True):
     """What was simulated."""
 
@@ -233,10 +187,10 @@ class WrittenMonteCarlo(
     prefilter: Annotated[WrittenRequest, about("As the twins' rate has it.")]
     settings: Annotated[Mapping[str, str | int | None], about("What else was asked of identify.")]
     levels: Annotated[Levels | UnsetType, about("Left out in files of earlier versions.")] = UNSET
-    estimands: tuple[WrittenEstimand, ...]
+    estimands: tuple[EstimandFigures, ...]
     judged: Annotated[int, about("Runs with a verdict.")]
-    objected: Annotated[WrittenShare, about("Verdicts in which any check fails.")]
-    checks: tuple[WrittenCheckFigures, ...]
+    objected: Annotated[Share, about("Verdicts in which any check fails.")]
+    checks: tuple[CheckFigures, ...]
     failures: tuple[FailedRun, ...]
 
 
