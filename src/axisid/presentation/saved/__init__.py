@@ -18,7 +18,6 @@ from .output_fit import (
     SavedOutputFit as SavedOutputFit,
 )
 from .result_comparison import (
-    ResultComparison as ResultComparison,
     compare_results as compare_results,
     result_comparison_document as result_comparison_document,
 )

@@ -37,6 +37,7 @@ from .record import (
     WrittenSignal as WrittenSignal,
 )
 from .studies import (
+    ResultComparison as ResultComparison,
     WrittenAlone as WrittenAlone,
     WrittenCandidate as WrittenCandidate,
     WrittenComparison as WrittenComparison,
@@ -49,7 +50,6 @@ from .studies import (
     WrittenMonteCarlo as WrittenMonteCarlo,
     WrittenOutputFit as WrittenOutputFit,
     WrittenRecordError as WrittenRecordError,
-    WrittenResultComparison as WrittenResultComparison,
     WrittenTwins as WrittenTwins,
 )
 from .values import (

@@ -18,11 +18,11 @@ from axisid.support.files.result_file import GIVE_RESULT, WRITE_AGAIN, read_resu
 from .diagnosis import WrittenLawSearch
 from .identification import WrittenIdentification, WrittenSweep
 from .studies import (
+    ResultComparison,
     WrittenComparison,
     WrittenFitValidation,
     WrittenMonteCarlo,
     WrittenOutputFit,
-    WrittenResultComparison,
 )
 from .values import JsonObject
 
@@ -32,7 +32,7 @@ _DOCUMENTS = (
     WrittenIdentification,
     WrittenSweep,
     WrittenComparison,
-    WrittenResultComparison,
+    ResultComparison,
     WrittenLawSearch,
     WrittenOutputFit,
     WrittenFitValidation,

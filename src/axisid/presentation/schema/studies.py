@@ -9,6 +9,7 @@ from axisid.estimation.checks import Check, Levels
 from axisid.estimation.monte_carlo import CheckFigures, EstimandFigures, FailedRun, Share
 from axisid.estimation.studies import Criteria, NestedTest, ParameterCheck
 from axisid.estimation.twins import Chain
+from axisid.support.presentable import Presentable
 
 from .diagnosis import WrittenLawCheck
 from .estimate import WrittenEstimate
@@ -284,21 +285,30 @@ class WrittenAlone(JsonObject, frozen=True, kw_only=True):
     second: tuple[str, ...]
 
 
-class WrittenResultComparison(
-    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.result_comparison/1"
+class ResultComparison(
+    Presentable,
+    JsonObject,
+    frozen=True,
+    kw_only=True,
+    tag_field="schema",
+    tag="axisid.result_comparison/1",
+    rename={"errors": "errors_percent", "checks": "verdict"},
 ):
-    """What `axisid compare-results --json` writes; a pair is of the first and the second result."""
+    """What two results have in common, and where they part.
+
+    It is what `axisid compare-results --json` writes; a pair is of the first and the second result.
+    """
 
     first: Annotated[str, about("File, axis and record.")]
     second: Annotated[str, about("File, axis and record.")]
     differences: tuple[WrittenDifference, ...]
-    errors_percent: Annotated[
+    errors: Annotated[
         Mapping[str, tuple[float | None, float | None]],
         about("By method and kind."),
     ]
     alone: Annotated[WrittenAlone, about("Methods and parameters that only one has.")]
     settings: Annotated[Mapping[str, tuple[Any, Any]], about("Those that differ.")]
-    verdict: Annotated[
+    checks: Annotated[
         Mapping[str, tuple[Check | None, Check | None]],
         about("Checks whose status differs; null where a result does not have it."),
     ]
