@@ -30,6 +30,7 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import Drive, known_text
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
+from axisid.support.figures import MaybeInfinite
 from axisid.support.missing import Missing
 
 _MIN_REPETITION_WEIGHT = 0.3  # of the largest, from which another column in a repetition is named
@@ -70,7 +71,7 @@ class Excitation:
 
     name: str
     share: float
-    inflation: float
+    inflation: MaybeInfinite
     alike: tuple[str, ...]
     lacking: tuple[str, ...]
     rows: float

@@ -19,15 +19,14 @@ else:
     class MaybeNan(Real):
         """A float; JSON's null is not a number."""
 
-        null = math.nan
-
     class MaybeInfinite(Real):
         """A float; JSON's null is infinite."""
 
-        null = math.inf
-
     MaybeNan.register(float)
     MaybeInfinite.register(float)
+
+#: What a number was that JSON has as null, by its annotation.
+OF_NULL: dict[Any, float] = {MaybeInfinite: math.inf, MaybeNan: math.nan, float: math.nan}
 
 
 def to_json(value: Any) -> Any:
@@ -44,8 +43,8 @@ def from_json(kind: Any, value: Any) -> Any:
         It is none.
     """
     try:
-        if kind in (MaybeNan, MaybeInfinite):
-            return kind.null if value is None else msgspec.convert(value, float)
+        if kind in OF_NULL:
+            return OF_NULL[kind] if value is None else msgspec.convert(value, float)
         return np.array(msgspec.convert(value, list[float | None]), dtype=float)
     except msgspec.ValidationError as error:
         raise ValueError(str(error)) from error
@@ -54,4 +53,4 @@ def from_json(kind: Any, value: Any) -> Any:
 def schema_of_kind(kind: Any) -> dict[str, Any]:
     """The JSON schema of the same."""
     number = {"type": ["number", "null"]}
-    return number if kind in (MaybeNan, MaybeInfinite) else {"type": "array", "items": number}
+    return number if kind in OF_NULL else {"type": "array", "items": number}

@@ -1,5 +1,7 @@
 """Fits and studies as documents: candidates, validations, sweeps, and laws of a control."""
 
+from dataclasses import asdict
+
 from msgspec import UNSET
 
 from axisid.estimation.fitting import OutputFit
@@ -158,7 +160,7 @@ def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
         parameters={name: _fitted(fit, j, name) for j, name in enumerate(fit.names)},
         chosen_covariance=fit.chosen,
         record_errors=tuple(
-            written_as(WrittenRecordError, each, noise=noise)
+            WrittenRecordError(**asdict(each), noise=noise)
             for each, noise in zip(fit.of_records, fit.noise, strict=True)
         ),
         lacks=_lacks(fit),

@@ -1,6 +1,5 @@
 """What was measured of a result, read back; what was not finite is NaN or infinite."""
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,9 +22,6 @@ from axisid.presentation.schema import (
 from axisid.support.arrays import Array, frozen
 from axisid.support.missing import Missing
 
-#: What numbers that are too large for a file were.
-_LARGE = {"inflation": math.inf}
-
 
 def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
     """The diagnosis of a document."""
@@ -34,7 +30,7 @@ def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
         preferred=written.judged,
         instruments=written.instruments,
         excitation=tuple(
-            read_as(Excitation, e, _LARGE, name=name) for name, e in written.excitation.items()
+            read_as(Excitation, e, name=name) for name, e in written.excitation.items()
         ),
         **_of_record(written, units),
         bands=written.model_bands or {},

@@ -31,6 +31,7 @@ from axisid.presentation.schema import (
 )
 from axisid.support.arrays import Array, Exact, frozen
 from axisid.support.errors import DataError
+from axisid.support.figures import MaybeInfinite
 from axisid.support.files.result_file import WRITE_AGAIN
 from axisid.support.presentable import Presentable
 
@@ -74,7 +75,7 @@ class SavedOutputFit(Checked, Presentable, Exact):
     parameters: NamedValues
     covariance: Array
     error: float
-    error_percent: float
+    error_percent: MaybeInfinite
     records: tuple[WrittenRecord, ...]
     levels: Levels
     checks: tuple[Check, ...]
@@ -86,7 +87,6 @@ class SavedOutputFit(Checked, Presentable, Exact):
         return read_as(
             cls,
             written,
-            {"error_percent": math.inf},
             file=file,
             document=written,
             name=written.axis,
@@ -153,7 +153,7 @@ class SavedFitValidation(Checked, Presentable):
     unit: str
     horizon: float | None
     error: float
-    percent: float
+    percent: MaybeInfinite
     checks: tuple[Check, ...]
 
     @classmethod
@@ -162,7 +162,6 @@ class SavedFitValidation(Checked, Presentable):
         return read_as(
             cls,
             document,
-            {"percent": math.inf},
             file=file,
             document=document,
             checks=document.verdict,

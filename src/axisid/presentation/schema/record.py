@@ -156,13 +156,9 @@ class WrittenRequest(JsonObject, frozen=True, kw_only=True):
     reversals: Literal["keep", "leave-out"] | None
 
 
-class WrittenPrefilter(JsonObject, frozen=True, kw_only=True):
+class WrittenPrefilter(WrittenRequest, frozen=True, kw_only=True):
     """How the record became rows."""
 
-    cutoff: Annotated[float, about("Hz")]
-    order: int
-    decimate: Annotated[int, about("One row in so many.")]
-    decimation: Literal["matlab", "scipy"]
     drop: Annotated[tuple[int, int], about("Samples left out at start and end, as applied.")]
     hold: Annotated[Literal["raw", "zoh"], about("As applied.")]
     reversals: Annotated[

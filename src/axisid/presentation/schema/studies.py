@@ -1,11 +1,13 @@
 """Fits, studies of twins, and comparisons of candidates and of results."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from msgspec import UNSET, UnsetType
 
 from axisid.estimation.checks import Check, Levels
+from axisid.estimation.fitting import RecordError
 from axisid.estimation.monte_carlo import CheckFigures, EstimandFigures, FailedRun, Share
 from axisid.estimation.studies import Criteria, NestedTest, ParameterCheck
 from axisid.estimation.twins import Chain
@@ -48,18 +50,10 @@ class WrittenFitted(JsonObject, frozen=True, kw_only=True):
     ]
 
 
-class WrittenRecordError(JsonObject, frozen=True, kw_only=True):
-    """What a fit leaves of an output of one record."""
+@dataclass(frozen=True, kw_only=True)
+class WrittenRecordError(RecordError):  # noqa: D101  # it has that of what it is of
+    __doc__ = RecordError.__doc__
 
-    output: Annotated[str | UnsetType, about("What is followed, where not `output` says it.")] = (
-        UNSET
-    )
-    unit: Annotated[str | UnsetType, about("Of that output.")] = UNSET
-    weight: Annotated[float | UnsetType, about("By which its errors count, over its unit.")] = UNSET
-    rows: Annotated[int, about("Samples that count.")]
-    error: Annotated[float, about("Root mean square, in the output's unit.")]
-    percent: Annotated[float | None, about("Of the recorded output's.")]
-    order: Annotated[int, about("Of the autoregression of the errors.")]
     noise: Annotated[
         float, about("Root mean square of what is noise of that error, in the output's unit.")
     ]
