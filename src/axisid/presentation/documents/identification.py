@@ -237,16 +237,16 @@ def _drawn(estimate: Estimate, draws: int) -> dict[str, WrittenDrawn]:
 
 
 def _physical(physical: Physical, chosen: str) -> WrittenPhysical:
-    base = physical.base
     return written_as(
         WrittenPhysical,
         physical,
         parameters={name: written_value(v) for name, v in physical.parameters.items()},
         covariance_hac=matrix(physical.covariances["hac"]),
         covariances=_further(physical.covariances, chosen, _NAMED_PHYSICAL),
-        base={p.name: p.description for p, _ in base.combined},
+        base={p.name: p.description for p in physical.combined},
         fixed={
-            p.name: written_as(WrittenKnown, p, value=p.known, sd=p.known_sd) for p in base.known
+            p.name: written_as(WrittenKnown, p, value=p.known, sd=p.known_sd)
+            for p in physical.known
         },
     )
 

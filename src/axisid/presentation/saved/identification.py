@@ -10,7 +10,7 @@ from msgspec.structs import asdict
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.diagnostics import Diagnosis
-from axisid.estimation.estimates import NamedValues, PhysicalByMethod
+from axisid.estimation.estimates import Physical, PhysicalByMethod
 from axisid.estimation.identification import (
     ByMethod,
     DriveTime,
@@ -32,7 +32,7 @@ from axisid.presentation.schema import (
     WrittenPrefilter,
     WrittenRecord,
 )
-from axisid.support.arrays import Array, Exact
+from axisid.support.arrays import Exact
 from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable, view_of
 
@@ -40,55 +40,6 @@ from .contradictions import written_drive
 from .diagnosis import read_diagnosis
 from .estimate import SavedEstimate, arrays, named, written_physical_covariances
 from .part import PartEstimate, SavedPart
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SavedBase:
-    """How base parameters are made.
-
-    Attributes
-    ----------
-    known : tuple of Parameter
-        What was declared as known.
-    combined : tuple of (Parameter, str)
-        Base parameters that are no declared ones, in declared ones.
-    """
-
-    known: tuple[Parameter, ...]
-    combined: tuple[tuple[Parameter, str], ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SavedPhysical(Exact):
-    """Declared parameters that follow from base parameters and known values, as `Physical`.
-
-    Attributes
-    ----------
-    method : str
-    parameters : NamedValues
-        The declared parameters that follow, by name.
-    covariances : mapping of str to array
-        Of these, in their order: ``hac`` and the one that was chosen.
-    base : SavedBase
-    undetermined : tuple of str
-        Which parameters do not follow and what would have to be known.
-    statistic, dof, p_value : float, int, float or None
-        Distance of what was fixed from the record, chi-squared.
-    remarks : tuple of str
-    shows_more : bool
-        Whether it says anything that the base parameters do not.
-    """
-
-    method: str
-    parameters: NamedValues
-    covariances: Mapping[str, Array]
-    base: SavedBase
-    undetermined: tuple[str, ...]
-    statistic: float
-    dof: int
-    p_value: float | None
-    remarks: tuple[str, ...]
-    shows_more: bool
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -114,7 +65,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     drive_time : DriveTime or None
         The drive's lag or delay where it was estimated.
     estimates : mapping of str to SavedEstimate
-    physical : mapping of str to SavedPhysical
+    physical : mapping of str to Physical
         Declared parameters by method; empty where the estimates are of them already.
     diagnosis : Diagnosis
         What the tests of the result measured.
@@ -147,7 +98,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     drive: Drive
     drive_time: DriveTime | None
     estimates: Mapping[str, SavedEstimate]
-    physical: PhysicalByMethod[SavedPhysical]
+    physical: PhysicalByMethod[Physical]
     diagnosis: Diagnosis
     levels: Levels
     requested: Prefilter | None
@@ -244,8 +195,8 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     @property
     def combined(self) -> tuple[Parameter, ...]:
         """Base parameters that are no declared ones."""
-        bases = (physical.base for physical in self.physical.values())
-        return tuple({p.name: p for base in bases for p, _ in base.combined}.values())
+        every = (p for physical in self.physical.values() for p in physical.combined)
+        return tuple({p.name: p for p in every}.values())
 
     @property
     def preferred(self) -> SavedEstimate:
@@ -362,35 +313,29 @@ def _prefilter(written: WrittenPrefilter, period: float) -> Prefilter:
     return made if transient == written.drop else replace(made, drop=written.drop)
 
 
-def _physical(estimate: SavedEstimate) -> SavedPhysical | None:
+def _physical(estimate: SavedEstimate) -> Physical | None:
     written = estimate.document.physical
     if not written:
         return None
     parameters = named(written.parameters, estimate.chosen)
-    own = {*estimate.parameters}
-    return SavedPhysical(
+    return read_as(
+        Physical,
+        written,
         method=estimate.method,
+        own=tuple(estimate.parameters),
         parameters=parameters,
         covariances=arrays(written_physical_covariances(written)),
-        base=SavedBase(
-            known=tuple(
-                Parameter(
-                    name,
-                    parameters[name].unit if name in parameters else "1",
-                    known=fixed.value,
-                    known_sd=fixed.sd,
-                )
-                for name, fixed in written.fixed.items()
-            ),
-            combined=tuple(
-                (Parameter(name, estimate.parameters[name].unit), made)
-                for name, made in written.base.items()
-            ),
+        known=tuple(
+            Parameter(
+                name,
+                parameters[name].unit if name in parameters else "1",
+                known=fixed.value,
+                known_sd=fixed.sd,
+            )
+            for name, fixed in written.fixed.items()
         ),
-        undetermined=written.unsettled,
-        statistic=written.statistic,
-        dof=written.dof,
-        p_value=written.p_value,
-        remarks=written.remarks,
-        shows_more=bool(parameters) and bool(written.fixed or {*parameters} - own),
+        combined=tuple(
+            Parameter(name, estimate.parameters[name].unit, description=made)
+            for name, made in written.base.items()
+        ),
     )
