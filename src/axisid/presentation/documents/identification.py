@@ -12,13 +12,13 @@ from axisid.estimation.estimates import Estimate, Physical, Value
 from axisid.estimation.identification import DriveTime, Identification, OfRecord
 from axisid.estimation.problems import Held
 from axisid.estimation.records import Record
+from axisid.estimation.regression import Drawn
 from axisid.estimation.signals import Sampling
 from axisid.modeling.declaration import Drive
 from axisid.presentation.schema import (
     Matrix,
     WrittenApart,
     WrittenDirectValue,
-    WrittenDrawn,
     WrittenDriveTime,
     WrittenEstimate,
     WrittenHeld,
@@ -171,7 +171,7 @@ def written_prefilter(sampling: Sampling) -> WrittenPrefilter:
 
 def written_estimate(
     estimate: Estimate,
-    drawn: Mapping[str, WrittenDrawn] | Any = UNSET,
+    drawn: Mapping[str, Drawn] | Any = UNSET,
     physical: WrittenPhysical | Any = UNSET,
 ) -> WrittenEstimate:
     """One estimate; statistics that are not finite become None."""
@@ -228,10 +228,10 @@ def _direct(estimate: Estimate) -> dict[str, WrittenDirectValue]:
     }
 
 
-def _drawn(estimate: Estimate, draws: int) -> dict[str, WrittenDrawn]:
+def _drawn(estimate: Estimate, draws: int) -> dict[str, Drawn]:
     """Every parameter over draws; None where no draw gave an axis."""
     return {
-        name: written_as(WrittenDrawn, estimate.propagate(name, draws=draws))
+        name: written_as(Drawn, estimate.propagate(name, draws=draws))
         for name in estimate.parameters
     }
 

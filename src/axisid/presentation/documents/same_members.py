@@ -12,13 +12,13 @@ from types import NoneType
 from typing import Any, TypeVar, get_args, get_type_hints
 
 import numpy as np
-from msgspec import UNSET
+from msgspec import UNSET, Struct
 
 from axisid.presentation.schema import JsonObject
 from axisid.support.arrays import Array, finite, frozen
 from axisid.support.figures import OF_NULL
 
-_Written = TypeVar("_Written", bound=JsonObject)
+_Written = TypeVar("_Written", bound=Struct)
 _Result = TypeVar("_Result")
 #: Members that have another name in files than in results.
 _OF_FILES = {

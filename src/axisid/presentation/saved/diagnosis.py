@@ -11,7 +11,7 @@ from axisid.estimation.diagnostics.estimates import (
 )
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import Alignment
-from axisid.presentation.documents import NOT_EVALUATED, number, read_as
+from axisid.presentation.documents import NOT_EVALUATED, read_as
 from axisid.presentation.schema import (
     WrittenAlignment,
     WrittenApart,
@@ -65,9 +65,9 @@ def _alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment
     if written.best is None:
         return Missing(written.reason or "")
     sensitivity = frozen([*(written.sensitivity or {}).values()])
-    return Alignment(
-        best=written.best,
-        deviation=number(written.deviation),
+    return read_as(
+        Alignment,
+        written,
         at_the_end=bool(written.at_the_end),
         by_instruments=bool(written.by_instruments),
         sensitivity=sensitivity,
@@ -80,15 +80,13 @@ def read_apart(written: WrittenApart | None) -> Apart | Missing:
     """A record alone beside the others."""
     if written is None:
         return Missing("the record alone does not tell the parameters")
-    return Apart(
+    return read_as(
+        Apart,
+        written,
         names=tuple(written.own),
         own=_numbers(written.own),
         others=_numbers(written.common),
         deviations=_numbers(written.deviations),
-        statistic=written.statistic,
-        freedom=written.freedom,
-        p_value=written.p_value,
-        share_percent=written.share_percent,
     )
 
 

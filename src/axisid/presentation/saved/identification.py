@@ -5,8 +5,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from msgspec.structs import asdict
-
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.diagnostics import Diagnosis
@@ -136,7 +134,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
             physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
             diagnosis=read_diagnosis(written),
             levels=written.levels or DEFAULT_LEVELS,
-            requested=None if asked is None else Prefilter(**asdict(asked)),
+            requested=None if asked is None else read_as(Prefilter, asked),
             prefilter=sampling.prefilter,
             record=record,
             sampling=sampling,
@@ -284,30 +282,19 @@ def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
 
 def _of_record(written: WrittenMember) -> OfRecord:
     record, apart = written.record, written.apart
-    return OfRecord(
-        name=written.name,
+    return read_as(
+        OfRecord,
+        written,
         record=record,
         sampling=_sampling(written.prefilter, record),
         known={name: (float(v.value or 0.0), v.sd) for name, v in written.known.items()},
-        rows=written.rows,
-        weight=written.weight,
-        noise=written.noise,
-        equation_error_percent=written.equation_error_percent,
-        simulation_error_percent=written.simulation_error_percent,
         share_percent=None if apart is None else apart.share_percent,
         p_value=None if apart is None else apart.p_value,
     )
 
 
 def _prefilter(written: WrittenPrefilter, period: float) -> Prefilter:
-    made = Prefilter(
-        cutoff=written.cutoff,
-        order=written.order,
-        decimate=written.decimate,
-        decimation=written.decimation,
-        hold=written.hold,
-        reversals=written.reversals,
-    )
+    made = read_as(Prefilter, written, drop=None)
     # Ends that are no longer than the filter's transient were not cut off, but given no weight.
     transient = SampledFilter(made, period).dropped
     return made if transient == written.drop else replace(made, drop=written.drop)

@@ -56,7 +56,6 @@ from .values import (
     JsonObject as JsonObject,
     Matrix as Matrix,
     WrittenDirectValue as WrittenDirectValue,
-    WrittenDrawn as WrittenDrawn,
     WrittenHeld as WrittenHeld,
     WrittenKnown as WrittenKnown,
     WrittenPhysical as WrittenPhysical,

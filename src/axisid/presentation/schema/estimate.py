@@ -5,14 +5,13 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
-from axisid.estimation.regression import ResidualTests
+from axisid.estimation.regression import Drawn, ResidualTests
 from axisid.estimation.twins import Chain
 
 from .values import (
     JsonObject,
     Matrix,
     WrittenDirectValue,
-    WrittenDrawn,
     WrittenPhysical,
     WrittenValue,
     about,
@@ -88,7 +87,7 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
     ] = UNSET
     residual_tests: ResidualTests
     remarks: tuple[str, ...]
-    drawn: Annotated[Mapping[str, WrittenDrawn] | UnsetType | None, about("With draws=.")] = UNSET
+    drawn: Annotated[Mapping[str, Drawn] | UnsetType | None, about("With draws=.")] = UNSET
     physical: WrittenPhysical | UnsetType = UNSET
     covariances: Annotated[
         Mapping[str, Matrix] | UnsetType,

@@ -68,16 +68,6 @@ class WrittenDirectValue(WrittenValue, frozen=True, kw_only=True):
     expression: Annotated[str, about("In physical parameters.")]
 
 
-class WrittenDrawn(JsonObject, frozen=True, kw_only=True):
-    """One parameter over draws, mapped exactly."""
-
-    median: float | None
-    interval_95: tuple[float | None, float | None]
-    draws: Annotated[int, about("How many the quantiles are of.")]
-    lost: Annotated[int, about("Draws without a positive inertia.")]
-    seed: Annotated[int, about("Of numpy.random.default_rng, which gives the same draws again.")]
-
-
 class WrittenKnown(JsonObject, frozen=True, kw_only=True):
     """A parameter that is declared as known."""
 
