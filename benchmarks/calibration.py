@@ -40,7 +40,7 @@ def coverage(runs: int, seed: int = 1, jobs: int = 1) -> dict[str, dict[str, flo
         )
         for of in INTERVALS:
             shares[f"{colour}_{of}"] = {
-                each.estimand.name: each.coverage[of].value for each in found.figures
+                each.name: each.coverage[of].value for each in found.figures
             }
     return shares
 

@@ -36,9 +36,9 @@ def coverage(name: str, runs: int, jobs: int = 1) -> dict[str, dict[str, float]]
     found = monte_carlo(axis, runs, allowed, prefilter=prefilter_of(name), jobs=jobs)
     shares: dict[str, dict[str, float]] = {method: {} for method in allowed}
     for each in found:
-        if each.estimand.kind == "parameter":
+        if each.kind == "parameter":
             held = each.coverage[found.plan.chosen].value
-            shares[each.estimand.method][each.estimand.name] = held
+            shares[each.method][each.name] = held
     return shares
 
 

@@ -5,7 +5,9 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Literal, TypeVar
+from typing import Annotated, Literal, TypeVar
+
+from msgspec import Meta
 
 from axisid.estimation.thresholds import LEAST_SHARE, LEVEL
 from axisid.support.errors import AxisidError, UsageError, asks_for_tracebacks
@@ -29,7 +31,7 @@ class Levels:
     Attributes
     ----------
     level : float
-        Chance that it does of a right model, over all that it looks for.
+        Chance that anything is told of a right one, over all that is looked for.
     least_share : float
         Part of the force, or of a parameter's value, from which it matters; what is missing does
         too where it moves a parameter by more than its interval.
@@ -40,8 +42,8 @@ class Levels:
         One of them is not between 0 and 1.
     """
 
-    level: float = LEVEL.value
-    least_share: float = LEAST_SHARE.value
+    level: Annotated[float, Meta(gt=0, lt=1)] = LEVEL.value
+    least_share: Annotated[float, Meta(gt=0, lt=1)] = LEAST_SHARE.value
 
     def __post_init__(self) -> None:
         for each in fields(self):

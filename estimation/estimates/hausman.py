@@ -27,6 +27,7 @@ from axisid.estimation.regression import (
 from axisid.estimation.thresholds import LEVEL
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
+from axisid.support.figures import MaybeNan
 from axisid.support.missing import Missing
 
 from .estimate import Estimate, alike_corrected
@@ -41,21 +42,21 @@ class HausmanTest:
     Attributes
     ----------
     difference : float
-        In the parameter's unit; without the bias of filter and noise where both know theirs.
+        In the parameter's unit; both less the bias of filter and noise where it is known.
     deviation : float
-        Of the difference, HAC.
+        HAC, of the difference.
     p_value : float
-        Of a difference of none, Student's distribution.
+        Hausman, of this parameter: of a difference of none, by Student's distribution.
     joint_p_value : float
-        The same for all parameters of the estimates at once, Hotelling's.
+        The same of all parameters at once, Hotelling's.
     shift : float
         Size of the difference, in deviations of the other estimate.
     """
 
     difference: float
     deviation: float
-    p_value: float
-    joint_p_value: float
+    p_value: MaybeNan
+    joint_p_value: MaybeNan
     shift: float
 
 

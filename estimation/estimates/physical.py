@@ -10,6 +10,7 @@ and what the drive gain's deviation adds is in V.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from typing import TypeVar
 
@@ -20,6 +21,7 @@ from axisid.codegen.artefacts import Quantity
 from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import Form, delta_method, joint_p
 from axisid.modeling.derivation import BaseModel
+from axisid.modeling.quantities import Parameter
 from axisid.modeling.wording import describe_undetermined, undetermined_names
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
@@ -251,7 +253,12 @@ class Physical(Exact):
     ----------
     method : str
         Of the estimate.
-    base : BaseModel
+    known : tuple of Parameter
+        What is declared as known.
+    combined : tuple of Parameter
+        Base parameters that are no declared ones, described by what they are made of.
+    own : tuple of str
+        The base parameters.
     parameters : NamedValues
         The declared parameters that follow, by name.
     covariances : mapping of str to array
@@ -266,7 +273,9 @@ class Physical(Exact):
     """
 
     method: str
-    base: BaseModel
+    known: tuple[Parameter, ...]
+    combined: tuple[Parameter, ...]
+    own: tuple[str, ...]
     parameters: NamedValues
     covariances: Mapping[str, Array]
     undetermined: tuple[str, ...]
@@ -278,8 +287,7 @@ class Physical(Exact):
     @property
     def shows_more(self) -> bool:
         """Whether it says anything that the base parameters do not."""
-        own = {p.name for p in self.base.axis.parameters}
-        return bool(self.parameters) and bool(self.base.known or set(self.parameters) - own)
+        return bool(self.parameters) and bool(self.known or {*self.parameters} - {*self.own})
 
 
 P = TypeVar("P")
@@ -330,6 +338,13 @@ def physical_parameters(method: str, form: Form, of_base: Distribution) -> Physi
     base = form.axis.base
     if isinstance(form, JointForm) or not (base.changed or base.known):
         return None
+    told = partial(
+        Physical,
+        method=method,
+        known=base.known,
+        combined=tuple(p for p, _ in base.combined),
+        own=tuple(p.name for p in base.axis.parameters),
+    )
     # About the truth, base parameters scatter by noise and by the drive gain.
     expected, by_gain = of_base.covariances[of_base.chosen], of_base.by_gain
     if by_gain is not None:
@@ -341,9 +356,7 @@ def physical_parameters(method: str, form: Form, of_base: Distribution) -> Physi
     dof = len(distance.target) - rank
     reason = _no_solution(found.cost, dof, distance, found.theta, rank)
     if reason:
-        return Physical(
-            method=method,
-            base=base,
+        return told(
             parameters=NamedValues(),
             covariances={name: np.zeros((0, 0)) for name in of_base.covariances},
             undetermined=(*describe_undetermined(base), reason),
@@ -367,9 +380,7 @@ def physical_parameters(method: str, form: Form, of_base: Distribution) -> Physi
         chosen=of_base.chosen,
         by_gain=None if by_gain is None else influence[:, : len(by_gain)] @ by_gain,
     )
-    return Physical(
-        method=method,
-        base=base,
+    return told(
         parameters=made.values,
         covariances=made.covariances,
         undetermined=describe_undetermined(base),

@@ -29,6 +29,7 @@ from axisid.estimation.searches import FitStep
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.text import FunctionLike
 from axisid.support.arrays import Array, Exact
+from axisid.support.figures import MaybeInfinite
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
@@ -44,9 +45,12 @@ class RecordError:
 
     Attributes
     ----------
-    output, unit : str
+    output : str
+        What is followed; empty in files of earlier versions, of one output.
+    unit : str
+        Of that output.
     weight : float
-        By which its errors count, in the inverse of its unit.
+        By which its errors count, over its unit.
     rows : int
         Samples that count.
     error : float
@@ -57,12 +61,12 @@ class RecordError:
         Of the autoregression of the errors, of all outputs together.
     """
 
-    output: str
-    unit: str
-    weight: float
+    output: str = ""
+    unit: str = ""
+    weight: float = 1.0
     rows: int
     error: float
-    percent: float
+    percent: MaybeInfinite
     order: int
 
 

@@ -7,9 +7,11 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
+from msgspec import Meta, Struct
+from msgspec.structs import force_setattr
 from numpy.typing import NDArray
 from scipy.special import ndtr, stdtrit
 
@@ -18,6 +20,7 @@ from axisid.estimation.diagnostics import Checked
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_BIAS
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
+from axisid.support.figures import MaybeNan
 from axisid.support.missing import Missing
 from axisid.support.user_values import quoted
 
@@ -28,18 +31,25 @@ _MOST_REASONS = 5  # that are told of what came to nothing
 _ROUNDING = 1e-12  # of the truth: a mean error up to it is one of arithmetic
 
 
-@dataclass(frozen=True, slots=True)
-class Share:
+class Share(Struct, frozen=True, rename={"interval": "interval_95"}):
     """How often something happened.
 
     Attributes
     ----------
     count, of : int
         How often, of how many times that it could.
+    interval : (float, float)
+        Follows from these.
     """
 
     count: int
     of: int
+    interval: Annotated[
+        tuple[float, float], Meta(description="Wilson's, of the probability; 0 to 1 of no time.")
+    ] = (0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        force_setattr(self, "interval", self.interval_at(INTERVAL_LEVEL.value))
 
     @classmethod
     def of_truths(cls, truths: NDArray[np.bool_]) -> "Share":
@@ -50,11 +60,6 @@ class Share:
     def value(self) -> float:
         """The share; not a number of no time."""
         return self.count / self.of if self.of else math.nan
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Wilson's 95 % interval of the probability; 0 to 1 of no time."""
-        return self.interval_at(INTERVAL_LEVEL.value)
 
     def interval_at(self, level: float) -> tuple[float, float]:
         """Wilson's interval of a level; 0 to 1 of no time."""
@@ -72,12 +77,13 @@ class Mean:
 
     Attributes
     ----------
-    value, error : float
-        Not a number of too few runs.
+    value : float
+    error : float
+        Its standard error over the runs; not a number of too few.
     """
 
-    value: float
-    error: float
+    value: MaybeNan
+    error: MaybeNan
 
     @classmethod
     def of_values(cls, values: Array) -> "Mean":
@@ -106,14 +112,18 @@ class Mean:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EstimandFigures:
+class EstimandFigures(Estimand):
     """What the runs tell of one estimand.
 
     Attributes
     ----------
-    estimand : Estimand
+    method : str
+    name : str
+    kind : {"parameter", "direct", "physical"}
+        As it is identified, of the direct model, or declared and following from others.
+    unit : str
     truth : float
-        Not a number where the twin has no such parameter.
+        Not a number, or null, where the twins have no such parameter.
     runs : int
         That gave an estimate.
     bias : Mean
@@ -123,14 +133,13 @@ class EstimandFigures:
     scatter : Mean
         Standard deviation over the runs.
     deviations : mapping of str to float
-        Root mean square of the deviation that is stated, under each of `INTERVALS` that there is.
+        Root mean square of the stated one, by covariance; ``model`` of the model's error.
     coverage : mapping of str to Share
         How often the 95 % interval of each holds the truth; empty without a truth, and of declared
         parameters that follow where a known value has a deviation: all runs share its error.
     """
 
-    estimand: Estimand
-    truth: float
+    truth: MaybeNan
     runs: int
     bias: Mean
     raw_bias: Mean
@@ -139,8 +148,7 @@ class EstimandFigures:
     coverage: Mapping[str, Share]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CheckFigures:
+class CheckFigures(Struct, frozen=True, kw_only=True, rename={"missing": "not_evaluated"}):
     """How often a check ends in each way, of the runs that were judged.
 
     Attributes
@@ -149,14 +157,14 @@ class CheckFigures:
     fails, notes, passes : Share
         Of the runs in which it was evaluated: what nobody looked at has not passed.
     missing : Share
-        Of all that were judged: it could not be evaluated, or the run has no such check.
+        It could not be evaluated, or the run has no such check.
     """
 
     name: str
     fails: Share
     notes: Share
     passes: Share
-    missing: Share
+    missing: Annotated[Share, Meta(description="Of all that were judged.")]
 
 
 class _HasFigures(Protocol):
@@ -230,7 +238,7 @@ class StudyFigures(_HasFigures, Checked):
         any of the estimands (Bonferroni).
         """
         wanted = INTERVAL_LEVEL.value
-        stated = [(stated_by(each.estimand.method, self.chosen), each) for each in self.figures]
+        stated = [(stated_by(each.method, self.chosen), each) for each in self.figures]
         covered = [(each, each.coverage[of]) for of, each in stated if of in each.coverage]
         level = 1 - (1 - wanted) / max(len(covered), 1)
         bounds = [share.interval_at(level) for _, share in covered]
@@ -249,9 +257,9 @@ class StudyFigures(_HasFigures, Checked):
             There is none.
         """
         for found in self.figures:
-            if (found.estimand.method, found.estimand.name) == (method, name):
+            if (found.method, found.name) == (method, name):
                 return found
-        listed = ", ".join(f"{e.estimand.method} {e.estimand.name}" for e in self.figures)
+        listed = ", ".join(f"{e.method} {e.name}" for e in self.figures)
         raise UsageError(
             f"there is no {quoted(name)} by {quoted(method)}; there are {listed or 'none'}.",
             code="result",
@@ -270,7 +278,7 @@ class StudyFigures(_HasFigures, Checked):
 
 
 def _listed(figures: Iterable[EstimandFigures]) -> str:
-    return ", ".join(f"{each.estimand.method} {each.estimand.name}" for each in figures)
+    return ", ".join(f"{each.method} {each.name}" for each in figures)
 
 
 def _is_biased(each: EstimandFigures) -> bool:

@@ -196,7 +196,7 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
             if np.isfinite(truth) and not self._shares_error(self.estimands[place]):
                 coverage[of] = Share.of_truths((low <= truth) & (truth <= high))
         return EstimandFigures(
-            estimand=self.estimands[place],
+            **asdict(self.estimands[place]),
             truth=truth,
             runs=int(there.sum()),
             bias=Mean.of_values(corrected - truth),

@@ -50,17 +50,17 @@ class Estimand:
     Attributes
     ----------
     method : str
-    name, unit : str
-        Of the parameter.
+    name : str
     kind : {"parameter", "direct", "physical"}
         A parameter as it is identified; one of the direct model; a declared one that follows from
         base parameters and from what is known.
+    unit : str
     """
 
     method: str
     name: str
+    kind: Kind
     unit: str
-    kind: Kind = PARAMETER
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,6 +70,7 @@ class FailedRun:
     Attributes
     ----------
     run : int
+        From 0.
     of : str
         The method; ``simulation`` where there is no twin, ``verdict`` where it was not judged.
     reason : str
@@ -195,7 +196,10 @@ def _lane_values(
             sd = float(found.deviations[of][lane, i])
             interval = student_interval(value, sd, float(found.freedom[of][lane, i]))
             intervals[of] = sd, interval
-        yield Estimand(method, quantity.name, quantity.unit), _row(value, value, intervals)
+        yield (
+            Estimand(method, quantity.name, PARAMETER, quantity.unit),
+            _row(value, value, intervals),
+        )
 
 
 def _run(plan: MonteCarloPlan, number: int, record: Record | str) -> _Run:
@@ -228,7 +232,10 @@ def _fit_values(method: str, found: OutputFit) -> Iterator[tuple[Estimand, Array
         if name not in found.at_bound:  # there the interval is to one side
             sd = value.deviations[IID]
             intervals[IID] = sd, student_interval(value.value, sd, math.inf)
-        yield Estimand(method, name, value.unit), _row(value.value, value.corrected, intervals)
+        yield (
+            Estimand(method, name, PARAMETER, value.unit),
+            _row(value.value, value.corrected, intervals),
+        )
 
 
 def _identified(
@@ -270,10 +277,10 @@ def estimand_numbers(
                 numbers = _numbers(value, {of: freedoms[of][i] for of in COVARIANCES})
                 if kind == PARAMETER and name in bands:
                     numbers[-3:] = bands[name].deviation, *bands[name].interval
-                yield Estimand(method, name, value.unit, kind), numbers
+                yield Estimand(method, name, kind, value.unit), numbers
     for method, physical in result.physical.items():
         for name, value in physical.parameters.items() if physical.shows_more else ():
-            yield Estimand(method, name, value.unit, PHYSICAL), _numbers(value, {})
+            yield Estimand(method, name, PHYSICAL, value.unit), _numbers(value, {})
 
 
 def _numbers(value: Value, freedom: Mapping[str, float]) -> Array:

@@ -34,8 +34,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta, Struct
 from numpy.typing import NDArray
 from scipy.special import fdtrc, stdtr, stdtrit
 
@@ -43,7 +45,8 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import Applied, Hac, score_products
 from axisid.estimation.signals import FilteredRecord, Neighbours
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_MODEL_SHARE
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, Exact
+from axisid.support.figures import MaybeInfinite
 
 _MIN_MOVE_SPEED = 0.02  # of the largest speed, that a move has to reach
 _MIN_MOVE_PROMINENCE = 0.5  # of its largest speed, that a move has to fall by before the next
@@ -255,39 +258,45 @@ def _period(reference: Array, lags: set[int], tolerance: float) -> int | None:
     return next((lag for lag, away in off if away <= tolerance), None)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LackOfFit:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LackOfFit(Exact):
     """What an estimate leaves at phases of the reference that repeat.
 
     Attributes
     ----------
     period : float or None
-        After which all of it repeats, s; None where moves repeat in another order or after rests of
+        After which all of it repeats, s; null where moves repeat in another order or after rests of
         other lengths.
     span : (float, float)
-        From where to where in the record, s since its first sample.
+        From where to where, since the record's first sample, s.
     times : int
         How often what repeats most often does.
     rows : int
-        Rows at phases that repeat.
-    share, deviation : float
-        Of these rows' power, what repeats, with its standard deviation (HAC over the phases).
+        At phases that repeat.
+    share : float
+        Of these rows' power, what repeats.
+    deviation : float
+        Of the share, HAC over the phases.
     chance : float
         That noise alone repeats as much, by Student's distribution.
-    repeated, noise : float
-        Root mean square of what repeats and of the noise, in the unit of the left side.
+    repeated : float
+        Root mean square of what repeats, in the unit of the left side.
+    noise : float
+        The same of the noise.
     left : float
-        Root mean square of the left side in these rows.
-    time, mean : (g,) array
-        Mean residual by phase, over the time of its first row, s since the record's first sample.
-    count : (g,) array
-        Of how many repeats.
+        The same of the left side.
     smoothness : float
         Correlation of the mean residual with that of the next phase: near 1 for what a model
         lacks, below 0 for the steps of an encoder, which repeat where the motion does to less than
         one of them.
     hac_excess : mapping of str to float
-        HAC deviation of each physical parameter in that of the noise alone, from these rows.
+        HAC deviation in that of the noise alone, by physical parameter; null without noise.
+    time : (g,) array
+        Of the phases' first rows, since the record's first sample, s.
+    mean : (g,) array
+        Mean residual by phase.
+    count : (g,) array
+        Repeats by phase.
     """
 
     period: float | None
@@ -300,11 +309,11 @@ class LackOfFit:
     repeated: float
     noise: float
     left: float
+    smoothness: float
+    hac_excess: Mapping[str, MaybeInfinite]
     time: Array
     mean: Array
     count: Array
-    smoothness: float
-    hac_excess: Mapping[str, float]
 
     @property
     def is_there(self) -> bool:
@@ -418,26 +427,26 @@ def _long_run(scores: Array, neighbours: Neighbours) -> Applied:
     return Hac().long_run(products, len(scores))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Band:
+class Band(Struct, frozen=True, kw_only=True, rename={"interval": "interval_95"}):
     """How far the model's error may move a parameter.
 
     Attributes
     ----------
     deviation : float
-        Standard deviation by the delete-one-group jackknife.
+        Delete-one-group jackknife.
     interval : (float, float)
-        95 %, about the value less its bias, by Student's distribution with as many
-        degrees of freedom as there are groups, less one.
+        95 %, about the value less its bias.
     groups : int
     by : str
-        What the groups are of, in words.
+        What the groups of rows are of, in words.
     exceeds : bool
         Whether it is noticeably wider than the interval for noise, and by more than chance.
     """
 
     deviation: float
-    interval: tuple[float, float]
+    interval: Annotated[
+        tuple[float, float], Meta(description="Student's, of as many groups less one.")
+    ]
     groups: int
     by: str
     exceeds: bool

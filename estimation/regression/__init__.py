@@ -47,6 +47,7 @@ from .linear import (
 )
 from .propagation import (
     Bend as Bend,
+    Drawn as Drawn,
     DrawSummary as DrawSummary,
     bend as bend,
     draw_parameters as draw_parameters,

@@ -9,10 +9,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from scipy.special import chdtri
 
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
+from axisid.support.figures import MaybeNan
 
 from .forms import Form
 
@@ -20,15 +22,11 @@ _STEP = 0.01  # deviations over which a Jacobian is differenced
 _MOST_DRAWS = 1_000_000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DrawSummary:
-    """A function of the parameters over draws from the estimate's distribution.
+class Drawn(Struct, frozen=True, kw_only=True, rename={"interval": "interval_95"}):
+    """One parameter over draws, mapped exactly.
 
     Attributes
     ----------
-    value : float
-        At the estimate.
-    unit : str
     median : float
     interval : (float, float)
         From the 2.5 % to the 97.5 % quantile.
@@ -38,16 +36,32 @@ class DrawSummary:
         Draws that gave no axis (its inertia is not positive) or no finite value; they are in no
         other figure.
     seed : int
-        Which gives the same draws again.
+        Of numpy.random.default_rng, which gives the same draws again.
+    """
+
+    median: MaybeNan
+    interval: tuple[MaybeNan, MaybeNan]
+    draws: int
+    lost: int
+    seed: int
+
+
+class DrawSummary(Drawn, frozen=True, kw_only=True):
+    """A function of the parameters over draws from the estimate's distribution.
+
+    Attributes
+    ----------
+    value : float
+        At the estimate.
+    unit : str
+
+    Notes
+    -----
+    The others are as of `Drawn`.
     """
 
     value: float
     unit: str
-    median: float
-    interval: tuple[float, float]
-    draws: int
-    lost: int
-    seed: int
 
     def __str__(self) -> str:
         low, high = self.interval

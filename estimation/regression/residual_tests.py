@@ -15,6 +15,7 @@ from scipy.special import chdtrc, ndtr, ndtri
 from axisid.estimation.signals import Neighbours
 from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_SEGMENT_ROWS, SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Array, Exact
+from axisid.support.figures import MaybeNan
 from axisid.support.missing import Missing
 
 from .covariance import score_products
@@ -26,48 +27,91 @@ _SEGMENT = 256  # rows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Autocorrelation(Exact):
+    """Of the residuals, by lag.
+
+    Attributes
+    ----------
+    values : (lags + 1,) array
+        Of the residuals less their mean, from lag 0.
+    bound_95 : float
+        What a correlation of independent series stays below in 95 % of cases, ``1.96/sqrt(n)``.
+    """
+
+    values: Array
+    bound_95: MaybeNan
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Normality(Exact):
+    """Shape of the residuals against a normal distribution.
+
+    Attributes
+    ----------
+    jarque_bera, p_value : float
+        Chi-squared with 2 degrees of freedom.
+    skewness, excess_kurtosis : float
+        0 for normal residuals.
+    normal_quantiles : (q,) array
+        Of a standard normal distribution.
+    residual_quantiles : (q,) array
+        Standardised.
+    """
+
+    jarque_bera: MaybeNan
+    p_value: MaybeNan
+    skewness: MaybeNan
+    excess_kurtosis: MaybeNan
+    normal_quantiles: Array
+    residual_quantiles: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CrossCorrelation(Exact):
+    """Of the residuals with each instrument or regressor column.
+
+    Attributes
+    ----------
+    largest : float
+        In deviations.
+    limit_95 : float
+        What that stays below in 95 % of cases, for as many values as there are (Bonferroni).
+    p_value : float
+        Of the largest, likewise.
+    lags : tuple of int
+    columns : tuple of (2 lags + 1,) array
+        By instrument (or regressor column), then by lag: e[t + lag] z[t]; zero at lag 0 by
+        construction.
+    deviations : (k,) array
+        Of each, for unrelated series of the same autocorrelations, by Bartlett's formula.
+    """
+
+    largest: MaybeNan
+    limit_95: MaybeNan
+    p_value: MaybeNan
+    lags: tuple[int, ...]
+    columns: tuple[Array, ...]
+    deviations: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResidualTests(Exact):
-    """What the residuals look like.
+    """Tests of the residuals with the data of their plots.
 
     Attributes
     ----------
     durbin_watson : float
-        Near 2 for uncorrelated neighbours, towards 0 for alike ones; NaN if no row follows another.
-    jarque_bera, jarque_bera_p : float
-        Normality, chi-squared with 2 degrees of freedom.
-    skewness, excess_kurtosis : float
-        0 for normal residuals.
-    autocorrelation : (lags + 1,) array
-        Of the residuals less their mean, from lag 0.
-    bound : float
-        What a correlation of independent series stays below in 95 % of cases, ``1.96/sqrt(n)``.
-    cross_correlation : (2 lags + 1, k) array
-        Of the residuals with each instrument (or regressor), ``e[t + lag] z[t]``, from ``-lags``.
-        Zero at lag 0 by construction.
-    cross_deviations : (k,) array
-        Standard deviations of its columns for unrelated series of the same autocorrelations
-        (Bartlett's formula).
-    cross_z, cross_limit, cross_p : float
-        Its largest value in deviations, what that stays below in 95 % of cases, and its p-value,
-        both for as many values as there are (Bonferroni).
-    normal_quantiles, residual_quantiles : (q,) arrays
-        Of a standard normal distribution and of the standardised residuals.
+        2 for independent neighbours, towards 0 for alike ones; not a number if no row follows
+        another.
+    autocorrelation : Autocorrelation
+    normality : Normality
+    cross_correlation : CrossCorrelation
     """
 
-    durbin_watson: float
-    jarque_bera: float
-    jarque_bera_p: float
-    skewness: float
-    excess_kurtosis: float
-    autocorrelation: Array
-    bound: float
-    cross_correlation: Array
-    cross_deviations: Array
-    cross_z: float
-    cross_limit: float
-    cross_p: float
-    normal_quantiles: Array
-    residual_quantiles: Array
+    durbin_watson: MaybeNan
+    autocorrelation: Autocorrelation
+    normality: Normality
+    cross_correlation: CrossCorrelation
 
 
 def residual_tests(
@@ -108,19 +152,25 @@ def residual_tests(
     share = np.array([(i + 0.5) / _QUANTILES for i in range(_QUANTILES)])
     return ResidualTests(
         durbin_watson=_durbin_watson(residuals, order) / power,
-        jarque_bera=bera,
-        jarque_bera_p=float(chdtrc(2, bera)),
-        skewness=skewness,
-        excess_kurtosis=kurtosis,
-        autocorrelation=sums,
-        bound=MAX_CHANCE_DEVIATION.value / float(np.sqrt(n)),
-        cross_correlation=crossed,
-        cross_deviations=deviations,
-        cross_z=largest,
-        cross_limit=float(-ndtri(SIGNIFICANCE_LEVEL.value / 2 / crossed.size)),
-        cross_p=min(1.0, 2 * crossed.size * float(ndtr(-largest))),
-        normal_quantiles=np.asarray(ndtri(share), dtype=float),
-        residual_quantiles=np.asarray(np.quantile(standardised, share), dtype=float),
+        autocorrelation=Autocorrelation(
+            values=sums, bound_95=MAX_CHANCE_DEVIATION.value / float(np.sqrt(n))
+        ),
+        normality=Normality(
+            jarque_bera=bera,
+            p_value=float(chdtrc(2, bera)),
+            skewness=skewness,
+            excess_kurtosis=kurtosis,
+            normal_quantiles=np.asarray(ndtri(share), dtype=float),
+            residual_quantiles=np.asarray(np.quantile(standardised, share), dtype=float),
+        ),
+        cross_correlation=CrossCorrelation(
+            largest=largest,
+            limit_95=float(-ndtri(SIGNIFICANCE_LEVEL.value / 2 / crossed.size)),
+            p_value=min(1.0, 2 * crossed.size * float(ndtr(-largest))),
+            lags=tuple(range(-count, count + 1)),
+            columns=tuple(crossed.T),
+            deviations=deviations,
+        ),
     )
 
 

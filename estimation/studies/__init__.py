@@ -6,6 +6,7 @@ nothing of how it is shown.
 
 from .candidate import (
     Candidate as Candidate,
+    Criteria as Criteria,
     NestedTest as NestedTest,
     ParameterCheck as ParameterCheck,
 )

@@ -31,6 +31,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Array, Exact
+from axisid.support.figures import MaybeNan
 from axisid.support.missing import Missing
 
 from .held_out import (
@@ -51,14 +52,14 @@ class ParameterCheck:
     ----------
     name : str
     p_value : float or None
-        That it is zero: Student, autocorrelation-consistent.
+        That it is zero, HAC, by Student's distribution.
     without_percent : float or None
-        Held-out equation error where it is left out; None if the model has no other.
+        Held-out equation error without it; null if the model has no other.
     informed : bool or None
         The test rejects zero at 5 %, and leaving it out raises the held-out error; without a test,
-        by more than one standard error. None of a nonlinear parameter.
+        by more than one standard error. Not judged: null, of a nonlinear parameter.
     not_tested : str or None
-        Why there is no `p_value`.
+        Why there is no p-value.
     """
 
     name: str
@@ -79,13 +80,13 @@ class Criteria:
     aic, bic : float
         ``-2 logL + 2 k`` and ``-2 logL + k log n``: for independent rows.
     tic : float
-        ``-2 logL + 2 tr(V_iid^-1 V_hac)`` [Takeuchi1976]_: the penalty as autocorrelation has it.
+        Takeuchi's, for autocorrelated rows: ``-2 logL + 2 tr(V_iid^-1 V_hac)`` [Takeuchi1976]_.
     """
 
-    log_likelihood: float
-    aic: float
-    bic: float
-    tic: float
+    log_likelihood: MaybeNan
+    aic: MaybeNan
+    bic: MaybeNan
+    tic: MaybeNan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -263,8 +264,8 @@ class NestedTest:
     f, f_p : float or None
         Classical F of least squares and its p-value, for independent residuals.
     wald, wald_p : float or None
-        Wald statistic over its restrictions, and its p-value, Hotelling's, by the
-        autocorrelation-consistent covariance and its effective degrees of freedom.
+        Wald statistic over its restrictions, HAC, and its p-value, Hotelling's, by the effective
+        degrees of freedom of that covariance.
     not_tested : str or None
         Why there are no statistics.
     """

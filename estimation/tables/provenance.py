@@ -1,6 +1,7 @@
 """Where a record comes from, what was assumed of it, and how it was repaired."""
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -10,16 +11,25 @@ class Repair:
     Attributes
     ----------
     kind : str
-        ``tail``, ``clock``, ``shift``, ``window``, ``wrap``, ``clipped``, ``empty``, ``resample``
-        or ``gaps``.
     count : int
         How often it was made: lines or samples left out, samples moved, jumps undone, samples
-        masked, rows made, gaps.
+        masked, rows made, values drawn between others, gaps.
     text : str
         The same for the user, with the method.
     """
 
-    kind: str
+    kind: Literal[
+        "tail",
+        "wrap",
+        "clipped",
+        "empty",
+        "clock",
+        "resample",
+        "gaps",
+        "shift",
+        "window",
+        "between",
+    ]
     count: int
     text: str
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec import Struct
 
 import axisid
 from axisid import (
@@ -84,6 +85,8 @@ def same(a: Any, b: Any) -> bool:
     if dataclasses.is_dataclass(a):
         names = [field.name for field in dataclasses.fields(a) if field.compare]
         return all(same(getattr(a, name), getattr(b, name)) for name in names)
+    if isinstance(a, Struct):
+        return all(same(getattr(a, name), getattr(b, name)) for name in a.__struct_fields__)
     if isinstance(a, Mapping):
         return list(a) == list(b) and all(same(a[key], b[key]) for key in a)
     if isinstance(a, (tuple, list)):

@@ -30,6 +30,7 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import Drive, known_text
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
+from axisid.support.figures import MaybeInfinite
 from axisid.support.missing import Missing
 
 _MIN_REPETITION_WEIGHT = 0.3  # of the largest, from which another column in a repetition is named
@@ -70,7 +71,7 @@ class Excitation:
 
     name: str
     share: float
-    inflation: float
+    inflation: MaybeInfinite
     alike: tuple[str, ...]
     lacking: tuple[str, ...]
     rows: float
@@ -357,14 +358,14 @@ def held_check(held: Sequence[Held], cause: str | None = None) -> Check:
 def fixed_check(estimate: Estimate, level: float = LEVEL.value) -> Check | Missing | None:
     """Whether the record contradicts what was fixed; nothing if nothing could be asked."""
     physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
-    if physical is None or not (physical.base.known or physical.dof):
+    if physical is None or not (physical.known or physical.dof):
         return None
     if physical.p_value is None:
         why = "the record alone does not determine what was fixed, so that it cannot contradict it"
         return Missing(physical.undetermined[-1] if physical.undetermined else why)
     good = physical.p_value >= level
     return Check(
-        name="fixed values" if physical.base.known else "physical parameters",
+        name="fixed values" if physical.known else "physical parameters",
         status=passed(good),
         figure=physical.statistic,
         threshold=None,
@@ -379,7 +380,7 @@ def fixed_check(estimate: Estimate, level: float = LEVEL.value) -> Check | Missi
 def _contradiction(physical: Physical, estimate: Estimate) -> str:
     """What was fixed beside what the record alone says of it, where it says anything."""
     sides = []
-    for p in physical.base.known:
+    for p in physical.known:
         said = f"{p.name} is fixed at {known_text(p)} {p.unit}"
         if alone := estimate.parameters.get(p.name):
             deviation = np.hypot(alone.deviation, alone.sd_gain)

@@ -19,6 +19,7 @@ from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
+from axisid.support.figures import MaybeInfinite, MaybeNan
 from axisid.support.missing import Missing, of_found
 
 _FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
@@ -300,16 +301,17 @@ class Strength:
     shea : float
         The same beyond what the other columns' regressions explain.
     f : float
-        F statistic of the regression; infinite where it is exact.
+        F statistic of the regression; infinite, or null, for an exact one.
     conditional_f : float
-        That of [SandersonWindmeijer2016]_, of what the other columns leave of this one:
-        instruments may explain each of two columns well and yet not tell them apart.
+        Conditional on the other columns [SandersonWindmeijer2016]_, of what they leave of this one:
+        instruments may explain each of two columns well and yet not tell them apart. Infinite, or
+        null, where it is exact.
     """
 
-    r_squared: float
-    shea: float
-    f: float
-    conditional_f: float
+    r_squared: MaybeNan
+    shea: MaybeNan
+    f: MaybeInfinite
+    conditional_f: MaybeInfinite
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -320,11 +322,11 @@ class InstrumentTests:
     ----------
     columns : tuple of Strength
     condition_number : float
-        Of ``Z'X`` for unit columns.
+        Of ``Z'X``, unit columns.
     """
 
     columns: tuple[Strength, ...]
-    condition_number: float
+    condition_number: MaybeInfinite
 
     @property
     def weakest(self) -> float:

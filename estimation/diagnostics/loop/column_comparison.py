@@ -37,6 +37,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.support.arrays import Array, covered, relative_error_percent
 from axisid.support.errors import EstimationError
+from axisid.support.figures import MaybeNan
 from axisid.support.missing import Missing
 
 # Hz, up to which columns are compared: far below any current loop's bandwidth
@@ -142,24 +143,28 @@ class ColumnComparison:
 
     Attributes
     ----------
-    factor, factor_deviation : float
-        Of the measured one, in the middle of what noise leaves open, with half of that.
-    delay, delay_deviation : float
+    factor : float
+        Of the measured one, in the middle of what noise leaves open; null where nothing is alike.
+    factor_deviation : float
+        Half of what noise leaves open.
+    delay : float
         Of the measured one, samples.
-    offset, offset_deviation : float
+    delay_deviation : float
+    offset : float
         What is constant between the two, SI.
+    offset_deviation : float
     size : float
         Root mean square of the computed one, SI.
     left_percent : float
         What remains of either beside the other, percent of it.
     """
 
-    factor: float
-    factor_deviation: float
-    delay: float
-    delay_deviation: float
-    offset: float
-    offset_deviation: float
+    factor: MaybeNan
+    factor_deviation: MaybeNan
+    delay: MaybeNan
+    delay_deviation: MaybeNan
+    offset: MaybeNan
+    offset_deviation: MaybeNan
     size: float
     left_percent: float
 

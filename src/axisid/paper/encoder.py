@@ -234,7 +234,7 @@ def _figures(found: MonteCarlo | None, method: str, size: int) -> MethodFigures:
     figures = [
         each
         for each in (found.figures if found else ())
-        if (each.estimand.method, each.estimand.kind) == (method, PARAMETER)
+        if (each.method, each.kind) == (method, PARAMETER)
     ]
     if found is None or estimated.count < _FEWEST or len(figures) < size:
         unknown = np.full(size, np.nan)

@@ -54,7 +54,6 @@ from axisid.presentation.plots import (
     tracking_plot,
 )
 from axisid.presentation.saved import (
-    ResultComparison,
     SavedEstimate,
     SavedFitValidation,
     SavedIdentification,
@@ -63,7 +62,7 @@ from axisid.presentation.saved import (
     estimate_facts,
     result_comparison_document,
 )
-from axisid.presentation.schema import plain
+from axisid.presentation.schema import ResultComparison, plain
 from axisid.presentation.text import (
     comparison_document,
     diagnosis_blocks,
@@ -291,7 +290,7 @@ _VIEWS: Mapping[type, tuple[Callable[..., Document], Callable[..., Any]]] = {
     OutputFit: (output_fit_document, written_output_fit),
     FitValidation: (fit_validation_document, written_fit_validation),
     MonteCarlo: (lambda study: study_document(study_facts(study)), written_study),
-    ResultComparison: (result_comparison_document, _as_read),
+    ResultComparison: (result_comparison_document, lambda result: result),
     SavedIdentification: (saved_document, _as_read),
     SavedEstimate: (saved_estimate_document, _as_read),
     SavedOutputFit: (saved_fit_document, _as_read),

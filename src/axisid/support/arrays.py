@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 Array: TypeAlias = NDArray[np.float64]
@@ -82,6 +83,8 @@ def same(a: Any, b: Any) -> bool:
         return False
     if isinstance(a, np.ndarray):
         return bool(a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes())
+    if isinstance(a, Struct):
+        return all(same(getattr(a, name), getattr(b, name)) for name in a.__struct_fields__)
     if dataclasses.is_dataclass(a) and not _says_itself(type(a)):
         return _same_fields(a, b)
     if isinstance(a, Mapping):

@@ -61,7 +61,7 @@ def test_what_a_fit_refuses_is_a_failure_of_its_own(monkeypatch: pytest.MonkeyPa
     found = study(2, ("idm-ls", "fit:control"), moves=MOVES)
     assert found.lost == {"fit:control": {"no end.": 2}}
     assert {found.status(run) for run in range(2)} == {"partly"}
-    assert {each.estimand.method for each in found} == {"idm-ls"}
+    assert {each.method for each in found} == {"idm-ls"}
 
 
 def test_fits_of_no_such_output_are_refused() -> None:

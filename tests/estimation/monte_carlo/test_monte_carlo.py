@@ -15,6 +15,7 @@ from axisid.estimation.monte_carlo.figures import Share
 from axisid.estimation.monte_carlo.plan import DrawnChain, twins
 from axisid.estimation.monte_carlo.runs import (
     INTERVALS,
+    PARAMETER,
     BlockNumbers,
     Estimand,
     FailedRun,
@@ -123,7 +124,7 @@ def numbers(values: np.ndarray[Any, Any], half: float) -> MonteCarlo:
     block[:, 0, 2:5] = np.column_stack([np.full(len(values), 1.0), values - half, values + half])
     made = BlockNumbers(
         runs=np.arange(len(values)),
-        estimands=(Estimand("idm-iv", "M", "kg"),),
+        estimands=(Estimand("idm-iv", "M", PARAMETER, "kg"),),
         numbers=block,
         checks=("precision",),
         statuses=np.array([[2], [0], [-1], [-1]], dtype=np.int8)[: len(values)],
@@ -171,7 +172,7 @@ def test_the_more_intervals_there_are_the_further_one_must_be_off() -> None:
     assert alone.miscovered(narrow=True) == alone.figures
     assert alone.miscovered(narrow=False) == ()
     block = alone.numbers
-    others = tuple(Estimand("idm-iv", "M", f"{i}") for i in range(9))
+    others = tuple(Estimand("idm-iv", "M", PARAMETER, f"{i}") for i in range(9))
     whole = np.concatenate(
         [block.numbers, *[numbers(100.2 + right, half=2.0).numbers.numbers] * 9], 1
     )
@@ -194,7 +195,7 @@ def test_another_axis_may_be_simulated_than_is_identified(emps: GeneratedAxis) -
     made = monte_carlo(emps, 1, "idm-ls", twin=axis(), moves=MOVES, prefilter=FILTER)
     assert not made.plan.is_right
     assert made.of("idm-ls", "M").truth == 100.2
-    (offset,) = (each for each in made if each.estimand.name not in axis().names)
+    (offset,) = (each for each in made if each.name not in axis().names)
     assert np.isnan(offset.truth)  # the twin has none
     assert offset.runs == 1
     assert offset.coverage == {}
@@ -206,7 +207,7 @@ def test_a_known_value_that_all_runs_share_has_no_coverage_and_may_be_wrong() ->
         return monte_carlo(fixed, 1, "idm-ls", moves=MOVES, prefilter=FILTER)
 
     unsure = known(M=(100.2, 0.5))
-    kinds = {each.estimand.kind: each.coverage for each in unsure}
+    kinds = {each.kind: each.coverage for each in unsure}
     assert kinds["physical"] == {}
     assert kinds["parameter"]
     assert unsure.plan.is_right

@@ -120,9 +120,11 @@ def test_residuals_are_free_of_the_filter_where_it_moves_the_estimate_too(
     estimate = valve.preferred
     tests = estimate.residual_tests
     assert estimate.net_residuals.std() < 0.03 * estimate.residuals.std()
-    assert tests.cross_z <= tests.cross_limit
+    assert tests.cross_correlation.largest <= tests.cross_correlation.limit_95
     (check,) = (c for c in valve.verdict if c.name == "outliers")
-    assert tests.excess_kurtosis > 6  # of what noise there is at reversals, a fortieth of all
+    assert (
+        tests.normality.excess_kurtosis > 6
+    )  # of what noise there is at reversals, a fortieth of all
     assert check.status == "pass"
 
 
@@ -203,9 +205,9 @@ def test_a_record_with_a_gap_and_its_two_parts_are_the_same_thing(
     assert two.physical == pytest.approx(one.physical, rel=1e-12)
     for name, covariance in one.covariances.items():
         assert two.covariances[name] == pytest.approx(covariance, rel=1e-9)
-    same = ("durbin_watson", "cross_z")
-    for name in same:
-        ours, theirs = (getattr(e.residual_tests, name) for e in (two, one))
-        assert ours == pytest.approx(theirs, rel=1e-9)
+    ours, theirs = two.residual_tests, one.residual_tests
+    assert ours.durbin_watson == pytest.approx(theirs.durbin_watson, rel=1e-9)
+    largest = theirs.cross_correlation.largest
+    assert ours.cross_correlation.largest == pytest.approx(largest, rel=1e-9)
     assert two.simulation_error_percent == pytest.approx(one.simulation_error_percent, rel=1e-9)
     assert two.noise_free == pytest.approx(one.noise_free, rel=1e-6, abs=1e-9)

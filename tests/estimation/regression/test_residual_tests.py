@@ -25,8 +25,8 @@ def test_residual_tests_are_those_of_statsmodels_and_scipy(
     ours = residual_tests(e, rng.normal(size=(800, 2)), lags=12)
     assert ours.durbin_watson == pytest.approx(durbin_watson(e), rel=1e-12)
     bera = scipy_jarque_bera(e)
-    assert ours.jarque_bera == pytest.approx(bera.statistic, rel=1e-9)
-    assert ours.jarque_bera_p == pytest.approx(bera.pvalue, rel=1e-6, abs=1e-300)
+    assert ours.normality.jarque_bera == pytest.approx(bera.statistic, rel=1e-9)
+    assert ours.normality.p_value == pytest.approx(bera.pvalue, rel=1e-6, abs=1e-300)
 
 
 @pytest.fixture
@@ -43,30 +43,32 @@ def test_residuals_are_orthogonal_to_what_solved_them(
 ) -> None:
     residuals, Z = solved
     tests = residual_tests(residuals, Z)
-    middle = (len(tests.cross_correlation) - 1) // 2
-    assert np.abs(tests.cross_correlation[middle]).max() < 1e-10
-    assert tests.bound == pytest.approx(1.96 / np.sqrt(500))
+    crossed = tests.cross_correlation
+    middle = crossed.lags.index(0)
+    assert max(abs(column[middle]) for column in crossed.columns) < 1e-10
+    assert tests.autocorrelation.bound_95 == pytest.approx(1.96 / np.sqrt(500))
 
 
 def test_missing_rows_count_as_none_over_every_lag(rng: np.random.Generator) -> None:
     order = Neighbours(np.flatnonzero(rng.random(400) < 0.7))
     e, Z = rng.normal(size=len(order)), rng.normal(size=(len(order), 2))
     tests = residual_tests(e, Z, lags=5, neighbours=order)
+    crossed = np.transpose(tests.cross_correlation.columns)
     sizes = np.linalg.norm(Z, axis=0) * np.linalg.norm(e)
     about = e - e.mean()
     for lag in range(6):
         late, early = order.pairs(lag)
         after, before = Z[early].T @ e[late], Z[late].T @ e[early]
-        assert tests.cross_correlation[5 + lag] == pytest.approx(after / sizes, abs=1e-12)
-        assert tests.cross_correlation[5 - lag] == pytest.approx(before / sizes, abs=1e-12)
+        assert crossed[5 + lag] == pytest.approx(after / sizes, abs=1e-12)
+        assert crossed[5 - lag] == pytest.approx(before / sizes, abs=1e-12)
         own = about[late] @ about[early] / (about @ about)
-        assert tests.autocorrelation[lag] == pytest.approx(own, abs=1e-12)
+        assert tests.autocorrelation.values[lag] == pytest.approx(own, abs=1e-12)
 
 
 def test_cross_correlation_is_that_of_statsmodels(solved: tuple[np.ndarray, np.ndarray]) -> None:
     """Its own is centred; so are these series here."""
     e, Z = (x - x.mean(axis=0) for x in solved)
-    ours = residual_tests(e, Z, lags=8).cross_correlation
+    ours = np.transpose(residual_tests(e, Z, lags=8).cross_correlation.columns)
     for j in range(3):
         assert ours[8:, j] == pytest.approx(ccf(e, Z[:, j], adjusted=False)[:9], rel=1e-9)
         assert ours[8::-1, j] == pytest.approx(ccf(Z[:, j], e, adjusted=False)[:9], rel=1e-9)
@@ -92,7 +94,8 @@ def test_independent_residuals_are_rejected_as_often_as_declared(
     draws = 600
     tests = [residual_tests(rng.normal(size=400), W, 12, order) for _ in range(draws)]
     within = 4 * np.sqrt(0.05 * 0.95 / draws)
-    assert np.mean([t.cross_z > t.cross_limit for t in tests]) < 0.05 + within
+    crossed = [t.cross_correlation for t in tests]
+    assert np.mean([c.largest > c.limit_95 for c in crossed]) < 0.05 + within
     assert np.mean([t.durbin_watson for t in tests]) == pytest.approx(2.0, abs=0.02)
 
 
@@ -111,8 +114,10 @@ def test_columns_that_act_at_the_ends_of_stretches_raise_no_alarm(
     n, draws = stretches * length, 300
     tests = [residual_tests(rng.normal(size=n), W, None, order) for _ in range(draws)]
     within = 4 * np.sqrt(0.05 * 0.95 / draws)
-    assert np.mean([t.cross_z > t.cross_limit for t in tests]) < 0.05 + within
-    outside = np.mean([np.abs(t.autocorrelation[1:]) > t.bound for t in tests])
+    crossed = [t.cross_correlation for t in tests]
+    assert np.mean([c.largest > c.limit_95 for c in crossed]) < 0.05 + within
+    own = [t.autocorrelation for t in tests]
+    outside = np.mean([np.abs(each.values[1:]) > each.bound_95 for each in own])
     assert outside < 0.06
 
 

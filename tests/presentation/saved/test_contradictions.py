@@ -51,7 +51,7 @@ CONTRADICTIONS = {
     ),
     "residuals' columns of unlike lengths": (
         _set("estimates", 0, "residual_tests", "cross_correlation", "columns", 0, value=[1.0]),
-        "no summary can be made of it",
+        "columns of the residual tests of idm-ls are not of their lags",
     ),
 }
 

@@ -12,6 +12,7 @@ from jsonschema import Draft202012Validator
 from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.presentation.saved.result_comparison import compare_results
+from axisid.presentation.schema import WrittenAlone
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
@@ -59,7 +60,7 @@ def test_settings_verdicts_and_methods_that_differ_are_told(files: tuple[Path, P
     result = compare_results(*files)
     assert set(result.settings) == {"cutoff", "decimate", "drop", "hold", "level"}
     assert result.settings["cutoff"] == (60.0, 30.0)
-    assert result.alone == (("ddm-ls", "ddm-iv", "didim"), ())
+    assert result.alone == WrittenAlone(first=("ddm-ls", "ddm-iv", "didim"), second=())
     statuses = [
         {c["name"]: c["status"] for c in json.loads(f.read_text())["verdict"]} for f in files
     ]
@@ -73,7 +74,7 @@ def test_a_parameter_in_another_unit_is_not_compared(
         content["estimates"][0]["parameters"]["M"]["unit"] = "kg m"
 
     result = compare_results(files[0], spoiled(files[0], tmp_path, rescale))
-    assert result.alone == (("idm-ls M [kg]",), ("idm-ls M [kg m]",))
+    assert result.alone == WrittenAlone(first=("idm-ls M [kg]",), second=("idm-ls M [kg m]",))
 
 
 def test_exact_estimates_have_no_deviations(files: tuple[Path, Path], tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ from axisid.presentation.schema import (
     plain,
     schema_of,
 )
+from axisid.support.figures import from_json
 
 DOCUMENTS = (
     WrittenIdentification,
@@ -60,7 +61,7 @@ def _check(checker: Draft202012Validator, written: dict[str, Any]) -> None:
     """It is what the schema documents, and is read and written again as it was."""
     checker.validate(written)
     document = next(d for d in DOCUMENTS if schema_of(d) == written["schema"])
-    read = msgspec.json.decode(json.dumps(written), type=document)
+    read = msgspec.json.decode(json.dumps(written), type=document, dec_hook=from_json)
     members = {name: value for name, value in written.items() if name != "digest"}
     assert json.dumps(plain(read)) == json.dumps(members)
 
@@ -78,7 +79,7 @@ def test_schema_and_classes_refuse_the_same(schema: dict[str, Any]) -> None:
             holder = holder[key]
         holder[place[-1]] = values[i % len(values)]
         try:
-            msgspec.json.decode(json.dumps(spoiled), type=WrittenIdentification)
+            msgspec.json.decode(json.dumps(spoiled), type=WrittenIdentification, dec_hook=from_json)
             accepted = True
         except msgspec.ValidationError:
             accepted = False

@@ -5,27 +5,14 @@ from typing import Any
 
 from msgspec import UNSET
 
-from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.law import LawCheck
 from axisid.estimation.diagnostics.loop import Alignment
-from axisid.estimation.regression import ResidualTests
 from axisid.presentation.schema import (
     WrittenAlignment,
-    WrittenAutocorrelation,
-    WrittenBand,
-    WrittenCheck,
-    WrittenCrossCorrelation,
     WrittenExcitation,
-    WrittenHausmanTest,
-    WrittenInstruments,
-    WrittenLackOfFit,
     WrittenLawCheck,
-    WrittenMotionComparison,
-    WrittenNormality,
-    WrittenResidualTests,
 )
-from axisid.support.arrays import Array, finite
 from axisid.support.missing import Missing
 
 from .same_members import written_as
@@ -50,38 +37,29 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
     names : sequence of str
         Of the physical parameters.
     """
-    tests = diagnosis.instruments
     return {
         "judged": diagnosis.preferred,
-        "instruments": None if tests is None else written_as(WrittenInstruments, tests),
+        "instruments": diagnosis.instruments,
         "excitation": {e.name: written_as(WrittenExcitation, e) for e in diagnosis.excitation},
         **record_members(diagnosis, names),
         "model_bands": {
-            method: {name: written_as(WrittenBand, band) for name, band in of_one.items()}
-            for method, of_one in diagnosis.bands.items()
-            if of_one
+            method: dict(of_one) for method, of_one in diagnosis.bands.items() if of_one
         }
         or UNSET,
-        "differences": {
-            pair: {name: written_as(WrittenHausmanTest, each) for name, each in of_one.items()}
-            for pair, of_one in diagnosis.differences.items()
-        }
+        "differences": {pair: dict(of_one) for pair, of_one in diagnosis.differences.items()}
         or UNSET,
     }
 
 
 def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> dict[str, Any]:
     """What is measured of one record as well as of a whole result, by member of its document."""
-    left = found.lack_of_fit
     return {
         "law_check": written_law(found.law),
         "alignment": _alignment(found.alignment, names),
-        "verdict": tuple(map(written_check, found.verdict)),
-        "lack_of_fit": UNSET if left is None else written_as(WrittenLackOfFit, left),
+        "verdict": found.verdict,
+        "lack_of_fit": found.lack_of_fit or UNSET,
         "measured_motion": {
-            role: written_as(WrittenMotionComparison, each)
-            for role, each in found.motions.items()
-            if not isinstance(each, Missing)
+            role: each for role, each in found.motions.items() if not isinstance(each, Missing)
         }
         or UNSET,
     }
@@ -100,42 +78,3 @@ def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAli
         return WrittenAlignment(best=None, reason=profile.reason)
     sensitivity = zip(profile.names or names, profile.sensitivity.tolist(), strict=True)
     return written_as(WrittenAlignment, profile, sensitivity=dict(sensitivity), reason=UNSET)
-
-
-def written_check(check: Check) -> WrittenCheck:
-    """One check; what is not finite becomes None."""
-    return written_as(WrittenCheck, check)
-
-
-def written_residual(tests: ResidualTests) -> WrittenResidualTests:
-    """Statistics with the data of their plots; correlations from lag 0, or from ``-lags``.
-
-    Of a handful of rows some statistics do not exist; they become None.
-    """
-    lags = len(tests.autocorrelation) - 1
-    return WrittenResidualTests(
-        durbin_watson=finite(tests.durbin_watson),
-        autocorrelation=WrittenAutocorrelation(
-            values=_finite(tests.autocorrelation), bound_95=finite(tests.bound)
-        ),
-        normality=WrittenNormality(
-            jarque_bera=finite(tests.jarque_bera),
-            p_value=finite(tests.jarque_bera_p),
-            skewness=finite(tests.skewness),
-            excess_kurtosis=finite(tests.excess_kurtosis),
-            normal_quantiles=_finite(tests.normal_quantiles),
-            residual_quantiles=_finite(tests.residual_quantiles),
-        ),
-        cross_correlation=WrittenCrossCorrelation(
-            largest=finite(tests.cross_z),
-            limit_95=finite(tests.cross_limit),
-            p_value=finite(tests.cross_p),
-            lags=tuple(range(-lags, lags + 1)),
-            columns=tuple(map(_finite, tests.cross_correlation.T)),
-            deviations=_finite(tests.cross_deviations),
-        ),
-    )
-
-
-def _finite(values: Array) -> tuple[float | None, ...]:
-    return tuple(map(finite, values.tolist()))

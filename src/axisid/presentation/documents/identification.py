@@ -1,7 +1,7 @@
 """Results as documents. The names are a contract with other programs."""
 
 from collections.abc import Iterable, Mapping, Set
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import numpy as np
 from msgspec import UNSET, UnsetType
@@ -12,25 +12,22 @@ from axisid.estimation.estimates import Estimate, Physical, Value
 from axisid.estimation.identification import DriveTime, Identification, OfRecord
 from axisid.estimation.problems import Held
 from axisid.estimation.records import Record
+from axisid.estimation.regression import Drawn
 from axisid.estimation.signals import Sampling
-from axisid.estimation.tables import Provenance
 from axisid.modeling.declaration import Drive
 from axisid.presentation.schema import (
     Matrix,
     WrittenApart,
     WrittenDirectValue,
-    WrittenDrawn,
     WrittenDriveTime,
     WrittenEstimate,
     WrittenHeld,
     WrittenIdentification,
     WrittenKnown,
-    WrittenLevels,
     WrittenMember,
     WrittenPhysical,
     WrittenPrefilter,
     WrittenRecord,
-    WrittenRepair,
     WrittenRequest,
     WrittenResponse,
     WrittenSignal,
@@ -40,7 +37,7 @@ from axisid.support.arrays import Array, finite
 from axisid.support.missing import Missing
 from axisid.support.real_numbers import is_nothing
 
-from .diagnosis import diagnosis_members, record_members, written_residual
+from .diagnosis import diagnosis_members, record_members
 from .same_members import written_as
 
 T = TypeVar("T")
@@ -49,47 +46,14 @@ _NAMED_DIRECT = frozenset({"iid", "hac"})  # the same of the direct model's para
 _NAMED_PHYSICAL = frozenset({"hac"})  # and of those that follow from known values
 
 
-def several_members(
-    result: Identification,
-    records: list[WrittenRecord],
-    prefilters: list[WrittenPrefilter],
-) -> dict[str, Any]:
-    """What a document has of several records alone, by member; nothing of one."""
-    found: dict[str, Any] = {}
-    if result.set_aside:
-        found["set_aside"] = dict(result.set_aside.items())
-    if not result.of_records:
-        return found
-    found["records"] = tuple(
-        _member(of_one, diagnosis, record, prefilter)
-        for of_one, diagnosis, record, prefilter in zip(
-            result.of_records, result.diagnosis.records, records, prefilters, strict=True
-        )
-    )
-    if result.local_names:
-        found["local"] = dict(result.local_names)
-    if result.declared_gain is not None:
-        found["declared_gain"] = result.declared_gain
-    return found
-
-
-def _member(
-    of_one: OfRecord,
-    diagnosis: RecordDiagnosis,
-    record: WrittenRecord,
-    prefilter: WrittenPrefilter,
-) -> WrittenMember:
+def _member(of_one: OfRecord, diagnosis: RecordDiagnosis) -> WrittenMember:
     apart = diagnosis.apart
-    return WrittenMember(
-        name=of_one.name,
-        record=record,
-        prefilter=prefilter,
+    return written_as(
+        WrittenMember,
+        of_one,
+        record=written_record(of_one.record),
+        prefilter=written_prefilter(of_one.sampling),
         known={name: WrittenKnown(value=v, sd=sd) for name, (v, sd) in of_one.known.items()},
-        rows=of_one.rows,
-        weight=of_one.weight,
-        noise=of_one.noise,
-        equation_error_percent=of_one.equation_error_percent,
-        simulation_error_percent=of_one.simulation_error_percent,
         apart=None if isinstance(apart, Missing) else _apart(apart),
         **record_members(diagnosis, ()),
     )
@@ -99,14 +63,12 @@ def _apart(apart: Apart) -> WrittenApart:
     def named(values: Array) -> dict[str, float]:
         return dict(zip(apart.names, map(float, np.ravel(values)), strict=True))
 
-    return WrittenApart(
+    return written_as(
+        WrittenApart,
+        apart,
         own=named(apart.own),
         common=named(apart.others),
         deviations=named(apart.deviations),
-        statistic=apart.statistic,
-        freedom=apart.freedom,
-        p_value=apart.p_value,
-        share_percent=apart.share_percent,
     )
 
 
@@ -114,8 +76,9 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
     """An identification with its diagnosis; `draws` as in `Identification.to_dict`."""
     diagnosis, physical = result.diagnosis, result.physical
     drive = result.axis.axis.drive
-    return WrittenIdentification(
-        belief=result.belief,
+    return written_as(
+        WrittenIdentification,
+        result,
         axis=result.axis.axis.name,
         signature=result.axis.signature,
         left_out=left_out(result.axis),
@@ -138,26 +101,18 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
             for name, e in result.estimates.items()
         ),
         **diagnosis_members(diagnosis, [q.name for q in result.preferred.quantities]),
-        skipped=dict(result.skipped.items()),
-        failed=dict(result.failed.items()),
-        **several_members(
-            result,
-            [written_record(record) for record in result.records],
-            [written_prefilter(data.sampling) for data in result.problem.data],
-        ),
-        levels=written_as(WrittenLevels, result.levels),
+        records=tuple(map(_member, result.of_records, diagnosis.records)) or UNSET,
+        local=result.local_names or UNSET,
+        declared_gain=UNSET if result.declared_gain is None else result.declared_gain,
+        set_aside=dict(result.set_aside.items()) or UNSET,
+        validation=UNSET,
+        validations=UNSET,
     )
 
 
 def _held(held: Held) -> WrittenHeld:
     low, high = sorted((held.bound, held.reach))
-    return WrittenHeld(
-        unit=held.unit,
-        bound=held.bound,
-        free=held.free,
-        deviation=held.deviation,
-        interval_95=(low, high),
-    )
+    return written_as(WrittenHeld, held, interval_95=(low, high))
 
 
 def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetType:
@@ -168,52 +123,40 @@ def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetT
         path["unit"] = drive.unit
     if found is not None:
         path["estimated"] = _drive_time(found)
-    return WrittenResponse(lag=drive.lag, delay=drive.delay, logged=cast(Any, drive.logged), **path)
+    path |= {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged}
+    return WrittenResponse(**path)
 
 
 def _drive_time(found: DriveTime) -> WrittenDriveTime:
-    return WrittenDriveTime(
+    return written_as(
+        WrittenDriveTime,
+        found,
         name=found.parameter.name,
-        of=cast(Any, found.name),
+        of=found.name,
         nominal=found.parameter.nominal,
-        value=found.value,
         sd=found.deviation,
-        interval_95=found.interval,
     )
 
 
 def written_record(record: Record) -> WrittenRecord:
     """Provenance and size of a record."""
-    return WrittenRecord(
-        **origin_members(record.provenance),
-        truth=dict(record.provenance.truth) or None,
-        assumed=assumptions(record.provenance),
-        repairs=tuple(written_as(WrittenRepair, each) for each in record.provenance.repairs),
-        segments=record.segments,
-        masked=record.masked,
+    origin = record.provenance
+    return written_as(
+        WrittenRecord,
+        record,
+        source=origin.source,
+        given=origin.given or None,
+        path=origin.path or None,
+        sha256=origin.sha256 or None,
+        columns=origin.columns,
+        truth=origin.truth or None,
+        assumed=(*origin.assumed, *origin.doubts),
+        repairs=origin.repairs,
         samples=len(record),
-        sample_period=record.period,
-        samples_sha256=record.digest,
-        injected_at=cast(Any, record.injected_at or UNSET),
-        motion=cast(Any, UNSET if record.motion == ("position",) else record.motion),
+        injected_at=record.injected_at or UNSET,
+        motion=UNSET if record.motion == ("position",) else record.motion,
         windows=record.windows or UNSET,
     )
-
-
-def assumptions(provenance: Provenance) -> tuple[str, ...]:
-    """What was taken of a log, and what is doubtful of it."""
-    return (*provenance.assumed, *(doubt for doubt in provenance.doubts))
-
-
-def origin_members(provenance: Provenance) -> dict[str, Any]:
-    """Which file a record comes from, if from one, and which of its columns."""
-    return {
-        "source": provenance.source,
-        "given": provenance.given or None,
-        "path": provenance.path or None,
-        "sha256": provenance.sha256 or None,
-        "columns": dict(provenance.columns),
-    }
 
 
 def written_prefilter(sampling: Sampling) -> WrittenPrefilter:
@@ -228,13 +171,14 @@ def written_prefilter(sampling: Sampling) -> WrittenPrefilter:
 
 def written_estimate(
     estimate: Estimate,
-    drawn: Mapping[str, WrittenDrawn] | Any = UNSET,
+    drawn: Mapping[str, Drawn] | Any = UNSET,
     physical: WrittenPhysical | Any = UNSET,
 ) -> WrittenEstimate:
     """One estimate; statistics that are not finite become None."""
     direct, iterates = bool(estimate.ddm_quantities), estimate.iterates
-    return WrittenEstimate(
-        method=cast(Any, estimate.method),
+    return written_as(
+        WrittenEstimate,
+        estimate,
         parameters={name: written_value(v) for name, v in estimate.parameters.items()},
         theta_ddm=_direct(estimate) if direct else None,
         covariance=matrix(estimate.covariances["iid"]),
@@ -244,31 +188,23 @@ def written_estimate(
         theta_ddm_covariance=matrix(estimate.ddm_covariances["iid"]) if direct else None,
         theta_ddm_covariance_hac=matrix(estimate.ddm_covariances["hac"]) if direct else None,
         theta_ddm_covariances=_further(estimate.ddm_covariances, estimate.chosen, _NAMED_DIRECT),
-        correlation=matrix(estimate.correlation),
-        covariance_names=dict(estimate.covariance_names),
         chains=tuple(each.likeliest for each in estimate.inference.chains) or UNSET,
-        chosen_covariance=cast(Any, estimate.chosen),
-        equation_error_percent=estimate.equation_error_percent,
-        simulation_error_percent=estimate.simulation_error_percent,
+        chosen_covariance=estimate.chosen,
         rows=len(estimate.y),
-        condition_number=estimate.condition_number,
         iterations=tuple(_named(estimate.quantities, i.physical) for i in iterates),
         theta_ddm_iterations=tuple(_named(estimate.ddm_quantities, i.theta) for i in iterates)
         if direct
         else None,
         iteration_simulation_errors_percent=tuple(i.simulation_error_percent for i in iterates),
-        started=cast(Any, estimate.started or UNSET),
-        loss=UNSET if estimate.counts is None else cast(Any, estimate.loss),
+        started=estimate.started or UNSET,
+        loss=UNSET if estimate.counts is None else estimate.loss,
         light_rows=UNSET if estimate.counts is None else int(estimate.light_rows.sum()),
         curvatures={
             q.name: finite(c) for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
         },
         freedom=_named(estimate.quantities, estimate.freedom[estimate.chosen]),
-        residual_tests=written_residual(estimate.residual_tests),
-        remarks=tuple(remark for remark in estimate.remarks),
         drawn=drawn,
         physical=physical,
-        gain_relative_sd=estimate.gain_relative_sd,
         gain_slopes=_slopes(estimate.quantities, estimate.gain_slopes),
         theta_ddm_gain_slopes=_slopes(estimate.ddm_quantities, estimate.theta_gain_slopes)
         if direct
@@ -292,27 +228,26 @@ def _direct(estimate: Estimate) -> dict[str, WrittenDirectValue]:
     }
 
 
-def _drawn(estimate: Estimate, draws: int) -> dict[str, WrittenDrawn]:
+def _drawn(estimate: Estimate, draws: int) -> dict[str, Drawn]:
     """Every parameter over draws; None where no draw gave an axis."""
     return {
-        name: written_as(WrittenDrawn, estimate.propagate(name, draws=draws))
+        name: written_as(Drawn, estimate.propagate(name, draws=draws))
         for name in estimate.parameters
     }
 
 
 def _physical(physical: Physical, chosen: str) -> WrittenPhysical:
-    base = physical.base
-    return WrittenPhysical(
+    return written_as(
+        WrittenPhysical,
+        physical,
         parameters={name: written_value(v) for name, v in physical.parameters.items()},
         covariance_hac=matrix(physical.covariances["hac"]),
         covariances=_further(physical.covariances, chosen, _NAMED_PHYSICAL),
-        base={p.name: p.description for p, _ in base.combined},
-        fixed={p.name: WrittenKnown(value=cast(Any, p.known), sd=p.known_sd) for p in base.known},
-        unsettled=physical.undetermined,
-        statistic=physical.statistic,
-        dof=physical.dof,
-        p_value=physical.p_value,
-        remarks=physical.remarks,
+        base={p.name: p.description for p in physical.combined},
+        fixed={
+            p.name: written_as(WrittenKnown, p, value=p.known, sd=p.known_sd)
+            for p in physical.known
+        },
     )
 
 

@@ -12,14 +12,14 @@ from types import NoneType
 from typing import Any, TypeVar, get_args, get_type_hints
 
 import numpy as np
-from msgspec import UNSET
+from msgspec import UNSET, Struct
 
 from axisid.presentation.schema import JsonObject
 from axisid.support.arrays import Array, finite, frozen
+from axisid.support.figures import OF_NULL
 
-_Written = TypeVar("_Written", bound=JsonObject)
+_Written = TypeVar("_Written", bound=Struct)
 _Result = TypeVar("_Result")
-_NONE: Mapping[str, float] = {}
 #: Members that have another name in files than in results.
 _OF_FILES = {
     "held_out_equation": "equation",
@@ -57,11 +57,12 @@ def written_as(kind: type[_Written], result: object, /, **others: Any) -> _Writt
 def read_as(
     kind: type[_Result],
     written: JsonObject,
-    otherwise: Mapping[str, float] = _NONE,
     /,
     **others: Any,
 ) -> _Result:
     """A dataclass with the members of a document's object; what was not finite is not a number.
+
+    Where it was infinite, the annotation says so.
 
     Parameters
     ----------
@@ -69,17 +70,13 @@ def read_as(
         A dataclass, each of whose fields is a member of the same name, but for the others and for
         those that no document has, which keep their defaults.
     written : JsonObject
-    otherwise : mapping of str to float
-        What a number that was not finite was most likely, where that is not nan, by its name.
     **others
         Fields that are made in another way.
     """
     names = [field.name for field in fields(kind)]  # type: ignore[arg-type]  # of a dataclass
     members = {name: _OF_RESULTS.get(name, name) for name in names}
     same = {
-        name: _restored(
-            _hints(kind)[name], getattr(written, member), otherwise.get(name), otherwise
-        )
+        name: _restored(_hints(kind)[name], getattr(written, member))
         for name, member in members.items()
         if name not in others and hasattr(written, member)
     }
@@ -107,19 +104,20 @@ def _plain(value: Any, hint: Any) -> Any:
     return finite(value) if isinstance(value, float) and NoneType in _kinds(hint) else value
 
 
-def _restored(hint: Any, value: Any, otherwise: float | None, all_otherwise: Any) -> Any:
+def _restored(hint: Any, value: Any) -> Any:
     """A member of a result for one of a document, as the result's annotation has it."""
     if isinstance(value, Mapping):
-        return {n: _restored(hint, v, otherwise, all_otherwise) for n, v in value.items()}
+        return {n: _restored(hint, v) for n, v in value.items()}
     if Array in (hint, *get_args(hint)):
         return value if value is None else frozen(value)
     if isinstance(value, tuple):
-        return tuple(_restored(hint, each, otherwise, all_otherwise) for each in value)
-    if isinstance(value, JsonObject):
-        return read_as(next(filter(is_dataclass, _kinds(hint))), value, all_otherwise)
+        return tuple(_restored(hint, each) for each in value)
+    if isinstance(value, JsonObject) and type(value) not in _kinds(hint):
+        return read_as(next(filter(is_dataclass, _kinds(hint))), value)
     if value is None or value is UNSET:
         kinds = _kinds(hint)
-        return number(value, otherwise) if float in kinds and NoneType not in kinds else None
+        figures = [OF_NULL[kind] for kind in kinds if kind in OF_NULL]
+        return figures[0] if figures and NoneType not in kinds else None
     return value
 
 

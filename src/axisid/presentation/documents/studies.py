@@ -1,5 +1,7 @@
 """Fits and studies as documents: candidates, validations, sweeps, and laws of a control."""
 
+from dataclasses import asdict
+
 from msgspec import UNSET
 
 from axisid.estimation.fitting import OutputFit
@@ -24,9 +26,7 @@ from axisid.presentation.schema import (
     WrittenKnown,
     WrittenLack,
     WrittenLawSearch,
-    WrittenLevels,
     WrittenMethodValidation,
-    WrittenNestedTest,
     WrittenOutputFit,
     WrittenRecordError,
     WrittenSweep,
@@ -35,7 +35,7 @@ from axisid.presentation.schema import (
 from axisid.support.arrays import finite
 from axisid.support.missing import Missing
 
-from .diagnosis import written_check, written_law
+from .diagnosis import written_law
 from .identification import (
     left_out,
     written_estimate,
@@ -49,23 +49,17 @@ from .same_members import written_as
 def written_comparison(comparison: Comparison) -> WrittenComparison:
     """Every candidate, how they were told apart, and which is recommended."""
     c = comparison
-    return WrittenComparison(
-        belief=c.belief,
+    return written_as(
+        WrittenComparison,
+        c,
         record=written_record(c.record),
         records=UNSET if len(c.records) == 1 else tuple(map(written_record, c.records)),
         known={each.name: _known(each) for each in c.known} or UNSET,
         set_aside=dict(c.set_aside.items()) or UNSET,
         prefilter=written_prefilter(c.data.sampling),
-        method=c.method,
         rows=len(c.candidates[0].estimate.y),
         held_out=WrittenHeldOutBlocks(blocks=c.blocks, gap_rows=c.gap),
         candidates=tuple(map(_candidate, c.candidates)),
-        failures=dict(c.failures.items()),
-        tests=tuple(written_as(WrittenNestedTest, test) for test in c.tests),
-        same=tuple(map(tuple, c.same)),
-        recommended=c.recommended,
-        tied=tuple(c.tied),
-        reason=c.reason,
     )
 
 
@@ -88,13 +82,12 @@ def _candidate(candidate: Candidate) -> WrittenCandidate:
 
 def written_validation(validation: Validation) -> WrittenValidation:
     """Errors by method; what is not finite becomes None."""
-    return WrittenValidation(
-        belief=validation.belief,
+    return written_as(
+        WrittenValidation,
+        validation,
         record=written_record(validation.record),
         methods=tuple(map(_method, validation)),
-        time_base=validation.time_base,
         law_check=written_law(validation.law),
-        holds=validation.holds,
     )
 
 
@@ -117,10 +110,10 @@ def _method(validation: MethodValidation) -> WrittenMethodValidation:
 
 def written_sweep(sweep: Sweep) -> WrittenSweep:
     """Every identification of a sweep, and which is recommended."""
-    return WrittenSweep(
-        belief=sweep.belief,
+    return written_as(
+        WrittenSweep,
+        sweep,
         recommended_cutoff=sweep.recommended,
-        reason=sweep.reason,
         failures={f"{cutoff:g}": why for cutoff, why in sweep.failures.items()},
         results=tuple(map(written_identification, sweep.results)),
     )
@@ -128,28 +121,18 @@ def written_sweep(sweep: Sweep) -> WrittenSweep:
 
 def written_law_search(search: LawSearch) -> WrittenLawSearch:
     """What ``--json`` writes."""
-    return WrittenLawSearch(
-        belief=search.belief,
-        axis=search.axis,
-        unit=search.unit,
-        explained=search.explained,
-        as_well=search.as_well,
-        laws=tuple(map(_law, search.laws)),
-    )
+    return written_as(WrittenLawSearch, search, laws=tuple(map(_law, search.laws)))
 
 
 def _law(each: ExplainedLaw) -> WrittenExplainedLaw:
-    return WrittenExplainedLaw(
+    return written_as(
+        WrittenExplainedLaw,
+        each,
         law=each.function,
-        words=dict(each.words),
         gains=dict(each.law.gains),
         sd=dict(each.deviations),
         delay=each.law.delay,
         period=each.law.period,
-        held_out_percent=each.held_out_percent,
-        fitted_percent=each.fitted_percent,
-        same=each.same,
-        toml=each.toml,
     )
 
 
@@ -159,36 +142,28 @@ def written_fit_validation(validation: FitValidation) -> WrittenFitValidation:
         WrittenFitValidation,
         validation,
         record=written_record(validation.record),
-        verdict=tuple(map(written_check, validation.checks)),
+        verdict=validation.checks,
     )
 
 
 def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
     """The parameters with all that was asked and found of each, and whether to believe them."""
-    return WrittenOutputFit(
-        belief=fit.belief,
+    return written_as(
+        WrittenOutputFit,
+        fit,
         axis=fit.axis.axis.name,
         signature=fit.axis.signature,
         left_out=left_out(fit.axis),
         records=tuple(written_record(record) for record in fit.records),
-        output=fit.output,
-        unit=fit.unit,
         position_unit=str(fit.axis.axis.coordinate.unit),
         encoder_step=fit.step,
-        loss=fit.loss,
-        started=fit.started,
         parameters={name: _fitted(fit, j, name) for j, name in enumerate(fit.names)},
-        covariance=tuple(tuple(map(finite, row)) for row in fit.covariance.tolist()),
         chosen_covariance=fit.chosen,
-        error=fit.error,
-        error_percent=finite(fit.error_percent),
-        percent_beyond_noise=finite(fit.percent_beyond_noise),
         record_errors=tuple(
-            written_as(WrittenRecordError, each, noise=noise)
+            WrittenRecordError(**asdict(each), noise=noise)
             for each, noise in zip(fit.of_records, fit.noise, strict=True)
         ),
         lacks=_lacks(fit),
-        unseen=fit.unseen,
         horizon=UNSET if fit.horizon is None else fit.horizon,
         local=dict(fit.local) or UNSET,
         iterations=tuple(
@@ -197,10 +172,7 @@ def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
         iteration_errors=tuple(step.error for step in fit.steps),
         costs=tuple(cost for cost, _ in fit.ends),
         law_check=written_law(fit.law),
-        verdict=tuple(map(written_check, fit.checks)),
-        believed=fit.believed,
-        levels=written_as(WrittenLevels, fit.levels),
-        remarks=tuple(note for note in fit.remarks),
+        verdict=fit.checks,
     )
 
 
@@ -229,12 +201,10 @@ def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
 def _fitted(fit: OutputFit, place: int, name: str) -> WrittenFitted:
     value, (low, high) = fit.values[name], fit.bounds[name]
     known = fit.prior.get(name)
-    return WrittenFitted(
-        value=value.value,
-        unit=value.unit,
+    return written_as(
+        WrittenFitted,
+        value,
         sd=finite(value.deviation),
-        deviations={n: finite(sd) for n, sd in value.deviations.items()},
-        interval_95=(finite(value.interval[0]), finite(value.interval[1])),
         start=float(fit.start[place]),
         bounds=(finite(low), finite(high)),
         at_bound=fit.at_bound.get(name),

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import asdict
 
 from axisid.estimation.choices import fitted_output
 from axisid.estimation.estimates import COVARIANCES
@@ -38,13 +37,8 @@ from axisid.presentation.documents import written_as
 from axisid.presentation.formulas import decimals, figure_text
 from axisid.presentation.saved import SavedMonteCarlo
 from axisid.presentation.schema import (
-    WrittenCheckFigures,
-    WrittenEstimand,
-    WrittenFailedRun,
-    WrittenLevels,
     WrittenMonteCarlo,
     WrittenRequest,
-    WrittenShare,
     WrittenTwins,
 )
 
@@ -81,14 +75,12 @@ def written_study(result: MonteCarlo) -> WrittenMonteCarlo:
         methods=plan.methods,
         prefilter=written_as(WrittenRequest, plan.prefilter),
         settings=dict(plan.settings),
-        levels=written_as(WrittenLevels, plan.levels),
-        estimands=tuple(
-            written_as(WrittenEstimand, each, **asdict(each.estimand)) for each in result.figures
-        ),
+        levels=plan.levels,
+        estimands=result.figures,
         judged=result.judged,
-        objected=written_as(WrittenShare, result.objected),
-        checks=tuple(written_as(WrittenCheckFigures, each) for each in result.check_figures),
-        failures=tuple(written_as(WrittenFailedRun, each) for each in result.failures),
+        objected=result.objected,
+        checks=result.check_figures,
+        failures=result.failures,
     )
 
 
@@ -130,7 +122,7 @@ def estimand_tables(result: SavedMonteCarlo, of: str = "") -> list[Block]:
     lead = f"{of}: " if of else ""
     tables: list[Block] = []
     for kind, title in {**_TITLES, PARAMETER: _of_filters(result)}.items():
-        of_kind = [each for each in result.figures if each.estimand.kind == kind]
+        of_kind = [each for each in result.figures if each.kind == kind]
         if of_kind:
             said = f"{lead}{title[0].lower()}{title[1:]}" if lead else title
             tables.append(_estimands(result, of_kind, said))
@@ -179,7 +171,7 @@ def _label(of: str) -> str:
 
 def _stated(each: EstimandFigures, chosen: str) -> str:
     """What the printed interval of an estimate is of."""
-    return stated_by(each.estimand.method, chosen)
+    return stated_by(each.method, chosen)
 
 
 def _stated_labels(result: SavedMonteCarlo) -> str:
@@ -192,11 +184,11 @@ def _stated_labels(result: SavedMonteCarlo) -> str:
 
 
 def _row(each: EstimandFigures, chosen: str, others: Iterable[str]) -> tuple[Cell, ...]:
-    estimand, stated = each.estimand, _stated(each, chosen)
+    stated = _stated(each, chosen)
     return (
-        method_title(estimand.method),
-        estimand.name,
-        estimand.unit,
+        method_title(each.method),
+        each.name,
+        each.unit,
         _number(each.truth, 6),
         mean_cell(each.bias),
         mean_cell(each.scatter),

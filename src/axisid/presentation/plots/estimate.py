@@ -87,7 +87,7 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
 def autocorrelation_plot(estimate: Estimate | SavedEstimate) -> Plot:
     """Autocorrelation of the residuals over the lag."""
     tests = estimate.residual_tests
-    values = tests.autocorrelation[1:]
+    bound, values = tests.autocorrelation.bound_95, tests.autocorrelation.values[1:]
     lags = estimate.row_period * np.arange(1, len(values) + 1, dtype=np.float64)
     return Plot(
         name="autocorrelation",
@@ -100,7 +100,7 @@ def autocorrelation_plot(estimate: Estimate | SavedEstimate) -> Plot:
             Panel(
                 label="autocorrelation",
                 series=(Series(label="", x=lags, y=values, kind="stems"),),
-                levels=(-tests.bound, tests.bound),
+                levels=(-bound, bound),
             ),
         ),
     )

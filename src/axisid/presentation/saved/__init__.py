@@ -9,7 +9,6 @@ from .file import load_result as load_result
 from .fitted_axis import FittedAxis as FittedAxis, fitted_axis as fitted_axis
 from .identification import (
     SavedIdentification as SavedIdentification,
-    SavedPhysical as SavedPhysical,
     identification_facts as identification_facts,
 )
 from .output_fit import (
@@ -18,7 +17,6 @@ from .output_fit import (
     SavedOutputFit as SavedOutputFit,
 )
 from .result_comparison import (
-    ResultComparison as ResultComparison,
     compare_results as compare_results,
     result_comparison_document as result_comparison_document,
 )

@@ -8,6 +8,7 @@ from axisid.estimation.methods import METHODS
 from axisid.modeling.declaration import Axis, CommandPath, Drive
 from axisid.presentation.schema import (
     WrittenDriveTime,
+    WrittenEstimate,
     WrittenIdentification,
     WrittenResponse,
     plain,
@@ -114,16 +115,23 @@ def _identified(document: WrittenIdentification) -> Iterator[str]:
         yield f"there is no {document.judged!r}"
     if len({*methods}) != len(methods):
         yield "it has two estimates of one method"
-    for of in document.estimates:
-        if of.method not in METHODS:
-            yield f"there is no method {of.method!r}"
-        covariances = written_covariances(of), written_ddm_covariances(of)
-        for values, matrices in zip((of.parameters, of.theta_ddm or {}), covariances, strict=True):
-            for name, matrix in matrices.items():
-                if {len(matrix), *map(len, matrix)} != {len(values)}:
-                    yield f"the covariance {name} of {of.method} is not of its parameters"
+    for estimate in document.estimates:
+        yield from _estimated(estimate)
     if isinstance(drive := document.drive, WrittenResponse):
         try:
             written_drive(drive)
         except ModelError as error:
             yield f"its drive cannot be: {error}"
+
+
+def _estimated(of: WrittenEstimate) -> Iterator[str]:
+    if of.method not in METHODS:
+        yield f"there is no method {of.method!r}"
+    covariances = written_covariances(of), written_ddm_covariances(of)
+    for values, matrices in zip((of.parameters, of.theta_ddm or {}), covariances, strict=True):
+        for name, matrix in matrices.items():
+            if {len(matrix), *map(len, matrix)} != {len(values)}:
+                yield f"the covariance {name} of {of.method} is not of its parameters"
+    crossed = of.residual_tests.cross_correlation
+    if {*map(len, crossed.columns)} != {len(crossed.lags)}:
+        yield f"columns of the residual tests of {of.method} are not of their lags"

@@ -1,41 +1,26 @@
 """What was measured of a result, read back; what was not finite is NaN or infinite."""
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from msgspec import UnsetType
 
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics import Apart, Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.estimates import (
     Excitation,
-    InstrumentTests,
 )
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.diagnostics.loop import Alignment, ColumnComparison
-from axisid.estimation.estimates import HausmanTest
-from axisid.estimation.moves import Band, LackOfFit
-from axisid.estimation.regression import ResidualTests
-from axisid.presentation.documents import NOT_EVALUATED, number, read_as
+from axisid.estimation.diagnostics.loop import Alignment
+from axisid.presentation.documents import NOT_EVALUATED, read_as
 from axisid.presentation.schema import (
     WrittenAlignment,
     WrittenApart,
-    WrittenCheck,
     WrittenIdentification,
     WrittenLawCheck,
-    WrittenLevels,
     WrittenMember,
-    WrittenResidualTests,
 )
 from axisid.support.arrays import Array, frozen
 from axisid.support.missing import Missing
-
-#: What numbers that are too large for a file were.
-_LARGE = dict.fromkeys(
-    ("inflation", "f", "conditional_f", "condition_number", "hac_excess"), math.inf
-)
 
 
 def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
@@ -43,21 +28,13 @@ def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
     units = {name: v.unit for name, v in written.estimates[0].parameters.items()}
     return Diagnosis(
         preferred=written.judged,
-        instruments=read_as(InstrumentTests, written.instruments, _LARGE)
-        if written.instruments
-        else None,
+        instruments=written.instruments,
         excitation=tuple(
-            read_as(Excitation, e, _LARGE, name=name) for name, e in written.excitation.items()
+            read_as(Excitation, e, name=name) for name, e in written.excitation.items()
         ),
         **_of_record(written, units),
-        bands={
-            method: {name: read_as(Band, band) for name, band in of_one.items()}
-            for method, of_one in (written.model_bands or {}).items()
-        },
-        differences={
-            pair: {name: read_as(HausmanTest, each) for name, each in of_one.items()}
-            for pair, of_one in (written.differences or {}).items()
-        },
+        bands=written.model_bands or {},
+        differences=written.differences or {},
         records=tuple(
             RecordDiagnosis(**_of_record(member, units), apart=read_apart(member.apart))
             for member in written.records or ()
@@ -72,25 +49,10 @@ def _of_record(
     return {
         "law": _law(written.law_check),
         "alignment": _alignment(written.alignment, units),
-        "verdict": tuple(map(read_check, written.verdict)),
-        "lack_of_fit": read_as(LackOfFit, written.lack_of_fit, _LARGE)
-        if written.lack_of_fit
-        else None,
-        "motions": {
-            role: read_as(ColumnComparison, each)
-            for role, each in (written.measured_motion or {}).items()
-        },
+        "verdict": written.verdict,
+        "lack_of_fit": written.lack_of_fit or None,
+        "motions": written.measured_motion or {},
     }
-
-
-def read_levels(written: WrittenLevels | UnsetType) -> Levels:
-    """Of a document; those that all had before files said it."""
-    return DEFAULT_LEVELS if isinstance(written, UnsetType) else read_as(Levels, written)
-
-
-def read_check(written: WrittenCheck) -> Check:
-    """A check as a file has it."""
-    return read_as(Check, written)
 
 
 def _law(written: WrittenLawCheck) -> LawCheck | Missing:
@@ -103,9 +65,9 @@ def _alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment
     if written.best is None:
         return Missing(written.reason or "")
     sensitivity = frozen([*(written.sensitivity or {}).values()])
-    return Alignment(
-        best=written.best,
-        deviation=number(written.deviation),
+    return read_as(
+        Alignment,
+        written,
         at_the_end=bool(written.at_the_end),
         by_instruments=bool(written.by_instruments),
         sensitivity=sensitivity,
@@ -114,44 +76,17 @@ def _alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment
     )
 
 
-def read_residual_tests(written: WrittenResidualTests) -> ResidualTests:
-    """The tests of the residuals of a document."""
-    w, normality, crossed = written, written.normality, written.cross_correlation
-    return ResidualTests(
-        durbin_watson=number(w.durbin_watson),
-        jarque_bera=number(normality.jarque_bera),
-        jarque_bera_p=number(normality.p_value),
-        skewness=number(normality.skewness),
-        excess_kurtosis=number(normality.excess_kurtosis),
-        autocorrelation=_array(w.autocorrelation.values),
-        bound=number(w.autocorrelation.bound_95),
-        cross_correlation=frozen(np.array([_array(c) for c in crossed.columns]).T),
-        cross_deviations=_array(crossed.deviations),
-        cross_z=number(crossed.largest),
-        cross_limit=number(crossed.limit_95),
-        cross_p=number(crossed.p_value),
-        normal_quantiles=_array(normality.normal_quantiles),
-        residual_quantiles=_array(normality.residual_quantiles),
-    )
-
-
-def _array(values: Sequence[float | None]) -> Array:
-    return frozen([*map(number, values)])
-
-
 def read_apart(written: WrittenApart | None) -> Apart | Missing:
     """A record alone beside the others."""
     if written is None:
         return Missing("the record alone does not tell the parameters")
-    return Apart(
+    return read_as(
+        Apart,
+        written,
         names=tuple(written.own),
         own=_numbers(written.own),
         others=_numbers(written.common),
         deviations=_numbers(written.deviations),
-        statistic=written.statistic,
-        freedom=written.freedom,
-        p_value=written.p_value,
-        share_percent=written.share_percent,
     )
 
 

@@ -5,15 +5,16 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from msgspec.structs import asdict
+
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import is_output_error
 from axisid.estimation.estimates import Distribution, Estimate, Iterate, NamedValues, Value
-from axisid.estimation.regression import DrawSummary, ResidualTests
+from axisid.estimation.regression import Drawn, DrawSummary, ResidualTests
 from axisid.modeling.text import FunctionLike
 from axisid.presentation.documents import number, read_as, written_estimate
 from axisid.presentation.schema import (
     Matrix,
-    WrittenDrawn,
     WrittenEstimate,
     WrittenPhysical,
     WrittenValue,
@@ -23,8 +24,6 @@ from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable
 from axisid.support.real_numbers import is_whole
 from axisid.support.user_values import is_among, quoted
-
-from .diagnosis import read_residual_tests
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,7 +124,6 @@ class SavedEstimate(Presentable, Exact):
             curvatures=frozen([number(c, math.inf) for c in written.curvatures.values()]),
             iterates=tuple(_iterates(written)),
             started=written.started or "",
-            residual_tests=read_residual_tests(written.residual_tests),
             gain_slopes=slopes,
             theta_gain_slopes=_in_order(direct, written.theta_ddm_gain_slopes)
             if direct
@@ -221,20 +219,10 @@ class SavedEstimate(Presentable, Exact):
         UsageError
             The file has no such draws.
         """
-        drawn = self._drawn(function, draws)
-        median, low, high = map(number, (drawn.median, *drawn.interval_95))
-        value = self.parameters[function]
-        return DrawSummary(
-            value=value.value,
-            unit=value.unit,
-            median=median,
-            interval=(low, high),
-            draws=drawn.draws,
-            lost=drawn.lost,
-            seed=drawn.seed,
-        )
+        drawn, value = self._drawn(function, draws), self.parameters[function]
+        return DrawSummary(value=value.value, unit=value.unit, **asdict(drawn))
 
-    def _drawn(self, function: object, draws: object) -> WrittenDrawn:
+    def _drawn(self, function: object, draws: object) -> Drawn:
         """The draws of a parameter, if the file has them."""
         written = self.document.drawn or {}
         if not is_among(function, written):
@@ -341,12 +329,4 @@ def named(written: Mapping[str, WrittenValue], chosen: str = "hac") -> NamedValu
 
 
 def _value(written: WrittenValue, chosen: str) -> Value:
-    return Value(
-        value=written.value,
-        unit=written.unit,
-        deviations=written_deviations(written),
-        interval=written.interval_95,
-        sd_gain=written.sd_gain,
-        filter_bias=written.filter_bias,
-        chosen=chosen,
-    )
+    return read_as(Value, written, deviations=written_deviations(written), chosen=chosen)

@@ -5,12 +5,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from msgspec.structs import asdict
-
 from axisid.codegen.artefacts import GeneratedAxis, build
-from axisid.estimation.checks import Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.diagnostics import Diagnosis
-from axisid.estimation.estimates import NamedValues, PhysicalByMethod
+from axisid.estimation.estimates import Physical, PhysicalByMethod
 from axisid.estimation.identification import (
     ByMethod,
     DriveTime,
@@ -22,7 +20,6 @@ from axisid.estimation.parameters import known_of, layout_of
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.estimation.studies import Validation, validate
-from axisid.estimation.tables import Provenance, Repair
 from axisid.modeling.declaration import Axis, Drive, left_out_text
 from axisid.modeling.quantities import Parameter, Signal
 from axisid.presentation.documents import read_as, written_identification
@@ -33,110 +30,14 @@ from axisid.presentation.schema import (
     WrittenPrefilter,
     WrittenRecord,
 )
-from axisid.support.arrays import Array, Exact
+from axisid.support.arrays import Exact
 from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable, view_of
 
 from .contradictions import written_drive
-from .diagnosis import read_diagnosis, read_levels
+from .diagnosis import read_diagnosis
 from .estimate import SavedEstimate, arrays, named, written_physical_covariances
 from .part import PartEstimate, SavedPart
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SavedRecord:
-    """A record without its samples.
-
-    Attributes
-    ----------
-    provenance : Provenance
-    samples : int
-    period : float
-        s.
-    segments, masked : tuple of (int, int)
-        First row and the one after the last of each.
-    digest : str
-        Of the samples, as `Record.digest`.
-    injected_at : str or None
-        What a recorded test signal was added to.
-    motion : tuple of str
-        What of the motion was measured.
-    windows : tuple of (float, float)
-        As of a `Record`.
-    """
-
-    provenance: Provenance
-    samples: int
-    period: float
-    segments: tuple[tuple[int, int], ...]
-    masked: tuple[tuple[int, int], ...]
-    digest: str
-    injected_at: str | None = None
-    motion: tuple[str, ...] = ("position",)
-    windows: tuple[tuple[float, float], ...] = ()
-
-    def __len__(self) -> int:
-        return self.samples
-
-    @property
-    def has_force(self) -> bool:
-        """Whether the force was measured, not made of the control."""
-        return "force" in self.provenance.columns
-
-    @property
-    def size(self) -> str:
-        """Samples and sampling period, in words."""
-        pieces = f" in {len(self.segments)} segments" if self.segments else ""
-        return f"{len(self)} samples of {1e3 * self.period:.6g} ms{pieces}"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SavedBase:
-    """How base parameters are made.
-
-    Attributes
-    ----------
-    known : tuple of Parameter
-        What was declared as known.
-    combined : tuple of (Parameter, str)
-        Base parameters that are no declared ones, in declared ones.
-    """
-
-    known: tuple[Parameter, ...]
-    combined: tuple[tuple[Parameter, str], ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SavedPhysical(Exact):
-    """Declared parameters that follow from base parameters and known values, as `Physical`.
-
-    Attributes
-    ----------
-    method : str
-    parameters : NamedValues
-        The declared parameters that follow, by name.
-    covariances : mapping of str to array
-        Of these, in their order: ``hac`` and the one that was chosen.
-    base : SavedBase
-    undetermined : tuple of str
-        Which parameters do not follow and what would have to be known.
-    statistic, dof, p_value : float, int, float or None
-        Distance of what was fixed from the record, chi-squared.
-    remarks : tuple of str
-    shows_more : bool
-        Whether it says anything that the base parameters do not.
-    """
-
-    method: str
-    parameters: NamedValues
-    covariances: Mapping[str, Array]
-    base: SavedBase
-    undetermined: tuple[str, ...]
-    statistic: float
-    dof: int
-    p_value: float | None
-    remarks: tuple[str, ...]
-    shows_more: bool
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -162,7 +63,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     drive_time : DriveTime or None
         The drive's lag or delay where it was estimated.
     estimates : mapping of str to SavedEstimate
-    physical : mapping of str to SavedPhysical
+    physical : mapping of str to Physical
         Declared parameters by method; empty where the estimates are of them already.
     diagnosis : Diagnosis
         What the tests of the result measured.
@@ -172,7 +73,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         The prefilter before what it left open was chosen for the record, if that is known.
     prefilter : Prefilter
         With what was chosen for the record.
-    record : SavedRecord
+    record : WrittenRecord
     sampling : Sampling
         The samples that counted; of those near reversals how many, not which.
     of_records : tuple of OfRecord
@@ -195,12 +96,12 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     drive: Drive
     drive_time: DriveTime | None
     estimates: Mapping[str, SavedEstimate]
-    physical: PhysicalByMethod[SavedPhysical]
+    physical: PhysicalByMethod[Physical]
     diagnosis: Diagnosis
     levels: Levels
     requested: Prefilter | None
     prefilter: Prefilter
-    record: SavedRecord
+    record: WrittenRecord
     sampling: Sampling
     of_records: tuple[OfRecord, ...]
     local_names: Mapping[str, tuple[str, ...]]
@@ -214,7 +115,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         cls, file: str, written: WrittenIdentification, declared: Axis | None = None
     ) -> "SavedIdentification":
         """What a document tells."""
-        record, drive, asked = saved_record(written.record), written.drive, written.requested
+        record, drive, asked = written.record, written.drive, written.requested
         sampling = _sampling(written.prefilter, record)
         step = record.period * written.prefilter.decimate
         estimates = {e.method: SavedEstimate.of(e, step) for e in written.estimates}
@@ -232,8 +133,8 @@ class SavedIdentification(ByMethod, Presentable, Exact):
             estimates=estimates,
             physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
             diagnosis=read_diagnosis(written),
-            levels=read_levels(written.levels),
-            requested=None if asked is None else Prefilter(**asdict(asked)),
+            levels=written.levels or DEFAULT_LEVELS,
+            requested=None if asked is None else read_as(Prefilter, asked),
             prefilter=sampling.prefilter,
             record=record,
             sampling=sampling,
@@ -292,8 +193,8 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     @property
     def combined(self) -> tuple[Parameter, ...]:
         """Base parameters that are no declared ones."""
-        bases = (physical.base for physical in self.physical.values())
-        return tuple({p.name: p for base in bases for p, _ in base.combined}.values())
+        every = (p for physical in self.physical.values() for p in physical.combined)
+        return tuple({p.name: p for p in every}.values())
 
     @property
     def preferred(self) -> SavedEstimate:
@@ -368,31 +269,7 @@ def _drive_time(written: WrittenDriveTime) -> DriveTime:
     )
 
 
-def saved_record(written: WrittenRecord) -> SavedRecord:
-    """A record as a file has it."""
-    return SavedRecord(
-        provenance=Provenance(
-            source=written.source,
-            sha256=written.sha256 or "",
-            given=written.given or "",
-            path=written.path or "",
-            columns=dict(written.columns),
-            truth=dict(written.truth or {}),
-            assumed=written.assumed,
-            repairs=tuple(Repair(kind=r.kind, count=r.count, text=r.text) for r in written.repairs),
-        ),
-        samples=written.samples,
-        period=written.sample_period,
-        segments=written.segments,
-        masked=written.masked,
-        digest=written.samples_sha256,
-        injected_at=written.injected_at or None,
-        motion=written.motion or ("position",),
-        windows=written.windows or (),
-    )
-
-
-def _sampling(prefilter: WrittenPrefilter, record: SavedRecord) -> Sampling:
+def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
     return Sampling(
         prefilter=_prefilter(prefilter, record.period),
         samples=record.samples,
@@ -404,65 +281,48 @@ def _sampling(prefilter: WrittenPrefilter, record: SavedRecord) -> Sampling:
 
 
 def _of_record(written: WrittenMember) -> OfRecord:
-    record, apart = saved_record(written.record), written.apart
-    return OfRecord(
-        name=written.name,
+    record, apart = written.record, written.apart
+    return read_as(
+        OfRecord,
+        written,
         record=record,
         sampling=_sampling(written.prefilter, record),
         known={name: (float(v.value or 0.0), v.sd) for name, v in written.known.items()},
-        rows=written.rows,
-        weight=written.weight,
-        noise=written.noise,
-        equation_error_percent=written.equation_error_percent,
-        simulation_error_percent=written.simulation_error_percent,
         share_percent=None if apart is None else apart.share_percent,
         p_value=None if apart is None else apart.p_value,
     )
 
 
 def _prefilter(written: WrittenPrefilter, period: float) -> Prefilter:
-    made = Prefilter(
-        cutoff=written.cutoff,
-        order=written.order,
-        decimate=written.decimate,
-        decimation=written.decimation,
-        hold=written.hold,
-        reversals=written.reversals,
-    )
+    made = read_as(Prefilter, written, drop=None)
     # Ends that are no longer than the filter's transient were not cut off, but given no weight.
     transient = SampledFilter(made, period).dropped
     return made if transient == written.drop else replace(made, drop=written.drop)
 
 
-def _physical(estimate: SavedEstimate) -> SavedPhysical | None:
+def _physical(estimate: SavedEstimate) -> Physical | None:
     written = estimate.document.physical
     if not written:
         return None
     parameters = named(written.parameters, estimate.chosen)
-    own = {*estimate.parameters}
-    return SavedPhysical(
+    return read_as(
+        Physical,
+        written,
         method=estimate.method,
+        own=tuple(estimate.parameters),
         parameters=parameters,
         covariances=arrays(written_physical_covariances(written)),
-        base=SavedBase(
-            known=tuple(
-                Parameter(
-                    name,
-                    parameters[name].unit if name in parameters else "1",
-                    known=fixed.value,
-                    known_sd=fixed.sd,
-                )
-                for name, fixed in written.fixed.items()
-            ),
-            combined=tuple(
-                (Parameter(name, estimate.parameters[name].unit), made)
-                for name, made in written.base.items()
-            ),
+        known=tuple(
+            Parameter(
+                name,
+                parameters[name].unit if name in parameters else "1",
+                known=fixed.value,
+                known_sd=fixed.sd,
+            )
+            for name, fixed in written.fixed.items()
         ),
-        undetermined=written.unsettled,
-        statistic=written.statistic,
-        dof=written.dof,
-        p_value=written.p_value,
-        remarks=written.remarks,
-        shows_more=bool(parameters) and bool(written.fixed or {*parameters} - own),
+        combined=tuple(
+            Parameter(name, estimate.parameters[name].unit, description=made)
+            for name, made in written.base.items()
+        ),
     )

@@ -2,19 +2,17 @@
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
 from msgspec import UnsetType
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.checks import Check, Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.estimates import Distribution, NamedValues, Value, freedom_of
 from axisid.estimation.monte_carlo import (
     CheckFigures,
-    Estimand,
     EstimandFigures,
     FailedRun,
     Share,
@@ -29,14 +27,13 @@ from axisid.presentation.schema import (
     WrittenFitValidation,
     WrittenMonteCarlo,
     WrittenOutputFit,
+    WrittenRecord,
 )
 from axisid.support.arrays import Array, Exact, frozen
 from axisid.support.errors import DataError
+from axisid.support.figures import MaybeInfinite
 from axisid.support.files.result_file import WRITE_AGAIN
 from axisid.support.presentable import Presentable
-
-from .diagnosis import read_check, read_levels
-from .identification import SavedRecord, saved_record
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -62,7 +59,7 @@ class SavedOutputFit(Checked, Presentable, Exact):
         Root mean square of what is left, in the output's unit.
     error_percent : float
         The same of the recorded output; of several records the largest.
-    records : tuple of SavedRecord
+    records : tuple of WrittenRecord
         What it is of, without samples.
     levels : Levels
         From when on something was told as missing of the model.
@@ -78,8 +75,8 @@ class SavedOutputFit(Checked, Presentable, Exact):
     parameters: NamedValues
     covariance: Array
     error: float
-    error_percent: float
-    records: tuple[SavedRecord, ...]
+    error_percent: MaybeInfinite
+    records: tuple[WrittenRecord, ...]
     levels: Levels
     checks: tuple[Check, ...]
 
@@ -90,16 +87,14 @@ class SavedOutputFit(Checked, Presentable, Exact):
         return read_as(
             cls,
             written,
-            {"error_percent": math.inf},
             file=file,
             document=written,
             name=written.axis,
             outputs=_outputs(written),
             parameters=NamedValues((n, _value(v, chosen)) for n, v in written.parameters.items()),
             covariance=frozen([[number(x, math.inf) for x in row] for row in written.covariance]),
-            records=tuple(map(saved_record, written.records)),
-            levels=read_levels(written.levels),
-            checks=tuple(map(read_check, written.verdict)),
+            levels=written.levels or DEFAULT_LEVELS,
+            checks=written.verdict,
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -144,7 +139,7 @@ class SavedFitValidation(Checked, Presentable):
     file : str
     document : WrittenFitValidation
         What the file holds.
-    record : SavedRecord
+    record : WrittenRecord
 
     Notes
     -----
@@ -153,12 +148,12 @@ class SavedFitValidation(Checked, Presentable):
 
     file: str
     document: WrittenFitValidation = field(repr=False)
-    record: SavedRecord
+    record: WrittenRecord
     output: str
     unit: str
     horizon: float | None
     error: float
-    percent: float
+    percent: MaybeInfinite
     checks: tuple[Check, ...]
 
     @classmethod
@@ -167,11 +162,9 @@ class SavedFitValidation(Checked, Presentable):
         return read_as(
             cls,
             document,
-            {"percent": math.inf},
             file=file,
             document=document,
-            record=saved_record(document.record),
-            checks=tuple(map(read_check, document.verdict)),
+            checks=document.verdict,
         )
 
 
@@ -254,18 +247,15 @@ class SavedMonteCarlo(StudyFigures, Presentable):
         experiment = Chain(position=twins.position_noise, position_step=twins.resolution)
         return declared_chain(experiment, **cast(Any, twins.noise))
 
-    @cached_property
+    @property
     def figures(self) -> tuple[EstimandFigures, ...]:
         """What the runs tell of each estimand."""
-        return tuple(
-            read_as(EstimandFigures, each, estimand=read_as(Estimand, each))
-            for each in self.document.estimands
-        )
+        return self.document.estimands
 
-    @cached_property
+    @property
     def check_figures(self) -> tuple[CheckFigures, ...]:
         """How often each check ends how."""
-        return tuple(read_as(CheckFigures, each) for each in self.document.checks)
+        return self.document.checks
 
     @property
     def judged(self) -> int:
@@ -275,9 +265,9 @@ class SavedMonteCarlo(StudyFigures, Presentable):
     @property
     def objected(self) -> Share:
         """How many of the verdicts any check fails in."""
-        return read_as(Share, self.document.objected)
+        return self.document.objected
 
     @property
     def failures(self) -> tuple[FailedRun, ...]:
         """Runs that gave nothing, of a method or at all, with the reason."""
-        return tuple(read_as(FailedRun, each) for each in self.document.failures)
+        return self.document.failures

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from axisid.estimation.checks import Check
 from axisid.estimation.identification import Identification
 from axisid.presentation.blocks import (
     Block,
@@ -19,19 +19,17 @@ from axisid.presentation.blocks import (
 )
 from axisid.presentation.documents import written_identification
 from axisid.presentation.schema import (
+    ResultComparison,
     WrittenAlone,
-    WrittenCheck,
     WrittenDifference,
     WrittenEstimate,
     WrittenIdentification,
     WrittenKnown,
-    WrittenResultComparison,
     WrittenValue,
     plain,
 )
 from axisid.support.errors import DataError
 from axisid.support.number_text import or_dash
-from axisid.support.presentable import Presentable
 
 from .file import read_identification
 from .identification import SavedIdentification
@@ -42,55 +40,13 @@ ComparableResult: TypeAlias = Identification | SavedIdentification | str | Path
 _Labelled: TypeAlias = tuple[str, str, WrittenValue]  # method, name, value
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ResultComparison(Presentable):
-    """What two results have in common, and where they part.
-
-    Attributes
-    ----------
-    sources : (str, str)
-        File, axis and record of each, in words.
-    differences : tuple of WrittenDifference
-        By method and parameter, where both have them in one unit.
-    errors : mapping of str to ((float or None), (float or None))
-        Simulation and equation errors in percent, by method and kind.
-    alone : (tuple of str, tuple of str)
-        Methods and parameters that only one has.
-    settings : mapping of str to (value, value)
-        Those that differ.
-    checks : mapping of str to (check, check)
-        Those whose status differs; None where a result does not have it.
-    """
-
-    sources: tuple[str, str]
-    differences: tuple[WrittenDifference, ...]
-    errors: Mapping[str, tuple[float | None, float | None]]
-    alone: tuple[tuple[str, ...], tuple[str, ...]]
-    settings: Mapping[str, tuple[Any, Any]]
-    checks: Mapping[str, tuple[WrittenCheck | None, WrittenCheck | None]]
-
-    @property
-    def document(self) -> WrittenResultComparison:
-        """What ``--json`` writes."""
-        first, second = self.sources
-        return WrittenResultComparison(
-            first=first,
-            second=second,
-            differences=self.differences,
-            errors_percent=dict(self.errors),
-            alone=WrittenAlone(first=self.alone[0], second=self.alone[1]),
-            settings=dict(self.settings),
-            verdict=dict(self.checks),
-        )
-
-
 def result_comparison_document(results: ResultComparison) -> Document:
     """Tables of parameters and errors, then settings and checks that differ."""
-    pairs = zip("AB", results.sources, strict=True)
+    pairs = zip("AB", (results.first, results.second), strict=True)
     methods = dict.fromkeys(d.method for d in results.differences)
     alone = (
         paragraph(Sentence(text=f"only in {side}: {', '.join(names)}", hang=4))
-        for side, names in zip("AB", results.alone, strict=True)
+        for side, names in zip("AB", (results.alone.first, results.alone.second), strict=True)
         if names
     )
     other = "These are results of different axes."
@@ -192,7 +148,8 @@ def _compared(
     checks = [{check.name: check for check in result.verdict} for result in (a, b)]
     settings = [_settings(result) for result in (a, b)]
     return ResultComparison(
-        sources=(_source(names[0], a), _source(names[1], b)),
+        first=_source(names[0], a),
+        second=_source(names[1], b),
         differences=tuple(
             _difference(method, name, value, labels[1][label][2])
             for label, (method, name, value) in labels[0].items()
@@ -206,7 +163,7 @@ def _compared(
             for method in common
             for kind in ("equation", "simulation")
         },
-        alone=(alone[0], alone[1]),
+        alone=WrittenAlone(first=alone[0], second=alone[1]),
         settings={
             name: (settings[0].get(name), settings[1].get(name))
             for name in dict.fromkeys([*settings[0], *settings[1]])
@@ -288,7 +245,7 @@ def _settings(result: WrittenIdentification) -> dict[str, Any]:
         "record": record.source,
         "sha256": record.sha256,
         "samples": record.samples,
-        "sample period": record.sample_period,
+        "sample period": record.period,
         "columns": record.columns,
     }
     return {
@@ -311,7 +268,7 @@ def _source(name: str, result: WrittenIdentification) -> str:
     return f"{name}{result.axis}, {', '.join(sources)}"
 
 
-def _status(check: WrittenCheck | None) -> str:
+def _status(check: Check | None) -> str:
     return "absent" if check is None else check.status
 
 

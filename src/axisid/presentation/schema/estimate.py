@@ -5,58 +5,17 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
+from axisid.estimation.regression import Drawn, ResidualTests
 from axisid.estimation.twins import Chain
 
 from .values import (
     JsonObject,
     Matrix,
     WrittenDirectValue,
-    WrittenDrawn,
     WrittenPhysical,
     WrittenValue,
     about,
 )
-
-
-class WrittenAutocorrelation(JsonObject, frozen=True, kw_only=True):
-    """Of the residuals, by lag."""
-
-    values: Annotated[tuple[float | None, ...], about("From lag 0.")]
-    bound_95: float | None
-
-
-class WrittenNormality(JsonObject, frozen=True, kw_only=True):
-    """Shape of the residuals against a normal distribution."""
-
-    jarque_bera: float | None
-    p_value: float | None
-    skewness: float | None
-    excess_kurtosis: float | None
-    normal_quantiles: tuple[float | None, ...]
-    residual_quantiles: Annotated[tuple[float | None, ...], about("Standardised.")]
-
-
-class WrittenCrossCorrelation(JsonObject, frozen=True, kw_only=True):
-    """Of the residuals with each instrument or regressor column."""
-
-    largest: Annotated[float | None, about("In deviations.")]
-    limit_95: float | None
-    p_value: float | None
-    lags: tuple[int, ...]
-    columns: Annotated[
-        tuple[tuple[float | None, ...], ...],
-        about("By instrument (or regressor column), then by lag: e[t + lag] z[t]."),
-    ]
-    deviations: Annotated[tuple[float | None, ...], about("Of each, by Bartlett's formula.")]
-
-
-class WrittenResidualTests(JsonObject, frozen=True, kw_only=True):
-    """Tests of the residuals with the data of their plots."""
-
-    durbin_watson: Annotated[float | None, about("2 for independent neighbours.")]
-    autocorrelation: WrittenAutocorrelation
-    normality: WrittenNormality
-    cross_correlation: WrittenCrossCorrelation
 
 
 class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
@@ -126,9 +85,9 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
         Mapping[str, float] | UnsetType,
         about("Degrees of freedom, of Student's distribution, of each physical interval_95."),
     ] = UNSET
-    residual_tests: WrittenResidualTests
+    residual_tests: ResidualTests
     remarks: tuple[str, ...]
-    drawn: Annotated[Mapping[str, WrittenDrawn] | UnsetType | None, about("With draws=.")] = UNSET
+    drawn: Annotated[Mapping[str, Drawn] | UnsetType | None, about("With draws=.")] = UNSET
     physical: WrittenPhysical | UnsetType = UNSET
     covariances: Annotated[
         Mapping[str, Matrix] | UnsetType,

@@ -5,16 +5,16 @@ from typing import Annotated
 
 from msgspec import UNSET, UnsetType
 
+from axisid.estimation.checks import Check, Levels
+from axisid.estimation.diagnostics.estimates import InstrumentTests
+from axisid.estimation.diagnostics.loop import ColumnComparison
+from axisid.estimation.estimates import HausmanTest
+from axisid.estimation.moves import Band, LackOfFit
+
 from .diagnosis import (
     WrittenAlignment,
-    WrittenBand,
-    WrittenCheck,
     WrittenExcitation,
-    WrittenHausmanTest,
-    WrittenInstruments,
-    WrittenLackOfFit,
     WrittenLawCheck,
-    WrittenMotionComparison,
 )
 from .estimate import WrittenEstimate
 from .record import (
@@ -24,7 +24,7 @@ from .record import (
     WrittenResponse,
     WrittenSignal,
 )
-from .values import JsonObject, WrittenHeld, WrittenKnown, WrittenLevels, WrittenResult, about
+from .values import JsonObject, WrittenHeld, WrittenKnown, WrittenResult, about
 
 
 class WrittenMethodValidation(JsonObject, frozen=True, kw_only=True):
@@ -114,10 +114,10 @@ class WrittenMember(JsonObject, frozen=True, kw_only=True):
     ]
     law_check: WrittenLawCheck
     alignment: WrittenAlignment
-    verdict: Annotated[tuple[WrittenCheck, ...], about("The checks that are of one record.")]
-    lack_of_fit: WrittenLackOfFit | UnsetType = UNSET
+    verdict: Annotated[tuple[Check, ...], about("The checks that are of one record.")]
+    lack_of_fit: LackOfFit | UnsetType = UNSET
     measured_motion: Annotated[
-        Mapping[str, WrittenMotionComparison] | UnsetType,
+        Mapping[str, ColumnComparison] | UnsetType,
         about("A measured velocity and acceleration beside what is differentiated, by role."),
     ] = UNSET
 
@@ -154,23 +154,21 @@ class WrittenIdentification(
     estimates: tuple[WrittenEstimate, ...]
     judged: Annotated[str, about("The method that the checks of one estimate are of.")]
     law_check: WrittenLawCheck
-    instruments: WrittenInstruments | None
+    instruments: InstrumentTests | None
     excitation: Annotated[Mapping[str, WrittenExcitation], about("By parameter.")]
     alignment: WrittenAlignment
-    verdict: tuple[WrittenCheck, ...]
-    lack_of_fit: Annotated[WrittenLackOfFit | UnsetType, about("Where the reference repeats.")] = (
-        UNSET
-    )
+    verdict: tuple[Check, ...]
+    lack_of_fit: Annotated[LackOfFit | UnsetType, about("Where the reference repeats.")] = UNSET
     model_bands: Annotated[
-        Mapping[str, Mapping[str, WrittenBand]] | UnsetType,
+        Mapping[str, Mapping[str, Band]] | UnsetType,
         about("Of the model's error, by method and parameter."),
     ] = UNSET
     differences: Annotated[
-        Mapping[str, Mapping[str, WrittenHausmanTest]] | UnsetType,
+        Mapping[str, Mapping[str, HausmanTest]] | UnsetType,
         about("Of two estimates, as ``idm-iv less didim``, by parameter."),
     ] = UNSET
     measured_motion: Annotated[
-        Mapping[str, WrittenMotionComparison] | UnsetType,
+        Mapping[str, ColumnComparison] | UnsetType,
         about("A measured velocity and acceleration beside what is differentiated, by role."),
     ] = UNSET
     skipped: Annotated[
@@ -178,7 +176,7 @@ class WrittenIdentification(
         about("Methods that axis or record do not allow, with the reason."),
     ]
     failed: Annotated[Mapping[str, str], about("Methods that came to nothing, with the reason.")]
-    levels: WrittenLevels | UnsetType = UNSET
+    levels: Levels | UnsetType = UNSET
     validation: Annotated[WrittenValidation | UnsetType, about("With --validate.")] = UNSET
     validations: Annotated[
         tuple[WrittenValidation, ...] | UnsetType,

@@ -1,5 +1,6 @@
 """Documents as plain data, read from files, and the JSON schema that is made of their classes."""
 
+import inspect
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,17 +11,18 @@ import msgspec
 from msgspec import json
 
 from axisid.support.errors import DataError
+from axisid.support.figures import from_json, schema_of_kind, to_json
 from axisid.support.files.json_text import is_unchanged
 from axisid.support.files.result_file import GIVE_RESULT, WRITE_AGAIN, read_result
 
 from .diagnosis import WrittenLawSearch
 from .identification import WrittenIdentification, WrittenSweep
 from .studies import (
+    ResultComparison,
     WrittenComparison,
     WrittenFitValidation,
     WrittenMonteCarlo,
     WrittenOutputFit,
-    WrittenResultComparison,
 )
 from .values import JsonObject
 
@@ -30,13 +32,15 @@ _DOCUMENTS = (
     WrittenIdentification,
     WrittenSweep,
     WrittenComparison,
-    WrittenResultComparison,
+    ResultComparison,
     WrittenLawSearch,
     WrittenOutputFit,
     WrittenFitValidation,
     WrittenMonteCarlo,
 )
 _REFERENCE = "#/$defs/{name}"
+#: Of a class's docstring: names of members, and what is said of them.
+_ATTRIBUTE = re.compile(r"^(\w[\w, ]*) : .*((?:\n    .+)+)", re.MULTILINE)
 #: What a document has as a file alone.
 _DIGEST = {
     "description": "sha256 of the other members as JSON with sorted keys: a file that was changed "
@@ -45,14 +49,9 @@ _DIGEST = {
 }
 
 
-def plain(document: JsonObject | Mapping[str, Any]) -> dict[str, Any]:
+def plain(document: object) -> dict[str, Any]:
     """A document, or its members, as JSON has them: what is not finite is None."""
-    return dict(json.decode(json.encode(document, enc_hook=_number)))
-
-
-def _number(value: Any) -> Any:
-    """A number of NumPy as one of Python's."""
-    return value.item()
+    return dict(json.decode(json.encode(document, enc_hook=to_json)))
 
 
 def schema_of(document: type[JsonObject]) -> str:
@@ -116,7 +115,7 @@ def _schema(file: Path, content: bytes) -> str:
 
 def _decoded(file: Path, content: bytes, document: type[Expected]) -> Expected:
     try:
-        return msgspec.json.decode(content, type=document)
+        return msgspec.json.decode(content, type=document, dec_hook=from_json)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         raise DataError(
             f"{file} lacks what its schema promises: {_said(error)}. {WRITE_AGAIN}",
@@ -132,7 +131,9 @@ def _said(error: Exception) -> str:
 
 def results_schema() -> dict[str, Any]:
     """The schema of every document that ``--json`` writes, draft 2020-12."""
-    refs, components = json.schema_components(_DOCUMENTS, ref_template=_REFERENCE)
+    refs, components = json.schema_components(
+        _DOCUMENTS, schema_hook=schema_of_kind, ref_template=_REFERENCE
+    )
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Results of axisid, version 1",
@@ -157,9 +158,15 @@ def _worded(part: Any) -> Any:
     if "$ref" in part:
         made["$ref"] = _REFERENCE.format(name=_name(part["$ref"].rpartition("/")[2]))
     if isinstance(part.get("description"), str):
-        made["description"] = " ".join(part["description"].split())
+        text, _, attributes = inspect.cleandoc(part["description"]).partition("\nAttributes\n---")
+        made["description"] = " ".join(text.split())
+        for names, said in _ATTRIBUTE.findall(attributes):
+            for name in {*names.split(", ")} & {*made["properties"]}:
+                made["properties"][name]["description"] = " ".join(said.split())
     if "properties" in part and isinstance(part.get("title"), str):
         del made["title"]
+        defaults = {name for name, each in made["properties"].items() if "default" in each}
+        made["required"] = [n for n in made["properties"] if n in {*made["required"], *defaults}]
         if "schema" in made["properties"]:
             made["properties"]["digest"] = _DIGEST
         made["additionalProperties"] = False

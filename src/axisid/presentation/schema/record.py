@@ -5,36 +5,18 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
+from axisid.estimation.tables import Provenance, Repair
+
 from .values import JsonObject, about
 
 
-class WrittenRepair(JsonObject, frozen=True, kw_only=True):
-    """What was done to the data, once."""
-
-    kind: Literal[
-        "tail",
-        "wrap",
-        "clipped",
-        "empty",
-        "clock",
-        "resample",
-        "gaps",
-        "shift",
-        "window",
-        "between",
-    ]
-    count: Annotated[
-        int,
-        about(
-            "Lines or samples left out, samples moved, jumps undone, samples masked, rows made, "
-            "values drawn between others, gaps."
-        ),
-    ]
-    text: str
-
-
-class WrittenOrigin(JsonObject, frozen=True, kw_only=True):
-    """Which file the data come from, if from one."""
+class WrittenRecord(
+    JsonObject,
+    frozen=True,
+    kw_only=True,
+    rename={"period": "sample_period", "digest": "samples_sha256"},
+):
+    """Where the data come from."""
 
     source: Annotated[str, about("File name, or how the record was made.")]
     given: Annotated[str | None, about("The file as it was named; null where there is none.")]
@@ -47,18 +29,13 @@ class WrittenOrigin(JsonObject, frozen=True, kw_only=True):
         ),
     ]
     columns: Annotated[Mapping[str, str], about("Column name by role.")]
-
-
-class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
-    """Where the data come from."""
-
     truth: Annotated[Mapping[str, float] | None, about("Of a twin, SI, by parameter.")]
     assumed: Annotated[
         tuple[str, ...],
         about("What was taken of the file: separator, encoding, units and their conversion."),
     ]
     repairs: Annotated[
-        tuple[WrittenRepair, ...],
+        tuple[Repair, ...],
         about("What was done to the data on request, in this order."),
     ]
     segments: Annotated[
@@ -72,8 +49,8 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
         about("Rows that are no measurements, likewise."),
     ]
     samples: int
-    sample_period: Annotated[float, about("s")]
-    samples_sha256: Annotated[
+    period: Annotated[float, about("s")]
+    digest: Annotated[
         str,
         about(
             "Of the samples: of time, position, velocity, acceleration, reference, control, force "
@@ -93,6 +70,34 @@ class WrittenRecord(WrittenOrigin, frozen=True, kw_only=True):
         tuple[tuple[float, float], ...] | UnsetType,
         about("First and last time of each part of the log that was taken, s; not of a whole one."),
     ] = UNSET
+
+    def __len__(self) -> int:
+        return self.samples
+
+    @property
+    def has_force(self) -> bool:
+        """Whether the force was measured, not made of the control."""
+        return "force" in self.columns
+
+    @property
+    def size(self) -> str:
+        """Samples and sampling period, in words."""
+        pieces = f" in {len(self.segments)} segments" if self.segments else ""
+        return f"{len(self)} samples of {1e3 * self.period:.6g} ms{pieces}"
+
+    @property
+    def provenance(self) -> Provenance:
+        """Where it comes from, as a `Record` has it."""
+        return Provenance(
+            source=self.source,
+            sha256=self.sha256 or "",
+            given=self.given or "",
+            path=self.path or "",
+            columns=dict(self.columns),
+            truth=dict(self.truth or {}),
+            assumed=self.assumed,
+            repairs=self.repairs,
+        )
 
 
 class WrittenDriveTime(JsonObject, frozen=True, kw_only=True):
@@ -151,13 +156,9 @@ class WrittenRequest(JsonObject, frozen=True, kw_only=True):
     reversals: Literal["keep", "leave-out"] | None
 
 
-class WrittenPrefilter(JsonObject, frozen=True, kw_only=True):
+class WrittenPrefilter(WrittenRequest, frozen=True, kw_only=True):
     """How the record became rows."""
 
-    cutoff: Annotated[float, about("Hz")]
-    order: int
-    decimate: Annotated[int, about("One row in so many.")]
-    decimation: Literal["matlab", "scipy"]
     drop: Annotated[tuple[int, int], about("Samples left out at start and end, as applied.")]
     hold: Annotated[Literal["raw", "zoh"], about("As applied.")]
     reversals: Annotated[

@@ -1,16 +1,22 @@
 """Fits, studies of twins, and comparisons of candidates and of results."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from msgspec import UNSET, UnsetType
 
+from axisid.estimation.checks import Check, Levels
+from axisid.estimation.fitting import RecordError
+from axisid.estimation.monte_carlo import CheckFigures, EstimandFigures, FailedRun, Share
+from axisid.estimation.studies import Criteria, NestedTest, ParameterCheck
 from axisid.estimation.twins import Chain
+from axisid.support.presentable import Presentable
 
-from .diagnosis import WrittenCheck, WrittenLawCheck
+from .diagnosis import WrittenLawCheck
 from .estimate import WrittenEstimate
 from .record import WrittenPrefilter, WrittenRecord, WrittenRequest
-from .values import JsonObject, WrittenKnown, WrittenLevels, WrittenResult, about
+from .values import JsonObject, WrittenKnown, WrittenResult, about
 
 
 class WrittenFitted(JsonObject, frozen=True, kw_only=True):
@@ -44,18 +50,10 @@ class WrittenFitted(JsonObject, frozen=True, kw_only=True):
     ]
 
 
-class WrittenRecordError(JsonObject, frozen=True, kw_only=True):
-    """What a fit leaves of an output of one record."""
+@dataclass(frozen=True, kw_only=True)
+class WrittenRecordError(RecordError):  # noqa: D101  # it has that of what it is of
+    __doc__ = RecordError.__doc__
 
-    output: Annotated[str | UnsetType, about("What is followed, where not `output` says it.")] = (
-        UNSET
-    )
-    unit: Annotated[str | UnsetType, about("Of that output.")] = UNSET
-    weight: Annotated[float | UnsetType, about("By which its errors count, over its unit.")] = UNSET
-    rows: Annotated[int, about("Samples that count.")]
-    error: Annotated[float, about("Root mean square, in the output's unit.")]
-    percent: Annotated[float | None, about("Of the recorded output's.")]
-    order: Annotated[int, about("Of the autoregression of the errors.")]
     noise: Annotated[
         float, about("Root mean square of what is noise of that error, in the output's unit.")
     ]
@@ -127,9 +125,9 @@ class WrittenOutputFit(
     iteration_errors: Annotated[tuple[float, ...], about("Root mean square there, in `unit`.")]
     costs: Annotated[tuple[float, ...], about("Of each search's end, where several were made.")]
     law_check: WrittenLawCheck
-    verdict: tuple[WrittenCheck, ...]
+    verdict: tuple[Check, ...]
     believed: Annotated[bool, about("Whether no check fails.")]
-    levels: WrittenLevels | UnsetType = UNSET
+    levels: Levels | UnsetType = UNSET
     remarks: tuple[str, ...]
 
 
@@ -144,68 +142,7 @@ class WrittenFitValidation(
     horizon: Annotated[float | None, about("Length of the windows of an open loop, s.")]
     error: Annotated[float, about("Root mean square of what is left, in `unit`.")]
     percent: Annotated[float | None, about("Of the recorded output's.")]
-    verdict: tuple[WrittenCheck, ...]
-
-
-class WrittenMean(JsonObject, frozen=True, kw_only=True):
-    """A figure over the runs."""
-
-    value: float | None
-    error: Annotated[float | None, about("Its standard error over the runs.")]
-
-
-class WrittenShare(JsonObject, frozen=True, kw_only=True):
-    """How often something happened."""
-
-    count: int
-    of: int
-    interval_95: Annotated[tuple[float, float], about("Wilson's, of the probability.")]
-
-
-class WrittenEstimand(JsonObject, frozen=True, kw_only=True):
-    """What the runs tell of one parameter by one method."""
-
-    method: str
-    name: str
-    kind: Annotated[
-        Literal["parameter", "direct", "physical"],
-        about("As it is identified, of the direct model, or declared and following from others."),
-    ]
-    unit: str
-    truth: Annotated[float | None, about("Null where the twins have no such parameter.")]
-    runs: Annotated[int, about("That gave an estimate.")]
-    bias: Annotated[WrittenMean, about("Mean error of the value without its bias.")]
-    raw_bias: Annotated[WrittenMean, about("Mean error of the value itself.")]
-    scatter: Annotated[WrittenMean, about("Standard deviation over the runs.")]
-    deviations: Annotated[
-        Mapping[str, float],
-        about("Root mean square of the stated one, by covariance; `model` of the model's error."),
-    ]
-    coverage: Annotated[
-        Mapping[str, WrittenShare],
-        about(
-            "How often the 95 % interval of each holds the truth; empty without a truth, and of "
-            "what follows from a known value with a deviation, whose error all runs share."
-        ),
-    ]
-
-
-class WrittenCheckFigures(JsonObject, frozen=True, kw_only=True):
-    """How often a check ended in each way, of the runs that were judged."""
-
-    name: str
-    fails: Annotated[WrittenShare, about("Of the runs in which it was evaluated.")]
-    notes: WrittenShare
-    passes: WrittenShare
-    not_evaluated: Annotated[WrittenShare, about("Of all that were judged.")]
-
-
-class WrittenFailedRun(JsonObject, frozen=True, kw_only=True):
-    """Why a run gave no numbers."""
-
-    run: Annotated[int, about("From 0.")]
-    of: Annotated[str, about("The method, or `simulation`, or `verdict`.")]
-    reason: str
+    verdict: tuple[Check, ...]
 
 
 class WrittenTwins(JsonObject, frozen=True, kw_only=True):
@@ -244,14 +181,12 @@ class WrittenMonteCarlo(
     methods: tuple[str, ...]
     prefilter: Annotated[WrittenRequest, about("As the twins' rate has it.")]
     settings: Annotated[Mapping[str, str | int | None], about("What else was asked of identify.")]
-    levels: Annotated[
-        WrittenLevels | UnsetType, about("Left out in files of earlier versions.")
-    ] = UNSET
-    estimands: tuple[WrittenEstimand, ...]
+    levels: Annotated[Levels | UnsetType, about("Left out in files of earlier versions.")] = UNSET
+    estimands: tuple[EstimandFigures, ...]
     judged: Annotated[int, about("Runs with a verdict.")]
-    objected: Annotated[WrittenShare, about("Verdicts in which any check fails.")]
-    checks: tuple[WrittenCheckFigures, ...]
-    failures: tuple[WrittenFailedRun, ...]
+    objected: Annotated[Share, about("Verdicts in which any check fails.")]
+    checks: tuple[CheckFigures, ...]
+    failures: tuple[FailedRun, ...]
 
 
 class WrittenHeldOut(JsonObject, frozen=True, kw_only=True):
@@ -259,25 +194,6 @@ class WrittenHeldOut(JsonObject, frozen=True, kw_only=True):
 
     error_percent: float | None
     squares_by_block: tuple[float | None, ...]
-
-
-class WrittenCriteria(JsonObject, frozen=True, kw_only=True):
-    """Information criteria."""
-
-    log_likelihood: float | None
-    aic: float | None
-    bic: float | None
-    tic: Annotated[float | None, about("Takeuchi's, for autocorrelated rows.")]
-
-
-class WrittenParameterCheck(JsonObject, frozen=True, kw_only=True):
-    """What one parameter adds."""
-
-    name: str
-    p_value: Annotated[float | None, about("That it is zero, HAC.")]
-    without_percent: Annotated[float | None, about("Held-out error without it.")]
-    informed: Annotated[bool | None, about("Not judged: null, of a nonlinear parameter.")]
-    not_tested: Annotated[str | None, about("Why there is no p-value.")]
 
 
 class WrittenCandidate(JsonObject, frozen=True, kw_only=True):
@@ -291,11 +207,11 @@ class WrittenCandidate(JsonObject, frozen=True, kw_only=True):
         about("What stands for the parameters that were left out, SI, by name."),
     ]
     estimate: WrittenEstimate
-    criteria: WrittenCriteria
+    criteria: Criteria
     held_out_equation: WrittenHeldOut
     held_out_simulation: WrittenHeldOut | None
     no_simulation: Annotated[str | None, about("Why not.")]
-    parameter_checks: tuple[WrittenParameterCheck, ...]
+    parameter_checks: tuple[ParameterCheck, ...]
 
 
 class WrittenHeldOutBlocks(JsonObject, frozen=True, kw_only=True):
@@ -303,20 +219,6 @@ class WrittenHeldOutBlocks(JsonObject, frozen=True, kw_only=True):
 
     blocks: int
     gap_rows: int
-
-
-class WrittenNestedTest(JsonObject, frozen=True, kw_only=True):
-    """One candidate against a larger one that contains it."""
-
-    smaller: str
-    larger: str
-    restrictions: int
-    dof: int
-    f: float | None
-    f_p: float | None
-    wald: Annotated[float | None, about("Over its restrictions, HAC.")]
-    wald_p: float | None
-    not_tested: Annotated[str | None, about("Why there are no statistics.")]
 
 
 class WrittenComparison(
@@ -346,7 +248,7 @@ class WrittenComparison(
         Mapping[str, str],
         about("Candidates that the record does not identify, with the reason."),
     ]
-    tests: tuple[WrittenNestedTest, ...]
+    tests: tuple[NestedTest, ...]
     same: Annotated[tuple[tuple[str, ...], ...], about("One model in different parameters.")]
     recommended: str | None
     tied: tuple[str, ...]
@@ -377,21 +279,30 @@ class WrittenAlone(JsonObject, frozen=True, kw_only=True):
     second: tuple[str, ...]
 
 
-class WrittenResultComparison(
-    JsonObject, frozen=True, kw_only=True, tag_field="schema", tag="axisid.result_comparison/1"
+class ResultComparison(
+    Presentable,
+    JsonObject,
+    frozen=True,
+    kw_only=True,
+    tag_field="schema",
+    tag="axisid.result_comparison/1",
+    rename={"errors": "errors_percent", "checks": "verdict"},
 ):
-    """What `axisid compare-results --json` writes; a pair is of the first and the second result."""
+    """What two results have in common, and where they part.
+
+    It is what `axisid compare-results --json` writes; a pair is of the first and the second result.
+    """
 
     first: Annotated[str, about("File, axis and record.")]
     second: Annotated[str, about("File, axis and record.")]
     differences: tuple[WrittenDifference, ...]
-    errors_percent: Annotated[
+    errors: Annotated[
         Mapping[str, tuple[float | None, float | None]],
         about("By method and kind."),
     ]
     alone: Annotated[WrittenAlone, about("Methods and parameters that only one has.")]
     settings: Annotated[Mapping[str, tuple[Any, Any]], about("Those that differ.")]
-    verdict: Annotated[
-        Mapping[str, tuple[WrittenCheck | None, WrittenCheck | None]],
+    checks: Annotated[
+        Mapping[str, tuple[Check | None, Check | None]],
         about("Checks whose status differs; null where a result does not have it."),
     ]

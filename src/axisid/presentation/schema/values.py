@@ -62,29 +62,10 @@ class WrittenValue(JsonObject, frozen=True, kw_only=True):
     ] = UNSET
 
 
-class WrittenLevels(JsonObject, frozen=True, kw_only=True):
-    """From when on something is told as missing of a model."""
-
-    level: Annotated[float, Meta(gt=0, lt=1, description="Chance that anything is of a right one.")]
-    least_share: Annotated[
-        float, Meta(gt=0, lt=1, description="Part of the force from which it matters.")
-    ]
-
-
 class WrittenDirectValue(WrittenValue, frozen=True, kw_only=True):
     """A parameter of the direct model."""
 
     expression: Annotated[str, about("In physical parameters.")]
-
-
-class WrittenDrawn(JsonObject, frozen=True, kw_only=True):
-    """One parameter over draws, mapped exactly."""
-
-    median: float | None
-    interval_95: tuple[float | None, float | None]
-    draws: Annotated[int, about("How many the quantiles are of.")]
-    lost: Annotated[int, about("Draws without a positive inertia.")]
-    seed: Annotated[int, about("Of numpy.random.default_rng, which gives the same draws again.")]
 
 
 class WrittenKnown(JsonObject, frozen=True, kw_only=True):

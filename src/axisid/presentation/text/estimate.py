@@ -4,11 +4,11 @@ import math
 from collections.abc import Mapping, Sequence
 
 from axisid.estimation.diagnostics import Diagnosis
-from axisid.estimation.estimates import Value
+from axisid.estimation.estimates import Physical, Value
 from axisid.estimation.moves import Band, LackOfFit
 from axisid.modeling.declaration import known_text
 from axisid.presentation.blocks import Cell, Column, Document, Quantity, Table, text_columns
-from axisid.presentation.saved import SavedEstimate, SavedPhysical
+from axisid.presentation.saved import SavedEstimate
 from axisid.support.mappings import grouped
 from axisid.support.number_text import or_dash, range_text
 
@@ -124,7 +124,7 @@ def _repeats(found: LackOfFit) -> str:
     )
 
 
-def physical_notes(found: Mapping[str, SavedPhysical]) -> list[str]:
+def physical_notes(found: Mapping[str, Physical]) -> list[str]:
     """Notes of a table; none where the estimates are of the physical parameters already."""
     if not found:
         return []
@@ -149,8 +149,8 @@ def _fixable(sentence: str) -> str:
     return sentence + (_FIX if sentence.endswith(" known") else "")
 
 
-def _how(physical: SavedPhysical) -> str:
-    known = ", ".join(f"{p.name} = {known_text(p)} {p.unit}" for p in physical.base.known)
+def _how(physical: Physical) -> str:
+    known = ", ".join(f"{p.name} = {known_text(p)} {p.unit}" for p in physical.known)
     fixed = f", and to {known}, declared as known" if known else ""
     more = (
         " Where the record shows a known parameter too, the two are weighed, and the others change "

@@ -7,7 +7,7 @@ from dataclasses import replace
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import KINDS, Check, lines_of
 from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
-from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
+from axisid.estimation.estimates import CORRECTED, COVARIANCES, Physical, Value
 from axisid.estimation.identification import DriveTime, Identification
 from axisid.estimation.moves import Band
 from axisid.modeling.quantities import Parameter
@@ -29,7 +29,6 @@ from axisid.presentation.formulas import decimals
 from axisid.presentation.saved import (
     SavedEstimate,
     SavedIdentification,
-    SavedPhysical,
     identification_facts,
 )
 from axisid.support.mappings import grouped
@@ -205,7 +204,8 @@ def _rows_text(result: SavedIdentification) -> str:
         measured=result.record.has_force,
     )
     samplings = [of_one.sampling for of_one in result.of_records] or [result.sampling]
-    motions = [of_one.record.motion for of_one in result.of_records] or [result.record.motion]
+    records = [of_one.record for of_one in result.of_records] or [result.record]
+    motions = [record.motion or ("position",) for record in records]
     return rows_text(samplings, used, force, motions)
 
 
@@ -268,7 +268,7 @@ def _equation_error(estimate: SavedEstimate) -> str:
     return or_dash(None if estimate.by_output_error else estimate.equation_error_percent, ".4f")
 
 
-def preferred_physical(result: SavedIdentification) -> dict[str, SavedPhysical]:
+def preferred_physical(result: SavedIdentification) -> dict[str, Physical]:
     """Physical parameters that are no base parameters, by method, of one model form."""
     every = {method: p for method, p in result.physical.items() if p.shows_more}
     return {m: p for m, p in every.items() if not result.estimates[m].is_direct} or every

@@ -105,8 +105,8 @@ def _errors(fit: SavedOutputFit) -> Table:
             *((each.output or fit.output,) if count > 1 or not several else ()),
             str(each.rows),
             f"{each.error:.5g}",
-            *((each.unit or "",) if count > 1 else ()),
-            "inf" if each.percent is None else f"{each.percent:.4f}",
+            *((each.unit,) if count > 1 else ()),
+            f"{each.percent:.4f}",
             str(each.order),
         )
         for place, each in enumerate(fit.document.record_errors)
