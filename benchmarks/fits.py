@@ -27,7 +27,7 @@ from output_error import CASES, TRUTH, declared, reference
 
 from axisid import AxisidError, build, fit, load_axis, read_record, twin_record
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.predictions import LoopPredictions, slopes_of
+from axisid.estimation.predictions import LoopPredictions, jacobian_at
 from axisid.estimation.regression import InverseForm
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -108,7 +108,7 @@ def slopes_off() -> dict[str, float]:
     record = twin_record(axis)
     predictions = LoopPredictions(InverseForm(axis), [axis], [record], "control")
     predictions.settle(theta)
-    found = slopes_of(predictions, theta, theta, np.zeros(3), np.full(3, np.inf)).jacobian
+    found = jacobian_at(predictions, theta, theta, np.zeros(3), np.full(3, np.inf)).jacobian
     start = predictions.stretches[0].inputs.start.position
     exact = derivative_of(theta, np.asarray(record.reference), start)
     return _named(np.linalg.norm(found - exact, axis=0) / np.linalg.norm(exact, axis=0))

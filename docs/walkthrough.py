@@ -107,7 +107,7 @@ print(
 # ## Estimates: a problem and a method
 #
 # A `Problem` is an axis with its records under their filters, one regression of one record, of one with gaps or
-# of several; `Neighbours` says which rows follow each other in time. A `Method` of the table `METHODS` makes a
+# of several; `RowTimes` says which rows follow each other in time. A `Method` of the table `METHODS` makes a
 # `Fit` of it, and that becomes an `Estimate` with covariances and what the filter moves it by.
 
 # %%

@@ -15,6 +15,7 @@ from .identification import (
     DriveTiming as DriveTiming,
     estimate_drive_timing as estimate_drive_timing,
 )
+from .lack_of_fit import JackknifeInterval as JackknifeInterval, LackOfFit as LackOfFit
 from .law_search import ExplainedLaw as ExplainedLaw, LawSearch as LawSearch, find_law as find_law
 from .methods import METHODS as METHODS
 from .monte_carlo import (
@@ -28,7 +29,6 @@ from .monte_carlo import (
     Share as Share,
     write_runs as write_runs,
 )
-from .moves import Band as Band, LackOfFit as LackOfFit
 from .records import Repairs as Repairs
 from .regression import (
     Classical as Classical,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from axisid.support.errors import UsageError
-from axisid.support.user_values import is_among, quoted
+from axisid.support.quoting import is_among, quoted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +58,7 @@ METHOD_ROWS = (
 
 LEAST_SQUARES_START, NOMINAL_START = "least-squares", "nominal"
 #: Where instruments may start, first the one by default.
-STARTS = (LEAST_SQUARES_START, NOMINAL_START)
+INSTRUMENT_STARTS = (LEAST_SQUARES_START, NOMINAL_START)
 
 SQUARES_LOSS, HUBER_LOSS, BISQUARE_LOSS = "squares", "huber", "bisquare"
 #: How rows count, in the order of help, first the one by default.
@@ -82,7 +82,7 @@ def is_output_error(name: str) -> bool:
     return any(row.output_error for row in METHOD_ROWS if row.name == name)
 
 
-def comparing() -> tuple[str, ...]:
+def comparison_methods() -> tuple[str, ...]:
     """Return the methods that `compare` can judge models by."""
     return tuple(row.name for row in METHOD_ROWS if row.compares)
 

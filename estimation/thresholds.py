@@ -57,7 +57,7 @@ FEW_SCORES = Threshold(25.0, "1",
     "degrees of freedom of HAC, below which deviations are at least those of autoregressive "
     "residuals",
     "measured: records of 18 s have more and hold 91 to 98 %; of 2 s 5 to 20, and hold 53 to 93 %")
-MIN_FREEDOM = Threshold(4.0, "1",
+MIN_DEGREES_OF_FREEDOM = Threshold(4.0, "1",
     "degrees of freedom that a deviation of autoregressive residuals has at least",
     "derived: the kurtosis of Student's distribution has no bound at four or fewer, and a "
     "coefficient that is bounded, as this is, leaves it one")
@@ -149,7 +149,7 @@ MAX_REPEATED_SAMPLES = Threshold(1.02, "1", "how often a sample is among the rec
     "derived: deviations 1 % too small")
 
 # Levels, which are arguments (level=, least_share=)
-LEVEL = Threshold(0.01, "1",
+CHECK_LEVEL = Threshold(0.01, "1",
     "chance that a check tells anything of a right model, over all that it looks for: what is "
     "missing, a record that speaks against the rest, estimates apart, what was fixed",
     "convention; by Holm's rule over what is missing, by Bonferroni's over places and records")

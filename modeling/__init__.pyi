@@ -5,8 +5,8 @@ from .declaration import (
     back_and_forth as back_and_forth,
 )
 from .derivation import AxisModel as AxisModel
-from .library import LIBRARY as LIBRARY
-from .wording import (
+from .description import (
     describe_determined as describe_determined,
     describe_unidentifiable as describe_unidentifiable,
 )
+from .library import LIBRARY as LIBRARY

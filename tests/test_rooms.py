@@ -22,7 +22,7 @@ FLOORS = (
     ("elements", "control"),
     ("modeling.derivation", "modeling.library"),
     ("modeling.text",),
-    ("modeling.wording",),
+    ("modeling.description",),
     ("codegen.thresholds",),
     ("codegen.lowering",),
     ("codegen.printers",),
@@ -45,8 +45,8 @@ FLOORS = (
     ("estimation.twins",),
     ("estimation.estimates",),
     ("estimation.methods",),
-    ("estimation.lacking",),
-    ("estimation.moves",),
+    ("estimation.misspecification",),
+    ("estimation.lack_of_fit",),
     ("estimation.diagnostics.law",),
     ("estimation.diagnostics.loop", "estimation.diagnostics.estimates"),
     ("estimation.diagnostics",),
@@ -100,7 +100,7 @@ TO_BE_TOLD_APART = frozenset("Alike Block Column Quantity Series Table Target".s
 TESTED_ELSEWHERE = {
     "elements": "modeling.declaration",
     "control": "modeling.laws",
-    "modeling.wording": "modeling.derivation",
+    "modeling.description": "modeling.derivation",
     "codegen.thresholds": "estimation.thresholds",
     "presentation.documents": "presentation.saved",
 }

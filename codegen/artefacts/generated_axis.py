@@ -17,6 +17,7 @@ from axisid.codegen.native import Native, slices
 from axisid.codegen.runtime import FunctionShape, by_sample, checked_arguments, execute
 from axisid.modeling.declaration import Axis, ControlLaw, check_axis
 from axisid.modeling.derivation import AxisModel, BaseModel, derive
+from axisid.modeling.description import describe_loss
 from axisid.modeling.quantities import (
     CONTROL,
     DIRECTION,
@@ -24,12 +25,11 @@ from axisid.modeling.quantities import (
     MEASURED_VELOCITY,
     TIME,
 )
-from axisid.modeling.wording import describe_loss
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError, UsageError
 from axisid.support.missing import Missing
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import real_array
-from axisid.support.user_values import quoted
 
 from .loop_by_gains import LoopByGains
 from .texts import FUNCTIONS, NATIVE, axis_artefacts, signature

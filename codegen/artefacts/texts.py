@@ -21,9 +21,9 @@ from axisid.codegen.printers import (
     with_c_loop,
 )
 from axisid.modeling.derivation import AxisModel
+from axisid.modeling.description import derived_sections
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.quantities import Formula, with_numbers, with_own_symbols
-from axisid.modeling.wording import derived_sections
 from axisid.support.missing import Missing
 
 from .drive_check import check_drive

@@ -10,8 +10,8 @@ from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.identification import identify
 from axisid.estimation.records import is_same_period
-from axisid.estimation.regression import Applied, Hac, Solution, most_lags
-from axisid.estimation.signals import FilteredRecord, Neighbours, Prefilter
+from axisid.estimation.regression import CovarianceEstimate, Hac, Solution, most_lags
+from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
 from axisid.estimation.thresholds import FEW_SCORES
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
@@ -183,7 +183,7 @@ def _lane_deviations(
     return {name: np.sqrt(np.maximum(each, 0.0)) for name, each in variances.items()}, freedom
 
 
-def _by_products(model: Hac, lagged: Array, rows: int) -> Applied:
+def _by_products(model: Hac, lagged: Array, rows: int) -> CovarianceEstimate:
     """By the products of each parameter's scores alone, (lags + 1, k)."""
     k = lagged.shape[1]
     products = lagged[:, :, None] * np.eye(k)
@@ -199,5 +199,5 @@ def _lane_solution(block: Block, fits: LaneFits, lane: int, inverse: Array) -> S
         residuals=np.ascontiguousarray(fits.residuals[own, lane]),
         inverse_factor=np.asarray(np.linalg.cholesky(inverse), dtype=np.float64),
         influence=fits.instruments[own, :, lane] @ fits.mixing[lane].T,
-        neighbours=Neighbours.of(places, block.template.prefilter.decimate),
+        neighbours=RowTimes.of(places, block.template.prefilter.decimate),
     )

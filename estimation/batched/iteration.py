@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 
 from axisid.codegen.native import LaneLibrary
 from axisid.estimation.methods import StepControl
-from axisid.estimation.problems import Reach, shown_up_to
+from axisid.estimation.problems import SignalRanges, shown_up_to
 from axisid.estimation.regression import Equations, InverseForm
 from axisid.estimation.signals import (
     Prefilter,
     Signals,
     drive_force,
-    losses_count,
     remaining_information,
     searches_friction,
+    takes_robust_loss,
 )
 from axisid.estimation.thresholds import (
     CONVERGED,
@@ -256,7 +256,7 @@ def _show_too_little(block: Block, near: Chosen) -> Chosen:
     """Which lanes hardly show a parameter without what is near reversals, (L,)."""
     slow = MIN_MOVING_SPEED.value * np.abs(block.motion[1]).max(axis=0)
     moving, left = block.information(near, slow)
-    counts = losses_count(block.axis)
+    counts = takes_robust_loss(block.axis)
     remaining = [remaining_information(counts, *lane) for lane in zip(moving, left, strict=True)]
     return np.asarray(np.array(remaining) < MIN_INFORMATION_LEFT.value)
 
@@ -273,7 +273,9 @@ def _clearly_shown(
     q, dq, ddq, control = (np.ascontiguousarray(each[:, 0]) for each in columns)
     force = drive_force(block.axis, control, q, dq)
     signals = Signals(position=q, velocity=dq, acceleration=ddq, force=force, direction=np.sign(dq))
-    reach = Reach.of([(signals, InverseForm(block.axis).equations(signals), block.template.kept)])
+    reach = SignalRanges.of(
+        [(signals, InverseForm(block.axis).equations(signals), block.template.kept)]
+    )
     if reach is None:
         return np.zeros(len(block.lanes), dtype=bool)
     most: Array = shown_up_to(block.axis, reach)

@@ -16,7 +16,7 @@ from .check import (
     kind_of as kind_of,
     lines_of as lines_of,
     made as made,
-    passed as passed,
+    status_of as status_of,
     told_or as told_or,
     unless_faulty as unless_faulty,
 )

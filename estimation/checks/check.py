@@ -9,12 +9,12 @@ from typing import Annotated, Literal, TypeVar
 
 from msgspec import Meta
 
-from axisid.estimation.thresholds import LEAST_SHARE, LEVEL
+from axisid.estimation.thresholds import CHECK_LEVEL, LEAST_SHARE
 from axisid.support.errors import AxisidError, UsageError, asks_for_tracebacks
 from axisid.support.missing import Missing
 from axisid.support.number_text import plain_numbers
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_real
-from axisid.support.user_values import quoted
 
 Status = Literal["pass", "note", "fail", "not evaluated"]
 
@@ -42,7 +42,7 @@ class Levels:
         One of them is not between 0 and 1.
     """
 
-    level: Annotated[float, Meta(gt=0, lt=1)] = LEVEL.value
+    level: Annotated[float, Meta(gt=0, lt=1)] = CHECK_LEVEL.value
     least_share: Annotated[float, Meta(gt=0, lt=1)] = LEAST_SHARE.value
 
     def __post_init__(self) -> None:
@@ -110,7 +110,7 @@ class Check:
         """A check that fails by a fault, where there is one; else it says what holds."""
         return cls(
             name=name,
-            status=passed(not fault, matters=matters),
+            status=status_of(not fault, matters=matters),
             meaning=fault or held,
             figure=figure,
             threshold=most,
@@ -133,7 +133,7 @@ def first_case(*cases: tuple[object, Found]) -> Found:
     return next(said for holds, said in cases if holds)
 
 
-def passed(good: bool, *, matters: bool = True) -> Status:
+def status_of(good: bool, *, matters: bool = True) -> Status:
     """Status of a check that was made; `matters` tells whether the numbers suffer."""
     return "pass" if good else "fail" if matters else "note"
 

@@ -21,15 +21,15 @@ from .diagnosis import (
     Diagnosis as Diagnosis,
     RecordDiagnosis as RecordDiagnosis,
 )
+from .misfit_checks import lacks_check as lacks_check
 from .records_alike import (
     Alike as Alike,
-    Apart as Apart,
     Difference as Difference,
-    OwnColumns as OwnColumns,
+    RecordDifference as RecordDifference,
+    RecordRegressor as RecordRegressor,
     alike_check as alike_check,
     overlaps as overlaps,
     records_alike as records_alike,
     repeated_check as repeated_check,
     rows_alike as rows_alike,
 )
-from .remainder import lacks_check as lacks_check

@@ -38,13 +38,13 @@ from axisid.estimation.diagnostics.loop import (
     motion_check,
     timing_remedy,
 )
-from axisid.estimation.lacking import Lack
+from axisid.estimation.misspecification import Misspecification
 from axisid.estimation.signals import rests_first
 from axisid.support.missing import Missing
 
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
+from .misfit_checks import following, lack_of_fit_check, lacks_check
 from .records_alike import alike_check, repeated_check
-from .remainder import following, lack_of_fit_check, lacks_check
 
 #: How far the numbers of a result can be believed.
 Belief = Literal["believed", "with care", "not believed"]
@@ -128,7 +128,7 @@ def _alignment(case: Case) -> Check | Missing:
     )
 
 
-def _delay(case: Case) -> Lack | Missing | None:
+def _delay(case: Case) -> Misspecification | Missing | None:
     """The delay that the model lacks, which twins tell from noise."""
     if isinstance(case.lacking, Missing):
         return case.lacking

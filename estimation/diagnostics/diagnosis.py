@@ -31,9 +31,25 @@ from axisid.estimation.diagnostics.loop import (
     force_timing,
     law_in_time,
 )
-from axisid.estimation.estimates import Estimate, HausmanTest, hausman, part_of, parted
-from axisid.estimation.lacking import Lack, RecordScores, lacking, scores_at
-from axisid.estimation.moves import Band, LackOfFit, lack_of_fit, model_bands
+from axisid.estimation.estimates import (
+    Estimate,
+    HausmanTest,
+    hausman,
+    part_of,
+    significant_differences,
+)
+from axisid.estimation.lack_of_fit import (
+    JackknifeInterval,
+    LackOfFit,
+    jackknife_intervals,
+    lack_of_fit,
+)
+from axisid.estimation.misspecification import (
+    Misspecification,
+    RecordScores,
+    find_misspecification,
+    scores_at,
+)
 from axisid.estimation.problems import Problem, noise_free_record
 from axisid.estimation.records import record_labels
 from axisid.estimation.regression import DirectForm, recorded_loops
@@ -42,7 +58,7 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
-from .records_alike import Alike, Apart, rows_alike
+from .records_alike import Alike, RecordDifference, rows_alike
 
 _ALONE = Missing("there is one record")
 
@@ -63,7 +79,7 @@ class RecordDiagnosis(Exact):
         Of the judged estimate; None where the reference does not repeat, or there is none.
     motions : mapping of str to ColumnComparison or Missing
         A measured velocity and acceleration beside what is differentiated, by role.
-    apart : Apart or Missing
+    apart : RecordDifference or Missing
         The record alone beside the others.
     """
 
@@ -72,7 +88,7 @@ class RecordDiagnosis(Exact):
     verdict: tuple[Check, ...]
     lack_of_fit: LackOfFit | None = None
     motions: Mapping[str, ColumnComparison | Missing] = field(default_factory=dict)
-    apart: Apart | Missing = _ALONE
+    apart: RecordDifference | Missing = _ALONE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -98,7 +114,7 @@ class Diagnosis(RecordDiagnosis, Presentable):
     preferred: str
     instruments: InstrumentTests | None
     excitation: tuple[Excitation, ...]
-    bands: Mapping[str, Mapping[str, Band]] = field(default_factory=dict)
+    bands: Mapping[str, Mapping[str, JackknifeInterval]] = field(default_factory=dict)
     differences: Mapping[str, Mapping[str, HausmanTest]] = field(default_factory=dict)
     records: tuple[RecordDiagnosis, ...] = ()
 
@@ -147,7 +163,7 @@ class Case:
         if isinstance(apart, Missing):
             return by_law
         iv, didim = self.estimates[first], self.estimates[by_law]
-        less_sure = vaguer(parted(apart, self.levels.level), iv, didim)
+        less_sure = vaguer(significant_differences(apart, self.levels.level), iv, didim)
         return first if less_sure else by_law
 
     @cached_property
@@ -285,11 +301,11 @@ class Case:
         return scores_at(self.data, self.preferred)
 
     @cached_property
-    def lacking(self) -> tuple[Lack, ...] | Missing:
+    def lacking(self) -> tuple[Misspecification, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
         records = len((self.whole or self).problem.data)
         half = [np.ptp(value.interval) / 2 for value in self.preferred.parameters.values()]
-        return lacking(self.scores, np.array(half), records, self.levels)
+        return find_misspecification(self.scores, np.array(half), records, self.levels)
 
     @cached_property
     def steps(self) -> Mapping[str, float] | Missing:
@@ -307,11 +323,11 @@ class Case:
         return lack_of_fit(self.preferred, self.data)
 
     @cached_property
-    def bands(self) -> Mapping[str, Mapping[str, Band]]:
+    def bands(self) -> Mapping[str, Mapping[str, JackknifeInterval]]:
         """Of the model's error, by method and physical parameter."""
         found = self.lack_of_fit
         noisy = found is None or not found.is_mostly_repeated
-        return model_bands(self.estimates, self.data, noisy=noisy)
+        return jackknife_intervals(self.estimates, self.data, noisy=noisy)
 
     @cached_property
     def compared(self) -> Mapping[str, Mapping[str, HausmanTest] | Missing]:

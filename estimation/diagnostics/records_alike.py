@@ -58,7 +58,7 @@ _Chosen = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OwnColumns:
+class RecordRegressor:
     """What a record has of an estimate's rows, by parameters that may be its own.
 
     Attributes
@@ -86,7 +86,7 @@ class OwnColumns:
     instruments: Array
     size: float
 
-    def only(self, places: Sequence[int]) -> "OwnColumns":
+    def only(self, places: Sequence[int]) -> "RecordRegressor":
         """Of some of the parameters."""
         return replace(
             self,
@@ -106,7 +106,7 @@ Solved = Callable[[Array, Array], tuple[Array, Array, Array]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Apart:
+class RecordDifference:
     """One record beside the others.
 
     Attributes
@@ -158,7 +158,7 @@ class Difference:
     ----------
     number : int
         Of the record.
-    of : OwnColumns
+    of : RecordRegressor
         The record's, with values as the others have them without it.
     difference : (p,) array
         What the record alone has more.
@@ -172,7 +172,7 @@ class Difference:
     """
 
     number: int
-    of: OwnColumns
+    of: RecordRegressor
     difference: Array
     covariances: tuple[Array, ...]
     freedom: float
@@ -209,10 +209,10 @@ class Difference:
         return wald(self.difference, self.covariances[0])[0]
 
     @property
-    def apart(self) -> Apart:
+    def apart(self) -> RecordDifference:
         """The test of it."""
         q, made = len(self.difference), self.of.columns @ self.difference
-        return Apart(
+        return RecordDifference(
             names=self.of.names,
             own=self.of.values + self.difference,
             others=self.of.values,
@@ -245,7 +245,7 @@ class Alike:
 
     Attributes
     ----------
-    records : tuple of Apart or Missing
+    records : tuple of RecordDifference or Missing
         By record: beside all of the others; missing where one alone does not tell the parameters.
     against : tuple of int
         Records that speak against the rest, the one that does most first.
@@ -259,7 +259,7 @@ class Alike:
         that are not theirs; None where chance explains it.
     """
 
-    records: tuple[Apart | Missing, ...]
+    records: tuple[RecordDifference | Missing, ...]
     against: tuple[int, ...]
     p_value: float
     rejected: bool
@@ -296,7 +296,7 @@ def rows_alike(
     for number, span in enumerate(problem.spans):
         part, own = part_of(estimate, problem, number), weights[span]
         records.append(
-            OwnColumns(
+            RecordRegressor(
                 names=tuple(q.name for q in part.quantities),
                 units=tuple(q.unit for q in part.quantities),
                 values=part.corrected,
@@ -312,7 +312,7 @@ def rows_alike(
 
 def records_alike(
     instruments: Array,
-    records: Sequence[OwnColumns],
+    records: Sequence[RecordRegressor],
     extended: Solved,
     levels: Levels = DEFAULT_LEVELS,
 ) -> Alike | Missing:
@@ -322,7 +322,7 @@ def records_alike(
     ----------
     instruments : (N, k) array
         Of the parameters of all records: what residuals are without.
-    records : sequence of OwnColumns
+    records : sequence of RecordRegressor
     extended : callable
         Solves the estimate of all once more, see `Solved`.
     levels : Levels
@@ -331,7 +331,7 @@ def records_alike(
     left, against = [*range(len(records))], list[int]()
     differences = {i: tested((), i) for i in left}
     first = tuple(e if isinstance(e, Missing) else e.apart for e in differences.values())
-    chances = [each.p_value for each in first if isinstance(each, Apart)]
+    chances = [each.p_value for each in first if isinstance(each, RecordDifference)]
     if not chances:
         return next(each for each in first if isinstance(each, Missing))
     aside = list[int]()
@@ -366,7 +366,7 @@ def alike_check(
     output: str = "force",
 ) -> Check:
     """Whether the records are alike, as a check; each record has a name."""
-    shares = [each.share_percent for each in found.records if isinstance(each, Apart)]
+    shares = [each.share_percent for each in found.records if isinstance(each, RecordDifference)]
     own = ",".join(found.differing.of.names if found.differing else ())
     advice = (
         "; say what is known to differ, as a payload that the axis declares (known NAME=V1,V2), or "
@@ -426,7 +426,7 @@ def _allowed(p_value: float, tests: int) -> float:
 
 def _tested(
     base: Array,
-    records: Sequence[OwnColumns],
+    records: Sequence[RecordRegressor],
     extended: Solved,
     levels: Levels,
     aside: Sequence[int],

@@ -14,7 +14,7 @@ from .hausman import (
     NOTICEABLE as NOTICEABLE,
     HausmanTest as HausmanTest,
     hausman as hausman,
-    parted as parted,
+    significant_differences as significant_differences,
 )
 from .part import part_of as part_of
 from .physical import (
@@ -25,12 +25,12 @@ from .physical import (
 from .value import (
     CORRECTED as CORRECTED,
     COVARIANCES as COVARIANCES,
-    Distribution as Distribution,
     NamedValues as NamedValues,
+    SamplingDistribution as SamplingDistribution,
     Value as Value,
     covariance_of as covariance_of,
+    degrees_of_freedom_of as degrees_of_freedom_of,
     few_rows as few_rows,
     fewest as fewest,
-    freedom_of as freedom_of,
     student_interval as student_interval,
 )

@@ -9,20 +9,20 @@ import numpy as np
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import ROW_LOSSES, is_output_error
 from axisid.estimation.regression import (
-    Bend,
     Covariance,
+    Curvature,
     DrawSummary,
     Form,
+    LossWeights,
     ResidualTests,
-    RowCounts,
-    bend,
     correlation,
+    curvature_of,
     delta_method,
     draw_parameters,
     residual_tests,
     summarised,
 )
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import LIGHT_ROW
 from axisid.estimation.twins import Chain
 from axisid.modeling.text import FunctionLike, parameter_function
@@ -31,10 +31,10 @@ from axisid.support.deferred import Deferred
 from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
+from axisid.support.quoting import is_among, quoted
 from axisid.support.real_numbers import is_whole
-from axisid.support.user_values import is_among, quoted
 
-from .value import Distribution, NamedValues, Value
+from .value import NamedValues, SamplingDistribution, Value
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +141,7 @@ class Estimate(Presentable, Exact):
         Instruments of the last solution; None for least squares.
     rows : (n,) array
         Sample number of each row.
-    neighbours : Neighbours
+    neighbours : RowTimes
         Which of the rows follow each other in time.
     period : float
         Of the samples, s.
@@ -174,7 +174,7 @@ class Estimate(Presentable, Exact):
         Of the drive gain that scaled the force: 0 if the force was measured or the gain is exact.
     loss : str
         Of `ROW_LOSSES`, how the rows counted.
-    counts : RowCounts or None
+    counts : LossWeights or None
         What each row counted by it, 1 for a small residual; None where all count alike.
     weights : (n,) array or None
         Of the rows in the fit, where records differ in noise; rows and residuals are without them.
@@ -193,7 +193,7 @@ class Estimate(Presentable, Exact):
     X: Array
     Z: Array | None
     rows: Array
-    neighbours: Neighbours
+    neighbours: RowTimes
     period: float
     row_period: float
     residuals: Array
@@ -211,7 +211,7 @@ class Estimate(Presentable, Exact):
     gain_relative_sd: float = 0.0
     weights: Array | None = None
     loss: str = ROW_LOSSES[0]
-    counts: RowCounts | None = None
+    counts: LossWeights | None = None
 
     def __repr__(self) -> str:
         return f"{self.method}: {self.parameters.listed()}"
@@ -338,9 +338,9 @@ class Estimate(Presentable, Exact):
         return self.parameters[name]
 
     @property
-    def distribution(self) -> Distribution:
+    def distribution(self) -> SamplingDistribution:
         """Of the physical parameters."""
-        return Distribution(
+        return SamplingDistribution(
             quantities=self.quantities,
             theta=self.physical,
             covariances=self.covariances,
@@ -361,7 +361,7 @@ class Estimate(Presentable, Exact):
         bias = None
         if self.ddm_quantities and self.filter_bias is not None:
             bias = self.theta_ddm - self.form.regressed(self.corrected)
-        return Distribution(
+        return SamplingDistribution(
             quantities=self.ddm_quantities,
             theta=self.theta_ddm,
             covariances=self.ddm_covariances,
@@ -468,8 +468,8 @@ class Estimate(Presentable, Exact):
             residuals, columns = self.weights * residuals, self.weights[:, None] * columns
         return residual_tests(residuals, columns, neighbours=self.neighbours)
 
-    def _bend(self) -> Bend:
-        return bend(self.form, self.theta, self._of_theta(self.chosen))
+    def _bend(self) -> Curvature:
+        return curvature_of(self.form, self.theta, self._of_theta(self.chosen))
 
     def _of_theta(self, name: str) -> Array:
         """Covariance of the regression's own parameters."""

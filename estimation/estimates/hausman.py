@@ -17,14 +17,14 @@ from scipy.special import stdtr
 from axisid.estimation.regression import (
     Hac,
     Solution,
-    as_counted,
     checked_columns,
     factor,
     instrumental_variables,
     joint_p,
     wald,
+    weighted_instrumental_variables,
 )
-from axisid.estimation.thresholds import LEVEL
+from axisid.estimation.thresholds import CHECK_LEVEL
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.figures import MaybeNan
@@ -99,8 +99,8 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
     return found
 
 
-def parted(
-    differences: Mapping[str, HausmanTest], level: float = LEVEL.value
+def significant_differences(
+    differences: Mapping[str, HausmanTest], level: float = CHECK_LEVEL.value
 ) -> dict[str, HausmanTest]:
     """Parameters that two estimates part in: those that do alone, or else together.
 
@@ -166,6 +166,10 @@ def _influence(estimate: Estimate) -> Array:
     y, X = weights * estimate.y, checked_columns(regressor, names)
     Z = factor(instruments, names, "the simulated loop")
     counts = estimate.counts
-    solved = instrumental_variables(y, X, Z) if counts is None else as_counted(y, X, Z, counts)
+    solved = (
+        instrumental_variables(y, X, Z)
+        if counts is None
+        else weighted_instrumental_variables(y, X, Z, counts)
+    )
     influence = solved.influence_as_counted @ estimate.jacobian.T
     return np.asarray(weights[:, None] * influence, dtype=float)

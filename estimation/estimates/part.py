@@ -7,10 +7,10 @@ import numpy as np
 from axisid.estimation.parameters import JointForm
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import (
-    RowCounts,
+    LossWeights,
     condition_number,
     simulated_loops,
-    simulated_right,
+    simulated_regressor,
 )
 from axisid.support.arrays import relative_error_percent
 
@@ -48,7 +48,7 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
         if isinstance(simulated, NotSimulated) or not len(left)
         else relative_error_percent(left - simulated, left),
         weights=None,
-        counts=counts and RowCounts(weights=counts.weights[span], slopes=counts.slopes[span]),
+        counts=counts and LossWeights(weights=counts.weights[span], slopes=counts.slopes[span]),
     ).with_inference(
         noise_free=None if estimate.noise_free is None else estimate.noise_free[span],
         chains=estimate.inference.chains[record : record + 1],
@@ -72,7 +72,7 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
     X, Z = own.equations(data.signals).reduced(data).regressor, None
     if part.loop_rows is not None:
         loops = simulated_loops(axis, data.record, physical)
-        Z = simulated_right(own, loops, physical, data)[1]
+        Z = simulated_regressor(own, loops, physical, data)[1]
     if part.by_output_error and Z is not None:
         X, Z = Z, None
     by_gain = None if part.gain_slopes is None else slopes @ part.gain_slopes

@@ -21,13 +21,13 @@ from axisid.codegen.artefacts import Quantity
 from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import Form, delta_method, joint_p
 from axisid.modeling.derivation import BaseModel
+from axisid.modeling.description import describe_undetermined, undetermined_names
 from axisid.modeling.quantities import Parameter
-from axisid.modeling.wording import describe_undetermined, undetermined_names
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
-from axisid.support.user_values import is_among, quoted
+from axisid.support.quoting import is_among, quoted
 
-from .value import Distribution, NamedValues
+from .value import NamedValues, SamplingDistribution
 
 _SAME_DISTANCE = 1e-6  # between squares of distances in deviations, by one more than the lesser
 _SAME_PARAMETER = 1e-3  # between two values of a parameter, by its size and deviation: they are one
@@ -313,7 +313,7 @@ class PhysicalByMethod(dict[str, P]):
         )
 
 
-def physical_parameters(method: str, form: Form, of_base: Distribution) -> Physical | None:
+def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) -> Physical | None:
     """Physical parameters from an estimate and what its axis declares as known.
 
     Parameters
@@ -322,7 +322,7 @@ def physical_parameters(method: str, form: Form, of_base: Distribution) -> Physi
         That it was estimated by.
     form : Form
         Of the axis that the parameters are of.
-    of_base : Distribution
+    of_base : SamplingDistribution
         Of the base parameters.
 
     Returns
@@ -369,7 +369,7 @@ def physical_parameters(method: str, form: Form, of_base: Distribution) -> Physi
     freedom = float(np.min(of_base.freedom[of_base.chosen]))
     kept = [j for j, p in enumerate(declared) if p.name not in lost]
     influence = distance.influence(found.theta, rank)[kept]
-    made = Distribution(
+    made = SamplingDistribution(
         quantities=tuple(Quantity(name=declared[j].name, unit=declared[j].unit) for j in kept),
         theta=found.theta[kept],
         covariances={

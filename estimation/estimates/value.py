@@ -11,14 +11,14 @@ from scipy.special import stdtridf, stdtrit
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import COVARIANCE_ROWS, CovarianceRow
-from axisid.estimation.regression import Bend, Covariance, delta_method, root
+from axisid.estimation.regression import Covariance, Curvature, covariance_root, delta_method
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_ROWS_PER_PARAMETER
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.mappings import FrozenMapping
 from axisid.support.number_text import range_text
-from axisid.support.user_values import is_among, quoted
+from axisid.support.quoting import is_among, quoted
 
 #: By name: residuals that are autocorrelated; of any variance; alike and independent.
 COVARIANCES: dict[str, CovarianceRow] = {row.name: row for row in COVARIANCE_ROWS}
@@ -160,7 +160,7 @@ def student_interval(centre: float, deviation: float, freedom: float) -> tuple[f
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Distribution(Exact):
+class SamplingDistribution(Exact):
     """Estimated parameters and how far they may be off: what their values are made of.
 
     Attributes
@@ -220,7 +220,7 @@ class Distribution(Exact):
 
     def through(
         self, quantities: tuple[Quantity, ...], theta: Array, slopes: Array
-    ) -> "Distribution":
+    ) -> "SamplingDistribution":
         """That of functions of the parameters, to first order.
 
         Parameters
@@ -232,7 +232,7 @@ class Distribution(Exact):
         slopes : (r, p) array
             Their derivatives by the parameters.
         """
-        return Distribution(
+        return SamplingDistribution(
             quantities=quantities,
             theta=theta,
             covariances={
@@ -255,8 +255,10 @@ class Distribution(Exact):
         used = np.flatnonzero((gradient != 0) | hessian.any(axis=0))
         own = np.ix_(used, used)
         straight = np.zeros((len(used),) * 3)
-        spread = root(self.covariances[self.chosen][own])  # NaN where a deviation is infinite
-        return Bend(spread, straight).ratio(gradient[used], hessian[own])
+        spread = covariance_root(
+            self.covariances[self.chosen][own]
+        )  # NaN where a deviation is infinite
+        return Curvature(spread, straight).ratio(gradient[used], hessian[own])
 
     def derived(
         self,
@@ -317,7 +319,7 @@ def fewest(freedom: Array, slopes: Array) -> Array:
     return np.asarray(np.min(np.where(slopes != 0, freedom, np.inf), axis=1), dtype=float)
 
 
-def freedom_of(value: Value) -> float:
+def degrees_of_freedom_of(value: Value) -> float:
     """Of Student's distribution, by how many deviations the 95 % interval reaches."""
     low, high = value.interval
     if not 0 < value.deviation < math.inf:

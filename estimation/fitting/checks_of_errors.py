@@ -6,9 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from axisid.estimation.checks import Check, joined, made, passed
+from axisid.estimation.checks import Check, joined, made, status_of
 from axisid.estimation.diagnostics import (
-    OwnColumns,
+    RecordRegressor,
     alike_check,
     lacks_check,
     records_alike,
@@ -57,7 +57,7 @@ def windows_check(of: OutputFit) -> Check | Missing | None:
         )
     return Check(
         name="windows",
-        status=passed(good),
+        status=status_of(good),
         figure=of.horizon,
         threshold=steady,
         source=MAX_GROWTH.source,
@@ -81,7 +81,7 @@ def simulation_check(of: OutputFit) -> Check:
     more = "" if good else ": it does not follow it; check the model, the law, units and signs"
     return Check(
         name="simulation",
-        status=passed(good),
+        status=status_of(good),
         figure=beyond,
         threshold=_MAX_BEYOND_NOISE,
         source="chosen: it is 4.5 on the EMPS record, whose model lacks 6 % of the control",
@@ -185,7 +185,7 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
         own = np.flatnonzero(shared[places] & J.any(axis=0))  # others' local ones are nothing here
         made = np.linalg.norm(J * of.physical[places], axis=0)
         records.append(
-            OwnColumns(
+            RecordRegressor(
                 names=tuple(of.names[j] for j in places[own]),
                 units=tuple(of.quantities[j].unit for j in places[own]),
                 values=of.physical[places[own]],
@@ -198,7 +198,7 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
         )
 
     def extended(_: Array, columns: Array) -> tuple[Array, Array, Array]:
-        return scores.extended(columns, by_windows=of.horizon is not None)
+        return scores.extended(columns, clustered_covariance=of.horizon is not None)
 
     alike = records_alike(scores.jacobian, records, extended, of.levels)
     return alike_check(alike, record_labels(of.records), of.levels, "output")

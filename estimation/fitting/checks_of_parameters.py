@@ -6,7 +6,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.checks import Check, passed
+from axisid.estimation.checks import Check, status_of
 from axisid.estimation.diagnostics.estimates import held_check, nominal_check, precision_check
 from axisid.estimation.estimates import student_interval
 from axisid.estimation.thresholds import (
@@ -39,7 +39,7 @@ def known_check(of: OutputFit) -> Check | None:
     said = f"{known} and {record} are {far[worst]:.2g} deviations apart"
     return Check(
         name="what was known",
-        status=passed(good),
+        status=status_of(good),
         figure=far[worst],
         threshold=most,
         source=MIN_DISTANCE_FROM_NOISE.source,
@@ -71,7 +71,7 @@ def shown_check(of: OutputFit) -> Check:
         )
     return Check(
         name="parameters shown",
-        status=passed(not unseen),
+        status=status_of(not unseen),
         threshold=MIN_SHOWN.value,
         source=MIN_SHOWN.source,
         meaning=said,

@@ -22,7 +22,7 @@ from axisid.estimation.diagnostics.law import LawCheck, check_law, first_failing
 from axisid.estimation.identification import records_of, shared_records
 from axisid.estimation.parameters import (
     End,
-    Told,
+    KnownValue,
     Unknowns,
     are_starts,
     by_name,
@@ -36,18 +36,18 @@ from axisid.estimation.predictions import (
     Predictions,
     WindowPredictions,
     default_horizon,
+    jacobian_at,
     record_rows,
-    slopes_of,
 )
 from axisid.estimation.records import Record
 from axisid.estimation.searches import (
     LOSSES as LOSS_FUNCTIONS,
-    Found,
     Search,
-    Weighing,
+    SearchResult,
+    WeightedLoss,
     best_of,
     cost_of,
-    deviation_by_median,
+    robust_deviation,
 )
 from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.estimation.twins import DEFAULT_COUNT, check_count
@@ -56,8 +56,8 @@ from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.progress import Progress
+from axisid.support.quoting import is_among, quoted
 from axisid.support.real_numbers import is_real, is_whole
-from axisid.support.user_values import is_among, quoted
 
 from .judgement import judged
 from .rests import Rests
@@ -92,7 +92,7 @@ def fit(
     *,
     start: StartLike = FIT_STARTS[0],
     local: str | Sequence[str] = (),
-    known: Mapping[str, Sequence[Told]] | None = None,
+    known: Mapping[str, Sequence[KnownValue]] | None = None,
     gain: str = "identified",
     bounds: Mapping[str, tuple[End, End]] | None = None,
     prior: Mapping[str, tuple[float, float]] | None = None,
@@ -227,7 +227,7 @@ class _Asked:
     outputs: tuple[str, ...]
     weights: tuple[float, ...]
     local: str | Sequence[str]
-    known: Mapping[str, Sequence[Told]] | None
+    known: Mapping[str, Sequence[KnownValue]] | None
     gain: str
     bounds: Mapping[str, tuple[End, End]]
     prior: Mapping[str, tuple[float, float]]
@@ -372,10 +372,12 @@ class _FitRun:
     rests: Rests
 
     def __post_init__(self) -> None:
-        self.alone: Found | None = None
+        self.alone: SearchResult | None = None
         self.scale = np.ones(len(self.unknowns.names))
         self.counted = self.predictions.counted
-        self.weighing = Weighing(weights=self.counted, loss=LOSS_FUNCTIONS[self.loss], tuning=1.0)
+        self.weighing = WeightedLoss(
+            weights=self.counted, loss=LOSS_FUNCTIONS[self.loss], tuning=1.0
+        )
 
     def first(self, begins: Sequence[FitStart]) -> tuple[FitStart, Array, list[str]]:
         """The start that leaves least, where it is, and why those before it cannot be simulated."""
@@ -417,9 +419,9 @@ class _FitRun:
 
     def searches(
         self, first: FitStart, begun: Array, count: int, random: np.random.Generator
-    ) -> tuple[Found, ...]:
+    ) -> tuple[SearchResult, ...]:
         """The searches that come to an end: from the start, then from about it."""
-        found, lost = list[Found](), list[EstimationError]()
+        found, lost = list[SearchResult](), list[EstimationError]()
         sizes = self._sizes(begun) if count > 1 else self.scale
         for k in range(count):
             try:
@@ -446,23 +448,23 @@ class _FitRun:
         u = self.unknowns
         try:
             self.predictions.settle(begun)
-            slopes = slopes_of(self.predictions, begun, self.scale, u.lower, u.upper, u.free)
+            slopes = jacobian_at(self.predictions, begun, self.scale, u.lower, u.upper, u.free)
         except EstimationError:
             return self.scale
         effect = np.linalg.norm(self.weighing.weights[:, None] * slopes.jacobian, axis=0)
         most = float(np.max(effect * np.abs(begun)))
         return np.where(effect > 0, most / np.where(effect > 0, effect, 1.0), self.scale)
 
-    def _alike(self, found: Found) -> Found:
+    def _alike(self, found: SearchResult) -> SearchResult:
         """Its cost by the last weights, which are the same for all."""
         at, errors = found.physical, found.slopes.errors
         return replace(found, cost=cost_of(at, errors, self.unknowns, self.weighing))
 
     @property
-    def _searching(self) -> tuple[Predictions, Unknowns, Array, Weighing, Progress | None]:
+    def _searching(self) -> tuple[Predictions, Unknowns, Array, WeightedLoss, Progress | None]:
         return self.predictions, self.unknowns, self.scale, self.weighing, self.progress
 
-    def _search(self, begun: Array) -> Found:
+    def _search(self, begun: Array) -> SearchResult:
         """Until the weights, by what the fit leaves, are those that it was made with.
 
         What was known before is weighed by what the records leave without it: by what it makes
@@ -479,7 +481,7 @@ class _FitRun:
             self._weigh(self.alone.slopes.errors, self._effects(self.alone))
         return Search(*self._searching).run(begun)
 
-    def _without_prior(self, begun: Array) -> Found | None:
+    def _without_prior(self, begun: Array) -> SearchResult | None:
         """Where the records alone lead; None where they do not show every parameter."""
         known, self.unknowns = self.unknowns, self.unknowns.without_prior
         try:
@@ -493,7 +495,7 @@ class _FitRun:
         shown = not len(unseen_directions(rows, self.scale[free]).moves)
         return found if shown and found.converged else None
 
-    def _settled(self, begun: Array) -> Found:
+    def _settled(self, begun: Array) -> SearchResult:
         found = Search(*self._searching).run(begun)
         for _ in range(_PASSES):
             before, counted = self.weighing.weights, self.counted
@@ -514,7 +516,7 @@ class _FitRun:
         several = len(self.predictions.spans) * int(np.count_nonzero(np.isnan(self.given))) > 1
         return several or self.loss != SQUARES or bool(self.unknowns.has_prior.any())
 
-    def _effects(self, found: Found) -> Array | None:
+    def _effects(self, found: SearchResult) -> Array | None:
         """By how much each record's errors, as they are coloured, tell less of what was known."""
         if not self.unknowns.has_prior.any():
             return None
@@ -536,7 +538,7 @@ class _FitRun:
                 own = errors[of_one][weights[of_one] > 0]
                 weights[of_one] *= self._weight(own) if np.isnan(given) else given
             shares[record_rows(spans)] = 1.0 if effects is None else 1 / effects[r]
-        self.weighing = Weighing(
+        self.weighing = WeightedLoss(
             weights=weights * np.sqrt(shares),
             loss=LOSS_FUNCTIONS[self.loss],
             tuning=1.0 if self.loss == SQUARES else HUBER_TUNING.value,
@@ -547,7 +549,7 @@ class _FitRun:
         """The inverse of the errors' deviation."""
         noise = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
         if self.loss != SQUARES:
-            noise = deviation_by_median(errors) or noise
+            noise = robust_deviation(errors) or noise
         return 1 / (noise or 1.0)
 
 

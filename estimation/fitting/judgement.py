@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from axisid.estimation.checks import Check, made, passed
+from axisid.estimation.checks import Check, made, status_of
 from axisid.estimation.choices import POSITION
 from axisid.estimation.diagnostics import repeated_check
 from axisid.estimation.diagnostics.estimates import NOMINAL_VALUES
@@ -103,7 +103,7 @@ def _moved(of: OutputFit) -> Check | Missing | None:
         )
     return Check(
         name=_FACTORS,
-        status=passed(not (beyond or nearly_right)),
+        status=status_of(not (beyond or nearly_right)),
         figure=float(far[worst]),
         threshold=_MAX_LAW_SHIFT,
         source="measured: at most 1.2 on 120 right twins whose position is followed, 120 with kp "
@@ -137,7 +137,7 @@ def _sensitive(of: OutputFit) -> Check | None:
         said += f": {exact}, or the numbers are its error"
     return Check(
         name="exact law",
-        status=passed(share <= _MAX_LAW_SENSITIVITY, matters=False),
+        status=status_of(share <= _MAX_LAW_SENSITIVITY, matters=False),
         figure=share,
         threshold=_MAX_LAW_SENSITIVITY,
         source="measured: 0.4 where the control is followed, 43 where the position is",
@@ -158,7 +158,7 @@ def _ended(of: OutputFit) -> Check:
         )
     return Check(
         name="convergence",
-        status=passed(best.converged),
+        status=status_of(best.converged),
         figure=float(len(best.steps)),
         threshold=float(MOST_STEPS),
         meaning=said + lost,
@@ -219,7 +219,7 @@ def _starts(of: OutputFit) -> Check | None:
     share = 1 - alike / len(of.searches)
     return Check(
         name="starts",
-        status=passed(share <= _MAX_APART, matters=False),
+        status=status_of(share <= _MAX_APART, matters=False),
         figure=share,
         threshold=_MAX_APART,
         source="chosen: the lowest end is then found by few",

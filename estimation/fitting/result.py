@@ -15,14 +15,14 @@ from axisid.estimation.choices import OPEN_LOOP
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
 from axisid.estimation.estimates import (
-    Distribution,
     NamedValues,
+    SamplingDistribution,
     Value,
-    freedom_of,
+    degrees_of_freedom_of,
     student_interval,
 )
-from axisid.estimation.lacking import Lack, lacking, scores_of
 from axisid.estimation.methods import bound_record
+from axisid.estimation.misspecification import Misspecification, find_misspecification, scores_of
 from axisid.estimation.predictions import record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.searches import FitStep
@@ -278,14 +278,14 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
         return moves_per_percent(self.predictions, self.physical, self.influence)
 
     @cached_property
-    def lacks(self) -> tuple[tuple[Lack, ...] | Missing, ...]:
+    def lacks(self) -> tuple[tuple[Misspecification, ...] | Missing, ...]:
         """What the model lacks on each record, what explains most first."""
         every = zip(self.axes, self.records, self.own, strict=True)
         return tuple(unless_faulty(partial(self._lacks, i, *each)) for i, each in enumerate(every))
 
     def _lacks(
         self, number: int, axis: GeneratedAxis, record: Record, own: Array
-    ) -> tuple[Lack, ...] | Missing:
+    ) -> tuple[Misspecification, ...] | Missing:
         """By the rows of a record, and of its twins, as identified ones.
 
         What a model lacks is no matter of what is followed: the residuals of instruments at the
@@ -304,7 +304,7 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
             float(np.ptp(self.values[n].interval)) / 2 if n in self.values else math.inf
             for n in names
         ]
-        return lacking(scores, np.array(half), len(self.records), self.levels)
+        return find_misspecification(scores, np.array(half), len(self.records), self.levels)
 
     @cached_property
     def noise(self) -> tuple[float, ...]:
@@ -339,7 +339,9 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
         law = self.axis.axis.control
         names = () if law is None else tuple(name for name in law.gains if name in self.searched)
         places = [self.names.index(name) for name in names]
-        freedom = min((freedom_of(self.values[name]) for name in names), default=math.inf)
+        freedom = min(
+            (degrees_of_freedom_of(self.values[name]) for name in names), default=math.inf
+        )
         return FoundGains(names, self.covariance[np.ix_(places, places)], freedom)
 
     @property
@@ -380,8 +382,8 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
         RuntimeWarning
             The function bends within the uncertainty, so that the delta method is not enough.
         """
-        freedom = np.array([freedom_of(value) for value in self.values.values()])
-        return Distribution(
+        freedom = np.array([degrees_of_freedom_of(value) for value in self.values.values()])
+        return SamplingDistribution(
             quantities=self.quantities,
             theta=self.physical,
             covariances=self.covariances,

@@ -13,12 +13,18 @@ from scipy.special import log_ndtr, ndtri_exp
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import told_or, unless_faulty
 from axisid.estimation.choices import SQUARES
-from axisid.estimation.parameters import Unknowns, are_starts, axis_at, least_within
+from axisid.estimation.parameters import Unknowns, are_starts, axis_at, bounded_quadratic_minimum
 from axisid.estimation.predictions import Predictions
-from axisid.estimation.problems import Held
+from axisid.estimation.problems import ParameterAtBound
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Applied, Autoregression, Form, widened
-from axisid.estimation.searches import Elsewhere, Found, Search, Weighing, passed_as_low
+from axisid.estimation.regression import Autoregression, CovarianceEstimate, Form, widened
+from axisid.estimation.searches import (
+    EquallyGoodPoint,
+    Search,
+    SearchResult,
+    WeightedLoss,
+    equally_good_point,
+)
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array
@@ -60,14 +66,14 @@ class FitSolution:
         Where the first search begins, and by how much its parameters change.
     started : str
         Where the start is from: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
-    weighing : Weighing
+    weighing : WeightedLoss
     remarks : tuple of str
-    best : Found
+    best : SearchResult
         The search that is told.
-    searches : tuple of Found
+    searches : tuple of SearchResult
     doubts : tuple of Doubt
     rests : Rests
-    alone : Found or None
+    alone : SearchResult or None
         The search without what was known before.
     """
 
@@ -81,16 +87,16 @@ class FitSolution:
     start: Array
     started: str
     scale: Array
-    weighing: Weighing = field(repr=False, compare=False)
+    weighing: WeightedLoss = field(repr=False, compare=False)
     remarks: tuple[str, ...]
-    best: Found
-    searches: tuple[Found, ...]
+    best: SearchResult
+    searches: tuple[SearchResult, ...]
     bootstrap: int
     seed: int
     known: tuple[str, ...]
     doubts: tuple[Doubt, ...] = field(repr=False, compare=False)
     rests: Rests = field(repr=False, compare=False)
-    alone: Found | None = field(repr=False, compare=False)
+    alone: SearchResult | None = field(repr=False, compare=False)
 
     @property
     def horizon(self) -> float | None:
@@ -256,7 +262,9 @@ class FitSolution:
         rows = np.vstack([np.sqrt(scores.curvature)[:, None] * scores.jacobian, scores.known])
         physical, side = at.copy(), np.zeros_like(side)
         lower, upper, start = (each[u.free] for each in (u.lower, u.upper, at))
-        physical[u.free], side[u.free] = least_within(lower, upper, start, rows, downhill)
+        physical[u.free], side[u.free] = bounded_quadratic_minimum(
+            lower, upper, start, rows, downhill
+        )
         return physical, side
 
     @cached_property
@@ -343,12 +351,14 @@ class FitSolution:
         return np.hstack(moved)
 
     @cached_property
-    def coloured(self) -> Applied:
+    def coloured(self) -> CovarianceEstimate:
         """By coloured errors, of every free parameter, as if no bound were there."""
         scores = self.at_liberty
         if self.horizon is None:
             return scores.coloured()
-        found = scores.by_windows()  # of few windows next to nothing, as a fit makes their sum 0
+        found = (
+            scores.clustered_covariance()
+        )  # of few windows next to nothing, as a fit makes their sum 0
         return replace(found, matrix=widened(found.matrix, np.diag(scores.independent())))
 
     @property
@@ -398,11 +408,11 @@ class FitSolution:
         return replace(found, twins=found.counts[:, None] * self.by_position)
 
     @cached_property
-    def elsewhere(self) -> Elsewhere | None:
+    def elsewhere(self) -> EquallyGoodPoint | None:
         """A place as good as the end that is claimed to be far from it."""
         told, independent = (np.diag(self.covariances[name]) for name in (self.chosen, "iid"))
         search = Search(self.predictions, self.unknowns, self.scale, self.weighing)
-        return passed_as_low(self.searches, told, independent, search)
+        return equally_good_point(self.searches, told, independent, search)
 
     @cached_property
     def without_prior(self) -> Mapping[str, tuple[float, float]]:
@@ -484,10 +494,10 @@ class FitSolution:
         return cut_interval(at, at + beyond * wide, wide, side)
 
     @cached_property
-    def held(self) -> tuple[Held, ...]:
+    def held(self) -> tuple[ParameterAtBound, ...]:
         """Parameters at their bounds, and what each would be without its own."""
         return tuple(
-            Held(
+            ParameterAtBound(
                 name=self.unknowns.names[j],
                 unit=self.unknowns.quantities[j].unit,
                 bound=float(self.physical[j]),

@@ -24,15 +24,15 @@ from axisid.estimation.parameters import Unknowns
 from axisid.estimation.predictions import Predictions, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.regression import (
-    Applied,
     Autoregression,
-    added,
+    CovarianceEstimate,
+    at_least_twin_variances,
     autoregression_of,
-    by_colour,
-    by_windows,
-    larger,
+    autoregressive_covariance,
+    clustered_covariance,
+    sum_covariances,
 )
-from axisid.estimation.searches import Found, Weighing
+from axisid.estimation.searches import SearchResult, WeightedLoss
 from axisid.estimation.thresholds import MIN_SHOWN
 from axisid.support.arrays import Array
 
@@ -110,7 +110,7 @@ class Scores:
             for spans, period in zip(self.spans, self.periods, strict=True)
         )
 
-    def coloured(self) -> Applied:
+    def coloured(self) -> CovarianceEstimate:
         """Covariance for errors that follow autoregressions and, as twins', no less, (k, k)."""
         columns, found = self.jacobian @ self.inverse, []
         for r, rows in enumerate(map(record_rows, self.spans)):
@@ -118,24 +118,26 @@ class Scores:
             found.append(self._of_record(columns, r, float(np.sum(columns[rows] * curved))))
         return self._with_known(*found)
 
-    def _of_record(self, columns: Array, r: int, taken: float) -> Applied:
+    def _of_record(self, columns: Array, r: int, taken: float) -> CovarianceEstimate:
         """Of columns (n, j) and a record's errors, of which a fit took so many degrees."""
         spans, twins = self.spans[r], self.twins
         used = int(self.counted[record_rows(spans)].sum())
-        found = by_colour(columns, self.autoregressions[r], spans, used, taken)
-        return found if twins is None else larger(found, columns, twins, spans)
+        found = autoregressive_covariance(columns, self.autoregressions[r], spans, used, taken)
+        return found if twins is None else at_least_twin_variances(found, columns, twins, spans)
 
-    def by_windows(self) -> Applied:
+    def clustered_covariance(self) -> CovarianceEstimate:
         """Covariance by the scatter over stretches that are windows of an open loop, (k, k)."""
         windows = [rows for spans in self.spans for rows in spans]
         columns = self.jacobian @ self.inverse
         taken = float(columns.shape[1])
-        return self._with_known(by_windows(columns, self.errors, windows, taken))
+        return self._with_known(clustered_covariance(columns, self.errors, windows, taken))
 
-    def _with_known(self, *found: Applied) -> Applied:
+    def _with_known(self, *found: CovarianceEstimate) -> CovarianceEstimate:
         """Independent covariances with that of what was known, which is sure."""
         known = self.by_known()
-        return added([*found, Applied(matrix=known, freedom=np.full(len(known), np.inf))])
+        return sum_covariances(
+            [*found, CovarianceEstimate(matrix=known, freedom=np.full(len(known), np.inf))]
+        )
 
     def independent(self) -> Array:
         """Covariance for independent errors, of each record its own variance, (k, k)."""
@@ -159,7 +161,7 @@ class Scores:
             found.append(told / white if told > 0 and white > 0 else 1.0)
         return np.array(found)
 
-    def extended(self, columns: Array, *, by_windows: bool) -> tuple[Array, Array, Array]:
+    def extended(self, columns: Array, *, clustered_covariance: bool) -> tuple[Array, Array, Array]:
         """What further columns (n, q) of weighted errors change, to first order; see `Solved`."""
         known, k = self.known, self.jacobian.shape[1]
         wide = replace(
@@ -170,7 +172,7 @@ class Scores:
         change = -wide.inverse[:, k:] @ (columns.T @ self.errors)
         left = self.errors + self.curvature * (wide.jacobian @ change)
         wide = replace(wide, errors=left)
-        found = wide.by_windows() if by_windows else wide.coloured()
+        found = wide.clustered_covariance() if clustered_covariance else wide.coloured()
         return change, found.matrix, found.freedom
 
     @property
@@ -188,8 +190,8 @@ class Scores:
 
 
 def scores_of(
-    found: Found,
-    weighing: Weighing,
+    found: SearchResult,
+    weighing: WeightedLoss,
     unknowns: Unknowns,
     predictions: Predictions,
     records: Sequence[Record],

@@ -15,11 +15,11 @@ from axisid.estimation.choices import (
     OPEN_LOOP,
 )
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.identification import Shared, identify
+from axisid.estimation.identification import JointRecords, identify
 from axisid.estimation.parameters import (
     GAIN,
     START,
-    STARTS,
+    START_PARAMETERS,
     Unknowns,
     least_sizes,
     with_drive_gain,
@@ -31,8 +31,8 @@ from axisid.estimation.regression import Form, InverseForm
 from axisid.modeling.quantities import State
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, UsageError
+from axisid.support.quoting import is_among, quoted
 from axisid.support.real_numbers import is_real
-from axisid.support.user_values import is_among, quoted
 
 _PART_OF_FORCE = 1e-3  # that a parameter of its least size makes
 _GAIN = "gain"  # as it is asked for, beside its own name
@@ -79,7 +79,7 @@ class FitStart:
     named: str
 
 
-def searched(shared: Shared) -> Searched:
+def searched(shared: JointRecords) -> Searched:
     """The parameters of an axis that records share."""
     axis, layout = shared.axis, shared.own_layout
     axes = tuple(shared.axes(axis, layout))
@@ -122,7 +122,7 @@ def with_free(
         )
     law = whose.axes[0].axis.control
     gains = () if law is None else tuple(law.gains)
-    if starts := [n for n in names if n in (START, *STARTS) and n not in gains]:
+    if starts := [n for n in names if n in (START, *START_PARAMETERS) and n not in gains]:
         others = [n for n in names if n not in starts]
         found = with_free(whose, others, outputs, known, records)
         form = with_starts(found.form, found.axes, records, starts)
@@ -132,7 +132,7 @@ def with_free(
             f"there is no gain {quoted(others[0])} to be free; control law {law.name!r} has "
             f"{', '.join(law.gains)}. Beside gains of the law there are {_GAIN}, lag and delay of "
             f"the drive, {START}, "
-            f"{' and '.join(STARTS)}.",
+            f"{' and '.join(START_PARAMETERS)}.",
             code="free",
         )
     return replace(whose, form=with_gains(whose.form, whose.axes, names))
@@ -185,7 +185,7 @@ def check_remembered(
 
 
 def starts_from(
-    asked: StartLike, shared: Shared, form: Form, model: Form, gain: str
+    asked: StartLike, shared: JointRecords, form: Form, model: Form, gain: str
 ) -> tuple[list[FitStart], list[str]]:
     """Starts in the order in which they are tried, and why others came to nothing.
 
@@ -193,7 +193,7 @@ def starts_from(
     ----------
     asked : str, mapping of str to float or Estimate
         Of a name of `FIT_STARTS`: that, and those that follow it.
-    shared : Shared
+    shared : JointRecords
     form : Form
         Of all that is searched.
     model : Form
@@ -234,7 +234,7 @@ def starts_from(
     return [*found, nominal], why
 
 
-def _estimate(method: str, shared: Shared, gain: str) -> Estimate:
+def _estimate(method: str, shared: JointRecords, gain: str) -> Estimate:
     result = identify(
         shared.axis,
         shared.records,

@@ -12,7 +12,7 @@ from axisid.estimation.records import Record
 from axisid.modeling.declaration import HIDDEN_FROM
 from axisid.modeling.quantities import Parameter
 from axisid.support.errors import EstimationError, UsageError
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .result import OutputFit
 from .starting import StartLike

@@ -11,7 +11,7 @@ from axisid.estimation.predictions import Predictions, record_rows
 from axisid.estimation.problems import noise_free_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, Solution, recorded_loops
-from axisid.estimation.signals import FilteredRecord, Neighbours, Prefilter
+from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
 from axisid.estimation.twins import Chain, measured_chain, twins_of
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
@@ -140,7 +140,7 @@ def _hac_deviations(scores: Scores, errors: Array) -> Array:
     rows = scores.counted
     every = np.arange(len(errors))
     pieces = [every[own][rows[own]] for own in map(record_rows, scores.spans)]
-    neighbours = Neighbours.joined([Neighbours.of(piece, 1) for piece in pieces])
+    neighbours = RowTimes.joined([RowTimes.of(piece, 1) for piece in pieces])
     chosen = np.concatenate(pieces)
     solution = Solution(
         theta=np.zeros(len(scores.inverse)),

@@ -21,14 +21,14 @@ from .identify import (
 from .result import (
     ByMethod as ByMethod,
     DriveTime as DriveTime,
+    HasRecords as HasRecords,
     Identification as Identification,
-    OfProblem as OfProblem,
-    OfRecord as OfRecord,
     RecordInfo as RecordInfo,
+    RecordResult as RecordResult,
     record_place as record_place,
 )
 from .shared import (
-    Shared as Shared,
+    JointRecords as JointRecords,
     check_bad as check_bad,
     layout_without as layout_without,
     shared_records as shared_records,

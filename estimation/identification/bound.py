@@ -8,7 +8,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.methods import METHODS, bound_record, scale_of
-from axisid.estimation.parameters import JointForm, Told, known_of, layout_of, prefilters_of
+from axisid.estimation.parameters import JointForm, KnownValue, known_of, layout_of, prefilters_of
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import (
@@ -28,7 +28,7 @@ def layout_for(
     axis: GeneratedAxis,
     records: int,
     local: Sequence[str],
-    known: Mapping[str, Sequence[Told]] | None,
+    known: Mapping[str, Sequence[KnownValue]] | None,
     *,
     commanded: bool,
 ) -> JointForm | None:

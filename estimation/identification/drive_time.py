@@ -21,7 +21,7 @@ from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.missing import Missing
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .result import DriveTime, Identification
 

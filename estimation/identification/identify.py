@@ -16,21 +16,21 @@ from scipy.special import stdtrit
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity, as_generated, build
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.choices import ROW_LOSSES, STARTS, check_among, is_output_error
+from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, check_among, is_output_error
 from axisid.estimation.diagnostics import Case
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
-from axisid.estimation.parameters import Told, least_within
-from axisid.estimation.problems import Held, Problem, check_has_rows
+from axisid.estimation.parameters import KnownValue, bounded_quadratic_minimum
+from axisid.estimation.problems import ParameterAtBound, Problem, check_has_rows
 from axisid.estimation.records import Record, check_record
-from axisid.estimation.regression import LoopDataError, root
+from axisid.estimation.regression import LoopDataError, covariance_root
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.twins import DEFAULT_COUNT, check_count
 from axisid.modeling.declaration import Axis, leave_out
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError
-from axisid.support.user_values import is_among, quoted
+from axisid.support.quoting import is_among, quoted
 
 from .drive_time import (
     DriveTiming,
@@ -52,10 +52,10 @@ def identify(
     lags: int | None = None,
     covariance: str = "hac",
     local: str | Sequence[str] = (),
-    known: Mapping[str, Sequence[Told]] | None = None,
+    known: Mapping[str, Sequence[KnownValue]] | None = None,
     gain: str = "identified",
     skip_bad: bool = False,
-    start: str = STARTS[0],
+    start: str = INSTRUMENT_STARTS[0],
     loss: str = ROW_LOSSES[0],
     bounded: bool = False,
     bootstrap: int = DEFAULT_COUNT,
@@ -276,7 +276,7 @@ def check_choices(covariance: object, start: object, loss: object) -> None:
     """
     check_among(
         ("covariance", covariance, COVARIANCES),
-        ("start", start, STARTS),
+        ("start", start, INSTRUMENT_STARTS),
         ("loss", loss, ROW_LOSSES),
     )
 
@@ -358,7 +358,9 @@ def _axis_with(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxi
         ) from error
 
 
-def _with_held(result: Identification, held: list[Held], free: Identification) -> Identification:
+def _with_held(
+    result: Identification, held: list[ParameterAtBound], free: Identification
+) -> Identification:
     """The bounded result, which says what is held, with the covariances of the free one."""
     estimates = {
         method: _as_unsure(estimate, free.estimates[method])
@@ -406,13 +408,13 @@ def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
     upper = np.array([np.inf if p is None else p.upper for p in declared])
     covariance = estimate.covariances["iid"]
     scale = np.sqrt(np.diag(covariance))
-    rows = np.linalg.pinv(root(covariance) / scale[:, None]) / scale
-    _, sides = least_within(lower, upper, free, rows, np.zeros(len(free)))
+    rows = np.linalg.pinv(covariance_root(covariance) / scale[:, None]) / scale
+    _, sides = bounded_quadratic_minimum(lower, upper, free, rows, np.zeros(len(free)))
     active = zip(declared, sides, strict=True)
     return {p.name: p.lower if side < 0 else p.upper for p, side in active if p and side}
 
 
-def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> Held:
+def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> ParameterAtBound:
     """A parameter at its bound, and what it is in an estimate that has it free."""
     (parameter,) = (p for p in axis.declared.parameters if p.name == name)
     value = estimate.parameters[parameter.name]
@@ -421,7 +423,7 @@ def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> H
     away = float(stdtrit(freedom, INTERVAL_LEVEL.value)) * value.deviation
     is_lower = bound == parameter.lower
     reach = value.corrected + (away if is_lower else -away)
-    return Held(
+    return ParameterAtBound(
         name=parameter.name,
         unit=value.unit,
         bound=bound,

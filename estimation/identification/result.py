@@ -9,7 +9,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
-from axisid.estimation.choices import STARTS
+from axisid.estimation.choices import INSTRUMENT_STARTS
 from axisid.estimation.diagnostics import Case, Diagnosed, Diagnosis, diagnose
 from axisid.estimation.estimates import (
     Estimate,
@@ -19,7 +19,7 @@ from axisid.estimation.estimates import (
     part_of,
     physical_parameters,
 )
-from axisid.estimation.problems import Held, Problem
+from axisid.estimation.problems import ParameterAtBound, Problem
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter, Sampling
 from axisid.modeling.quantities import Parameter
@@ -27,16 +27,16 @@ from axisid.support.arrays import Exact
 from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable, view_of
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_whole
 from axisid.support.uncached import Uncached
-from axisid.support.user_values import quoted
 
 #: A record, or what a file holds of one: what is told of it, without its samples.
 RecordInfo: TypeAlias = Record | Any
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OfRecord:
+class RecordResult:
     """One of several records in a result, by the estimate that is judged.
 
     Attributes
@@ -90,7 +90,7 @@ def record_place(number: object, records: int) -> int:
 
 def of_records(
     problem: Problem, parts: tuple[Estimate, ...], diagnosis: Diagnosis
-) -> tuple[OfRecord, ...]:
+) -> tuple[RecordResult, ...]:
     """What there is to say of each record; empty for one by itself.
 
     Parameters
@@ -110,7 +110,7 @@ def of_records(
         told = None if isinstance(apart, Missing) else apart
         known = () if layout is None else layout.known
         found.append(
-            OfRecord(
+            RecordResult(
                 name=names[i],
                 record=data.record,
                 sampling=data.sampling,
@@ -188,7 +188,7 @@ class ByMethod(Diagnosed):
         return len(self.estimates)
 
 
-class OfProblem:
+class HasRecords:
     """A result from one record or several under their filters."""
 
     __slots__ = ()
@@ -216,7 +216,7 @@ class OfProblem:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Identification(OfProblem, ByMethod, Uncached, Presentable, Exact):
+class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
     """The estimates of one axis from one record, or from several together.
 
     Attributes
@@ -264,7 +264,7 @@ class Identification(OfProblem, ByMethod, Uncached, Presentable, Exact):
         return record_labels(self.records)
 
     @property
-    def held(self) -> tuple[Held, ...]:
+    def held(self) -> tuple[ParameterAtBound, ...]:
         """Declared parameters that were held at a bound, as `identify` was asked to."""
         return self.problem.held
 
@@ -306,7 +306,7 @@ class Identification(OfProblem, ByMethod, Uncached, Presentable, Exact):
         return self.parts[record_place(number, len(self.problem.data))]
 
     @cached_property
-    def of_records(self) -> tuple[OfRecord, ...]:
+    def of_records(self) -> tuple[RecordResult, ...]:
         """What there is to say of each of several records; empty for one."""
         judged = self.diagnosis.preferred
         parts = tuple(part.estimates[judged] for part in self.parts)
@@ -333,7 +333,7 @@ class Identification(OfProblem, ByMethod, Uncached, Presentable, Exact):
     def start(self) -> str:
         """Where instruments started, as `identify` takes it."""
         started = (estimate.started for estimate in self.estimates.values())
-        return next((each for each in started if each), STARTS[0])
+        return next((each for each in started if each), INSTRUMENT_STARTS[0])
 
     @property
     def declared_gain(self) -> float | None:

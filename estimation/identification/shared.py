@@ -8,12 +8,12 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices import ROW_LOSSES, check_among
-from axisid.estimation.parameters import GAIN, JointForm, Told, prefilters_of
+from axisid.estimation.parameters import GAIN, JointForm, KnownValue, prefilters_of
 from axisid.estimation.problems import Problem, check_time_known
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.errors import AxisidError, UsageError
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .bound import bound_records, layout_for, tells_gain, weighted
 
@@ -76,10 +76,10 @@ def layout_without(
     used: Sequence[int],
     aside: Mapping[str, str],
     local: Sequence[str],
-    known: Mapping[str, Sequence[Told]] | None,
+    known: Mapping[str, Sequence[KnownValue]] | None,
     *,
     commanded: bool,
-) -> tuple[JointForm | None, tuple[str, ...], dict[str, list[Told]], dict[str, str]]:
+) -> tuple[JointForm | None, tuple[str, ...], dict[str, list[KnownValue]], dict[str, str]]:
     """What several records share, each has for itself, and is known of each, where some are left.
 
     Where one is left, its own parameters are those of all. The reasons are given again, the last of
@@ -144,7 +144,7 @@ def _shared(axis: GeneratedAxis, layout: JointForm | None) -> list[str]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shared:
+class JointRecords:
     """Records that are used, what is each one's own, and what is known of each.
 
     Attributes
@@ -167,7 +167,7 @@ class Shared:
     own_layout: JointForm | None
     records: tuple[Record, ...]
     local: tuple[str, ...]
-    known: Mapping[str, Sequence[Told]]
+    known: Mapping[str, Sequence[KnownValue]]
     commanded: bool
     set_aside: Mapping[str, str]
 
@@ -206,11 +206,11 @@ def shared_records(
     records: Sequence[Record],
     prefilter: Prefilter | None,
     local: object,
-    known: Mapping[str, Sequence[Told]] | None,
+    known: Mapping[str, Sequence[KnownValue]] | None,
     gain: str,
     *,
     skip_bad: bool,
-) -> Shared:
+) -> JointRecords:
     """The records that a prefilter serves, or all without one, and what is said of each.
 
     Parameters
@@ -246,7 +246,7 @@ def shared_records(
     layout, own, known, aside = layout_without(
         axis, whole, used, aside, own, known, commanded=commanded
     )
-    return Shared(
+    return JointRecords(
         axis=axis,
         own_layout=layout,
         records=tuple(records[i] for i in used),

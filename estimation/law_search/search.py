@@ -17,7 +17,7 @@ from axisid.estimation.loops import (
     unlimited,
 )
 from axisid.estimation.records import Record
-from axisid.estimation.signals import Neighbours, recorded_signals
+from axisid.estimation.signals import RowTimes, recorded_signals
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
     LIMIT_TOLERANCE,
@@ -209,7 +209,7 @@ class _AlongRecord:
             along=along,
             point=along.declared,
             compared=lambda values: smooth(values)[self.used],
-            neighbours=Neighbours.of(np.flatnonzero(self.used), 1),
+            neighbours=RowTimes.of(np.flatnonzero(self.used), 1),
         )
 
     def fitted(self, form: LawForm, law: ControlLaw) -> ExplainedLaw | None:

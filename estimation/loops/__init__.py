@@ -18,8 +18,8 @@ from .law_run import (
     with_drive as with_drive,
 )
 from .law_ticks import (
-    KeptByRecord as KeptByRecord,
     LawTicks as LawTicks,
+    RecordCache as RecordCache,
     law_ticks as law_ticks,
     measured_velocity as measured_velocity,
     two_clocks as two_clocks,

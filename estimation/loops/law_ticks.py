@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.records import Record, at_times, clock_of, law_ratio
+from axisid.estimation.records import Record, at_times, clock_of, evaluations_per_sample
 from axisid.estimation.signals import Prefilter, SampledFilter, recorded_signals
 from axisid.estimation.simulation import TwoClocks, at_law, law_of
 from axisid.estimation.thresholds import COMPARISON_CUTOFF, MIN_PHASE_AGREEMENT
@@ -22,7 +22,7 @@ K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
 
 
-class KeptByRecord(Generic[K, V]):
+class RecordCache(Generic[K, V]):
     """What is known of records that are alive, by their identity, asked for in every iteration."""
 
     def __init__(self) -> None:
@@ -44,7 +44,7 @@ class KeptByRecord(Generic[K, V]):
 
 
 #: With the reference that they took to the law's evaluations.
-_KNOWN: KeptByRecord[tuple[GeneratedAxis, tuple[int, int]], TwoClocks | None] = KeptByRecord()
+_KNOWN: RecordCache[tuple[GeneratedAxis, tuple[int, int]], TwoClocks | None] = RecordCache()
 
 
 def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:
@@ -66,7 +66,7 @@ def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Tw
 
 def _two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:
     law = law_of(axis)
-    ratio = law_ratio(law, record.period, clock_of(record)) or 1.0
+    ratio = evaluations_per_sample(law, record.period, clock_of(record)) or 1.0
     if ratio == 1.0:
         return None
     control = None if record.control is None else record.control[slice(*span)]

@@ -38,9 +38,9 @@ from .law_run import (
     states_along,
     with_drive,
 )
-from .law_ticks import KeptByRecord, LawTicks, law_ticks
+from .law_ticks import LawTicks, RecordCache, law_ticks
 
-_KNOWN: KeptByRecord[GeneratedAxis, tuple[LoopStart, ...]] = KeptByRecord()
+_KNOWN: RecordCache[GeneratedAxis, tuple[LoopStart, ...]] = RecordCache()
 
 _STEP = 1e-6  # of the reference's range, for the slope
 

@@ -10,7 +10,7 @@ from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import Form, Hac, LoopDataError, recorded_loops
 from axisid.estimation.simulation import Simulation
-from axisid.estimation.twins import Chain, Twins, calibrated, measured_chain
+from axisid.estimation.twins import Chain, Twins, bootstrap_correction, measured_chain
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
 
@@ -91,7 +91,7 @@ class Bootstrap:
                 count=self.count,
                 kinds=self._kinds,
             )
-            found = calibrated(twins, form, fit.solver, fit.solution, model)
+            found = bootstrap_correction(twins, form, fit.solver, fit.solution, model)
             if found is None:
                 return TOO_FEW
             before, at = at, fit.physical - found.bias

@@ -19,8 +19,8 @@ from axisid.estimation.estimates import (
 from axisid.estimation.parameters import moved_layouts
 from axisid.estimation.problems import Problem, noise_free_residuals, slopes_by_gain
 from axisid.estimation.regression import (
-    Applied,
     Covariance,
+    CovarianceEstimate,
     DirectForm,
     Form,
     condition_number,
@@ -28,7 +28,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds import NO_RELATION
-from axisid.estimation.twins import Calibration, Chain, Twins, calibrated
+from axisid.estimation.twins import BootstrapCorrection, Chain, Twins, bootstrap_correction
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.deferred import Deferred
 from axisid.support.errors import DataError, EstimationError, ModelError
@@ -138,7 +138,7 @@ def _applied(
     models: dict[str, Covariance],
     known: Array | None,
     jacobian: Array,
-) -> dict[str, Applied]:
+) -> dict[str, CovarianceEstimate]:
     """Covariances of the regression's own parameters, by name; refused where they are not finite.
 
     To each is added what comes of values that are known with a deviation, (k, k).
@@ -230,7 +230,7 @@ class _FittedPoint:
     fit: Fit
     form: Form
     jacobian: Array
-    applied: Mapping[str, Applied]
+    applied: Mapping[str, CovarianceEstimate]
     pivot: Covariance
     known: Array | None = None
     bootstrap: Bootstrap | None = None
@@ -277,7 +277,7 @@ class _FittedPoint:
                 chains=chains,
             )
 
-    def _calibrated(self) -> tuple[Twins, Calibration] | str:
+    def _calibrated(self) -> tuple[Twins, BootstrapCorrection] | str:
         """What twins tell; or, as a part of a note, that none do."""
         if self.bootstrap is None:
             return ""
@@ -286,7 +286,7 @@ class _FittedPoint:
             return f", by no twins: {twins.rstrip('.')}"
         fit = self.fit
         with suppress(EstimationError):  # the solution of a twin may have no covariance
-            found = calibrated(twins, self.form, fit.solver, fit.solution, self.pivot)
+            found = bootstrap_correction(twins, self.form, fit.solver, fit.solution, self.pivot)
             if found is not None:
                 return twins, found
         return f", by no twins: {TOO_FEW}"

@@ -18,7 +18,13 @@ from types import MappingProxyType
 
 import numpy as np
 
-from axisid.estimation.choices import BISQUARE_LOSS, HUBER_LOSS, ROW_LOSSES, SQUARES_LOSS, STARTS
+from axisid.estimation.choices import (
+    BISQUARE_LOSS,
+    HUBER_LOSS,
+    INSTRUMENT_STARTS,
+    ROW_LOSSES,
+    SQUARES_LOSS,
+)
 from axisid.estimation.estimates import Iterate, NotSimulated
 from axisid.estimation.problems import Problem, Solver
 from axisid.estimation.regression import (
@@ -26,12 +32,12 @@ from axisid.estimation.regression import (
     Equations,
     Form,
     InverseForm,
+    LossWeights,
     QrFactors,
-    RowCounts,
     Solution,
-    as_counted,
     least_squares,
     variable_projection,
+    weighted_instrumental_variables,
 )
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds import (
@@ -62,7 +68,7 @@ class Fit:
     iterates : tuple of Iterate
         The start and every iterate; empty for what is no iteration.
     started : str
-        Where the iteration started, of `STARTS`; empty for what is no iteration.
+        Where the iteration started, of `INSTRUMENT_STARTS`; empty for what is no iteration.
     loops : tuple of Simulation
         One for each segment of each record; empty where they could not be simulated.
     right : tuple of array or None
@@ -113,7 +119,7 @@ class Method(ABC):
     form : type of Form
         That is regressed.
     start : str
-        Of `STARTS`, where an iteration starts; least squares only where its loop follows the
+        Of `INSTRUMENT_STARTS`, where an iteration starts; least squares only where its loop follows
         records.
     loss : str
         Of `ROW_LOSSES`, how rows count.
@@ -121,7 +127,7 @@ class Method(ABC):
 
     name: str
     form: type[Form]
-    start: str = STARTS[0]
+    start: str = INSTRUMENT_STARTS[0]
     loss: str = ROW_LOSSES[0]
 
     @abstractmethod
@@ -249,7 +255,9 @@ def _iterated(y: Array, X: Columns, Z: QrFactors, first: Solution, loss: str) ->
     for _ in range(_MOST):
         weights, slopes, _ = LOSS_FUNCTIONS[loss](found.residuals / scale_of(found.residuals))
         before = found.theta
-        found = as_counted(y, X, Z, RowCounts(weights=weights, slopes=slopes))
+        found = weighted_instrumental_variables(
+            y, X, Z, LossWeights(weights=weights, slopes=slopes)
+        )
         moved = np.linalg.norm((found.theta - before) * X.scale)
         if moved <= _STANDS_STILL * np.linalg.norm(before * X.scale):
             return found

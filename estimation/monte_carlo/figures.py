@@ -22,7 +22,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 from axisid.support.figures import MaybeNan
 from axisid.support.missing import Missing
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .plan import stated_by
 from .runs import Estimand, FailedRun

@@ -17,7 +17,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.choices import ROW_LOSSES, STARTS, method_names
+from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, method_names
 from axisid.estimation.identification import check_choices, identify, requested_methods
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
@@ -29,8 +29,8 @@ from axisid.support.errors import AxisidError, EstimationError, UsageError
 from axisid.support.jobs.outcome import Outcome
 from axisid.support.jobs.run import pace, run_jobs
 from axisid.support.progress import Progress
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_whole
-from axisid.support.user_values import quoted
 
 from .plan import MonteCarloPlan, noise_of, split_methods, twin_of, twins
 from .result import MonteCarlo
@@ -129,7 +129,7 @@ def monte_carlo(
     seed: int = 1,
     covariance: str = "hac",
     lags: int | None = None,
-    start: str = STARTS[0],
+    start: str = INSTRUMENT_STARTS[0],
     loss: str = ROW_LOSSES[0],
     bootstrap: int = DEFAULT_COUNT,
     level: float = DEFAULT_LEVELS.level,

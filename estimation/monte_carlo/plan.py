@@ -10,7 +10,13 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.batched import RecordLanes, is_served
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.choices import ROW_LOSSES, STARTS, check_among, fit_names, fitted_output
+from axisid.estimation.choices import (
+    INSTRUMENT_STARTS,
+    ROW_LOSSES,
+    check_among,
+    fit_names,
+    fitted_output,
+)
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import Simulation, TwinPlan, simulate_batch, twin_plan
@@ -19,8 +25,8 @@ from axisid.modeling.declaration import Experiment
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError
 from axisid.support.mappings import FrozenMapping
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_whole
-from axisid.support.user_values import quoted
 
 #: What the intervals of a fit are of: errors that follow an autoregression.
 COLOURED, IID = "coloured", "iid"
@@ -376,7 +382,7 @@ def are_lanes(plan: MonteCarloPlan) -> bool:
     declared = plan.axis.declared.parameters
     return (
         len(plan.methods) == len(plan.regressions) == 1
-        and (settings["start"], settings["loss"]) == (STARTS[0], ROW_LOSSES[0])
+        and (settings["start"], settings["loss"]) == (INSTRUMENT_STARTS[0], ROW_LOSSES[0])
         and plan.axis.names == tuple(p.name for p in declared)
         and made.clocks is None
         and not (made.added or made.signals or made.axis.axis.signals)

@@ -23,8 +23,8 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, UsageError
 from axisid.support.files.regular_file import write_file
 from axisid.support.presentable import Presentable
+from axisid.support.quoting import quoted
 from axisid.support.uncached import Uncached
-from axisid.support.user_values import quoted
 from axisid.support.version import __version__
 
 from .figures import CheckFigures, EstimandFigures, Mean, Share, StudyFigures

@@ -6,8 +6,8 @@ and `Unknowns` of a search. Knows nothing of estimates, outputs and how a search
 """
 
 from .known import (
-    Known as Known,
-    Told as Told,
+    KnownValue as KnownValue,
+    KnownValues as KnownValues,
     known_of as known_of,
     prefilters_of as prefilters_of,
     read_known as read_known,
@@ -20,7 +20,7 @@ from .layout import (
 )
 from .nuisance import (
     START as START,
-    STARTS as STARTS,
+    START_PARAMETERS as START_PARAMETERS,
     ExtendedForm as ExtendedForm,
     are_starts as are_starts,
     axis_at as axis_at,
@@ -38,8 +38,8 @@ from .nuisance import (
 from .unknowns import (
     End as End,
     Unknowns as Unknowns,
+    bounded_quadratic_minimum as bounded_quadratic_minimum,
     by_name as by_name,
     check_enough as check_enough,
-    least_within as least_within,
     unknowns_of as unknowns_of,
 )

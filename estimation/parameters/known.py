@@ -14,19 +14,19 @@ from fractions import Fraction
 from axisid.estimation.records import is_same_period
 from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.support.errors import UsageError
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_real
-from axisid.support.user_values import quoted
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _LIST = re.compile(r"\s*(\w+)\s*=(.*)", re.DOTALL)
 _ENTRY = re.compile(rf"\s*({_NUMBER})\s*(?:(?:\+-|\+/-|±)\s*({_NUMBER})\s*)?")
 
 #: A value, or a value with its standard deviation.
-Told = float | tuple[float, float]
+KnownValue = float | tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Known:
+class KnownValues:
     """One thing that is known of each record.
 
     Attributes
@@ -61,7 +61,9 @@ class Known:
         return f"{self.values[record]:g}" + (f" +- {spread:g}" if spread else "")
 
 
-def known_of(told: Mapping[str, Sequence[Told]] | None, records: int) -> tuple[Known, ...]:
+def known_of(
+    told: Mapping[str, Sequence[KnownValue]] | None, records: int
+) -> tuple[KnownValues, ...]:
     """What is known of each of so many records, from values by name.
 
     Raises
@@ -110,7 +112,7 @@ def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...
     return found
 
 
-def _known(name: str, told: object, records: int) -> Known:
+def _known(name: str, told: object, records: int) -> KnownValues:
     if isinstance(told, str) or not isinstance(told, Iterable):
         raise UsageError(
             f"what is known of {name!r} is {quoted(told)}; give a list with a number, or a number "
@@ -126,7 +128,7 @@ def _known(name: str, told: object, records: int) -> Known:
             code="parameters",
         )
     values, deviations = zip(*entries, strict=True)
-    return Known(name=name, values=values, deviations=deviations)
+    return KnownValues(name=name, values=values, deviations=deviations)
 
 
 def _pair(name: str, entry: object) -> tuple[float, float]:

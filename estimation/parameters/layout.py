@@ -31,7 +31,7 @@ from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import ModelError, UsageError
 
-from .known import Known
+from .known import KnownValues
 
 #: The drive gain among the parameters of several records.
 GAIN = "drive_gain"
@@ -72,7 +72,7 @@ class JointForm(Exact, InverseForm):
         By record.
     local : mapping of str to tuple of str
         Names among `parameters`, by record, of each declared parameter that is local.
-    known : tuple of Known
+    known : tuple of KnownValues
     gain : float or None
         The declared drive gain where a known force tells another; None where it is believed.
     """
@@ -81,7 +81,7 @@ class JointForm(Exact, InverseForm):
     expressions: tuple[str, ...] = field(kw_only=True)
     members: tuple[Member, ...] = field(kw_only=True)
     local: Mapping[str, tuple[str, ...]] = field(kw_only=True)
-    known: tuple[Known, ...] = field(kw_only=True)
+    known: tuple[KnownValues, ...] = field(kw_only=True)
     gain: float | None = field(kw_only=True)
 
     @property
@@ -163,7 +163,7 @@ class JointForm(Exact, InverseForm):
 def layout_of(
     axis: GeneratedAxis,
     records: int,
-    known: Sequence[Known],
+    known: Sequence[KnownValues],
     local: Iterable[str],
     *,
     commanded: bool,
@@ -174,7 +174,7 @@ def layout_of(
     ----------
     axis : GeneratedAxis
     records : int
-    known : sequence of Known
+    known : sequence of KnownValues
     local : iterable of str
         Declared parameters that each record has for itself.
     commanded : bool
@@ -235,7 +235,7 @@ def moved_layouts(axis: GeneratedAxis, layout: JointForm | None) -> Iterator[Joi
 
 
 def _check(
-    axis: GeneratedAxis, records: int, known: Sequence[Known], local: tuple[str, ...]
+    axis: GeneratedAxis, records: int, known: Sequence[KnownValues], local: tuple[str, ...]
 ) -> None:
     declared, law = {p.name: p for p in axis.declared.parameters}, axis.declared.control
     gains = [*law.gains] if law is not None else []
@@ -283,7 +283,7 @@ def _check(
         )
 
 
-def _axes(axis: GeneratedAxis, records: int, known: Sequence[Known]) -> list[GeneratedAxis]:
+def _axes(axis: GeneratedAxis, records: int, known: Sequence[KnownValues]) -> list[GeneratedAxis]:
     """The axis of each record; records of which the same is known share one."""
     law = axis.declared.control
     gains = {*law.gains} if law is not None else set[str]()
@@ -318,7 +318,7 @@ def _variant(axis: GeneratedAxis, own: Mapping[str, float], gains: set[str]) -> 
 
 
 def _terms(
-    axis: GeneratedAxis, record: int, known: Sequence[Known], local: tuple[str, ...]
+    axis: GeneratedAxis, record: int, known: Sequence[KnownValues], local: tuple[str, ...]
 ) -> list[dict[_Product, Fraction]]:
     """Each base parameter of a record as a sum of products of what is not known."""
     base, values = axis.base, {each.name: _exact(each.values[record]) for each in known}

@@ -28,7 +28,7 @@ from axisid.support.errors import ModelError
 from .layout import GAIN, JointForm, drive_gain_of
 
 #: How parameters of a start are called, and what asks for both.
-STARTS, START = ("start_position", "start_velocity"), "start"
+START_PARAMETERS, START = ("start_position", "start_velocity"), "start"
 _SIZE = 1e-2  # of the range of positions, and of the mean speed: a start's least size
 
 _NEXT_TO_0 = 1e-9  # of what a gain is declared as
@@ -42,7 +42,9 @@ class _Start:
 
     record: int
     segment: int
-    parameters: dict[str, Parameter]  # by what is free of position and velocity, of `STARTS`
+    parameters: dict[
+        str, Parameter
+    ]  # by what is free of position and velocity, of `START_PARAMETERS`
     sizes: tuple[float, ...]
 
 
@@ -171,7 +173,7 @@ def with_starts(
     form: Form, axes: Sequence[GeneratedAxis], records: Sequence[Record], asked: Sequence[str]
 ) -> ExtendedForm:
     """A form with what is asked for of the starts of all stretches of the records behind it."""
-    names = [name for name in STARTS if START in asked or name in asked]
+    names = [name for name in START_PARAMETERS if START in asked or name in asked]
     stretches = [
         (i, segment, start)
         for i, pair in enumerate(zip(axes, records, strict=True))
@@ -184,7 +186,7 @@ def with_starts(
         rows = slice(*records[i].spans[segment])
         sizes = start_sizes(records[i].position[rows], records[i].period)
         units, values = (q.unit, q.velocity_unit), (start.position, start.velocity)
-        every = zip(STARTS, map(str, units), map(float, values), sizes, strict=True)
+        every = zip(START_PARAMETERS, map(str, units), map(float, values), sizes, strict=True)
         chosen = [each for each in every if each[0] in names]
         found.append(
             _Start(

@@ -13,8 +13,8 @@ from axisid.estimation.regression import Form
 from axisid.estimation.thresholds import LARGEST_VALUE
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, ModelError, UsageError
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_real
-from axisid.support.user_values import quoted
 
 _MIN_PRIOR_DEVIATION = 1e-12  # of the value; what is surer is exact, and can be held
 
@@ -101,7 +101,7 @@ class Unknowns:
         return np.where(self.free, moved, self.fixed)
 
 
-def least_within(
+def bounded_quadratic_minimum(
     lower: Array, upper: Array, at: Array, rows: Array, downhill: Array
 ) -> tuple[Array, NDArray[np.int8]]:
     """Parameters (k,) of the least cost within their bounds, and which are at one, -1 or 1.

@@ -1,14 +1,14 @@
 """What is predicted of records' outputs, for many parameter sets side by side, and its slopes.
 
-In: axes, records, parameters. Out: `Lanes` of predicted less recorded outputs; `Slopes`.
+In: axes, records, parameters. Out: `Lanes` of predicted less recorded outputs; `ErrorsAndJacobian`.
 Knows nothing of how parameters are searched for.
 """
 
 from .lanes import (
+    ErrorsAndJacobian as ErrorsAndJacobian,
     Predictions as Predictions,
-    Slopes as Slopes,
+    jacobian_at as jacobian_at,
     record_rows as record_rows,
-    slopes_of as slopes_of,
 )
 from .loop_predictions import LoopPredictions as LoopPredictions, measured_output as measured_output
 from .window_predictions import (

@@ -170,7 +170,7 @@ _SHORTER, _TRIES = 1 / 8, 3  # of the step, where a lane fails
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Slopes:
+class ErrorsAndJacobian:
     """Errors at parameters, and how they change.
 
     Attributes
@@ -184,14 +184,14 @@ class Slopes:
     jacobian: Array
 
 
-def slopes_of(
+def jacobian_at(
     predictions: Predictions,
     physical: Array,
     scale: Array,
     lower: Array,
     upper: Array,
     free: NDArray[np.bool_] | None = None,
-) -> Slopes:
+) -> ErrorsAndJacobian:
     """Second-order differences about parameters (P,), central where their bounds leave room.
 
     Where no loop can be simulated on one side, as friction below 0 drives an axis, both steps are
@@ -241,7 +241,7 @@ def slopes_of(
             jacobian[:, j] = _slope(errors, first, second, *offsets[k])
         pending, failed = lost, found
         if not pending:
-            return Slopes(errors=errors, jacobian=jacobian)
+            return ErrorsAndJacobian(errors=errors, jacobian=jacobian)
     raise EstimationError(next(iter(failed.failures.values())), code="simulation")
 
 

@@ -4,7 +4,7 @@ In: an axis, its records under their filters. Out: `Problem`, with rows, loops, 
 Knows nothing of methods and of what becomes of an estimate.
 """
 
-from .problem import Held as Held, Problem as Problem
+from .problem import ParameterAtBound as ParameterAtBound, Problem as Problem
 from .solver import (
     Solver as Solver,
     moved_by_rounding as moved_by_rounding,
@@ -14,9 +14,9 @@ from .solver import (
     slopes_by_gain as slopes_by_gain,
 )
 from .visibility import (
-    Reach as Reach,
+    SignalRanges as SignalRanges,
     check_has_rows as check_has_rows,
     check_time_known as check_time_known,
-    natural_sizes as natural_sizes,
     shown_up_to as shown_up_to,
+    typical_magnitudes as typical_magnitudes,
 )

@@ -19,9 +19,9 @@ from axisid.estimation.regression import (
     factor,
     loop_reference,
     simulated_loops,
-    simulated_right,
+    simulated_regressor,
 )
-from axisid.estimation.signals import FilteredRecord, Neighbours, Signals, motion_lacks
+from axisid.estimation.signals import FilteredRecord, RowTimes, Signals, motion_lacks
 from axisid.estimation.simulation import Simulation, StepBudget
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError
@@ -29,7 +29,7 @@ from axisid.support.number_text import range_text
 from axisid.support.uncached import Uncached
 
 from .visibility import (
-    Reach,
+    SignalRanges,
     check_has_rows,
     check_identifiable,
     check_time_known,
@@ -38,7 +38,7 @@ from .visibility import (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Held:
+class ParameterAtBound:
     """A parameter at its bound, and what the records say of it without.
 
     Attributes
@@ -103,7 +103,7 @@ class Problem(Uncached):
         Which parameters the records share, where they do not share all; None where they do.
     weights : tuple of float
         Of each record's rows, the inverse of its noise; empty where all are of one.
-    held : tuple of Held
+    held : tuple of ParameterAtBound
         Declared parameters that are no longer the axis's, since they are held at a bound.
 
     Raises
@@ -118,7 +118,7 @@ class Problem(Uncached):
     data: tuple[FilteredRecord, ...]
     layout: JointForm | None = None
     weights: tuple[float, ...] = ()
-    held: tuple[Held, ...] = ()
+    held: tuple[ParameterAtBound, ...] = ()
 
     def __post_init__(self) -> None:
         layout = self.layout
@@ -143,9 +143,9 @@ class Problem(Uncached):
         return f"{self.axis.axis.name} from {', '.join(map(repr, self.data))}"
 
     @cached_property
-    def neighbours(self) -> Neighbours:
+    def neighbours(self) -> RowTimes:
         """Which of the rows follow each other in time."""
-        return Neighbours.joined([data.neighbours for data in self.data])
+        return RowTimes.joined([data.neighbours for data in self.data])
 
     @property
     def row_period(self) -> float:
@@ -230,7 +230,7 @@ class Problem(Uncached):
         """Intercept and regressor of loops that were simulated with an estimate, reduced."""
         rights = []
         for i, (data, of_one) in enumerate(zip(self.data, self.by_record(loops), strict=True)):
-            right = simulated_right(form.of_record(i), of_one, form.own(physical, i), data)
+            right = simulated_regressor(form.of_record(i), of_one, form.own(physical, i), data)
             intercept, regressor = form.placed(i, *right)
             if self.weights:
                 intercept, regressor = self.weights[i] * intercept, self.weights[i] * regressor
@@ -311,7 +311,7 @@ class Problem(Uncached):
     def _check(self, every: list[Equations], rows: Equations) -> None:
         """Refuse columns that the rows do not show, of what every sample has."""
         pairs = zip(self.data, every, strict=True)
-        reach = Reach.of([(data.signals, rows_of, data.kept) for data, rows_of in pairs])
+        reach = SignalRanges.of([(data.signals, rows_of, data.kept) for data, rows_of in pairs])
         with adding(lambda: self.lacking):
             check_visible(
                 self.axis,

@@ -10,19 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.records import Record, quantum_of
+from axisid.estimation.records import Record, quantisation_step
 from axisid.estimation.regression import (
     Equations,
     Form,
     InverseForm,
+    LossWeights,
     QrFactors,
-    RowCounts,
     Solution,
-    as_counted,
     checked_columns,
     factor,
     instrumental_variables,
     least_squares,
+    weighted_instrumental_variables,
 )
 from axisid.estimation.signals import FilteredRecord, Signals, about_samples
 from axisid.estimation.simulation import Simulation, logged_control
@@ -43,13 +43,13 @@ class Solver:
         output error. None for least squares.
     intercept : (n,) array or None
         Known part of the loop's rows, by which the left side alone is explained: output error.
-    counts : RowCounts or None
+    counts : LossWeights or None
         What each row counted under a loss; None where all rows count alike.
     """
 
     loop: QrFactors | None = None
     intercept: Array | None = None
-    counts: RowCounts | None = None
+    counts: LossWeights | None = None
 
     @property
     def instruments(self) -> QrFactors | None:
@@ -63,7 +63,7 @@ class Solver:
         Z = factor(rows.regressor, names) if self.loop is None else self.loop
         X = Z if self.instruments is None else checked_columns(rows.regressor, names)
         if self.counts is not None:
-            return as_counted(left, X, Z, self.counts)
+            return weighted_instrumental_variables(left, X, Z, self.counts)
         if self.instruments is None:
             return least_squares(left, Z)
         return instrumental_variables(left, X, Z)
@@ -156,7 +156,7 @@ def position_step(record: Record) -> float:
     """What a recorded position is rounded to; 0 where nothing is known of it."""
     if record.integrated:
         return 0.0
-    return quantum_of(record.position, int(MIN_STEP_DIFFERENCES.value))
+    return quantisation_step(record.position, int(MIN_STEP_DIFFERENCES.value))
 
 
 def moved_by_rounding(form: Form, data: FilteredRecord, step: float, physical: Array) -> Array:

@@ -32,7 +32,7 @@ _ROUNDING = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reach:
+class SignalRanges:
     """How far the force, the motion and the columns of the inverse model go along a record.
 
     Attributes
@@ -54,7 +54,9 @@ class Reach:
     acceleration: float
 
     @classmethod
-    def of(cls, records: Sequence[tuple[Signals, Equations, NDArray[np.bool_]]]) -> "Reach | None":
+    def of(
+        cls, records: Sequence[tuple[Signals, Equations, NDArray[np.bool_]]]
+    ) -> "SignalRanges | None":
         """Over the samples (N,) that are kept of each record; None where there are none."""
         every = [each for each in records if each[2].any()]
         if not every:
@@ -140,7 +142,7 @@ _KEEPING = (
 
 def check_visible(
     axis: GeneratedAxis,
-    reach: Reach | None,
+    reach: SignalRanges | None,
     regressor: Array,
     left: Array,
     *,
@@ -153,7 +155,7 @@ def check_visible(
     Parameters
     ----------
     axis : GeneratedAxis
-    reach : Reach or None
+    reach : SignalRanges or None
         None where no sample is kept; nothing is refused then.
     regressor, left : (n, p), (n,) arrays
         Of the inverse model, the left side less what is known; or their triangular factor.
@@ -186,8 +188,8 @@ def check_visible(
         )
 
 
-def natural_sizes(
-    axis: GeneratedAxis, reach: Reach, parameters: Sequence[Parameter] | None = None
+def typical_magnitudes(
+    axis: GeneratedAxis, reach: SignalRanges, parameters: Sequence[Parameter] | None = None
 ) -> Array:
     """What a parameter of each unit is in an axis of this force and motion, (p,).
 
@@ -201,19 +203,19 @@ def natural_sizes(
     return sizes
 
 
-def shown_up_to(axis: GeneratedAxis, reach: Reach) -> Array:
+def shown_up_to(axis: GeneratedAxis, reach: SignalRanges) -> Array:
     """How large each parameter may have to be to stand out of the noise, and be shown, (p,)."""
-    natural = natural_sizes(axis, reach)
+    natural = typical_magnitudes(axis, reach)
     with np.errstate(divide="ignore"):
         by_force = _MAX_CANCELLED_FORCE * reach.force / reach.columns
     sizes = [_farthest(p, float(n)) for p, n in zip(axis.axis.parameters, natural, strict=True)]
     return np.minimum(by_force, sizes)
 
 
-def _unseen(axis: GeneratedAxis, reach: Reach, norms: Array, noise: float) -> dict[str, str]:
+def _unseen(axis: GeneratedAxis, reach: SignalRanges, norms: Array, noise: float) -> dict[str, str]:
     """Parameters that a regression with columns of these norms, (p,), does not show, and why."""
     found: dict[str, str] = {}
-    natural = natural_sizes(axis, reach)
+    natural = typical_magnitudes(axis, reach)
     for j, p in enumerate(axis.axis.parameters):
         if axis.nonlinear[j]:
             continue  # its column is a slope about a point
@@ -256,7 +258,7 @@ def _expected(parameter: Parameter, natural: float) -> str:
     return " and ".join(said) or "its bounds are far below that"
 
 
-def _natural(axis: GeneratedAxis, unit: str, reach: Reach) -> float:
+def _natural(axis: GeneratedAxis, unit: str, reach: SignalRanges) -> float:
     mass, length, time, current, warmth = map(float, parse_unit(unit).exponents)
     travel = reach.travel[1] - reach.travel[0]
     rotary = axis.axis.coordinate.unit == "rad"  # no unit itself: of its powers none can be seen

@@ -3,7 +3,7 @@
 In: `Table`, `Axis`. Out: `Record`. Knows nothing of filters.
 """
 
-from .clipping import quantum_of as quantum_of
+from .clipping import quantisation_step as quantisation_step
 from .clocks import check_sample_period as check_sample_period
 from .reading import read_record as read_record
 from .record import (
@@ -14,8 +14,8 @@ from .record import (
 from .repairs import Repairs as Repairs
 from .run_file import is_run_file as is_run_file, log_of as log_of
 from .shifts import (
-    Between as Between,
-    advised_between as advised_between,
+    Interpolation as Interpolation,
+    advised_interpolation as advised_interpolation,
     advised_shift as advised_shift,
     at_times as at_times,
     samples_apart as samples_apart,
@@ -23,10 +23,10 @@ from .shifts import (
 from .started_run import started_run as started_run
 from .time_base import (
     clock_of as clock_of,
+    evaluations_per_sample as evaluations_per_sample,
     hold_delay as hold_delay,
     is_same_period as is_same_period,
     is_sampled_by as is_sampled_by,
-    law_ratio as law_ratio,
     other_period as other_period,
 )
 from .windows import windows_text as windows_text

@@ -190,14 +190,14 @@ class _Signal:
 
 def _finest(values: Array) -> float:
     """What the values are rounded to, if only as floating point numbers are."""
-    return quantum_of(values) or _rounding(values)
+    return quantisation_step(values) or _rounding(values)
 
 
 def _rounding(values: Array) -> float:
     return _ROUNDING * float(np.abs(values).max(initial=0.0))
 
 
-def quantum_of(values: Array, fewest: int = 1) -> float:
+def quantisation_step(values: Array, fewest: int = 1) -> float:
     """What the values are rounded to: the least difference of two, if others are multiples of it.
 
     Else 0, as where fewer than so many differences tell it.

@@ -14,10 +14,10 @@ from axisid.estimation.tables import Samples, Table
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION, MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_real
-from axisid.support.user_values import quoted
 
-from .shifts import SELDOM_ROLES, advised_between, samples_apart
+from .shifts import SELDOM_ROLES, advised_interpolation, samples_apart
 
 # periods between mean steps of windows; jitter of a quarter moves one by as much
 _MAX_PERIOD_DRIFT = 0.005
@@ -343,7 +343,7 @@ def _advice_on_empty(table: Table, role: str, samples: Samples, row: int, *, tim
     """
     more = ""
     if timed and role in SELDOM_ROLES and samples_apart(samples.values) > 1:
-        more += f", or draw it between its values ({advised_between(role)})"
+        more += f", or draw it between its values ({advised_interpolation(role)})"
     if row >= len(samples.values) - table.incomplete:  # it and all after it look cut off
         more += ', or leave the end of the log out (tail = "drop" in run.toml)'
     if long_steps(_filled(samples).times, MAX_UNEVEN_STEP.value).size:

@@ -12,13 +12,13 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, as_declared
 from axisid.estimation.logs import read_table
 from axisid.estimation.records.columns import RoleColumns, motion_role
-from axisid.estimation.tables import LogClock, Provenance, Repair, Samples, Table
+from axisid.estimation.tables import PeriodSource, Provenance, Repair, Samples, Table
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array, runs
 from axisid.support.errors import DataError, UsageError
 from axisid.support.files.memory import Room, room_for
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .clipping import Mask, clipped, clipping_notes, spike_notes
 from .clocks import (
@@ -258,7 +258,9 @@ def _as_sampled(
         segments=segments,
         period=period,
         repairs=made,
-        clock=LogClock(uncertainty=jitter if period is None else 0.0, stated=period is not None),
+        clock=PeriodSource(
+            uncertainty=jitter if period is None else 0.0, stated=period is not None
+        ),
     )
 
 

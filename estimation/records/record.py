@@ -19,8 +19,8 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.files.regular_file import write_file
 from axisid.support.mappings import FrozenMapping
 from axisid.support.presentable import Presentable
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_real
-from axisid.support.user_values import quoted
 
 from .clocks import check_sample_period, check_time, open_end
 from .record_checks import (

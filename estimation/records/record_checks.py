@@ -10,8 +10,8 @@ from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import INJECTION_POINTS
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import DataError, UsageError
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import real_array
-from axisid.support.user_values import quoted
 
 from .repairs import Span
 

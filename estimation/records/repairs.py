@@ -15,12 +15,12 @@ from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 from axisid.support.mappings import FrozenMapping
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_real
-from axisid.support.user_values import quoted
 
 from .clipping import Mask
 from .clocks import long_steps
-from .shifts import Between, checked_between, checked_shifts
+from .shifts import Interpolation, checked_between, checked_shifts
 from .wrapping import Modulus
 
 Span = tuple[int, int]
@@ -64,7 +64,7 @@ class Repairs:
     mask: Literal["clipped"] | None = None
     tail: Literal["drop"] | None = None
     shift: Mapping[str, Any] = field(default_factory=dict)
-    between: Mapping[str, Between] = field(default_factory=dict)
+    between: Mapping[str, Interpolation] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         rate = self.resample

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from axisid.estimation.records.columns import motion_role
-from axisid.estimation.tables import LogClock, Repair, Samples
+from axisid.estimation.tables import PeriodSource, Repair, Samples
 from axisid.estimation.thresholds import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
@@ -16,7 +16,7 @@ from axisid.support.errors import DataError, UsageError
 from .clipping import Mask
 from .clocks import check_increases, check_stated, long_steps
 from .repairs import Span, adjoining, gaps_repair
-from .shifts import Between, at_times
+from .shifts import Interpolation, at_times
 
 _MIN_RESAMPLING_RATE = 0.9  # of the position's rate; below, its noise would fold
 
@@ -51,7 +51,7 @@ class AlignedColumns:
     period : float or None
         s; None takes the mean step.
     repairs : tuple of Repair
-    clock : LogClock
+    clock : PeriodSource
         The position's.
     """
 
@@ -61,7 +61,7 @@ class AlignedColumns:
     segments: tuple[Span, ...]
     period: float | None
     repairs: tuple[Repair, ...]
-    clock: LogClock
+    clock: PeriodSource
 
 
 def resample(
@@ -73,7 +73,7 @@ def resample(
     split: bool,
     stated: float | None = None,
     splined: Sequence[str] = _SPLINED,
-    between: Mapping[str, Between] | None = None,
+    between: Mapping[str, Interpolation] | None = None,
     edges: Sequence[float] | Array = (),
     held: Sequence[str] = (),
 ) -> AlignedColumns:
@@ -135,7 +135,10 @@ def resample(
             'resampling would invent the motion there. Add gaps="split".',
             code="uneven-time",
         )
-    ways: dict[str, Between] = {**dict.fromkeys(held, "held"), **dict.fromkeys(splined, "spline")}
+    ways: dict[str, Interpolation] = {
+        **dict.fromkeys(held, "held"),
+        **dict.fromkeys(splined, "spline"),
+    }
     hows = {role: (between or {}).get(role, ways.get(role, "linear")) for role in samples}
     columns = {
         role: np.concatenate(
@@ -156,7 +159,7 @@ def resample(
         segments=adjoining([len(grid) for _, grid in kept]),
         period=1 / chosen,
         repairs=tuple(repairs),
-        clock=LogClock(
+        clock=PeriodSource(
             step=1.0 if rate == "auto" else period * chosen,
             uncertainty=uncertainty,
             stated=stated is not None,
@@ -227,7 +230,7 @@ def _grid(start: float, stop: float, period: float) -> Array:
 
 
 def _onto(
-    grid: Array, piece: tuple[float, float], clock: Array, samples: Samples, how: Between
+    grid: Array, piece: tuple[float, float], clock: Array, samples: Samples, how: Interpolation
 ) -> Array:
     """A column at the times of a grid, from its samples in and just around a piece."""
     first = max(int(np.searchsorted(clock, piece[0], "right")) - 1, 0)
@@ -237,7 +240,7 @@ def _onto(
 
 
 def _told(
-    clocks: Mapping[str, Array], time: Array, rate: float, hows: Mapping[str, Between]
+    clocks: Mapping[str, Array], time: Array, rate: float, hows: Mapping[str, Interpolation]
 ) -> Repair:
     ways = (("spline", "by cubic splines"), ("linear", "by straight lines"), ("held", "held"))
     by_way = [(", ".join(role for role, how in hows.items() if how == w), told) for w, told in ways]

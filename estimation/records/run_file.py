@@ -13,7 +13,7 @@ from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.modeling.text import Table, nearest, read_columns, read_toml, toml_document
 from axisid.support.errors import RunFileError, UsageError
 from axisid.support.files.memory import room_for
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .clocks import check_sample_period
 from .repairs import Repairs

@@ -20,21 +20,21 @@ from axisid.modeling.declaration import ROLES
 from axisid.modeling.quantities import parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_real
-from axisid.support.user_values import quoted
 
 _MIN_SELDOM_CHANGES = 20  # values of a column; fewer come at even distances by chance
 # of a column's changes come at one even distance; of a rounded one they come at any
 _MIN_SAME_PHASE = 0.95
 
 #: What a column is between the values that were written.
-Between = Literal["spline", "linear", "held"]
-BETWEEN: tuple[Between, ...] = ("spline", "linear", "held")
+Interpolation = Literal["spline", "linear", "held"]
+BETWEEN: tuple[Interpolation, ...] = ("spline", "linear", "held")
 #: Roles of which that can be said.
 SELDOM_ROLES = ("velocity", "acceleration", "force")
 
 
-def checked_between(between: object) -> dict[str, Between]:
+def checked_between(between: object) -> dict[str, Interpolation]:
     """What columns are between their values, by role.
 
     Raises
@@ -56,7 +56,7 @@ def checked_between(between: object) -> dict[str, Between]:
                 code="shift",
             )
         check_among((f"way of the {role} between its values", how, BETWEEN))
-    return {role: cast(Between, how) for role, how in between.items()}
+    return {role: cast(Interpolation, how) for role, how in between.items()}
 
 
 def samples_apart(values: Array) -> int:
@@ -98,13 +98,17 @@ def seldom_notes(samples: Mapping[str, Samples]) -> list[str]:
             notes.append(
                 f"the {role} is written anew in every {nth} sample alone and held between, "
                 f"{(apart - 1) / 2:g} samples late in the mean: draw it between its values ("
-                f"{advised_between(role)})"
+                f"{advised_interpolation(role)})"
             )
     return notes
 
 
 def drawn_between(
-    source: str, columns: Mapping[str, Samples], between: Mapping[str, Between], *, uneven: bool
+    source: str,
+    columns: Mapping[str, Samples],
+    between: Mapping[str, Interpolation],
+    *,
+    uneven: bool,
 ) -> tuple[dict[str, Samples], list[Repair]]:
     """Columns between the values that were written.
 
@@ -149,7 +153,7 @@ def drawn_between(
     return found, made
 
 
-def at_times(times: Array, clock: Array, values: Array, how: Between) -> Array:
+def at_times(times: Array, clock: Array, values: Array, how: Interpolation) -> Array:
     """Values of a clock at other times; beyond them the first and the last."""
     if how == "linear":
         return np.interp(times, clock, values)
@@ -160,7 +164,7 @@ def at_times(times: Array, clock: Array, values: Array, how: Between) -> Array:
     return np.asarray(CubicSpline(clock, values)(np.clip(times, clock[0], clock[-1])), dtype=float)
 
 
-def advised_between(role: str) -> str:
+def advised_interpolation(role: str) -> str:
     """What suits a column: a velocity bends, an acceleration or a force jumps."""
     how = "spline" if role == "velocity" else "linear"
     return f'between.{role} = "{how}" in run.toml'

@@ -12,7 +12,7 @@ from axisid.estimation.tables import Table
 from axisid.modeling.declaration import ROLES
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 _MOST = 100  # columns that are listed
 _LINE = 96  # letters of a comment

@@ -8,7 +8,7 @@ declared to have a clock of its own. A continuous law has none.
 
 from dataclasses import dataclass, replace
 
-from axisid.estimation.tables import LogClock
+from axisid.estimation.tables import PeriodSource
 from axisid.modeling.declaration import ControlLaw
 
 from .record import Record
@@ -39,21 +39,23 @@ def is_same_period(one: float, other: float, uncertainty: float = 0.0) -> bool:
     return abs(one / other - 1) <= _SAME_PERIOD + uncertainty
 
 
-def clock_of(record: Record) -> LogClock:
+def clock_of(record: Record) -> PeriodSource:
     """Whose word the period of a record is; one of arrays has its own times."""
     stated = record.sample_period is not None
     clock = record.provenance.clock
     if clock is not None:
         return replace(clock, stated=clock.stated and stated)
-    return LogClock(uncertainty=0.0 if stated else record.period_uncertainty, stated=stated)
+    return PeriodSource(uncertainty=0.0 if stated else record.period_uncertainty, stated=stated)
 
 
 def is_sampled_by(record: Record, law: ControlLaw) -> bool:
     """Whether the samples of a record are those of a law; of a resampled one, its grid's."""
-    return law_ratio(law, record.period, clock_of(record)) == 1.0
+    return evaluations_per_sample(law, record.period, clock_of(record)) == 1.0
 
 
-def law_ratio(law: ControlLaw | None, period: float, own: LogClock) -> float | None:
+def evaluations_per_sample(
+    law: ControlLaw | None, period: float, own: PeriodSource
+) -> float | None:
     """How often a law is evaluated in a sample of a record: 1 where both have one clock.
 
     It is 1 for a continuous law, and without one.
@@ -63,7 +65,7 @@ def law_ratio(law: ControlLaw | None, period: float, own: LogClock) -> float | N
     law : ControlLaw or None
     period : float
         Of the record, s.
-    own : LogClock
+    own : PeriodSource
 
     Returns
     -------
@@ -80,12 +82,12 @@ def law_ratio(law: ControlLaw | None, period: float, own: LogClock) -> float | N
     return period / law.period if vouched else None
 
 
-def hold_delay(law: ControlLaw | None, period: float, own: LogClock) -> float:
+def hold_delay(law: ControlLaw | None, period: float, own: PeriodSource) -> float:
     """By how much a drive that holds its control delays it, samples: half of how long it does."""
-    return 0.5 / max(law_ratio(law, period, own) or 1.0, 1.0)
+    return 0.5 / max(evaluations_per_sample(law, period, own) or 1.0, 1.0)
 
 
-def other_period(law: ControlLaw | None, period: float, own: LogClock) -> OtherPeriod | None:
+def other_period(law: ControlLaw | None, period: float, own: PeriodSource) -> OtherPeriod | None:
     """What is wrong with the sampling period of a log; None where nothing speaks against it.
 
     Parameters
@@ -94,7 +96,7 @@ def other_period(law: ControlLaw | None, period: float, own: LogClock) -> OtherP
         Of the axis; without one there is nothing to compare with.
     period : float
         Of the record, s.
-    own : LogClock
+    own : PeriodSource
     """
     logged = own.step * period
     if law is None or law.continuous or is_same_period(logged, law.period, own.uncertainty):

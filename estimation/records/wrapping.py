@@ -15,7 +15,7 @@ from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 
-from .clipping import quantum_of
+from .clipping import quantisation_step
 from .clocks import long_steps
 
 _MAX_WRAPPED_SPAN = 1.001  # moduli that a wrapped position spans, with noise
@@ -196,7 +196,7 @@ def unsigned_notes(samples: Mapping[str, Samples]) -> list[str]:
 
 def _lost_sign(values: Array) -> float:
     """The modulus by which a column has no negative numbers; 0 where nothing says so."""
-    quantum = quantum_of(values)
+    quantum = quantisation_step(values)
     if not quantum or values.min() < 0:
         return 0.0
     for bits in _WORDS:

@@ -6,11 +6,11 @@ Knows nothing of verdicts.
 
 from .coloured_errors import (
     Autoregression as Autoregression,
-    added as added,
+    at_least_twin_variances as at_least_twin_variances,
     autoregression_of as autoregression_of,
-    by_colour as by_colour,
-    by_windows as by_windows,
-    larger as larger,
+    autoregressive_covariance as autoregressive_covariance,
+    clustered_covariance as clustered_covariance,
+    sum_covariances as sum_covariances,
 )
 from .covariance import (
     Classical as Classical,
@@ -33,25 +33,25 @@ from .forms import (
     InverseForm as InverseForm,
 )
 from .linear import (
-    Applied as Applied,
     Columns as Columns,
+    CovarianceEstimate as CovarianceEstimate,
+    LossWeights as LossWeights,
     QrFactors as QrFactors,
-    RowCounts as RowCounts,
     Solution as Solution,
-    as_counted as as_counted,
     checked_columns as checked_columns,
     condition_number as condition_number,
     factor as factor,
     instrumental_variables as instrumental_variables,
     least_squares as least_squares,
+    weighted_instrumental_variables as weighted_instrumental_variables,
 )
 from .propagation import (
-    Bend as Bend,
+    Curvature as Curvature,
     Drawn as Drawn,
     DrawSummary as DrawSummary,
-    bend as bend,
+    covariance_root as covariance_root,
+    curvature_of as curvature_of,
     draw_parameters as draw_parameters,
-    root as root,
     summarised as summarised,
 )
 from .residual_tests import (
@@ -70,7 +70,7 @@ from .simulated_rows import (
     sensor_steps as sensor_steps,
     simulated_loops as simulated_loops,
     simulated_position as simulated_position,
-    simulated_right as simulated_right,
+    simulated_regressor as simulated_regressor,
 )
 from .variable_projection import (
     damped_step as damped_step,

@@ -13,10 +13,10 @@ from typing import Self
 
 import numpy as np
 
-from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_FREEDOM
+from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_DEGREES_OF_FREEDOM
 from axisid.support.arrays import Array
 
-from .linear import Applied, Solution
+from .linear import CovarianceEstimate, Solution
 
 # a hundred rows, beyond which a short record cannot tell it from a drift
 _MAX_RESIDUAL_AUTOREGRESSION = 0.99
@@ -26,7 +26,7 @@ _RESOLVED = 1e-3  # of the autoregression, far finer than a short record shows i
 _FORGOTTEN = 0.05  # of a residual, after which rows are as far apart as any
 
 
-def autoregressive_covariance(solution: Solution) -> Applied:
+def autoregressive_covariance(solution: Solution) -> CovarianceEstimate:
     """``A' Omega A`` for the influence A and residuals that are an AR(1).
 
     Its coefficient is the one with which residuals, as the fit leaves them, would show the
@@ -38,7 +38,9 @@ def autoregressive_covariance(solution: Solution) -> Applied:
     variance ``2/n``, the coefficient, apart from it, ``(1 - rho^2)/n``.
     """
     e, (n, k) = solution.counted, solution.influence.shape
-    nothing = Applied(matrix=np.zeros((k, k)), freedom=np.full(k, float(n - k)), description=_NAME)
+    nothing = CovarianceEstimate(
+        matrix=np.zeros((k, k)), freedom=np.full(k, float(n - k)), description=_NAME
+    )
     if not e @ e > 0:
         return nothing
     fitted = _Fitted.of(solution)
@@ -51,9 +53,9 @@ def autoregressive_covariance(solution: Solution) -> Applied:
     taken = fitted.basis.T @ fitted.coloured(rho)
     variance = len(e) * power / (len(e) - float(np.trace(taken)))
     relative = (2 + fitted.slopes(rho) ** 2 * (1 - rho**2)) / n
-    return Applied(
+    return CovarianceEstimate(
         matrix=np.asarray(variance * fitted.of_parameters(taken), dtype=float),
-        freedom=np.clip(2 / relative, MIN_FREEDOM.value, n - k),
+        freedom=np.clip(2 / relative, MIN_DEGREES_OF_FREEDOM.value, n - k),
         description=_NAME,
     )
 

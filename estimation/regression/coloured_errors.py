@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array
 
 from .covariance import score_products, widened
-from .linear import Applied
+from .linear import CovarianceEstimate
 
 # of the errors, in pairs so far apart between masks: measured with half of the samples masked, at
 # random or in blocks, 0.9 to 1.4 times the scatter is claimed
@@ -187,7 +187,7 @@ def autoregression_of(
     if not used:
         return by_whittle(np.zeros((1, outputs, outputs)), 0)
     most = min(max(round(_LONGEST / period), _FEWEST), used // (_ROWS_PER_ORDER * outputs))
-    order = Neighbours.joined([Neighbours.consecutive(len(each) // outputs) for each in pieces])
+    order = RowTimes.joined([RowTimes.consecutive(len(each) // outputs) for each in pieces])
     products = score_products(np.concatenate(pieces).reshape(-1, outputs), order, most)
     if used < rows:
         whole, pairs = (
@@ -245,18 +245,18 @@ def _symmetric(matrix: Array) -> Array:
     return np.asarray((matrix + matrix.T) / 2)
 
 
-def added(found: Sequence[Applied]) -> Applied:
+def sum_covariances(found: Sequence[CovarianceEstimate]) -> CovarianceEstimate:
     """The sum of independent covariances, such as those of records: of how many degrees it is."""
     matrix = np.sum([each.matrix for each in found], axis=0)
     whole = np.diag(matrix)
     unsure = np.sum([np.diag(each.matrix) ** 2 / each.freedom for each in found], axis=0)
     freedom = np.divide(whole**2, unsure, out=np.full(len(whole), np.inf), where=unsure > 0)
-    return Applied(matrix=matrix, freedom=freedom)
+    return CovarianceEstimate(matrix=matrix, freedom=freedom)
 
 
-def by_colour(
+def autoregressive_covariance(
     columns: Array, model: Autoregression, spans: Sequence[slice], rows: int, taken: float
-) -> Applied:
+) -> CovarianceEstimate:
     """Of columns (n, k) and a record's errors that follow a model, as sure as that model is.
 
     Parameters
@@ -278,7 +278,9 @@ def by_colour(
     return _less_taken(matrix, whole, taken)
 
 
-def by_windows(columns: Array, errors: Array, windows: Sequence[slice], taken: float) -> Applied:
+def clustered_covariance(
+    columns: Array, errors: Array, windows: Sequence[slice], taken: float
+) -> CovarianceEstimate:
     """Of columns (n, k) and errors of windows that are independent of each other, by their scores.
 
     A sandwich clustered by window: what moves an axis besides its control is summed up twice in the
@@ -288,7 +290,7 @@ def by_windows(columns: Array, errors: Array, windows: Sequence[slice], taken: f
     Parameters
     ----------
     columns, taken
-        As in `by_colour`.
+        As in `autoregressive_covariance`.
     errors : (n,) array
     windows : sequence of slice
 
@@ -302,20 +304,22 @@ def by_windows(columns: Array, errors: Array, windows: Sequence[slice], taken: f
     return _less_taken(scores.T @ scores, whole, taken)
 
 
-def _less_taken(matrix: Array, whole: Array, taken: float) -> Applied:
+def _less_taken(matrix: Array, whole: Array, taken: float) -> CovarianceEstimate:
     """A covariance of so many degrees of freedom (k,), of which a fit has taken some."""
     left = np.maximum(whole - taken, 1.0)
     more = np.divide(whole, left, out=np.ones_like(whole), where=np.isfinite(whole))
-    return Applied(matrix=widened(matrix, np.diag(matrix) * more), freedom=left)
+    return CovarianceEstimate(matrix=widened(matrix, np.diag(matrix) * more), freedom=left)
 
 
-def larger(told: Applied, columns: Array, twins: Array, spans: Sequence[slice]) -> Applied:
+def at_least_twin_variances(
+    told: CovarianceEstimate, columns: Array, twins: Array, spans: Sequence[slice]
+) -> CovarianceEstimate:
     """What is told of columns (n, k), or what twins (n, B) make of them where that is more."""
     pairs = ((columns[rows].T, twins[rows]) for rows in spans)
     made = sum((each @ own for each, own in pairs), np.zeros((len(told.matrix), twins.shape[1])))
     by_twins = made.var(axis=1, ddof=1)
     more = by_twins > np.diag(told.matrix)
-    return Applied(
+    return CovarianceEstimate(
         matrix=widened(told.matrix, by_twins),
         freedom=np.where(more, twins.shape[1] - 1.0, told.freedom),
     )

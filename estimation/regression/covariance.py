@@ -14,13 +14,13 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import fdtrc
 
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import FEW_SCORES, MAX_AUTOREGRESSION
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
 from .autoregressive import autoregressive_covariance
-from .linear import Applied, Solution
+from .linear import CovarianceEstimate, Solution
 
 #: From so many lags, and lags times rows, on products are found by Fourier transforms.
 _MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
@@ -35,7 +35,7 @@ class Covariance(ABC):
     has_one_variance: ClassVar[bool] = False
 
     @abstractmethod
-    def applied(self, solution: Solution) -> Applied:
+    def applied(self, solution: Solution) -> CovarianceEstimate:
         """Covariance of the estimate, its degrees of freedom, and what it is called."""
 
     def matrix(self, solution: Solution) -> Array:
@@ -47,13 +47,17 @@ class Covariance(ABC):
         return self.applied(solution).freedom
 
 
-def applied_covariance(matrix: Array, shape: tuple[int, ...], description: str) -> Applied:
+def applied_covariance(
+    matrix: Array, shape: tuple[int, ...], description: str
+) -> CovarianceEstimate:
     """A matrix with n - k degrees of freedom, of so many rows and parameters (n, k)."""
     n, k = shape
-    return Applied(matrix=matrix, freedom=np.full(k, float(n - k)), description=description)
+    return CovarianceEstimate(
+        matrix=matrix, freedom=np.full(k, float(n - k)), description=description
+    )
 
 
-def _corrected(matrix: Array, shape: tuple[int, ...], description: str) -> Applied:
+def _corrected(matrix: Array, shape: tuple[int, ...], description: str) -> CovarianceEstimate:
     """The same times ``n/(n - k)``, for small samples."""
     n, k = shape
     return applied_covariance(n / (n - k) * matrix, shape, f"{description}, times n/(n - k)")
@@ -70,7 +74,7 @@ class PublishedCovariance(Covariance):
 
     has_one_variance = True
 
-    def applied(self, solution: Solution) -> Applied:
+    def applied(self, solution: Solution) -> CovarianceEstimate:
         """See `Covariance.applied`."""
         e, factor = solution.counted, solution.inverse_factor
         matrix = float(e @ e) / (len(e) - 1) * (factor @ factor.T)
@@ -84,7 +88,7 @@ class Classical(Covariance):
 
     has_one_variance = True
 
-    def applied(self, solution: Solution) -> Applied:
+    def applied(self, solution: Solution) -> CovarianceEstimate:
         """See `Covariance.applied`."""
         e, A = solution.counted, solution.influence
         n, k = A.shape
@@ -96,7 +100,7 @@ class Classical(Covariance):
 class Robust(Covariance):
     """``A' diag(e^2) A``, times ``n/(n - k)`` (HC1): independent residuals of any variance."""
 
-    def applied(self, solution: Solution) -> Applied:
+    def applied(self, solution: Solution) -> CovarianceEstimate:
         """See `Covariance.applied`."""
         scores = _scores(solution)
         return _corrected(scores.T @ scores, scores.shape, "heteroscedasticity-robust")
@@ -135,7 +139,7 @@ class Hac(Covariance):
                 code="result",
             )
 
-    def applied(self, solution: Solution) -> Applied:
+    def applied(self, solution: Solution) -> CovarianceEstimate:
         """See `Covariance.applied`; fewer degrees for many lags, or sluggish scores."""
         products = partial(score_products, _scores(solution), solution.neighbours)
         applied = self.of_scores(products, solution.influence.shape)
@@ -143,13 +147,15 @@ class Hac(Covariance):
         few = widens and float(applied.freedom.min()) < FEW_SCORES.value
         return _at_least(applied, autoregressive_covariance(solution)) if few else applied
 
-    def of_scores(self, products: Callable[[int], Array], shape: tuple[int, ...]) -> Applied:
+    def of_scores(
+        self, products: Callable[[int], Array], shape: tuple[int, ...]
+    ) -> CovarianceEstimate:
         """Of scores, (n, k), by their products as `long_run` takes them; never widened."""
         found = self.long_run(products, shape[0])
         applied = _corrected(found.matrix, shape, found.description)
         return replace(applied, freedom=np.minimum(found.freedom, applied.freedom))
 
-    def long_run(self, products: Callable[[int], Array], rows: int) -> Applied:
+    def long_run(self, products: Callable[[int], Array], rows: int) -> CovarianceEstimate:
         """The long-run covariance of scores, from their products up to so many lags.
 
         Its degrees of freedom are by the relative variance of the kernel, ``2/n sum w^2``, and by
@@ -176,7 +182,7 @@ class Hac(Covariance):
         capped = lags == most_lags(rows)
         rule = f"plug-in rule{', capped' * capped}" if whitens else "as given"
         scores = "scores prewhitened by AR(1), " * whitens
-        return Applied(
+        return CovarianceEstimate(
             matrix=np.asarray(bartlett(white) * np.outer(gain, gain), dtype=float),
             freedom=np.asarray(rows / (kernel + coloured) * np.ones_like(colour), dtype=float),
             description=f"HAC, {scores}Bartlett kernel, {lags} lags ({rule})",
@@ -207,7 +213,7 @@ class Hac(Covariance):
         return white[: lags + 1], colour
 
 
-def _at_least(applied: Applied, other: Applied) -> Applied:
+def _at_least(applied: CovarianceEstimate, other: CovarianceEstimate) -> CovarianceEstimate:
     """A covariance with no deviation smaller than another has it; its correlations stay."""
     own, least = np.diag(applied.matrix), np.diag(other.matrix)
     wider = (own > 0) & (least > own)
@@ -227,7 +233,7 @@ def widened(covariance: Array, least: Array) -> Array:
     return np.asarray(np.outer(scale, scale) * covariance, dtype=float)
 
 
-def score_products(scores: Array, neighbours: Neighbours, lags: int) -> Array:
+def score_products(scores: Array, neighbours: RowTimes, lags: int) -> Array:
     """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
     placed = neighbours.on_grid(scores, lags + 1)
     if lags >= _MANY_LAGS and lags * len(placed) >= _MANY_PRODUCTS:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
@@ -38,14 +38,14 @@ class Columns:
         Their norms.
     names : tuple of str
         Of the columns' parameters, for messages.
-    neighbours : Neighbours
+    neighbours : RowTimes
         Which of the rows follow each other in time.
     """
 
     columns: Array
     scale: Array
     names: tuple[str, ...]
-    neighbours: Neighbours
+    neighbours: RowTimes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +65,7 @@ class QrFactors(Columns):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RowCounts:
+class LossWeights:
     """What each row counts under a loss that is not of squares.
 
     Attributes
@@ -93,9 +93,9 @@ class Solution:
     influence : (n, k) array
         A with ``theta_hat - theta = A' e``: ``X (X'X)^-1`` (LS), ``W X (X'WX)^-1`` with weights W,
         or ``Z (X'Z)^-1`` (IV).
-    neighbours : Neighbours
+    neighbours : RowTimes
         Which of the rows follow each other in time.
-    counts : RowCounts or None
+    counts : LossWeights or None
         Under a loss that is not of squares; `influence` is then of residuals as they counted. None
         where all count alike.
     """
@@ -104,8 +104,8 @@ class Solution:
     residuals: Array
     inverse_factor: Array
     influence: Array
-    neighbours: Neighbours
-    counts: RowCounts | None = None
+    neighbours: RowTimes
+    counts: LossWeights | None = None
 
     @property
     def counted(self) -> Array:
@@ -128,7 +128,7 @@ class Solution:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Applied:
+class CovarianceEstimate:
     """A covariance of a solution.
 
     Attributes
@@ -153,7 +153,7 @@ def checked_columns(
     columns: Array,
     names: Sequence[str],
     what: str = "the record",
-    neighbours: Neighbours | None = None,
+    neighbours: RowTimes | None = None,
 ) -> Columns:
     """A regressor, checked column by column.
 
@@ -164,7 +164,7 @@ def checked_columns(
         Of the k columns' parameters.
     what : str
         Where the columns come from.
-    neighbours : Neighbours, optional
+    neighbours : RowTimes, optional
         Which of the rows follow each other in time; by default all do.
 
     Raises
@@ -207,7 +207,7 @@ def checked_columns(
         columns=columns,
         scale=scale,
         names=tuple(names),
-        neighbours=neighbours or Neighbours.consecutive(n),
+        neighbours=neighbours or RowTimes.consecutive(n),
     )
 
 
@@ -215,7 +215,7 @@ def factor(
     columns: Array,
     names: Sequence[str],
     what: str = "the record",
-    neighbours: Neighbours | None = None,
+    neighbours: RowTimes | None = None,
 ) -> QrFactors:
     """Factor a regressor or instruments; parameters as of `checked_columns`.
 
@@ -297,7 +297,9 @@ def instrumental_variables(y: Array, X: Columns, Z: QrFactors) -> Solution:
     )
 
 
-def as_counted(y: Array, X: Columns, Z: QrFactors, counts: RowCounts) -> Solution:
+def weighted_instrumental_variables(
+    y: Array, X: Columns, Z: QrFactors, counts: LossWeights
+) -> Solution:
     """``(Z'WX)^-1 Z'Wy``, y of shape (n,), for weights W that a loss gave; Z is X of least squares.
 
     The influence is that of the loss, ``Z (X'DZ)^-1`` with its slopes D.

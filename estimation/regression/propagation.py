@@ -73,7 +73,7 @@ class DrawSummary(Drawn, frozen=True, kw_only=True):
 
 
 @dataclass(frozen=True, slots=True)
-class Bend:
+class Curvature:
     """A map and its second derivatives in units of the estimate's own deviations.
 
     Attributes
@@ -106,7 +106,7 @@ class Bend:
         return float("inf") if first == 0 else second / first
 
 
-def bend(form: Form, theta: Array, covariance: Array) -> Bend:
+def curvature_of(form: Form, theta: Array, covariance: Array) -> Curvature:
     """Differences of the map's exact Jacobian along the covariance's own directions.
 
     Parameters
@@ -116,16 +116,16 @@ def bend(form: Form, theta: Array, covariance: Array) -> Bend:
     covariance : (k, k) array
         Of theta.
     """
-    directions = root(covariance)
+    directions = covariance_root(covariance)
     jacobian = form.physical(theta)[1]
     bends = np.empty((len(jacobian), len(theta), len(theta)))
     for j, direction in enumerate(directions.T):
         ahead, behind = (form.physical(theta + s * direction)[1] for s in (_STEP, -_STEP))
         bends[:, :, j] = (ahead - behind) @ directions / (2 * _STEP)
-    return Bend(jacobian @ directions, bends)
+    return Curvature(jacobian @ directions, bends)
 
 
-def root(covariance: Array) -> Array:
+def covariance_root(covariance: Array) -> Array:
     """L with ``L L' = C``, of any rank; NaN for one that is not finite."""
     if not np.all(np.isfinite(covariance)):
         return np.full_like(covariance, np.nan)
@@ -164,7 +164,7 @@ def draw_parameters(
             code="result",
         )
     rng = np.random.default_rng(seed)
-    normal = rng.normal(size=(draws, len(theta))) @ root(covariance).T
+    normal = rng.normal(size=(draws, len(theta))) @ covariance_root(covariance).T
     # One chance for all parameters, so that those of equal freedom are stretched alike.
     stretch = np.sqrt(freedom / chdtri(freedom, rng.random(size=(draws, 1))))
     drawn = theta + normal * stretch

@@ -1,7 +1,7 @@
 """Tests of an estimate's residuals, each with what a figure of it needs.
 
 Likeness of neighbours (Durbin-Watson), shape (Jarque-Bera), what of the motion is left in them
-(correlation with the instruments over lags), and their power density by Welch's method. Neighbours
+(correlation with the instruments over lags), and their power density by Welch's method. RowTimes
 are rows that follow each other in time; a row that is missing counts as one of zero in correlations
 over a lag, as in [Parzen1963]_, which keeps their deviations from growing.
 """
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtr, ndtri
 
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_SEGMENT_ROWS, SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Array, Exact
 from axisid.support.figures import MaybeNan
@@ -115,7 +115,7 @@ class ResidualTests(Exact):
 
 
 def residual_tests(
-    residuals: Array, W: Array, lags: int | None = None, neighbours: Neighbours | None = None
+    residuals: Array, W: Array, lags: int | None = None, neighbours: RowTimes | None = None
 ) -> ResidualTests:
     """Test residuals for correlation and normality.
 
@@ -126,12 +126,12 @@ def residual_tests(
         Instruments, or the regressor of least squares.
     lags : int, optional
         Of the correlations; ``min(10 log10 n, n/5)`` by default.
-    neighbours : Neighbours, optional
+    neighbours : RowTimes, optional
         Which rows follow each other in time; by default all do.
     """
     n = len(residuals)
     count = int(min(10 * np.log10(n), n / 5)) if lags is None else lags
-    order = neighbours or Neighbours.consecutive(n)
+    order = neighbours or RowTimes.consecutive(n)
     power = float(residuals @ residuals)
     about = residuals - residuals.mean()
     every = np.column_stack([np.ones(n), about, residuals, W])
@@ -175,7 +175,7 @@ def residual_tests(
 
 
 def power_density(
-    values: Array, rate: float, neighbours: Neighbours
+    values: Array, rate: float, neighbours: RowTimes
 ) -> tuple[Array, Array] | Missing:
     """Frequencies in Hz and the power density of values at each, (f,) or (f, k), but for the mean.
 
@@ -187,7 +187,7 @@ def power_density(
     values : (n,) or (n, k) array
     rate : float
         Rows that follow each other in a second.
-    neighbours : Neighbours
+    neighbours : RowTimes
         Which of the rows do.
     """
     from scipy.signal import welch
@@ -208,7 +208,7 @@ def power_density(
     return frequencies[1:], np.average(powers, axis=0, weights=weights)[1:]
 
 
-def _durbin_watson(residuals: Array, order: Neighbours) -> float:
+def _durbin_watson(residuals: Array, order: RowTimes) -> float:
     """Sum of squared changes from a row to the next, as of as many as there are without a gap."""
     late, early = order.pairs(1)
     changes = residuals[late] - residuals[early]

@@ -18,8 +18,8 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.choices import OPEN_LOOP_FIT
 from axisid.estimation.loops import (
-    KeptByRecord,
     LawTicks,
+    RecordCache,
     first_velocity,
     hides_command,
     late_in_log,
@@ -33,10 +33,10 @@ from axisid.estimation.loops import (
 from axisid.estimation.records import (
     Record,
     clock_of,
+    evaluations_per_sample,
     is_sampled_by,
-    law_ratio,
     other_period,
-    quantum_of,
+    quantisation_step,
 )
 from axisid.estimation.signals import FilteredRecord, about_samples, recorded_signals
 from axisid.estimation.simulation import (
@@ -75,7 +75,7 @@ class SensorSteps:
     velocity: float = 0.0
 
 
-_KNOWN: KeptByRecord[int, SensorSteps] = KeptByRecord()
+_KNOWN: RecordCache[int, SensorSteps] = RecordCache()
 
 
 def sensor_steps(axis: GeneratedAxis, record: Record) -> SensorSteps:
@@ -85,13 +85,13 @@ def sensor_steps(axis: GeneratedAxis, record: Record) -> SensorSteps:
         return SensorSteps()
     known, fewest = _KNOWN.of(record), int(MIN_STEP_DIFFERENCES.value)
     if fewest not in known:
-        velocity = 0.0 if record.velocity is None else quantum_of(record.velocity, fewest)
+        velocity = 0.0 if record.velocity is None else quantisation_step(record.velocity, fewest)
         if record.velocity is not None:
             # A noise of that size averages the steps out.
             changing = np.abs(np.diff(record.velocity)) > velocity / 2
             velocity *= bool(np.mean(changing) <= _MAX_DITHERED_SHARE)
         known[fewest] = SensorSteps(
-            position=0.0 if record.integrated else quantum_of(record.position, fewest),
+            position=0.0 if record.integrated else quantisation_step(record.position, fewest),
             velocity=velocity,
         )
     return known[fewest]
@@ -145,7 +145,7 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
         raise lacking_law(axis)
     if record.commanded is None:
         raise _no_reference(record)
-    ratio = law_ratio(law, record.period, clock_of(record))
+    ratio = evaluations_per_sample(law, record.period, clock_of(record))
     if ratio is None:
         raise _other_period(axis, law, record)
     if ratio != 1 and not (axis.axis.response is None and axis.axis.drive.path.is_plain):
@@ -222,7 +222,7 @@ def simulated_position(loops: Sequence[Simulation]) -> Array:
     return np.concatenate([loop.position for loop in loops])
 
 
-def simulated_right(
+def simulated_regressor(
     form: Form, loops: Sequence[Simulation], physical: Array, data: FilteredRecord
 ) -> tuple[Array, Array]:
     """Known part and regressor of simulated loops, reduced like the measured ones.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
 from axisid.estimation.parameters import Unknowns
-from axisid.estimation.predictions import Predictions, Slopes, slopes_of
+from axisid.estimation.predictions import ErrorsAndJacobian, Predictions, jacobian_at
 from axisid.estimation.thresholds import MAX_FAR, MEDIAN_OF_NORMAL, MIN_FAR
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
@@ -53,7 +53,7 @@ class FitStep:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Weighing:
+class WeightedLoss:
     """How errors count.
 
     Attributes
@@ -82,13 +82,13 @@ class Weighing:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Found:
+class SearchResult:
     """Where the search ended.
 
     Attributes
     ----------
     physical : (P,) array
-    slopes : Slopes
+    slopes : ErrorsAndJacobian
         There, by the parameters that are not fixed.
     at_bound : (P,) array of int
         -1 at the lower, 1 at the upper one, 0 elsewhere.
@@ -102,7 +102,7 @@ class Found:
     """
 
     physical: Array
-    slopes: Slopes
+    slopes: ErrorsAndJacobian
     at_bound: NDArray[np.int8]
     steps: tuple[FitStep, ...]
     cost: float
@@ -110,7 +110,7 @@ class Found:
     why_lost: str
     converged: bool
 
-    def after(self, earlier: "Found") -> "Found":
+    def after(self, earlier: "SearchResult") -> "SearchResult":
         """The same with the steps of an earlier search before its own."""
         return replace(self, steps=(*earlier.steps, *self.steps), lost=earlier.lost + self.lost)
 
@@ -123,7 +123,7 @@ class Search:
     predictions : Predictions
     unknowns : Unknowns
     scale : (P,) array
-    weighing : Weighing
+    weighing : WeightedLoss
     progress : callable, optional
     """
 
@@ -132,17 +132,17 @@ class Search:
         predictions: Predictions,
         unknowns: Unknowns,
         scale: Array,
-        weighing: Weighing,
+        weighing: WeightedLoss,
         progress: Progress | None = None,
     ) -> None:
         self._predictions, self._unknowns, self._scale = predictions, unknowns, scale
         self._weighing, self._progress = weighing, progress
         self._steps: list[FitStep] = []
         self._largest, self._lost, self._why = 0.0, 0, ""
-        self._slopes: tuple[Array, Slopes] | None = None
+        self._slopes: tuple[Array, ErrorsAndJacobian] | None = None
         self._free = unknowns.free
 
-    def run(self, start: Array) -> Found:
+    def run(self, start: Array) -> SearchResult:
         """Search from parameters (P,) strictly inside their bounds.
 
         Raises
@@ -165,7 +165,7 @@ class Search:
         if not settled:  # what was put to a bound, or freed, has not been searched yet
             at, ended = self._ended(at, bound)
         slopes = self._slopes_at(at)
-        return Found(
+        return SearchResult(
             physical=at,
             slopes=slopes,
             at_bound=bound,
@@ -176,7 +176,7 @@ class Search:
             converged=settled and (ended is None or ended.status > 0),
         )
 
-    def rise(self, at: Array, best: Found) -> float:
+    def rise(self, at: Array, best: SearchResult) -> float:
         """How much more the cost is at parameters (P,) than at the best, in squares of its noise.
 
         Infinite where the loop cannot be simulated.
@@ -256,12 +256,12 @@ class Search:
         jacobian = self._weighing.weights[:, None] * self._slopes_at(at).jacobian
         return np.vstack([jacobian, self._unknowns.known_rows])
 
-    def _slopes_at(self, at: Array) -> Slopes:
+    def _slopes_at(self, at: Array) -> ErrorsAndJacobian:
         if self._slopes is not None and np.array_equal(self._slopes[0], at):
             return self._slopes[1]
         self._predictions.settle(at)
         u = self._unknowns
-        slopes = slopes_of(self._predictions, at, self._scale, u.lower, u.upper, self._free)
+        slopes = jacobian_at(self._predictions, at, self._scale, u.lower, u.upper, self._free)
         self._slopes = at.copy(), slopes
         self._largest = self._largest or max(
             float(np.abs(self._rows(at, slopes.errors)).max()), 1.0
@@ -294,26 +294,26 @@ class Search:
         return np.where(low, -1, np.where(high, 1, 0)).astype(np.int8)
 
 
-def weighed_rows(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighing) -> Array:
+def weighed_rows(at: Array, errors: Array, unknowns: Unknowns, weighing: WeightedLoss) -> Array:
     """Weighted errors (n,), then those of what was known before, over its deviations."""
     return np.concatenate([weighing.weights * errors, unknowns.known_errors(at)])
 
 
-def cost_of(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighing) -> float:
+def cost_of(at: Array, errors: Array, unknowns: Unknowns, weighing: WeightedLoss) -> float:
     """What the search makes least, of parameters (P,) and the errors (n,) that they leave."""
     rows, c, n = weighed_rows(at, errors, unknowns, weighing), weighing.tuning, len(errors)
     own = c * c * weighing.counted((rows[:n] / c) ** 2)[0]
     return 0.5 * float(own.sum() + rows[n:] @ rows[n:])
 
 
-def best_of(found: Sequence[Found]) -> Found:
+def best_of(found: Sequence[SearchResult]) -> SearchResult:
     """The search that ended lowest, of one or more; of several that ended as low the first."""
     least = min(each.cost for each in found) * (1 + 100 * _TOLERANCE)
     return next(each for each in found if each.cost <= least)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Elsewhere:
+class EquallyGoodPoint:
     """A place that a search passed, which the errors tell less apart than the deviations claim.
 
     Attributes
@@ -330,9 +330,9 @@ class Elsewhere:
     by_errors: float
 
 
-def passed_as_low(
-    ends: Sequence[Found], variances: Array, independent: Array, search: "Search"
-) -> Elsewhere | None:
+def equally_good_point(
+    ends: Sequence[SearchResult], variances: Array, independent: Array, search: "Search"
+) -> EquallyGoodPoint | None:
     """The farthest place that was passed and is as good as the end, if that is claimed far away.
 
     About a least that errors bend to by chance, in a valley that is flat, slopes claim what holds
@@ -340,7 +340,7 @@ def passed_as_low(
 
     Parameters
     ----------
-    ends : sequence of Found
+    ends : sequence of SearchResult
     variances : (P,) array
         That are told.
     independent : (P,) array
@@ -360,7 +360,7 @@ def passed_as_low(
         rise = search.rise(places[place], best)
         by_errors = float(np.sqrt(max(rise, 0.0) * independent[j] / variances[j]))
         if by_errors < MAX_FAR.value:
-            return Elsewhere(physical=places[place], away=away[place], by_errors=by_errors)
+            return EquallyGoodPoint(physical=places[place], away=away[place], by_errors=by_errors)
     return None
 
 
@@ -381,6 +381,6 @@ def _huber(z: Array) -> Array:
 LOSSES: Mapping[str, Loss] = MappingProxyType({SQUARES: _squares, SOFT_L1: _soft_l1, HUBER: _huber})
 
 
-def deviation_by_median(errors: Array) -> float:
+def robust_deviation(errors: Array) -> float:
     """Standard deviation of normal errors, from the median of their distances from the median."""
     return float(np.median(np.abs(errors - np.median(errors)))) / MEDIAN_OF_NORMAL.value

@@ -18,14 +18,13 @@ from .prefilter import (
     Span as Span,
     matching_decimation as matching_decimation,
 )
-from .sampling import Neighbours as Neighbours, Sampling as Sampling
+from .sampling import RowTimes as RowTimes, Sampling as Sampling
 from .signals import (
     Motion as Motion,
     Signals as Signals,
     about_samples as about_samples,
     dependence as dependence,
     drive_force as drive_force,
-    losses_count as losses_count,
     motion_lacks as motion_lacks,
     of_signals as of_signals,
     one_direction as one_direction,
@@ -34,4 +33,5 @@ from .signals import (
     remaining_information as remaining_information,
     rests_first as rests_first,
     searches_friction as searches_friction,
+    takes_robust_loss as takes_robust_loss,
 )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.records import Record, clock_of, hold_delay, law_ratio
+from axisid.estimation.records import Record, clock_of, evaluations_per_sample, hold_delay
 from axisid.estimation.thresholds import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
 from axisid.support.arrays import Array, Exact, covered
 from axisid.support.errors import AxisidError, DataError
@@ -17,7 +17,7 @@ from axisid.support.uncached import Uncached
 
 from .drive_response import DriveAlong, acting_control
 from .prefilter import Prefilter, SampledFilter, Span
-from .sampling import Neighbours, Sampling
+from .sampling import RowTimes, Sampling
 from .signals import (
     Motion,
     Signals,
@@ -26,11 +26,11 @@ from .signals import (
     check_position,
     checked_control,
     columns_of,
-    losses_count,
     recorded_signals,
     remaining_information,
     resting,
     searches_friction,
+    takes_robust_loss,
 )
 
 # of the law's period times a unit's factor, by which the record's may differ: time is in that
@@ -279,7 +279,7 @@ class FilteredRecord(Exact, Uncached):
         return np.asarray(covered(turns, len(self))[rows], dtype=bool)
 
     @property
-    def neighbours(self) -> Neighbours:
+    def neighbours(self) -> RowTimes:
         """Which of the rows follow each other in time."""
         return self.sampling.neighbours
 
@@ -311,7 +311,10 @@ class FilteredRecord(Exact, Uncached):
     @property
     def drive(self) -> DriveAlong:
         """The drive along the record's motion, as the hold pairs the two."""
-        ratio = law_ratio(self.axis.axis.control, self.period, clock_of(self.record)) or 1.0
+        ratio = (
+            evaluations_per_sample(self.axis.axis.control, self.period, clock_of(self.record))
+            or 1.0
+        )
         return DriveAlong(
             axis=self.axis,
             starts=self._starts,
@@ -347,7 +350,7 @@ def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = (
     into = into or [np.eye(len(each.axis.parameters)) for each in records]
     pairs = [*zip(records, into, strict=True)]
     fastest = max(max(float(np.abs(each.motion[1]).max()), each.fastest) for each in records)
-    counts = np.any([losses_count(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0)
+    counts = np.any([takes_robust_loss(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0)
     moving, left = np.sum([each.information(own, fastest) for each, own in pairs], axis=0)
     return remaining_information(counts, moving, left) < MIN_INFORMATION_LEFT.value
 

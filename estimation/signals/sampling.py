@@ -27,7 +27,7 @@ _APART = 1 << 40  # rows, more than any lag, however often pieces are joined
 
 
 @dataclass(frozen=True, eq=False)
-class Neighbours:
+class RowTimes:
     """Places of rows on a grid of one row each; rows of adjacent places are neighbours.
 
     Attributes
@@ -40,17 +40,17 @@ class Neighbours:
     places: NDArray[np.int64]
 
     @classmethod
-    def consecutive(cls, rows: int) -> "Neighbours":
+    def consecutive(cls, rows: int) -> "RowTimes":
         """Rows of which none is missing."""
         return cls(np.arange(rows, dtype=np.int64))
 
     @classmethod
-    def of(cls, samples: NDArray[np.int64], step: int) -> "Neighbours":
+    def of(cls, samples: NDArray[np.int64], step: int) -> "RowTimes":
         """Rows of which each is of a sample, and of which one in so many samples is one."""
         return cls(samples // step)
 
     @classmethod
-    def joined(cls, pieces: Sequence["Neighbours"]) -> "Neighbours":
+    def joined(cls, pieces: Sequence["RowTimes"]) -> "RowTimes":
         """Pieces one after the other, none of whose rows is a neighbour of another piece's."""
         if len(pieces) == 1:
             return pieces[0]
@@ -63,8 +63,8 @@ class Neighbours:
     def __len__(self) -> int:
         return len(self.places)
 
-    def __getitem__(self, rows: Index) -> "Neighbours":
-        return Neighbours(self.places[rows])
+    def __getitem__(self, rows: Index) -> "RowTimes":
+        return RowTimes(self.places[rows])
 
     @cached_property
     def whole(self) -> bool:
@@ -206,12 +206,12 @@ class Sampling:
         return kept & ~covered(self.masked, self.samples)
 
     @cached_property
-    def neighbours(self) -> Neighbours:
+    def neighbours(self) -> RowTimes:
         """Which of the rows follow each other in time."""
         numbers = self.rows.astype(np.int64)
         starts = [start for start, _ in self.spans[1:]]
         pieces = np.split(numbers, np.searchsorted(numbers, starts))
-        return Neighbours.joined([Neighbours.of(p, self.prefilter.decimate) for p in pieces])
+        return RowTimes.joined([RowTimes.of(p, self.prefilter.decimate) for p in pieces])
 
     @property
     def masked_rows(self) -> int:

@@ -262,7 +262,7 @@ def remaining_information(counts: NDArray[np.bool_], moving: Array, left: Array)
     Parameters
     ----------
     counts : (P,) array of bool
-        Of which parameters a loss counts, see `losses_count`.
+        Of which parameters a loss counts, see `takes_robust_loss`.
     moving, left : (P, P) array
         Products of the regressor's columns of all samples in motion, and of those that are left.
     """
@@ -276,7 +276,7 @@ def remaining_information(counts: NDArray[np.bool_], moving: Array, left: Array)
     return float(np.min(after[seen] / before[seen], initial=1.0))
 
 
-def losses_count(axis: GeneratedAxis) -> NDArray[np.bool_]:
+def takes_robust_loss(axis: GeneratedAxis) -> NDArray[np.bool_]:
     """Of which parameters, (p,), a loss counts: none of friction that depends on the speed."""
     depends = dependence(axis)
     return ~(depends["direction"] & depends["velocity"])

@@ -17,7 +17,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .lane_arguments import checked_array
 from .two_clocks import TwoClocks

@@ -16,8 +16,8 @@ from axisid.codegen.lowering import SIGNALS
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
+from axisid.support.quoting import first_of, quoted
 from axisid.support.real_numbers import is_whole, real_array
-from axisid.support.user_values import first_of, quoted
 
 _MOST_THREADS = 1024
 

@@ -14,8 +14,8 @@ from axisid.estimation.signals import Signals, acting_along, drive_force, throug
 from axisid.modeling.declaration import ControlLaw, Response
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_real
-from axisid.support.user_values import quoted
 
 from .inputs import LoopInputs, before
 from .lane_arguments import axes_by_gains, checked_array

@@ -11,7 +11,7 @@ from .candidate import (
     ParameterCheck as ParameterCheck,
 )
 from .comparison import Comparison as Comparison, compare as compare
-from .friction_curve import Friction as Friction, friction as friction
+from .friction_curve import FrictionCurve as FrictionCurve, friction_curve as friction_curve
 from .held_out import HeldOut as HeldOut
 from .sweep import Sweep as Sweep, default_cutoffs as default_cutoffs, sweep as sweep
 from .validate import (

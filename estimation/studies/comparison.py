@@ -12,18 +12,23 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
-from axisid.estimation.choices import STARTS, check_among, comparing, is_output_error
+from axisid.estimation.choices import (
+    INSTRUMENT_STARTS,
+    check_among,
+    comparison_methods,
+    is_output_error,
+)
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import LawCheck, first_failing
 from axisid.estimation.identification import (
+    HasRecords,
     Identification,
-    OfProblem,
-    Shared,
+    JointRecords,
     identify_problem,
     records_of,
     shared_records,
 )
-from axisid.estimation.parameters import Known, Told
+from axisid.estimation.parameters import KnownValue, KnownValues
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
@@ -35,7 +40,7 @@ from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
-from axisid.support.user_values import is_among, quoted
+from axisid.support.quoting import is_among, quoted
 
 from .candidate import Candidate, NestedTest, candidate, nested_tests
 from .held_out import contiguous_blocks, regression_rows
@@ -47,7 +52,7 @@ _MAX_TIED_ERROR = 1.1  # of the least, where the excess is within its standard e
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Comparison(OfProblem, Checked, Presentable, Exact):
+class Comparison(HasRecords, Checked, Presentable, Exact):
     """Candidates on the same rows of one record or several, with a recommendation.
 
     Attributes
@@ -106,7 +111,7 @@ class Comparison(OfProblem, Checked, Presentable, Exact):
         return replace(self, set_aside={**unread, **self.set_aside}) if unread else self
 
     @property
-    def known(self) -> tuple[Known, ...]:
+    def known(self) -> tuple[KnownValues, ...]:
         """What is known of each record."""
         return () if self.problem.layout is None else self.problem.layout.known
 
@@ -124,10 +129,10 @@ def compare(
     *,
     progress: Progress | None = None,
     local: str | Sequence[str] = (),
-    known: Mapping[str, Sequence[Told]] | None = None,
+    known: Mapping[str, Sequence[KnownValue]] | None = None,
     gain: str = "identified",
     skip_bad: bool = False,
-    start: str = STARTS[0],
+    start: str = INSTRUMENT_STARTS[0],
     level: float = DEFAULT_LEVELS.level,
     least_share: float = DEFAULT_LEVELS.least_share,
 ) -> Comparison:
@@ -162,7 +167,7 @@ def compare(
     EstimationError
         The record identifies none of the candidates.
     """
-    if not is_among(method, names := comparing()):
+    if not is_among(method, names := comparison_methods()):
         why = ""
         if is_output_error(str(method)):
             why = ", whose loop is simulated with all rows, so that none is held out of it"
@@ -233,7 +238,7 @@ def _with_own(
     return next(found, first) if names else first
 
 
-def _problem_of(axis: GeneratedAxis, problem: Problem, shared: Shared) -> Problem:
+def _problem_of(axis: GeneratedAxis, problem: Problem, shared: JointRecords) -> Problem:
     """The same rows as a candidate's."""
     layout = shared.layout(axis)
     pairs = zip(problem.data, shared.axes(axis, layout), strict=True)

@@ -24,7 +24,7 @@ _PROBES = 200
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Friction(Checked, Exact):
+class FrictionCurve(Checked, Exact):
     """What the force is beyond inertia, gravity and whatever else does not need a velocity.
 
     Attributes
@@ -55,7 +55,7 @@ class Friction(Checked, Exact):
         return self.result.checks
 
 
-def friction(result: "Identification", estimate: "Estimate") -> Friction | Missing:
+def friction_curve(result: "Identification", estimate: "Estimate") -> FrictionCurve | Missing:
     """Friction by velocity, or why the velocity's part cannot be told from the rest.
 
     Parameters
@@ -76,7 +76,7 @@ def friction(result: "Identification", estimate: "Estimate") -> Friction | Missi
     if not whole.any():
         return Missing("no row of the fit is clear of the reversals and rests that it leaves out")
     velocity, force = (reduced[whole] / weights[whole, None]).T
-    return Friction(
+    return FrictionCurve(
         result=result,
         velocity=velocity,
         force=force,

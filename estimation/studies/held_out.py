@@ -22,7 +22,7 @@ from axisid.estimation.regression import (
     least_squares,
     search_bounds,
 )
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError, EstimationError, ModelError
 from axisid.support.missing import Missing
@@ -45,7 +45,7 @@ class Regression:
         None for least squares.
     names : tuple of str
         Of the k parameters.
-    neighbours : Neighbours
+    neighbours : RowTimes
         Which of the rows follow each other in time.
     nonlinear : tuple of str
         Those about which the model is linearised.
@@ -55,7 +55,7 @@ class Regression:
     regressor: Array
     instruments: Array | None
     names: tuple[str, ...]
-    neighbours: Neighbours
+    neighbours: RowTimes
     nonlinear: tuple[str, ...] = ()
 
     def at(self, rows: NDArray[np.intp]) -> "Regression":

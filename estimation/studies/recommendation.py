@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates import tests_of_instruments
-from axisid.estimation.estimates import Estimate, Value, hausman, parted
+from axisid.estimation.estimates import Estimate, Value, hausman, significant_differences
 from axisid.estimation.identification import Identification
 from axisid.estimation.predictions import WindowPredictions
 from axisid.estimation.problems import Problem
@@ -180,7 +180,7 @@ def _agrees(result: Identification) -> bool:
     if ls is None or iv is None or not _is_strong(iv):
         return False
     found = hausman(ls, iv)
-    return not (isinstance(found, Missing) or parted(found, result.levels.level))
+    return not (isinstance(found, Missing) or significant_differences(found, result.levels.level))
 
 
 def _is_strong(iv: Estimate | None) -> bool:

@@ -13,13 +13,13 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Check
-from axisid.estimation.choices import STARTS, same_estimates
+from axisid.estimation.choices import INSTRUMENT_STARTS, same_estimates
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import LawCheck, first_failing
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of
 from axisid.estimation.methods import METHODS
-from axisid.estimation.parameters import Told
+from axisid.estimation.parameters import KnownValue
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.modeling.declaration import Axis
@@ -28,8 +28,8 @@ from axisid.support.errors import DataError, EstimationError, UsageError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_real
-from axisid.support.user_values import quoted
 
 from .recommendation import checks_of, recommend
 
@@ -111,10 +111,10 @@ def sweep(
     *,
     progress: Progress | None = None,
     local: str | Sequence[str] = (),
-    known: Mapping[str, Sequence[Told]] | None = None,
+    known: Mapping[str, Sequence[KnownValue]] | None = None,
     gain: str = "identified",
     skip_bad: bool = False,
-    start: str = STARTS[0],
+    start: str = INSTRUMENT_STARTS[0],
     level: float = DEFAULT_LEVELS.level,
     least_share: float = DEFAULT_LEVELS.least_share,
 ) -> Sweep:

@@ -23,7 +23,7 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit, checked_horizon
 from axisid.estimation.identification import Identification, RecordInfo
 from axisid.estimation.methods import METHODS, Bootstrap, bound_record, estimate_by
-from axisid.estimation.parameters import GAIN, STARTS, by_declared_gain
+from axisid.estimation.parameters import GAIN, START_PARAMETERS, by_declared_gain
 from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, check_record, clock_of, other_period
@@ -40,7 +40,7 @@ from axisid.support.arrays import Array, Exact, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .validation import (
     MAX_VALIDATION_ERROR,
@@ -426,7 +426,7 @@ def _horizon(result: object, asked: object) -> float | None:
     """Length of the windows, s; None for a loop without."""
     if not isinstance(result, OutputFit):
         raise UsageError(f"the result is {quoted(result)}; give what fit gave.", code="validation")
-    if {*result.local} - {*STARTS} or result.known:
+    if {*result.local} - {*START_PARAMETERS} or result.known:
         raise UsageError(
             "the fit has parameters or known values for each of its records, and nothing says "
             "which are those of another record; fit without them.",

@@ -13,12 +13,12 @@ import numpy as np
 
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.choices import check_among
-from axisid.estimation.diagnostics import Checked, Difference, OwnColumns
+from axisid.estimation.diagnostics import Checked, Difference, RecordRegressor
 from axisid.estimation.diagnostics.law import LawCheck, law_check
-from axisid.estimation.estimates import Distribution, Estimate
+from axisid.estimation.estimates import Estimate, SamplingDistribution
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, factor, least_squares
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import MIN_COMMON_SAMPLES, MIN_DISTANCE_FROM_NOISE
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError
@@ -26,12 +26,12 @@ from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
 
-def reestimated(frozen: Distribution, own: Estimate, levels: Levels) -> Difference | None:
+def reestimated(frozen: SamplingDistribution, own: Estimate, levels: Levels) -> Difference | None:
     """What a second record has more than frozen parameters, by its own estimate of one method.
 
     Parameters
     ----------
-    frozen : Distribution
+    frozen : SamplingDistribution
     own : Estimate
         Of the second record.
     levels : Levels
@@ -55,7 +55,7 @@ def reestimated(frozen: Distribution, own: Estimate, levels: Levels) -> Differen
     with np.errstate(invalid="ignore"):
         freedom = variances.sum(axis=0) ** 2 / (variances**2 / freedoms).sum(axis=0)
     by_physical = own.X @ np.linalg.inv(own.jacobian)
-    record = OwnColumns(
+    record = RecordRegressor(
         names=tuple(q.name for q in own.quantities),
         units=tuple(q.unit for q in own.quantities),
         values=before,
@@ -76,7 +76,7 @@ def reestimated(frozen: Distribution, own: Estimate, levels: Levels) -> Differen
     )
 
 
-def least_mean_square(residuals: Array, neighbours: Neighbours) -> float:
+def least_mean_square(residuals: Array, neighbours: RowTimes) -> float:
     """The least mean square that residuals (n,) stand for, where a few slow waves are all of it."""
     squares = residuals**2
     mean = float(squares.mean())

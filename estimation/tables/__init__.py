@@ -4,7 +4,7 @@ In: names and arrays. Out: `Table`, `Provenance`.
 Knows nothing of file formats, axes and roles.
 """
 
-from .provenance import LogClock as LogClock, Provenance as Provenance, Repair as Repair
+from .provenance import PeriodSource as PeriodSource, Provenance as Provenance, Repair as Repair
 from .table import (
     Column as Column,
     Samples as Samples,

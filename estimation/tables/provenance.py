@@ -35,7 +35,7 @@ class Repair:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LogClock:
+class PeriodSource:
     """Whose word the sampling period of a record is.
 
     Attributes
@@ -79,7 +79,7 @@ class Provenance:
         What may be wrong with the data, and was taken as it is, with what to do about it.
     repairs : tuple of Repair
         What was done to the data, in this order; only on request, but for a last row that is cut.
-    clock : LogClock or None
+    clock : PeriodSource or None
         Of a log that was read.
     """
 
@@ -92,4 +92,4 @@ class Provenance:
     assumed: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     repairs: tuple[Repair, ...] = ()
-    clock: LogClock | None = None
+    clock: PeriodSource | None = None

@@ -13,9 +13,9 @@ from .chain import (
 from .measured_chain import measured_chain as measured_chain
 from .twins import (
     DEFAULT_COUNT as DEFAULT_COUNT,
-    Calibration as Calibration,
+    BootstrapCorrection as BootstrapCorrection,
     Twins as Twins,
-    calibrated as calibrated,
+    bootstrap_correction as bootstrap_correction,
     check_count as check_count,
     twins_of as twins_of,
 )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.problems import noise_free_record
-from axisid.estimation.records import Record, quantum_of
+from axisid.estimation.records import Record, quantisation_step
 from axisid.estimation.regression import InverseForm, is_measured_by_law, sensor_steps
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import Simulation
@@ -53,9 +53,10 @@ def measured_chain(
     of given correlation times, whose variances are the likeliest by Whittle for the rows of the
     inverse model, without all that the model's columns explain when they may change with time,
     place, speed and direction, and beside what twins with noise and steps of the position have
-    there; nothing is told of these where friction remembers, which has no rows. How a loop hunts
-    over the steps of its encoder is an accident of where it begins, so that twins have disturbances
-    that are the likeliest beside the power of one such loop or another.
+    there; none that is not surely likelier than nothing is there, and nothing is told of these where
+    friction remembers, which has no rows. How a loop hunts over the steps of its encoder is an
+    accident of where it begins, so that twins have disturbances that are the likeliest beside the
+    power of one such loop or another.
 
     Parameters
     ----------
@@ -147,7 +148,7 @@ def control_step(record: Record) -> float:
     values = record.control if record.force is None else record.force
     if values is None:
         return 0.0
-    step = quantum_of(values, int(MIN_STEP_DIFFERENCES.value))
+    step = quantisation_step(values, int(MIN_STEP_DIFFERENCES.value))
     return step if float(np.ptp(values)) < _MAX_CONTROL_STEPS * step else 0.0
 
 

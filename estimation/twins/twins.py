@@ -23,8 +23,8 @@ from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import Simulation, measured_positions
 from axisid.support.arrays import Array, in_few_digits
 from axisid.support.errors import DataError, EstimationError, UsageError
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_whole
-from axisid.support.user_values import quoted
 
 from .chain import Chain, Draws
 
@@ -240,7 +240,7 @@ _ROUNDING = 1e-9  # of a parameter: what simulated loops that reverse make of th
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Calibration:
+class BootstrapCorrection:
     """What twins tell of an estimate.
 
     Attributes
@@ -280,13 +280,13 @@ class Calibration:
         return max(self.count // 2, 1)
 
 
-def calibrated(
+def bootstrap_correction(
     twins: Twins,
     form: Form,
     solver: Solver,
     solution: Solution,
     covariance: Covariance,
-) -> Calibration | None:
+) -> BootstrapCorrection | None:
     """Bias of an estimate, and what its deviations lack; None where too few twins can be solved.
 
     A covariance is the pivot, whose law the twins have: what they are off by in their own
@@ -305,7 +305,7 @@ def calibrated(
 
     Returns
     -------
-    Calibration or None
+    BootstrapCorrection or None
     """
     solved = twins.solutions(form, solver)
     count = len(solved)
@@ -319,7 +319,7 @@ def calibrated(
     mapped = [delta_method(each, jacobian) for each in spreads]
     scale, alike = _pivot(off, mapped, twins.at, delta_method(shown, jacobian))
     own_scale, own_alike = _pivot(own, spreads, form.regressed(twins.at), shown)
-    return Calibration(
+    return BootstrapCorrection(
         off=off,
         scale=scale,
         own_scale=own_scale,

@@ -31,7 +31,7 @@ from axisid.modeling.quantities import (
 from axisid.support.errors import ModelError, UsageError
 from axisid.support.mappings import FrozenMapping
 from axisid.support.presentable import view_of
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .column import column_texts
 from .control import LONGEST_DELAY, ControlLaw

@@ -30,8 +30,8 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError
 from axisid.support.mappings import FrozenMapping
+from axisid.support.quoting import is_among, quoted
 from axisid.support.real_numbers import is_whole
-from axisid.support.user_values import is_among, quoted
 
 #: Samples of a delay, at most.
 LONGEST_DELAY = 100

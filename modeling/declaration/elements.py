@@ -30,8 +30,8 @@ from axisid.modeling.quantities import (
     with_unit,
 )
 from axisid.support.errors import ModelError
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_whole
-from axisid.support.user_values import quoted
 
 #: What an element takes in place of a number.
 Amount: TypeAlias = sympy.Expr | Symbolic | float

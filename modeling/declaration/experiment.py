@@ -14,8 +14,8 @@ import sympy
 from axisid.modeling.quantities import TIME, ConstantSymbol, expression, listed, number, settle
 from axisid.support.errors import ModelError
 from axisid.support.mappings import FrozenMapping
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_whole
-from axisid.support.user_values import quoted
 
 _LONGEST = 1e4  # s
 _MOST_REPEATS = 10_000

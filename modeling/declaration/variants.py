@@ -9,7 +9,7 @@ import sympy
 
 from axisid.modeling.quantities import Parameter, number, replaced_in, states_in
 from axisid.support.errors import UsageError
-from axisid.support.user_values import is_among, quoted
+from axisid.support.quoting import is_among, quoted
 
 from .axis import Axis, check_axis
 

@@ -5,12 +5,12 @@ parameters and the null space. Knows nothing of text files and of code.
 """
 
 from .base_model import BaseModel as BaseModel, base_model as base_model
-from .common_parameters import (
+from .direct import DirectRegressor as DirectRegressor
+from .friction_ladder import friction_ladder as friction_ladder
+from .joint_base_parameters import (
     CommonParameters as CommonParameters,
     common_parameters as common_parameters,
 )
-from .direct import DirectRegressor as DirectRegressor
-from .friction_ladder import friction_ladder as friction_ladder
 from .model import AxisModel as AxisModel, derive as derive
 from .null_space import Direction as Direction, generic_points as generic_points
 from .parameter_map import ParameterMap as ParameterMap

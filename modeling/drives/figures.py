@@ -15,7 +15,7 @@ from axisid.modeling.quantities import (
     parse_unit,
 )
 from axisid.support.errors import ModelError
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 #: What a drive is told: a plain number has the unit of its place, a `Constant` its own.
 Figure: TypeAlias = float | Constant | ConstantSymbol

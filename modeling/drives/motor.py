@@ -22,7 +22,7 @@ from axisid.modeling.quantities import (
     written,
 )
 from axisid.support.errors import ModelError
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .figures import GearedUnits
 from .formula import check_formula

@@ -19,7 +19,7 @@ from axisid.modeling.quantities import (
     within,
 )
 
-from .numbers import Amount, amount
+from .arguments import Amount, amount
 
 
 @dataclass(frozen=True, slots=True)

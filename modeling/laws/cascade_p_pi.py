@@ -5,7 +5,7 @@ import math
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE, number, within
 
-from .numbers import Amount, added, in_range, positive_among
+from .arguments import Amount, added, in_range, positive_among
 from .velocity import Velocity, commanded, joined, without_zeros
 from .windup import Integral
 

@@ -7,7 +7,7 @@ import sympy
 from axisid.modeling.declaration import ControlLaw, Memory, gain
 from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE
 
-from .numbers import in_range
+from .arguments import in_range
 from .velocity import without_zeros
 from .windup import Integral
 

@@ -5,8 +5,8 @@ import sympy
 from axisid.modeling.declaration import ControlLaw, Memory, gain
 from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE
 
+from .arguments import Amount, added, chosen, in_range, positive_among
 from .blocks import Block
-from .numbers import Amount, added, chosen, in_range, positive_among
 from .windup import Integral
 
 #: Of what the derivative may be.

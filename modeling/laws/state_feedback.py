@@ -3,7 +3,7 @@
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE
 
-from .numbers import Amount, added, positive_among
+from .arguments import Amount, added, positive_among
 from .velocity import Velocity, joined
 from .windup import Integral
 

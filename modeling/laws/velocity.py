@@ -6,6 +6,7 @@ from axisid.modeling.declaration import Memory, gain
 from axisid.modeling.quantities import MEASURED_POSITION, MEASURED_VELOCITY, PERIOD, expression
 from axisid.support.errors import ModelError
 
+from .arguments import Amount, chosen, in_range
 from .blocks import (
     Block,
     difference,
@@ -14,7 +15,6 @@ from .blocks import (
     reference_acceleration,
     reference_velocity,
 )
-from .numbers import Amount, chosen, in_range
 
 #: How the velocity may be formed, first what laws do by default.
 VELOCITIES = ("difference", "averaged", "pll", "ideal")

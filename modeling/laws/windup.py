@@ -11,7 +11,7 @@ from axisid.modeling.declaration import Memory, gain
 from axisid.modeling.quantities import BALANCED, LIMITED_OUTPUT, PERIOD
 from axisid.support.errors import ModelError
 
-from .numbers import Amount, amount, chosen, in_range
+from .arguments import Amount, amount, chosen, in_range
 
 #: What an integral may do at the drive's limit, first what it does by default.
 ANTI_WINDUP = ("none", "clamping", "back_calculation")

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable
 
 from axisid.support.errors import ModelError
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 _PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
 

@@ -6,7 +6,7 @@ from typing import Any
 import sympy
 
 from axisid.support.errors import ModelError
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 _SIMPLE, _DIGITS = 1000, 6
 

@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import reduce
 
 from axisid.support.errors import ModelError
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 _BASE = ("kg", "m", "s", "A", "K")
 _Exponent = Fraction | int

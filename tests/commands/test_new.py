@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from axisid import load_axis
-from axisid.commands.declare import scaffold
+from axisid.commands.new_and_show import scaffold
 
 Run = Callable[..., tuple[int, str, str]]
 

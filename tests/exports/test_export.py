@@ -21,7 +21,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.commands.declare import scaffold
+from axisid.commands.new_and_show import scaffold
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.value import Value
 from axisid.exports.export import with_deviation

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.commands.declare import scaffold
+from axisid.commands.new_and_show import scaffold
 from benchmarks.random_axes import random_axis
 from tests.fuzz.cases import one_of
 from tests.fuzz.expressions import random_text

@@ -7,7 +7,7 @@ from scipy.stats import binom
 from axisid.populations import Change, change_in
 from axisid.support.arrays import Array
 
-LEVEL = 0.05
+CHECK_LEVEL = 0.05
 
 
 def series(count: int, seed: int, step: float = 0.0, drift: float = 0.0) -> tuple[Array, Array]:
@@ -22,14 +22,14 @@ def series(count: int, seed: int, step: float = 0.0, drift: float = 0.0) -> tupl
     return values, variances
 
 
-def changes(values: Array, variances: Array, level: float = LEVEL) -> Change:
+def changes(values: Array, variances: Array, level: float = CHECK_LEVEL) -> Change:
     return change_in(values, variances, np.arange(len(values), dtype=float), level)
 
 
 def test_a_series_that_does_not_change_is_told_to_no_more_often_than_the_level_says() -> None:
     runs = 60
     found = sum(changes(*series(16, seed)) != Change() for seed in range(runs))
-    assert found <= binom.ppf(0.999, runs, LEVEL)
+    assert found <= binom.ppf(0.999, runs, CHECK_LEVEL)
 
 
 def test_a_step_is_told_with_its_place_and_size() -> None:
@@ -62,27 +62,27 @@ def test_a_drift_is_told_in_place_of_steps_with_its_slope() -> None:
 def test_a_drift_is_by_the_places_of_the_values() -> None:
     values, variances = series(24, 1)
     places = np.sort(np.random.default_rng(0).uniform(0.0, 100.0, 24))
-    drift = change_in(values + 0.1 * places, variances, places, LEVEL).drift
+    drift = change_in(values + 0.1 * places, variances, places, CHECK_LEVEL).drift
     assert drift.slope == pytest.approx(0.1, abs=4 * drift.deviation)
 
 
 def test_too_few_values_and_values_at_one_place_tell_nothing_of_time() -> None:
     assert changes(np.array([0.0, 0.0, 0.0, 9.0, 9.0]), np.full(5, 0.01)) == Change()
     values, variances = series(16, 4)
-    assert change_in(values, variances, np.ones(16), LEVEL) == Change()
+    assert change_in(values, variances, np.ones(16), CHECK_LEVEL) == Change()
 
 
 @pytest.mark.parametrize("unit", [1e-95, 1e95])
 def test_a_drift_is_the_same_in_every_unit_of_the_places(unit: float) -> None:
     values, variances = series(20, 5, drift=12.0)
     places = np.arange(20.0)
-    own = change_in(values, variances, places, LEVEL).drift
-    other = change_in(values, variances, unit * places, LEVEL).drift
+    own = change_in(values, variances, places, CHECK_LEVEL).drift
+    other = change_in(values, variances, unit * places, CHECK_LEVEL).drift
     assert other.p_value == own.p_value
     assert other.slope * unit == pytest.approx(own.slope)
 
 
 def test_places_too_close_to_reckon_with_are_one_place() -> None:
     values, variances = series(20, 5, drift=12.0)
-    found = change_in(values, variances, 1e-322 * np.arange(20.0), LEVEL)
-    assert found == change_in(values, variances, np.ones(20), LEVEL)
+    found = change_in(values, variances, 1e-322 * np.arange(20.0), CHECK_LEVEL)
+    assert found == change_in(values, variances, np.ones(20), CHECK_LEVEL)

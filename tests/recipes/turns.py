@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from axisid.estimation.checks import Check, passed
+from axisid.estimation.checks import Check, status_of
 
 from .diagnosis import Case
 
@@ -15,7 +15,7 @@ def turns_check(case: Case) -> Check:
     good = turns >= _MIN_TURNS
     return Check(
         name="turns",
-        status=passed(good, matters=False),
+        status=status_of(good, matters=False),
         figure=float(turns),
         threshold=float(_MIN_TURNS),
         source="changes of the sign of the filtered velocity",

@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.checks import Check, first_case, passed
+from axisid.estimation.checks import Check, first_case, status_of
 from axisid.estimation.estimates import Estimate, Physical, Value, physical_parameters
 from axisid.estimation.parameters import GAIN
-from axisid.estimation.problems import Held, Problem, Reach, natural_sizes
+from axisid.estimation.problems import ParameterAtBound, Problem, SignalRanges, typical_magnitudes
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Signals, dependence, one_direction, one_speed
 from axisid.estimation.thresholds import (
-    LEVEL,
+    CHECK_LEVEL,
     MAX_RELATIVE_DEVIATION,
     MAX_VARIANCE_INFLATION,
     MIN_DISTANCE_FROM_NOISE,
@@ -66,7 +66,7 @@ class Excitation:
     largest_share : float
         Its largest part of the force, anywhere along the record, over the largest force.
     natural : float
-        What the force and the motion make of its unit, see `natural_sizes`.
+        What the force and the motion make of its unit, see `typical_magnitudes`.
     """
 
     name: str
@@ -117,7 +117,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     each = [form.of_record(i).equations(data.signals) for i, data in enumerate(problem.data)]
     unweighted = replace(problem, weights=())
     equations = unweighted.reduced(form, [data.signals for data in problem.data])
-    reach = Reach.of(
+    reach = SignalRanges.of(
         [
             (
                 data.signals,
@@ -133,7 +133,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     anywhere, natural = np.zeros(len(names)), np.full(len(names), np.inf)
     if reach is not None:
         anywhere = np.abs(theta) * reach.columns / reach.force
-        natural = natural_sizes(problem.axis, reach, form.declared)
+        natural = typical_magnitudes(problem.axis, reach, form.declared)
     of_records = [dependence(data.axis) for data in problem.data]
     needs = {
         signal: np.any(
@@ -257,7 +257,7 @@ def precision_check(
     )
     return Check(
         name="precision",
-        status=passed(not unclear),
+        status=status_of(not unclear),
         figure=worst if np.isfinite(worst) else None,
         threshold=MAX_RELATIVE_DEVIATION.value,
         source=source,
@@ -282,7 +282,7 @@ def _is_nothing(excitation: Excitation, value: Value) -> bool:
 
 
 def within_bounds(
-    estimate: Estimate, cause: str | None, held: Sequence[Held] = ()
+    estimate: Estimate, cause: str | None, held: Sequence[ParameterAtBound] = ()
 ) -> Check | Missing:
     """Every parameter against the bounds that it was declared with, physical ones too.
 
@@ -291,7 +291,7 @@ def within_bounds(
     estimate : Estimate
     cause : str
         What to blame before signs and units, if anything is.
-    held : sequence of Held
+    held : sequence of ParameterAtBound
         Parameters that are none of the estimate, since they are held at a bound.
     """
     axis, values = estimate.form.axis, dict(estimate.parameters)
@@ -321,7 +321,7 @@ def within_bounds(
     )
     return Check(
         name="bounds",
-        status=passed(not outside),
+        status=status_of(not outside),
         figure=float(len(outside)),
         threshold=0.0,
         source="declared physical bounds; parameters outside or at them, none is clipped",
@@ -329,12 +329,12 @@ def within_bounds(
     )
 
 
-def held_check(held: Sequence[Held], cause: str | None = None) -> Check:
+def held_check(held: Sequence[ParameterAtBound], cause: str | None = None) -> Check:
     """Parameters at their bounds: what chance takes there, or what contradicts the bound.
 
     Parameters
     ----------
-    held : sequence of Held
+    held : sequence of ParameterAtBound
         One at least.
     cause : str, optional
         What to blame before signs and units.
@@ -355,7 +355,7 @@ def held_check(held: Sequence[Held], cause: str | None = None) -> Check:
     )
 
 
-def fixed_check(estimate: Estimate, level: float = LEVEL.value) -> Check | Missing | None:
+def fixed_check(estimate: Estimate, level: float = CHECK_LEVEL.value) -> Check | Missing | None:
     """Whether the record contradicts what was fixed; nothing if nothing could be asked."""
     physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
     if physical is None or not (physical.known or physical.dof):
@@ -366,7 +366,7 @@ def fixed_check(estimate: Estimate, level: float = LEVEL.value) -> Check | Missi
     good = physical.p_value >= level
     return Check(
         name="fixed values" if physical.known else "physical parameters",
-        status=passed(good),
+        status=status_of(good),
         figure=physical.statistic,
         threshold=None,
         p_value=physical.p_value,
@@ -462,7 +462,7 @@ def gain_check(estimate: Estimate, drive: Drive) -> Check | None:
     )
     return Check(
         name="drive gain",
-        status=passed(same, matters=not near),
+        status=status_of(same, matters=not near),
         figure=distance if np.isfinite(distance) else None,
         threshold=MIN_DISTANCE_FROM_NOISE.value,
         source="distance of the identified gain from the declared one, in deviations of both; a "

@@ -10,9 +10,15 @@ from functools import partial
 
 import numpy as np
 
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, Status, first_case, passed
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, Status, first_case, status_of
 from axisid.estimation.choices import OPEN_LOOP_FIT, instruments_of
-from axisid.estimation.estimates import NOTICEABLE, Estimate, HausmanTest, Value, parted
+from axisid.estimation.estimates import (
+    NOTICEABLE,
+    Estimate,
+    HausmanTest,
+    Value,
+    significant_differences,
+)
 from axisid.estimation.problems import moved_by_rounding, position_step
 from axisid.estimation.regression import factor
 from axisid.estimation.signals import FilteredRecord
@@ -131,7 +137,7 @@ def _by_difference(
     if found is None or isinstance(found, Missing):
         return None
     one, other = (estimates[method] for method in pair.split(LESS))
-    moved = parted(found, levels.level)
+    moved = significant_differences(found, levels.level)
     large = matters and any(
         _is_large(each.difference, one.parameters[name], other.parameters[name], levels)
         for name, each in moved.items()
@@ -346,7 +352,7 @@ def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
     strong = f >= MIN_FIRST_STAGE_F.value
     return Check(
         name="instrument strength",
-        status=passed(strong, matters=not judged.by_output_error),
+        status=status_of(strong, matters=not judged.by_output_error),
         figure=f if np.isfinite(f) else None,
         threshold=MIN_FIRST_STAGE_F.value,
         source="first-stage F of 10, the rule of Staiger and Stock (1997); conditional on the "

@@ -17,8 +17,8 @@ from scipy.linalg import qr
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import first_case
 from axisid.estimation.loops import LawAlong, LawPoint
-from axisid.estimation.records import Record, quantum_of
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.records import Record, quantisation_step
+from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
     MAX_ROUNDED_SHARE,
@@ -55,7 +55,7 @@ class LawByGains:
         Its declared gains, and the memory that the record's first controls show.
     compared : callable
         What is made of a control before it is compared.
-    neighbours : Neighbours
+    neighbours : RowTimes
         Of the rows that are compared.
     rounded : tuple of LawAlong
         The law along what may have been before the log rounded it, drawn at random; none where it
@@ -67,7 +67,7 @@ class LawByGains:
     along: LawAlong
     point: LawPoint
     compared: Callable[[Array], Array]
-    neighbours: Neighbours
+    neighbours: RowTimes
     rounded: tuple[LawAlong, ...] = ()
     free: tuple[str, ...] = ()
 
@@ -106,7 +106,7 @@ class LawByGains:
             along=along,
             point=point,
             compared=compared,
-            neighbours=Neighbours.of(np.flatnonzero(used), 1),
+            neighbours=RowTimes.of(np.flatnonzero(used), 1),
             rounded=tuple(_rounded(along, record)),
         )
 
@@ -340,7 +340,9 @@ def _told_apart(columns: Array, size: float) -> list[int]:
 
 def _rounded(along: LawAlong, record: Record) -> Iterator[LawAlong]:
     """The law along what position and reference may have been before the log rounded them."""
-    steps = [quantum_of(values) for values in (record.position, np.asarray(record.reference))]
+    steps = [
+        quantisation_step(values) for values in (record.position, np.asarray(record.reference))
+    ]
     if not any(steps):
         return
     rng, read = np.random.default_rng(0), (along.ticks.position, along.ticks.reference)

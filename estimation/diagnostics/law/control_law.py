@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import Check, first_case, passed
+from axisid.estimation.checks import Check, first_case, status_of
 from axisid.estimation.loops import hides_command
-from axisid.estimation.records import Record, clock_of, law_ratio, other_period
+from axisid.estimation.records import Record, clock_of, evaluations_per_sample, other_period
 from axisid.estimation.regression import joint_p, lacking_law, lacking_loop, wald
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
     MAX_SCALE_ERROR,
@@ -242,7 +242,7 @@ def _by_products(
     """Of a law that is a sum of products of gains with signals that have none."""
     names = [str(product) for product, _ in law.terms]
     names += [] if record.added_control is None else [INJECTED]
-    following = Neighbours.of(np.flatnonzero(used), 1)
+    following = RowTimes.of(np.flatnonzero(used), 1)
     factors, deviations, fitted = fitted_factors(control[used], terms[used], names, following)
     if law.takes_velocity:  # which is in no log
         blur = _FACTOR_BLUR
@@ -349,7 +349,7 @@ def law_check(law: LawCheck) -> Check:
     """The declared law against the recorded control."""
     return Check(
         name="control law",
-        status="note" if law.passed and law.advice else passed(law.passed),
+        status="note" if law.passed and law.advice else status_of(law.passed),
         figure=law.residual_percent,
         threshold=MAX_LAW_RESIDUAL.value,
         source="residual in percent of the recorded control, 0.24 on the EMPS record; fails too "
@@ -382,7 +382,7 @@ def _incomparable(
         clocks = f"{apart.note}; " if apart is not None else ""
         why = lacking or "the record has no control"
         return Missing(f"{clocks}{why}")
-    no_ratio = apart is not None or law_ratio(law, record.period, clock) is None
+    no_ratio = apart is not None or evaluations_per_sample(law, record.period, clock) is None
     return first_case(
         (
             record.added_control is not None and hides_command(axis),

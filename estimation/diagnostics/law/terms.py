@@ -25,9 +25,9 @@ from axisid.estimation.loops import (
     terms_along,
     two_clocks,
 )
-from axisid.estimation.records import Between, Record, at_times
+from axisid.estimation.records import Interpolation, Record, at_times
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
-from axisid.estimation.signals import Neighbours, Prefilter, SampledFilter
+from axisid.estimation.signals import Prefilter, RowTimes, SampledFilter
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
     LIMIT_TOLERANCE,
@@ -177,7 +177,7 @@ def left_open_percent(axis: GeneratedAxis, record: Record, used: NDArray[np.bool
 
 
 def hac_fit(
-    target: Array, columns: Array, names: Sequence[str], neighbours: Neighbours
+    target: Array, columns: Array, names: Sequence[str], neighbours: RowTimes
 ) -> tuple[Solution, Array]:
     """Least squares of residuals that may be alike over `LAGS` samples, and its covariance.
 
@@ -191,7 +191,7 @@ def hac_fit(
 
 
 def fitted_factors(
-    control: Array, terms: Array, names: list[str], neighbours: Neighbours
+    control: Array, terms: Array, names: list[str], neighbours: RowTimes
 ) -> tuple[dict[str, float], dict[str, float], float | None]:
     """A control fitted by the terms of its law, each with a factor.
 
@@ -228,7 +228,7 @@ def scaled_factors(
 def lean_of(
     left: Array,
     control: Array,
-    neighbours: Neighbours,
+    neighbours: RowTimes,
     left_open: Array | tuple[float, float] = (0.0, 0.0),
 ) -> dict[str, float]:
     """A constant and a drift over the record that stand out of what the law leaves, by name.
@@ -236,7 +236,7 @@ def lean_of(
     Parameters
     ----------
     left, control : (n,) array
-    neighbours : Neighbours
+    neighbours : RowTimes
     left_open : (2,) array_like
         How large either may be for what the log does not write.
     """
@@ -252,7 +252,7 @@ def lean_of(
     }
 
 
-def leaning(left: Array, neighbours: Neighbours) -> tuple[Array, Array]:
+def leaning(left: Array, neighbours: RowTimes) -> tuple[Array, Array]:
     """Constant and drift of what is left, and their deviations, (2,) each."""
     half = neighbours.places - neighbours.places.mean()
     terms = np.column_stack([np.ones(len(left)), half / np.ptp(half)])
@@ -340,6 +340,6 @@ def _evenly(record: Record, roles: Sequence[str]) -> Record:
     times, columns = _even_times(record), {**record.channels()}
     for role in columns.keys() & {*roles}:
         straight = role == "injected" and record.injected_at != "reference"
-        how: Between = "linear" if straight else "spline"
+        how: Interpolation = "linear" if straight else "spline"
         columns[role] = at_times(times, record.time, columns[role], how)
     return record.with_channels(columns)

@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import Check, first_case, passed
+from axisid.estimation.checks import Check, first_case, status_of
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.lacking import Lack, RecordScores, scores_of
 from axisid.estimation.methods import METHODS, bound_record
+from axisid.estimation.misspecification import Misspecification, RecordScores, scores_of
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, clock_of, hold_delay
 from axisid.estimation.signals import FilteredRecord, Prefilter
@@ -154,7 +154,7 @@ def alignment_check(
     delay: Alignment,
     data: FilteredRecord,
     *,
-    late: Lack | Missing | None,
+    late: Misspecification | Missing | None,
     weak: bool,
     remedy: str,
     by_log: bool,
@@ -199,9 +199,9 @@ def alignment_check(
     aligned = not (delay.at_the_end if isinstance(late, Missing) else late)
     return Check(
         name="alignment",
-        status=passed(aligned, matters=not by_log),
+        status=status_of(aligned, matters=not by_log),
         figure=apart,
-        p_value=late.p_value if isinstance(late, Lack) else None,
+        p_value=late.p_value if isinstance(late, Misspecification) else None,
         source="samples between the estimated delay and the one that is used; fails where the "
         "model lacks a delay, see missing terms, or, where twins do not tell that, the estimate "
         "leaves its range; a drive that holds its force is half a sample late",

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter1d, shift
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import Check, first_case, passed
-from axisid.estimation.records import Record, advised_between, advised_shift, samples_apart
+from axisid.estimation.checks import Check, first_case, status_of
+from axisid.estimation.records import Record, advised_interpolation, advised_shift, samples_apart
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import (
     DriveAlong,
-    Neighbours,
     Prefilter,
+    RowTimes,
     SampledFilter,
     acting_control,
     recorded_signals,
@@ -108,7 +108,7 @@ class LowPassed:
     def fit(self, given: Array, target: Array) -> Solution:
         """The target by a factor of what is given, its change in a sample, and a constant."""
         columns = np.column_stack([given, np.gradient(given), np.ones_like(given)])[self.rows]
-        order = Neighbours.of(self.rows, self.step)
+        order = RowTimes.of(self.rows, self.step)
         regressor = factor(columns, ("factor", "delay", "offset"), neighbours=order)
         return least_squares(target[self.rows], regressor)
 
@@ -286,7 +286,7 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | None:
     )
     return Check(
         name="force against control",
-        status=passed(good),
+        status=status_of(good),
         figure=apart if np.isfinite(apart) else None,
         threshold=_MAX_FORCE_DIFFERENCE,
         source=f"difference in percent of {of_maker}, in what is slow against a current "
@@ -311,7 +311,7 @@ def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
     most = float(size.max())
     return Check(
         name="control against limit",
-        status=passed(good, matters=used),
+        status=status_of(good, matters=used),
         figure=100 * share,
         threshold=100 * _MAX_LIMIT_EXCESS_SHARE,
         source=f"percent of the samples at which the control is more than {100 * most_excess:g} % "
@@ -445,7 +445,7 @@ def motion_check(
     )
     return Check(
         name=f"measured {role}",
-        status=passed(found.worst <= 1),
+        status=status_of(found.worst <= 1),
         figure=found.worst if np.isfinite(found.worst) else None,
         threshold=1.0,
         source="largest of the factor's distance from 1 by "
@@ -492,7 +492,7 @@ def _remedy(axis: GeneratedAxis, record: Record, found: ColumnComparison, role: 
         "delay": first_case(
             (
                 samples_apart(getattr(record, role)) > 1,
-                f"draw it between its values ({advised_between(role)})",
+                f"draw it between its values ({advised_interpolation(role)})",
             ),
             (True, advised_shift(role, found.delay, MAX_COLUMN_DELAY)),
         ),

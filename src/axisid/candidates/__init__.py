@@ -6,4 +6,4 @@ motion. ``TERMS["ripple"] = Term(kind="ripple", ...)`` is looked for from then o
 In: a term. Out: the table of all. Knows nothing of how they are tested.
 """
 
-from axisid.estimation.lacking import TERMS as TERMS, Along as Along, Term as Term
+from axisid.estimation.misspecification import TERMS as TERMS, Along as Along, Term as Term

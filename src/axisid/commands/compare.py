@@ -22,7 +22,7 @@ from axisid.commands.options import (
     stages,
     takes,
 )
-from axisid.estimation.choices import comparing
+from axisid.estimation.choices import comparison_methods
 from axisid.presentation.console import ProgressLine
 from axisid.support.errors import UsageError
 
@@ -79,8 +79,8 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 )
 @click.option(
     "--method",
-    type=click.Choice(comparing()),
-    default=comparing()[0],
+    type=click.Choice(comparison_methods()),
+    default=comparison_methods()[0],
     show_default=True,
     help="Estimator.",
 )

@@ -26,13 +26,13 @@ from axisid.support.jobs.one_thread import one_thread, without_arithmetic_warnin
 from axisid.support.version import __version__
 
 from .compare import compare, compare_results
-from .declare import new, show
 from .export import export
 from .fit import fit
 from .generate import generate
 from .identify import identify
 from .law import law
 from .many.study import study
+from .new_and_show import new, show
 from .paper import paper
 from .sweep import sweep
 

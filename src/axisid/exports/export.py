@@ -20,8 +20,8 @@ from axisid.support.errors import UsageError
 from axisid.support.files.csv_text import csv_text
 from axisid.support.files.json_text import json_text
 from axisid.support.number_text import range_text
+from axisid.support.quoting import is_among, quoted
 from axisid.support.real_numbers import is_real
-from axisid.support.user_values import is_among, quoted
 
 from .targets import TARGETS, Target
 

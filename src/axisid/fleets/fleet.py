@@ -24,8 +24,8 @@ from axisid.support.files.regular_file import kept_if_filled
 from axisid.support.jobs.outcome import Failure, Outcome
 from axisid.support.jobs.run import run_jobs
 from axisid.support.progress import Progress
+from axisid.support.quoting import first_of, quoted
 from axisid.support.real_numbers import is_real, is_whole
-from axisid.support.user_values import first_of, quoted
 
 from .ledger import LEDGER, FleetRow, Ledger, ledger_of, read_ledger, strays, write_row
 from .one_log import Named, Settings, check_kinds, identify_log, log_digest, result_file, result_of

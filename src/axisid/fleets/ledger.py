@@ -18,7 +18,7 @@ from axisid.estimation.identification import Identification
 from axisid.populations import LARGEST
 from axisid.presentation.schema import JsonObject, Matrix, about
 from axisid.support.errors import DataError
-from axisid.support.user_values import first_of
+from axisid.support.quoting import first_of
 
 _NO_RESULT, _IN_RESULT = "it came to no result", "see the result of the log"
 

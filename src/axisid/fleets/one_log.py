@@ -20,7 +20,7 @@ from axisid.modeling.text import load_axis
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.files.json_text import json_text
 from axisid.support.files.regular_file import opened_regular, read_regular, replace_file
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 from axisid.support.version import __version__
 
 from .ledger import FleetRow, judged

@@ -23,7 +23,7 @@ from axisid.presentation.blocks import (
 from axisid.presentation.html import blocks_html
 from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
-from axisid.support.user_values import first_of, is_among, quoted
+from axisid.support.quoting import first_of, is_among, quoted
 
 from .ledger import FleetRow, counts_of
 from .outliers import AxisGroup, Outlier, groups_of

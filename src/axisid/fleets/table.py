@@ -12,7 +12,7 @@ from axisid.presentation.schema import schema_of
 from axisid.support.errors import UsageError
 from axisid.support.files.csv_text import csv_text
 from axisid.support.files.regular_file import write_file
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .ledger import FleetRow
 from .outliers import Outlier

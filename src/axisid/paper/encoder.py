@@ -33,8 +33,8 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.files.json_text import json_text
 from axisid.support.progress import Progress, with_progress
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_whole
-from axisid.support.user_values import quoted
 
 from .study import FILTERS, written_into
 

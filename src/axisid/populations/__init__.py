@@ -5,7 +5,8 @@ and drifts.
 Knows nothing of axes, logs and results.
 """
 
-from .alike import (
+from .changes import Change as Change, Drift as Drift, Step as Step, change_in as change_in
+from .robust_centre import (
     LARGEST as LARGEST,
     Alike as Alike,
     Usual as Usual,
@@ -13,4 +14,3 @@ from .alike import (
     limit_of_a_new_point as limit_of_a_new_point,
     spread_of as spread_of,
 )
-from .changes import Change as Change, Drift as Drift, Step as Step, change_in as change_in

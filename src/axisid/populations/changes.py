@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from axisid.support.arrays import Array, Exact
 
-from .alike import LARGEST
+from .robust_centre import LARGEST
 
 _ORDERS = 999  # orders in which the values might have come as well
 _SEED = 0  # the same series gives the same numbers

@@ -15,7 +15,7 @@ from axisid.estimation.studies import Comparison, Sweep, Validation
 from axisid.presentation.saved import SavedEstimate, SavedIdentification
 from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable
-from axisid.support.user_values import is_among, quoted
+from axisid.support.quoting import is_among, quoted
 
 _LIBRARIES = ("pandas", "polars")
 

@@ -82,8 +82,8 @@ from axisid.support.files.json_text import json_text
 from axisid.support.files.regular_file import write_file
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
+from axisid.support.quoting import is_among, quoted
 from axisid.support.real_numbers import is_whole
-from axisid.support.user_values import is_among, quoted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

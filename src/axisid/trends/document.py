@@ -25,7 +25,7 @@ from axisid.support.arrays import Array
 from axisid.support.mappings import grouped
 from axisid.support.missing import Missing
 from axisid.support.number_text import range_text
-from axisid.support.user_values import first_of
+from axisid.support.quoting import first_of
 from axisid.support.version import __version__
 
 from .series import Chart, Series, notable_first

@@ -13,7 +13,7 @@ from axisid.fleets import FleetRow
 from axisid.populations import Change, Drift, Step, alike_points, change_in, limit_of_a_new_point
 from axisid.support.arrays import Array, Exact
 from axisid.support.missing import Missing
-from axisid.support.user_values import first_of
+from axisid.support.quoting import first_of
 
 _MIN_SERIES = 5  # results; with fewer a limit is some ten deviations wide
 

@@ -17,7 +17,7 @@ from axisid.support.files.json_text import json_text
 from axisid.support.files.regular_file import write_file
 from axisid.support.mappings import grouped
 from axisid.support.missing import Missing
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .document import trend_document, trend_page
 from .gathering import Saved, place_of, points_of

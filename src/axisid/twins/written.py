@@ -21,8 +21,8 @@ from axisid.support.errors import UsageError
 from axisid.support.files.csv_text import csv_text
 from axisid.support.files.regular_file import kept_if_filled, replace_file, write_file
 from axisid.support.progress import Progress, with_progress
+from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_real, is_whole
-from axisid.support.user_values import quoted
 
 _FIRST_DAY = date(2026, 1, 1)
 _MOST = 1_000_000  # machines: the noise of each day is that of runs from here on

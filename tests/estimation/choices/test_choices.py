@@ -3,7 +3,7 @@
 from axisid.estimation.choices import (
     COVARIANCE_ROWS,
     METHOD_ROWS,
-    comparing,
+    comparison_methods,
     covariance_names,
     method_names,
     same_estimates,
@@ -23,7 +23,7 @@ def test_every_row_is_in_the_table_that_is_run() -> None:
 
 
 def test_models_are_compared_by_the_inverse_model_alone() -> None:
-    assert all(METHODS[name].form is InverseForm for name in comparing())
+    assert all(METHODS[name].form is InverseForm for name in comparison_methods())
 
 
 def test_of_methods_that_give_one_estimate_one_is_told() -> None:

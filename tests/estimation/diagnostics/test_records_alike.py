@@ -11,7 +11,7 @@ from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.checks.check import Check
 from axisid.estimation.diagnostics.records_alike import (
     Alike,
-    OwnColumns,
+    RecordRegressor,
     alike_check,
     records_alike,
     rows_alike,
@@ -124,7 +124,7 @@ def _asked(
     levels: Levels = DEFAULT_LEVELS,
     *,
     windows: int = 1,
-    by_windows: bool = False,
+    clustered_covariance: bool = False,
 ) -> Alike | Missing:
     """Of least squares over records of 400 rows, in so many windows each."""
     long = 400 // windows
@@ -143,7 +143,7 @@ def _asked(
         periods=(1e-2,) * len(spans),
     )
     records = [
-        OwnColumns(
+        RecordRegressor(
             names=("a", "b"),
             units=("kg", "N"),
             values=theta,
@@ -157,7 +157,7 @@ def _asked(
     ]
 
     def extended(_: Array, columns: Array) -> tuple[Array, Array, Array]:
-        return scores.extended(columns, by_windows=by_windows)
+        return scores.extended(columns, clustered_covariance=clustered_covariance)
 
     return records_alike(J, records, extended, levels)
 
@@ -171,7 +171,7 @@ def test_records_of_one_machine_are_told_apart_as_often_as_claimed(
             rng.standard_normal((1200, 2)),
             rng.standard_normal(1200),
             windows=windows,
-            by_windows=windows > 1,
+            clustered_covariance=windows > 1,
         )
         for _ in range(120)
     ]
@@ -206,5 +206,5 @@ def test_what_a_record_alone_does_not_tell_is_said(rng: np.random.Generator) -> 
 
 def test_few_windows_do_not_tell_what_is_chance(rng: np.random.Generator) -> None:
     J = rng.standard_normal((800, 2))
-    found = _asked(J, rng.standard_normal(800), windows=4, by_windows=True)
+    found = _asked(J, rng.standard_normal(800), windows=4, clustered_covariance=True)
     assert isinstance(found, Missing)

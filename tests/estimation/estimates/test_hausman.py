@@ -7,7 +7,7 @@ import pytest
 
 from axisid import Identification, Record, identify, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.estimates import Estimate, HausmanTest, hausman, parted
+from axisid.estimation.estimates import Estimate, HausmanTest, hausman, significant_differences
 from axisid.support.missing import Missing
 from benchmarks.machines import Machine, records, white
 
@@ -32,7 +32,7 @@ def test_two_solvers_of_one_system_differ_by_nothing(result: Identification) -> 
     """IDM-IV and DDM-IV solve the same equations by the same instruments."""
     found = less(result["idm-iv"], result["ddm-iv"])
     assert max(each.shift for each in found.values()) < 1e-2
-    assert parted(found) == {}
+    assert significant_differences(found) == {}
 
 
 def test_it_is_of_the_same_rows(emps2015: GeneratedAxis, twin: Record) -> None:
@@ -73,7 +73,7 @@ def test_noise_of_the_position_parts_least_squares_and_instruments(
             result = identify(
                 emps2015, read_record(columns, emps2015), methods=["idm-ls", "idm-iv"], bootstrap=0
             )
-            found = parted(less(result["idm-ls"], result["idm-iv"]))
+            found = significant_differences(less(result["idm-ls"], result["idm-iv"]))
             assert [*found][:1] == names
             assert all(each.difference < 0 for name, each in found.items() if name == "M")
 
@@ -91,4 +91,4 @@ def test_parameters_part_alone_or_together(
     p: float, joint: float, shift: float, *, there: bool
 ) -> None:
     one = HausmanTest(difference=1.0, deviation=0.1, p_value=p, joint_p_value=joint, shift=shift)
-    assert bool(parted({"M": one})) is there
+    assert bool(significant_differences({"M": one})) is there

@@ -21,7 +21,7 @@ from axisid import (
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.lacking import Lack
+from axisid.estimation.misspecification import Misspecification
 from tests.axes.cascaded import cascaded
 from tests.axes.unseen import with_bump, with_bump_somewhere
 from tests.refusals import refuses
@@ -36,7 +36,7 @@ def found(emps2015: GeneratedAxis, twin: Record) -> OutputFit:
     return fit(emps2015, twin)
 
 
-def _lacks(result: OutputFit) -> tuple[Lack, ...]:
+def _lacks(result: OutputFit) -> tuple[Misspecification, ...]:
     """Of its one record."""
     (found,) = result.lacks
     return found

@@ -8,7 +8,12 @@ import pytest
 from axisid import Record, build, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.parameters import with_time
-from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions, slopes_of
+from axisid.estimation.predictions import (
+    LoopPredictions,
+    Predictions,
+    WindowPredictions,
+    jacobian_at,
+)
 from axisid.estimation.predictions.lanes import Lanes
 from axisid.estimation.regression import InverseForm, simulated_loops
 from axisid.modeling.quantities import Parameter
@@ -100,7 +105,7 @@ def test_slopes_are_those_of_an_independent_derivative_through_reversals_and_res
     reference = np.asarray(twin.reference)
     exact = control_of(THETA, reference, start.position).real
     predictions.settle(THETA)
-    found = slopes_of(predictions, THETA, THETA, np.zeros(3), INFINITE)
+    found = jacobian_at(predictions, THETA, THETA, np.zeros(3), INFINITE)
     np.testing.assert_allclose(found.errors + twin.control, exact, atol=1e-6)
     slopes = derivative_of(THETA, reference, start.position)
     off = np.linalg.norm(found.jacobian - slopes, axis=0) / np.linalg.norm(slopes, axis=0)
@@ -135,14 +140,14 @@ class _Parabola:
 def test_at_a_bound_the_differences_stay_inside_and_are_of_second_order(at: float) -> None:
     parabola, here = _Parabola(), np.array([at, 0.5])
     lower, upper = np.zeros(2), np.ones(2)
-    found = slopes_of(parabola, here, np.ones(2), lower, upper)
+    found = jacobian_at(parabola, here, np.ones(2), lower, upper)
     np.testing.assert_allclose(found.jacobian, np.diag(2 * here + 1), atol=1e-9)
     assert np.all((parabola.seen[0] >= lower) & (parabola.seen[0] <= upper))
 
 
 def test_a_parameter_whose_lane_fails_is_stepped_less() -> None:
     parabola, here = _Parabola(fails_beyond=1.0 + 2e-5), np.array([1.0, 0.2])
-    found = slopes_of(parabola, here, np.ones(2), np.zeros(2), INFINITE[:2])
+    found = jacobian_at(parabola, here, np.ones(2), np.zeros(2), INFINITE[:2])
     np.testing.assert_allclose(found.jacobian, np.diag(2 * here + 1), atol=1e-8)
     assert len(parabola.seen) == 2
     assert len(parabola.seen[1]) == 3  # that of the parameter alone

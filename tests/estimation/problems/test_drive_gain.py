@@ -22,7 +22,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd
 from axisid.elements import Drive, viscous
 from axisid.estimation.diagnostics import conclusion
-from axisid.estimation.problems.visibility import Reach, check_visible
+from axisid.estimation.problems.visibility import SignalRanges, check_visible
 from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.signals.filtered_record import FilteredRecord
 from axisid.modeling import LIBRARY, Experiment, back_and_forth
@@ -195,7 +195,7 @@ def test_right_models_are_a_hundred_times_from_being_refused(name: str) -> None:
     record = twin_record(axis, seed=1)
     data = FilteredRecord.bind(axis, record, Prefilter.suited(record.period))
     equations = InverseForm(axis).equations(data.signals)
-    reach = Reach.of([(data.signals, equations, data.kept)])
+    reach = SignalRanges.of([(data.signals, equations, data.kept)])
     rows = equations.reduced(data)
     check_visible(
         axis,

@@ -8,8 +8,8 @@ from scipy.special import stdtrit
 from axisid.estimation.regression import Hac, Solution
 from axisid.estimation.regression.autoregressive import autoregressive_covariance
 from axisid.estimation.regression.linear import factor, least_squares
-from axisid.estimation.signals import Neighbours
-from axisid.estimation.thresholds import MIN_FREEDOM
+from axisid.estimation.signals import RowTimes
+from axisid.estimation.thresholds import MIN_DEGREES_OF_FREEDOM
 
 NAMES = ("a", "b")
 
@@ -24,7 +24,7 @@ def errors(rng: np.random.Generator, rows: int, rho: float) -> np.ndarray:
     return np.asarray(lfilter([1.0], [1.0, -rho], rng.normal(size=rows + 200)))[200:]
 
 
-def fit(e: np.ndarray, size: float = 1.0, order: Neighbours | None = None) -> Solution:
+def fit(e: np.ndarray, size: float = 1.0, order: RowTimes | None = None) -> Solution:
     X = columns(len(e)) * [1.0, size]
     return least_squares(X @ [3.0, 2.0 / size] + e, factor(X, NAMES, neighbours=order))
 
@@ -47,7 +47,7 @@ def test_it_is_that_of_dense_algebra_at_the_coefficient_that_the_residuals_show(
 ) -> None:
     e = errors(rng, 150, 0.8)
     places = np.flatnonzero(np.r_[True, rng.random(len(e) - 1) >= missing])
-    solution = fit(e[: len(places)], order=Neighbours(places))
+    solution = fit(e[: len(places)], order=RowTimes(places))
     residuals = solution.residuals
     apart = np.abs(places[:, None] - places[None, :])
     shown = np.outer(residuals, residuals)[apart == 1].mean() / np.mean(residuals**2)
@@ -90,7 +90,7 @@ def test_its_degrees_of_freedom_are_those_of_its_scatter(rng: np.random.Generato
     told = np.mean([2 / each.freedom for each in found], axis=0)
     assert told == pytest.approx(scatter, rel=0.35)
     slow = autoregressive_covariance(fit(np.cumsum(rng.normal(size=60))))
-    assert np.all(slow.freedom >= MIN_FREEDOM.value)
+    assert np.all(slow.freedom >= MIN_DEGREES_OF_FREEDOM.value)
 
 
 def held(rng: np.random.Generator, hac: Hac, rows: int, rho: float) -> np.ndarray:

@@ -20,13 +20,13 @@ from axisid.estimation.regression.covariance import (
     score_products,
 )
 from axisid.estimation.regression.linear import (
-    Applied,
+    CovarianceEstimate,
     Solution,
     factor,
     instrumental_variables,
     least_squares,
 )
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.signals import RowTimes
 from tests.estimation.nist import FILIP, LONGLEY, NORRIS, PONTIUS, Dataset
 from tests.refusals import refuses
 
@@ -96,16 +96,18 @@ def test_instrumental_variables_are_those_of_linearmodels(data: tuple[np.ndarray
         assert covariance.matrix(solution) == pytest.approx(result.cov.to_numpy(), rel=1e-7)
 
 
-def long_run(scores: np.ndarray, hac: Hac | None = None, missing: float = 0.0) -> Applied:
+def long_run(
+    scores: np.ndarray, hac: Hac | None = None, missing: float = 0.0
+) -> CovarianceEstimate:
     """Of scores (n, k), of which a part is missing."""
     kept = np.random.default_rng(0).random(len(scores)) >= missing
-    order = Neighbours.consecutive(len(scores))[kept]
+    order = RowTimes.consecutive(len(scores))[kept]
     return (hac or Hac()).long_run(partial(score_products, scores[kept], order), int(kept.sum()))
 
 
 def whitened(scores: np.ndarray, hac: Hac | None = None) -> tuple[int, np.ndarray]:
     """Lags that count of scores (n, k), and their autoregression."""
-    products = partial(score_products, scores, Neighbours.consecutive(len(scores)))
+    products = partial(score_products, scores, RowTimes.consecutive(len(scores)))
     white, colour = (hac or Hac()).whitened(products, len(scores))
     return len(white) - 1, colour
 
@@ -117,7 +119,7 @@ def autoregressive(rng: np.random.Generator, rows: int, kept: float) -> np.ndarr
 def test_lags_follow_the_correlation_of_the_residuals(rng: np.random.Generator) -> None:
     white = rng.normal(size=(3000, 1))
     coloured = np.convolve(white[:, 0], np.exp(-np.arange(100) / 20.0), "same")[:, None]
-    order = Neighbours.consecutive(3000)
+    order = RowTimes.consecutive(3000)
     plain = [score_products(each, order, 28)[:, 0, 0] / 3000 for each in (white, coloured)]
     assert lags_of(list(plain[0]), 3000) < 30 < lags_of(list(plain[1]), 3000)
     assert whitened(coloured)[0] < 20  # the autoregression has most of it
@@ -183,7 +185,7 @@ def test_missing_rows_count_as_rows_without_a_score(
     """As Parzen has it: against statsmodels, with zeros in place of what is missing."""
     places = np.flatnonzero(rng.random(500) < 0.8)[:300]
     kept = tuple(each[: len(places)] for each in data)
-    solution = least_squares(kept[0], factor(kept[1], NAMES, neighbours=Neighbours(places)))
+    solution = least_squares(kept[0], factor(kept[1], NAMES, neighbours=RowTimes(places)))
     scores = np.zeros((places[-1] + 1, 3))
     scores[places] = solution.influence * solution.residuals[:, None]
     expected = S_hac_simple(scores, nlags=lags)
@@ -192,7 +194,7 @@ def test_missing_rows_count_as_rows_without_a_score(
 
 def test_rows_of_two_records_have_no_covariance(data: tuple[np.ndarray, ...]) -> None:
     """Against the sum of what each record gives by itself."""
-    apart = Neighbours.joined([Neighbours.consecutive(150), Neighbours.consecutive(250)])
+    apart = RowTimes.joined([RowTimes.consecutive(150), RowTimes.consecutive(250)])
     solution = least_squares(data[0], factor(data[1], NAMES, neighbours=apart))
     scores = solution.influence * solution.residuals[:, None]
     expected = S_hac_simple(scores[:150], nlags=9) + S_hac_simple(scores[150:], nlags=9)
@@ -221,7 +223,7 @@ def test_products_of_rows_with_gaps_are_those_of_the_pairs(
     n = 9_000
     scores = lfilter([1.0], [1.0, -0.9], rng.standard_normal((n, 2)), axis=0)
     places = np.cumsum(rng.choice([1, 1, 3, 2000], n)) if missing else np.arange(n)
-    order = Neighbours(places)
+    order = RowTimes(places)
     found = score_products(scores, order, lags)
     for lag in (0, 1, 3, lags):
         late, early = order.pairs(lag)

@@ -9,7 +9,7 @@ from statsmodels.tsa.stattools import ccf
 
 from axisid.estimation.regression import power_density
 from axisid.estimation.regression.residual_tests import residual_tests
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.signals import RowTimes
 from axisid.support.missing import Missing
 
 
@@ -50,7 +50,7 @@ def test_residuals_are_orthogonal_to_what_solved_them(
 
 
 def test_missing_rows_count_as_none_over_every_lag(rng: np.random.Generator) -> None:
-    order = Neighbours(np.flatnonzero(rng.random(400) < 0.7))
+    order = RowTimes(np.flatnonzero(rng.random(400) < 0.7))
     e, Z = rng.normal(size=len(order)), rng.normal(size=(len(order), 2))
     tests = residual_tests(e, Z, lags=5, neighbours=order)
     crossed = np.transpose(tests.cross_correlation.columns)
@@ -74,14 +74,14 @@ def test_cross_correlation_is_that_of_statsmodels(solved: tuple[np.ndarray, np.n
         assert ours[8::-1, j] == pytest.approx(ccf(Z[:, j], e, adjusted=False)[:9], rel=1e-9)
 
 
-def with_gaps(rng: np.random.Generator, rows: int) -> Neighbours:
+def with_gaps(rng: np.random.Generator, rows: int) -> RowTimes:
     """Stretches of 5 to 40 rows, a few rows missing between them."""
     places, at = [], 0
     while len(places) < rows:
         length = int(rng.integers(5, 41))
         places += range(at, at + length)
         at += length + int(rng.integers(1, 8))
-    return Neighbours(np.array(places[:rows]))
+    return RowTimes(np.array(places[:rows]))
 
 
 @pytest.mark.slow
@@ -89,7 +89,7 @@ def with_gaps(rng: np.random.Generator, rows: int) -> Neighbours:
 def test_independent_residuals_are_rejected_as_often_as_declared(
     rng: np.random.Generator, gaps: bool
 ) -> None:
-    order = with_gaps(rng, 400) if gaps else Neighbours.consecutive(400)
+    order = with_gaps(rng, 400) if gaps else RowTimes.consecutive(400)
     W = lfilter([1], [1, -0.9], rng.normal(size=(400, 2)), axis=0)
     draws = 600
     tests = [residual_tests(rng.normal(size=400), W, 12, order) for _ in range(draws)]
@@ -105,7 +105,7 @@ def test_columns_that_act_at_the_ends_of_stretches_raise_no_alarm(
     rng: np.random.Generator, stretches: int, length: int
 ) -> None:
     """As an acceleration does where reversals are left out: few pairs hold all that it has."""
-    order = Neighbours.joined([Neighbours.consecutive(length)] * stretches)
+    order = RowTimes.joined([RowTimes.consecutive(length)] * stretches)
     ends = np.zeros(length)
     ends[:3], ends[-3:] = (3, 2, 1), (-1, -2, -3)
     W = np.column_stack(
@@ -126,7 +126,7 @@ RATE = 100.0
 
 def test_rows_that_all_follow_each_other_are_welch_s_own(rng: np.random.Generator) -> None:
     both = rng.normal(size=(1000, 2))
-    found = power_density(both, RATE, Neighbours.consecutive(1000))
+    found = power_density(both, RATE, RowTimes.consecutive(1000))
     frequencies, power = welch(both, RATE, nperseg=256, axis=0)
     np.testing.assert_array_equal(found[0], frequencies[1:])
     np.testing.assert_allclose(found[1], power[1:], rtol=1e-12)
@@ -134,10 +134,10 @@ def test_rows_that_all_follow_each_other_are_welch_s_own(rng: np.random.Generato
 
 def test_missing_rows_leave_the_density_as_it_is(rng: np.random.Generator) -> None:
     """A tone of power 1/2 in noise of power 1 keeps both, though its phase is lost at each gap."""
-    pieces = [Neighbours.consecutive(300) for _ in range(20)]
+    pieces = [RowTimes.consecutive(300) for _ in range(20)]
     time = np.arange(6000) / RATE
     values = np.sin(2 * np.pi * 20 * time) + rng.normal(size=6000)
-    found = power_density(values, RATE, Neighbours.joined(pieces))
+    found = power_density(values, RATE, RowTimes.joined(pieces))
     assert not isinstance(found, Missing)
     frequencies, power = found
     step = frequencies[1] - frequencies[0]
@@ -149,5 +149,5 @@ def test_missing_rows_leave_the_density_as_it_is(rng: np.random.Generator) -> No
 
 def test_stretches_that_are_too_short_give_no_density() -> None:
     for length, there in ((7, False), (8, True)):
-        order = Neighbours.joined([Neighbours.consecutive(length) for _ in range(30)])
+        order = RowTimes.joined([RowTimes.consecutive(length) for _ in range(30)])
         assert isinstance(power_density(np.ones(30 * length), RATE, order), Missing) is not there

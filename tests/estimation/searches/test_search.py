@@ -9,7 +9,7 @@ from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
 from axisid.estimation.parameters import Unknowns
 from axisid.estimation.predictions.lanes import Lanes
-from axisid.estimation.searches import LOSSES, Found, Search, Weighing, deviation_by_median
+from axisid.estimation.searches import LOSSES, Search, SearchResult, WeightedLoss, robust_deviation
 from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.support.arrays import Array
 from tests.refusals import refuses
@@ -58,8 +58,8 @@ def _found(
     start: list[float],
     loss: str = SQUARES,
     weight: float = 100.0,
-) -> Found:
-    weighing = Weighing(
+) -> SearchResult:
+    weighing = WeightedLoss(
         weights=np.full(len(TIME), weight),
         loss=LOSSES[loss],
         tuning=1.0 if loss == SQUARES else HUBER_TUNING.value,
@@ -159,4 +159,4 @@ def test_losses_have_the_derivatives_that_they_say(loss: str) -> None:
 def test_the_median_tells_the_deviation_past_outliers(rng: np.random.Generator) -> None:
     e = 0.2 * rng.standard_normal(100_000)
     e[::20] = 50.0
-    assert deviation_by_median(e) == pytest.approx(0.2, rel=0.1)
+    assert robust_deviation(e) == pytest.approx(0.2, rel=0.1)

@@ -9,7 +9,7 @@ from hypothesis import given, strategies as st
 
 from axisid import Identification, Prefilter, Record, identify, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.signals import FilteredRecord, Neighbours, SampledFilter
+from axisid.estimation.signals import FilteredRecord, RowTimes, SampledFilter
 from tests.refusals import refuses
 
 FILTER = Prefilter(cutoff=60.0, decimate=5)
@@ -107,7 +107,7 @@ def test_record_that_is_masked_everywhere_is_refused(emps2015: GeneratedAxis, tw
 places = st.sets(st.integers(0, 60), min_size=1).map(sorted)
 
 
-def listed(order: Neighbours, lag: int) -> list[tuple[int, int]]:
+def listed(order: RowTimes, lag: int) -> list[tuple[int, int]]:
     rows = np.arange(len(order))
     late, early = order.pairs(lag)
     return list(zip(rows[late].tolist(), rows[early].tolist(), strict=True))
@@ -115,7 +115,7 @@ def listed(order: Neighbours, lag: int) -> list[tuple[int, int]]:
 
 @given(places, st.integers(0, 70))
 def test_pairs_are_rows_a_lag_apart(numbers: list[int], lag: int) -> None:
-    order = Neighbours(np.array(numbers))
+    order = RowTimes(np.array(numbers))
     expected = [
         (i, j)
         for i, late in enumerate(numbers)
@@ -127,18 +127,18 @@ def test_pairs_are_rows_a_lag_apart(numbers: list[int], lag: int) -> None:
 
 @given(st.lists(places, min_size=1, max_size=4))
 def test_rows_of_two_pieces_are_never_a_lag_apart(pieces: list[list[int]]) -> None:
-    joined = Neighbours.joined([Neighbours(np.array(piece)) for piece in pieces])
+    joined = RowTimes.joined([RowTimes(np.array(piece)) for piece in pieces])
     owner = np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces])
     for lag in range(len(joined)):
         late, early = joined.pairs(lag)
         assert np.array_equal(owner[late], owner[early])
-    own = sum(len(listed(Neighbours(np.array(piece)), 1)) for piece in pieces)
+    own = sum(len(listed(RowTimes(np.array(piece)), 1)) for piece in pieces)
     assert len(listed(joined, 1)) == own
 
 
 @given(places)
 def test_stretches_hold_every_row_once(numbers: list[int]) -> None:
-    order, values = Neighbours(np.array(numbers)), np.array(numbers, dtype=float)
+    order, values = RowTimes(np.array(numbers)), np.array(numbers, dtype=float)
     pieces = order.split(values)
     assert np.concatenate(pieces).tolist() == numbers
     assert [len(piece) for piece in pieces] == order.lengths.tolist()

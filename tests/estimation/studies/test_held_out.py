@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from axisid import Prefilter
-from axisid.estimation.signals import Neighbours, SampledFilter
+from axisid.estimation.signals import RowTimes, SampledFilter
 from axisid.estimation.studies.held_out import (
     HeldOut,
     Regression,
@@ -44,7 +44,7 @@ def test_gap_is_the_reach_of_one_sample(cutoff: float, decimate: int) -> None:
 def test_each_block_is_predicted_by_the_others(rng: np.random.Generator) -> None:
     X = rng.normal(size=(200, 2))
     y = X @ [2.0, -1.0] + 0.1 * rng.normal(size=200)
-    following = Neighbours.consecutive(200)
+    following = RowTimes.consecutive(200)
     rows = Regression(left=y, regressor=X, instruments=None, names=("a", "b"), neighbours=following)
     blocks = contiguous_blocks(200, 5, 2)
     found, thetas = held_out_equation(rows, blocks, float(np.linalg.norm(y)))
@@ -61,7 +61,7 @@ def test_each_block_is_predicted_by_the_others(rng: np.random.Generator) -> None
 def test_instruments_are_held_out_with_their_rows(rng: np.random.Generator) -> None:
     Z = rng.normal(size=(200, 1))
     X = Z + 0.3 * rng.normal(size=(200, 1))
-    following = Neighbours.consecutive(200)
+    following = RowTimes.consecutive(200)
     rows = Regression(
         left=3 * X[:, 0], regressor=X, instruments=Z, names=("a",), neighbours=following
     )

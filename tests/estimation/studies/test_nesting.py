@@ -6,7 +6,7 @@ import statsmodels.api as sm
 
 from axisid.estimation.regression import joint_p
 from axisid.estimation.regression.covariance import Classical, Hac
-from axisid.estimation.signals import Neighbours
+from axisid.estimation.signals import RowTimes
 from axisid.estimation.studies.candidate import criteria, embedding, nested_tests, wald_test
 from axisid.estimation.studies.held_out import Regression
 
@@ -19,7 +19,7 @@ def rows(X: np.ndarray, left: np.ndarray) -> Regression:
         regressor=X,
         instruments=None,
         names=tuple(f"p{i}" for i in range(X.shape[1])),
-        neighbours=Neighbours.consecutive(len(left)),
+        neighbours=RowTimes.consecutive(len(left)),
     )
 
 

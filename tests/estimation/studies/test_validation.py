@@ -21,7 +21,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.main import cli
-from axisid.estimation.signals import Neighbours, SampledFilter
+from axisid.estimation.signals import RowTimes, SampledFilter
 from axisid.estimation.studies.validation import Validation, least_mean_square
 
 
@@ -139,8 +139,8 @@ def test_short_records_are_not_blamed_for_slow_noise() -> None:
     """What a few slow waves leave may be less by chance than it is."""
     slow = np.sin(np.linspace(0.0, 7.0, 700))
     fast = np.random.default_rng(1).normal(size=700)
-    assert least_mean_square(slow, Neighbours.consecutive(700)) < 0.6 * np.mean(slow**2)
-    assert least_mean_square(fast, Neighbours.consecutive(700)) > 0.7 * np.mean(fast**2)
+    assert least_mean_square(slow, RowTimes.consecutive(700)) < 0.6 * np.mean(slow**2)
+    assert least_mean_square(fast, RowTimes.consecutive(700)) > 0.7 * np.mean(fast**2)
 
 
 def test_what_the_filter_leaves_open_suits_the_second_record(emps2015: GeneratedAxis) -> None:

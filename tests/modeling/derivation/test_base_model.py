@@ -13,10 +13,10 @@ from axisid.elements import G, asymmetric_coulomb
 from axisid.modeling import Experiment, Move
 from axisid.modeling.declaration.variants import read_fixed
 from axisid.modeling.derivation.base_model import base_model
-from axisid.modeling.library import LIBRARY
-from axisid.modeling.wording.identifiability import (
+from axisid.modeling.description.identifiability import (
     describe_undetermined,
 )
+from axisid.modeling.library import LIBRARY
 from tests.axes.bodies import ROD, body, energetic, rod, rotor, turn as q, x
 from tests.bounded import within
 from tests.refusals import refuses

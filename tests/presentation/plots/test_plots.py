@@ -20,7 +20,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import coulomb, viscous
 from axisid.estimation import Sweep
-from axisid.estimation.studies.friction_curve import friction
+from axisid.estimation.studies.friction_curve import friction_curve
 from axisid.presentation.drawing.matplotlib import draw, rendered
 from axisid.presentation.plots.estimate import (
     autocorrelation_plot,
@@ -108,7 +108,7 @@ def test_friction_law_is_the_closed_form_and_lies_on_the_measurement(
     result: Identification,
 ) -> None:
     estimate = result["idm-iv"]
-    found = friction(result, estimate)
+    found = friction_curve(result, estimate)
     _, viscosity, coulombs = estimate.physical
     v, force = found.law.T
     expected = viscosity * v + coulombs * np.sign(v)
@@ -126,7 +126,7 @@ def test_friction_is_shown_by_rows_of_whole_weight_alone(
 ) -> None:
     found = identify(emps2015, twin, methods=["idm-ls"])
     estimate = found["idm-ls"]
-    shown = friction(found, estimate)
+    shown = friction_curve(found, estimate)
     assert shown.skipped > 0
     assert len(shown.velocity) == len(estimate.y) - shown.skipped
     _, viscosity, coulombs = estimate.physical
@@ -148,7 +148,7 @@ def test_gravity_and_springs_are_taken_off_the_friction() -> None:
     result = identify(
         axis, record, Prefilter(cutoff=100.0, decimate=5, hold="raw", reversals="keep"), ["idm-ls"]
     )
-    found = friction(result, result["idm-ls"])
+    found = friction_curve(result, result["idm-ls"])
     assert found.checks == result.checks
     fast = np.abs(found.velocity) > 0.3
     law = 3.0 * found.velocity + 1.5 * np.sign(found.velocity)

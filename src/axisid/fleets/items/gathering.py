@@ -17,7 +17,7 @@ from axisid.estimation.records import log_of
 from axisid.estimation.tables import library
 from axisid.support.errors import DataError, UsageError
 from axisid.support.files.regular_file import opened_regular, read_regular
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 Condition = str | float
 _LOG, _OWN = "log", ("log", "axis", "serial", "columns")

@@ -100,7 +100,7 @@ class Column:
         Heads of the deviation and of what else a `Quantity` tells, where each has a column of its
         own. Without them a quantity is one text.
     group : str
-        Neighbours of one group stay beside one another on a narrow terminal, as parts do.
+        RowTimes of one group stay beside one another on a narrow terminal, as parts do.
     kind : Kind
         What is in it.
     """

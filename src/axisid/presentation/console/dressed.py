@@ -104,7 +104,7 @@ def _pages(whole: Grid, room: int) -> list[Grid]:
 
 
 def _parts(group: Sequence[int], fits: Callable[[Sequence[int]], bool]) -> list[list[int]]:
-    """Neighbours together, or the first of them beside as many of the others as it has room for."""
+    """RowTimes together, or the first of them beside as many of the others as it has room for."""
     first, *others = group
     parts = [[first]]
     for number in others:

@@ -7,10 +7,10 @@ import numpy as np
 from msgspec import UNSET, UnsetType
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
-from axisid.estimation.diagnostics import Apart, RecordDiagnosis
+from axisid.estimation.diagnostics import RecordDiagnosis, RecordDifference
 from axisid.estimation.estimates import Estimate, Physical, Value
-from axisid.estimation.identification import DriveTime, Identification, OfRecord
-from axisid.estimation.problems import Held
+from axisid.estimation.identification import DriveTime, Identification, RecordResult
+from axisid.estimation.problems import ParameterAtBound
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Drawn
 from axisid.estimation.signals import Sampling
@@ -46,7 +46,7 @@ _NAMED_DIRECT = frozenset({"iid", "hac"})  # the same of the direct model's para
 _NAMED_PHYSICAL = frozenset({"hac"})  # and of those that follow from known values
 
 
-def _member(of_one: OfRecord, diagnosis: RecordDiagnosis) -> WrittenMember:
+def _member(of_one: RecordResult, diagnosis: RecordDiagnosis) -> WrittenMember:
     apart = diagnosis.apart
     return written_as(
         WrittenMember,
@@ -59,7 +59,7 @@ def _member(of_one: OfRecord, diagnosis: RecordDiagnosis) -> WrittenMember:
     )
 
 
-def _apart(apart: Apart) -> WrittenApart:
+def _apart(apart: RecordDifference) -> WrittenApart:
     def named(values: Array) -> dict[str, float]:
         return dict(zip(apart.names, map(float, np.ravel(values)), strict=True))
 
@@ -110,7 +110,7 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
     )
 
 
-def _held(held: Held) -> WrittenHeld:
+def _held(held: ParameterAtBound) -> WrittenHeld:
     low, high = sorted((held.bound, held.reach))
     return written_as(WrittenHeld, held, interval_95=(low, high))
 

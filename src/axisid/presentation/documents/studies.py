@@ -5,9 +5,9 @@ from dataclasses import asdict
 from msgspec import UNSET
 
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.lacking import sentence
 from axisid.estimation.law_search import ExplainedLaw, LawSearch
-from axisid.estimation.parameters import Known
+from axisid.estimation.misspecification import sentence
+from axisid.estimation.parameters import KnownValues
 from axisid.estimation.studies import (
     Candidate,
     Comparison,
@@ -63,7 +63,7 @@ def written_comparison(comparison: Comparison) -> WrittenComparison:
     )
 
 
-def _known(known: Known) -> tuple[WrittenKnown, ...]:
+def _known(known: KnownValues) -> tuple[WrittenKnown, ...]:
     pairs = zip(known.values, known.deviations, strict=True)
     return tuple(WrittenKnown(value=value, sd=sd) for value, sd in pairs)
 

@@ -6,13 +6,13 @@ from itertools import groupby
 
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, equation_of_motion, known_text
 from axisid.modeling.derivation import AxisModel
-from axisid.modeling.quantities import FORCE, Coordinate, Formula, rounded, written
-from axisid.modeling.wording import (
+from axisid.modeling.description import (
     Section,
     derived_sections,
     describe_determined,
     describe_undetermined,
 )
+from axisid.modeling.quantities import FORCE, Coordinate, Formula, rounded, written
 from axisid.presentation.blocks import Document, Listing, paragraph, plain_text
 
 from .latex import aligned_latex, escaped_latex

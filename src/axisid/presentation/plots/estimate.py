@@ -7,10 +7,10 @@ import numpy as np
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification
-from axisid.estimation.moves import lack_of_fit
+from axisid.estimation.lack_of_fit import lack_of_fit
 from axisid.estimation.predictions import measured_output
 from axisid.estimation.regression import power_density
-from axisid.estimation.studies import Friction, friction
+from axisid.estimation.studies import FrictionCurve, friction_curve
 from axisid.estimation.thresholds import CONVERGED
 from axisid.presentation.saved import SavedEstimate, SavedIdentification
 from axisid.support.arrays import Array
@@ -205,7 +205,7 @@ def left_unit(estimate: Estimate) -> str:
 
 def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     """The fitted law over the binned measurement."""
-    found = friction(result, estimate)
+    found = friction_curve(result, estimate)
     if isinstance(found, Missing):
         return found
     q = result.axis.axis.coordinate
@@ -246,7 +246,7 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     )
 
 
-def _without(found: Friction) -> str:
+def _without(found: FrictionCurve) -> str:
     if not found.skipped:
         return ""
     return (

@@ -175,15 +175,15 @@ def _broken_line(series: Series, places: Sequence[float]) -> Series:
     inside = [p for p in places if series.x[0] < p < series.x[-1]]
     at = np.searchsorted(series.x, inside)
 
-    def parted(values: Array | None) -> Array | None:
+    def significant_differences(values: Array | None) -> Array | None:
         return None if values is None else np.insert(values, at, np.nan)
 
     return replace(
         series,
         x=np.insert(series.x, at, inside),
         y=np.insert(series.y, at, np.nan),
-        low=parted(series.low),
-        high=parted(series.high),
+        low=significant_differences(series.low),
+        high=significant_differences(series.high),
     )
 
 

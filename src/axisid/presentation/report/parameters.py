@@ -8,7 +8,7 @@ from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import by_weight, conclusion
 from axisid.estimation.estimates import CORRECTED, Value
-from axisid.estimation.moves import Band
+from axisid.estimation.lack_of_fit import JackknifeInterval
 from axisid.estimation.studies import Validation
 from axisid.presentation.blocks import Cell, Column, Interval, Intervals, NotedText, Table
 from axisid.presentation.formulas import decimals, significant, true_minus
@@ -196,7 +196,7 @@ def parameters_table(
     return Table(columns=_COLUMNS, rows=tuple(rows))
 
 
-def _cells(value: Value, band: Band | None = None) -> tuple[Cell, ...]:
+def _cells(value: Value, band: JackknifeInterval | None = None) -> tuple[Cell, ...]:
     """Value, interval, deviation and relative deviation.
 
     The interval's centre is a note where it is noticeably another number, as in the text.
@@ -213,7 +213,7 @@ def _cells(value: Value, band: Band | None = None) -> tuple[Cell, ...]:
     )
 
 
-def _both(value: Value, band: Band) -> NotedText:
+def _both(value: Value, band: JackknifeInterval) -> NotedText:
     """The deviation, and that of the model's error behind it."""
     return NotedText(significant(value.deviation), note=f"{significant(band.deviation)} over moves")
 

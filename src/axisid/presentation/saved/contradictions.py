@@ -15,7 +15,7 @@ from axisid.presentation.schema import (
 )
 from axisid.support.errors import DataError, ModelError, UsageError
 from axisid.support.files.result_file import WRITE_AGAIN
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .estimate import (
     written_covariances,

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.diagnostics import Apart, Diagnosis, RecordDiagnosis
+from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis, RecordDifference
 from axisid.estimation.diagnostics.estimates import (
     Excitation,
 )
@@ -33,7 +33,7 @@ def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
             read_as(Excitation, e, name=name) for name, e in written.excitation.items()
         ),
         **_of_record(written, units),
-        bands=written.model_bands or {},
+        bands=written.jackknife_intervals or {},
         differences=written.differences or {},
         records=tuple(
             RecordDiagnosis(**_of_record(member, units), apart=read_apart(member.apart))
@@ -76,12 +76,12 @@ def _alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment
     )
 
 
-def read_apart(written: WrittenApart | None) -> Apart | Missing:
+def read_apart(written: WrittenApart | None) -> RecordDifference | Missing:
     """A record alone beside the others."""
     if written is None:
         return Missing("the record alone does not tell the parameters")
     return read_as(
-        Apart,
+        RecordDifference,
         written,
         names=tuple(written.own),
         own=_numbers(written.own),

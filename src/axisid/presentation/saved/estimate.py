@@ -9,7 +9,7 @@ from msgspec.structs import asdict
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import is_output_error
-from axisid.estimation.estimates import Distribution, Estimate, Iterate, NamedValues, Value
+from axisid.estimation.estimates import Estimate, Iterate, NamedValues, SamplingDistribution, Value
 from axisid.estimation.regression import Drawn, DrawSummary, ResidualTests
 from axisid.modeling.text import FunctionLike
 from axisid.presentation.documents import number, read_as, written_estimate
@@ -22,8 +22,8 @@ from axisid.presentation.schema import (
 from axisid.support.arrays import Array, Exact, frozen
 from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable
+from axisid.support.quoting import is_among, quoted
 from axisid.support.real_numbers import is_whole
-from axisid.support.user_values import is_among, quoted
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -250,10 +250,10 @@ class SavedEstimate(Presentable, Exact):
         return float(max([own, *self.curvatures[gradient != 0]]))
 
     @property
-    def distribution(self) -> Distribution:
+    def distribution(self) -> SamplingDistribution:
         """Of the physical parameters."""
         slopes = self.gain_slopes
-        return Distribution(
+        return SamplingDistribution(
             quantities=self.quantities,
             theta=self.physical,
             covariances=self.covariances,

@@ -23,7 +23,7 @@ from axisid.presentation.schema import (
 )
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.files.result_file import AS_WRITTEN, WRITE_AGAIN
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .contradictions import contradiction, refuse_contradictions, refuse_other_drive
 from .identification import SavedIdentification

@@ -9,7 +9,7 @@ from axisid.estimation.identification import Identification, RecordInfo
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel, derive
 from axisid.support.errors import UsageError
-from axisid.support.user_values import is_among, quoted
+from axisid.support.quoting import is_among, quoted
 
 from .file import joined_model, read_identification
 from .identification import SavedIdentification

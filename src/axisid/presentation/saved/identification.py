@@ -13,7 +13,7 @@ from axisid.estimation.identification import (
     ByMethod,
     DriveTime,
     Identification,
-    OfRecord,
+    RecordResult,
     record_place,
 )
 from axisid.estimation.parameters import known_of, layout_of
@@ -76,7 +76,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     record : WrittenRecord
     sampling : Sampling
         The samples that counted; of those near reversals how many, not which.
-    of_records : tuple of OfRecord
+    of_records : tuple of RecordResult
         What there is to say of each of several records; empty for one.
     local_names : mapping of str to tuple of str
         Of each declared parameter that records have for themselves, its names by record.
@@ -103,7 +103,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     prefilter: Prefilter
     record: WrittenRecord
     sampling: Sampling
-    of_records: tuple[OfRecord, ...]
+    of_records: tuple[RecordResult, ...]
     local_names: Mapping[str, tuple[str, ...]]
     declared_gain: float | None
     skipped: Mapping[str, str]
@@ -280,10 +280,10 @@ def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
     )
 
 
-def _of_record(written: WrittenMember) -> OfRecord:
+def _of_record(written: WrittenMember) -> RecordResult:
     record, apart = written.record, written.apart
     return read_as(
-        OfRecord,
+        RecordResult,
         written,
         record=record,
         sampling=_sampling(written.prefilter, record),

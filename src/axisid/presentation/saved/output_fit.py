@@ -10,7 +10,12 @@ from msgspec import UnsetType
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics import Checked
-from axisid.estimation.estimates import Distribution, NamedValues, Value, freedom_of
+from axisid.estimation.estimates import (
+    NamedValues,
+    SamplingDistribution,
+    Value,
+    degrees_of_freedom_of,
+)
 from axisid.estimation.monte_carlo import (
     CheckFigures,
     EstimandFigures,
@@ -114,8 +119,8 @@ class SavedOutputFit(Checked, Presentable, Exact):
     def derive(self, function: FunctionLike) -> Value:
         """Any function of the parameters, as `OutputFit.derive`, under the chosen covariance."""
         own, chosen = self.document.parameters, self.document.chosen_covariance
-        freedom = np.array([freedom_of(value) for value in self.parameters.values()])
-        return Distribution(
+        freedom = np.array([degrees_of_freedom_of(value) for value in self.parameters.values()])
+        return SamplingDistribution(
             quantities=tuple(Quantity(name=n, unit=v.unit) for n, v in own.items()),
             theta=self.physical,
             covariances={chosen: self.covariance},

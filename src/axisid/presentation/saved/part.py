@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.estimates import Distribution, NamedValues
-from axisid.estimation.identification import OfRecord, RecordInfo
+from axisid.estimation.estimates import NamedValues, SamplingDistribution
+from axisid.estimation.identification import RecordInfo, RecordResult
 from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Prefilter
@@ -47,7 +47,7 @@ class PartEstimate:
         return InverseForm(self.joint.members[self.place].axis)
 
     @cached_property
-    def distribution(self) -> Distribution:
+    def distribution(self) -> SamplingDistribution:
         """Of the parameters of the record's axis."""
         whole = self.whole.distribution
         jacobian = self.joint.physical(self.joint.regressed(whole.theta))[1]
@@ -90,5 +90,5 @@ class SavedPart:
     record: RecordInfo
     prefilter: Prefilter
     axis: GeneratedAxis
-    of_records: tuple[OfRecord, ...] = ()
+    of_records: tuple[RecordResult, ...] = ()
     local_names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

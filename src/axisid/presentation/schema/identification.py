@@ -9,7 +9,7 @@ from axisid.estimation.checks import Check, Levels
 from axisid.estimation.diagnostics.estimates import InstrumentTests
 from axisid.estimation.diagnostics.loop import ColumnComparison
 from axisid.estimation.estimates import HausmanTest
-from axisid.estimation.moves import Band, LackOfFit
+from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
 
 from .diagnosis import (
     WrittenAlignment,
@@ -159,8 +159,8 @@ class WrittenIdentification(
     alignment: WrittenAlignment
     verdict: tuple[Check, ...]
     lack_of_fit: Annotated[LackOfFit | UnsetType, about("Where the reference repeats.")] = UNSET
-    model_bands: Annotated[
-        Mapping[str, Mapping[str, Band]] | UnsetType,
+    jackknife_intervals: Annotated[
+        Mapping[str, Mapping[str, JackknifeInterval]] | UnsetType,
         about("Of the model's error, by method and parameter."),
     ] = UNSET
     differences: Annotated[

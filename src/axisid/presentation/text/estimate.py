@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Physical, Value
-from axisid.estimation.moves import Band, LackOfFit
+from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
 from axisid.modeling.declaration import known_text
 from axisid.presentation.blocks import Cell, Column, Document, Quantity, Table, text_columns
 from axisid.presentation.saved import SavedEstimate
@@ -75,7 +75,9 @@ def places(value: Value) -> int:
     return min(max(4, 3 - math.floor(math.log10(value.sd))), 12)
 
 
-def band_row(values: Sequence[Value], bands: Sequence[Band | None]) -> list[tuple[Cell, ...]]:
+def band_row(
+    values: Sequence[Value], bands: Sequence[JackknifeInterval | None]
+) -> list[tuple[Cell, ...]]:
     """Deviations of the model's error, where one noticeably exceeds that of noise."""
     if not any(band is not None and band.exceeds for band in bands):
         return []
@@ -83,7 +85,7 @@ def band_row(values: Sequence[Value], bands: Sequence[Band | None]) -> list[tupl
     return [(f"  {_OVER_MOVES}", "", *cells)]
 
 
-def _band_cell(value: Value, band: Band | None) -> Cell:
+def _band_cell(value: Value, band: JackknifeInterval | None) -> Cell:
     if band is None:
         return "-"
     share = f"{100 * band.deviation / abs(value.value):.2f} %" if value.value else "-"

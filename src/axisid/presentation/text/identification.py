@@ -9,7 +9,7 @@ from axisid.estimation.checks import KINDS, Check, lines_of
 from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
 from axisid.estimation.estimates import CORRECTED, COVARIANCES, Physical, Value
 from axisid.estimation.identification import DriveTime, Identification
-from axisid.estimation.moves import Band
+from axisid.estimation.lack_of_fit import JackknifeInterval
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.blocks import (
     Cell,
@@ -296,7 +296,7 @@ def _labels(quantities: Iterable[Quantity]) -> dict[str, str]:
 def _value_rows(
     columns: Sequence[Mapping[str, Value]],
     labels: Mapping[str, str],
-    bands: Sequence[Mapping[str, Band]] = (),
+    bands: Sequence[Mapping[str, JackknifeInterval]] = (),
 ) -> list[Row]:
     rows: list[Row] = []
     for name, label in labels.items():

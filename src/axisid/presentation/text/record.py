@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.estimation.identification import OfRecord, RecordInfo
+from axisid.estimation.identification import RecordInfo, RecordResult
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
 from axisid.modeling.declaration import Drive
@@ -138,7 +138,7 @@ def record_document(record: Record) -> Document:
     return Heading(facts=tuple(record_facts(record).items())), table
 
 
-def several_facts(of_records: Sequence[OfRecord], units: Mapping[str, str]) -> dict[str, str]:
+def several_facts(of_records: Sequence[RecordResult], units: Mapping[str, str]) -> dict[str, str]:
     """What a heading says of several records; what is the same of all is told once."""
     told = [record_facts(of_one.record) for of_one in of_records]
     for of_one, own in zip(of_records, told, strict=True):
@@ -220,7 +220,7 @@ def several_notes(result: SavedIdentification) -> list[str]:
     return notes
 
 
-def _row(of_one: OfRecord, number: int) -> tuple[str, ...]:
+def _row(of_one: RecordResult, number: int) -> tuple[str, ...]:
     source = of_one.record.provenance.source
     return (
         f"{number}  {source}",

@@ -1,13 +1,13 @@
 """What a model lacks on a record: columns beside it, against twins that lack nothing.
 
-In: an estimate and its record. Out: `Lack`, the name that explains most first, each with its
-sentence. Knows nothing of verdicts.
+In: an estimate and its record. Out: `Misspecification`, the name that explains most first, each with
+its sentence. Knows nothing of verdicts.
 """
 
 from .scores import RecordScores as RecordScores, scores_of as scores_of
 from .search import (
-    Lack as Lack,
-    lacking as lacking,
+    Misspecification as Misspecification,
+    find_misspecification as find_misspecification,
     scores_at as scores_at,
     sentence as sentence,
 )

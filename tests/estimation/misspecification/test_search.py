@@ -32,7 +32,7 @@ from axisid import (
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.lacking import Lack, lacking, scores_at
+from axisid.estimation.misspecification import Misspecification, find_misspecification, scores_at
 from axisid.support.arrays import Array
 from tests.refusals import refuses
 
@@ -58,12 +58,16 @@ def of_plant(kind: str) -> Record:
 
 def _lacking(
     result: Identification, records: int = 1, levels: Levels = DEFAULT_LEVELS
-) -> tuple[Lack, ...]:
+) -> tuple[Misspecification, ...]:
     half = [np.ptp(value.interval) / 2 for value in result.preferred.parameters.values()]
-    return lacking(scores_at(result.data, result.preferred), np.array(half), records, levels)
+    return find_misspecification(
+        scores_at(result.data, result.preferred), np.array(half), records, levels
+    )
 
 
-def found(record: Record, methods: Sequence[str] = ("idm-ls", "idm-iv")) -> tuple[Lack, ...]:
+def found(
+    record: Record, methods: Sequence[str] = ("idm-ls", "idm-iv")
+) -> tuple[Misspecification, ...]:
     """What is found lacking, with least squares alone where the record has no loop."""
     without_loop = record.reference is None
     axis = replace(AXIS, control=None) if without_loop else AXIS

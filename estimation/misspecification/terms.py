@@ -16,7 +16,7 @@ from axisid.estimation.signals import Span
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 _SPEEDS = np.geomspace(0.015, 0.5, 8)  # of a Stribeck velocity, by the largest speed
 _MOST_WAVES, _WAVES_APART = 60, 0.75  # in the travel

@@ -25,7 +25,7 @@ from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 from axisid.support.missing import Missing, of_found
-from axisid.support.user_values import quoted
+from axisid.support.quoting import quoted
 
 from .scores import ColumnTests, RecordScores, scores_of
 from .terms import TERMS, Along, Term, said_of, terms_for
@@ -64,7 +64,7 @@ class Hypothesis:
     columns : callable
         Of places (m,): (n, m, g).
     parameter : str
-        As of `Lack`.
+        As of `Misspecification`.
     places : (m,) array
         NaN where there is one place alone.
     measured : callable or None
@@ -337,7 +337,7 @@ def _pulses(by: Callable[[str, Array], Array], values: Array, role: str, samples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Lack:
+class Misspecification:
     """Something that the model lacks.
 
     Attributes
@@ -429,12 +429,12 @@ def scores_at(
 
 
 @of_found
-def lacking(
+def find_misspecification(
     scores: RecordScores,
     half_widths: Array,
     records: int = 1,
     levels: Levels = DEFAULT_LEVELS,
-) -> tuple[Lack, ...]:
+) -> tuple[Misspecification, ...]:
     """What is found beside a model, the name that explains most first.
 
     Parameters
@@ -450,7 +450,7 @@ def lacking(
     lasting = [(each, each.columns(each.places)) for each in hypotheses_of(scores)]
     # Without twins nothing tells what the filter itself moves the parameters by.
     half = half_widths[scores.free] if scores.twins else np.full(len(scores.free), np.inf)
-    named, beside = list[Lack](), scores
+    named, beside = list[Misspecification](), scores
     while len(named) < _MOST:
         single = [(each, each.columns(each.places)) for each in outliers_of(beside)]
         failing = findings(beside, [*lasting, *single], half, own)
@@ -519,7 +519,7 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
     return replace(found, at=float(near[best]), columns=made[:, best])
 
 
-def _told(scores: RecordScores, name: TestedHypothesis) -> Lack:
+def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
     """What is found, as it is told: a change, a delay, a factor, or how much of each column.
 
     What a parameter is before it changes is told beside: the estimate is in between.
@@ -549,7 +549,7 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Lack:
         moved[scores.free] = scores.moved_by(columns, factors)
         before = float((scores.physical + moved)[names.index(parameter)] + begun)
     size, made_by = float(np.linalg.norm(values)), columns @ factors
-    return Lack(
+    return Misspecification(
         kind=kind,
         parameter=parameter,
         values=tuple(map(float, values)),
@@ -563,7 +563,7 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Lack:
     )
 
 
-def sentence(lack: Lack, axis: GeneratedAxis, record: Record) -> str:
+def sentence(lack: Misspecification, axis: GeneratedAxis, record: Record) -> str:
     """What is missing, changes or is logged wrongly, how much of it, and what to do about it."""
     size, deviation, unit = lack.size, lack.deviation, lack.unit
     kind, name, part = lack.kind, lack.parameter, of_force(lack.share)

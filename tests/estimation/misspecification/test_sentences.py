@@ -12,9 +12,9 @@ import sympy
 import axisid.elements
 from axisid import Axis, Coordinate, Parameter, Record, load_axis, newton
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.lacking import sentence
-from axisid.estimation.lacking.search import Lack
-from axisid.estimation.lacking.terms import TERMS, Term
+from axisid.estimation.misspecification import sentence
+from axisid.estimation.misspecification.search import Misspecification
+from axisid.estimation.misspecification.terms import TERMS, Term
 from axisid.modeling.declaration import ELEMENTS, Drive
 
 _CALL = re.compile(rf"\b(?:{'|'.join(ELEMENTS)})\((?:[^()]|\([^()]*\))*\)")
@@ -35,9 +35,9 @@ _OTHERS = (
 RECORD = cast(Record, None)
 
 
-def _lack(term: Term) -> Lack:
+def _lack(term: Term) -> Misspecification:
     two = "place" in term.kind or term.kind == "turn"
-    return Lack(
+    return Misspecification(
         kind=term.kind,
         parameter="",
         values=(2.5, -1.0) if two else (2.5,),

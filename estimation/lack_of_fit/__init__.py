@@ -4,9 +4,9 @@ In: an estimate and the record behind its filter. Out: its residuals split into 
 model lacks, and how far parameters scatter where moves are left out. Knows nothing of verdicts.
 """
 
-from .lack_of_fit import (
-    Band as Band,
+from .repeated_phases import (
+    JackknifeInterval as JackknifeInterval,
     LackOfFit as LackOfFit,
+    jackknife_intervals as jackknife_intervals,
     lack_of_fit as lack_of_fit,
-    model_bands as model_bands,
 )

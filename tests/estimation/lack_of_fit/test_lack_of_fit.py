@@ -16,8 +16,8 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.moves import LackOfFit, lack_of_fit
-from axisid.estimation.moves.lack_of_fit import bands_of, groupings
+from axisid.estimation.lack_of_fit import LackOfFit, lack_of_fit
+from axisid.estimation.lack_of_fit.repeated_phases import bands_of, groupings
 from axisid.support.arrays import Array
 
 

@@ -24,7 +24,7 @@ from axisid.estimation.regression import (
     recorded_loops,
     score_products,
 )
-from axisid.estimation.signals import FilteredRecord, Neighbours, Signals
+from axisid.estimation.signals import FilteredRecord, RowTimes, Signals
 from axisid.estimation.twins import DEFAULT_COUNT, Chain, twins_of
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
@@ -88,7 +88,7 @@ class RecordScores:
         The same with what rows make of it, and the motion as it was measured.
     data, quiet : FilteredRecord
         The record, and the same as its loop has it, where there is one.
-    neighbours : Neighbours
+    neighbours : RowTimes
         Of the rows.
     """
 
@@ -105,7 +105,7 @@ class RecordScores:
     measured: Along
     data: FilteredRecord
     quiet: FilteredRecord
-    neighbours: Neighbours
+    neighbours: RowTimes
 
     @property
     def twins(self) -> int:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid.estimation.lacking.terms import (
+from axisid.estimation.misspecification.terms import (
     TERMS,
     Along,
     behind_spring,

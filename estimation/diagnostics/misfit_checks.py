@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, passed
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, status_of
 from axisid.estimation.diagnostics.loop import scale_remedy
 from axisid.estimation.estimates import Estimate, NotSimulated
-from axisid.estimation.lacking import Lack, sentence
-from axisid.estimation.moves import LackOfFit
+from axisid.estimation.lack_of_fit import LackOfFit
+from axisid.estimation.misspecification import Misspecification, sentence
 from axisid.estimation.records import Record, advised_shift
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds import (
@@ -39,7 +39,7 @@ _NOTHING: Mapping[str, str] = {
 
 @of_found
 def lacks_check(
-    found: Sequence[Lack],
+    found: Sequence[Misspecification],
     name: str,
     axis: GeneratedAxis,
     record: Record,
@@ -51,7 +51,7 @@ def lacks_check(
 
     Parameters
     ----------
-    found : sequence of Lack
+    found : sequence of Misspecification
         Of any kind.
     name : {"missing terms", "recorded signals", "outliers"}
         A term or a parameter that changes; a recorded signal that is late or of another size; or a
@@ -71,7 +71,7 @@ def lacks_check(
     said = "; ".join(sentence(lack, axis, record) for lack in own) or _NOTHING[name]
     return Check(
         name=name,
-        status=passed(not own, matters=not bounded),
+        status=status_of(not own, matters=not bounded),
         figure=100 * max((lack.own_share for lack in own), default=0.0),
         threshold=100 * levels.least_share,
         p_value=min((lack.p_value for lack in own), default=None),
@@ -83,7 +83,7 @@ def lacks_check(
     )
 
 
-def _advice(axis: GeneratedAxis, record: Record, found: Lack) -> str:
+def _advice(axis: GeneratedAxis, record: Record, found: Misspecification) -> str:
     value, deviation, name = found.values[0], found.deviation, found.parameter
     if found.kind == "late signal":
         return advised_shift(name, value, max(MIN_DISTANCE_FROM_NOISE.value * deviation, 0.5))
@@ -106,7 +106,7 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
         again = f"repeats every {found.period:.4g} s"
     return Check(
         name="lack of fit",
-        status=passed(not found.is_mostly_model, matters=False),
+        status=status_of(not found.is_mostly_model, matters=False),
         figure=100 * found.share,
         threshold=100 * MIN_MODEL_SHARE.value,
         source="percent of the residuals' power that is left again where the reference repeats, "
@@ -172,7 +172,7 @@ def following(preferred: Estimate, rest: float) -> Check | Missing:
     said = "the simulated loop follows the record" + but if good else f"{lost}{blamed}"
     return Check(
         name="simulation",
-        status=passed(good),
+        status=status_of(good),
         figure=error,
         threshold=MAX_SIMULATION_ERROR.value,
         source="simulation error in percent of the left side; at 50 the loop explains three "

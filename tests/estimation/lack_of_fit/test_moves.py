@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from axisid.estimation.moves.lack_of_fit import Repeats, _period, moves_of, repeats_of
+from axisid.estimation.lack_of_fit.repeated_phases import Repeats, _period, moves_of, repeats_of
 from axisid.support.arrays import Array
 
 HILL = np.concatenate([np.linspace(0, 1, 40), np.ones(100), np.linspace(1, 0, 40)])

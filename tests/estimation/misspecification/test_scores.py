@@ -7,8 +7,8 @@ import pytest
 import statsmodels.api as sm
 from scipy.stats import kstest
 
-from axisid.estimation.lacking.scores import RecordScores
-from axisid.estimation.signals import FilteredRecord, Neighbours
+from axisid.estimation.misspecification.scores import RecordScores
+from axisid.estimation.signals import FilteredRecord, RowTimes
 from axisid.support.arrays import Array
 
 ROWS, PARAMETERS = 300, 3
@@ -38,7 +38,7 @@ def scores_of(errors: Array, X: Array) -> RecordScores:
         measured=None,  # type: ignore[arg-type]
         data=nothing,
         quiet=nothing,
-        neighbours=Neighbours.consecutive(len(X)),
+        neighbours=RowTimes.consecutive(len(X)),
     )
 
 

@@ -42,8 +42,8 @@ from numpy.typing import NDArray
 from scipy.special import fdtrc, stdtr, stdtrit
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.regression import Applied, Hac, score_products
-from axisid.estimation.signals import FilteredRecord, Neighbours
+from axisid.estimation.regression import CovarianceEstimate, Hac, score_products
+from axisid.estimation.signals import FilteredRecord, RowTimes
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_MODEL_SHARE
 from axisid.support.arrays import Array, Exact
 from axisid.support.figures import MaybeInfinite
@@ -420,14 +420,14 @@ def _hac_excess(estimate: Estimate, rows: Index, left: Array, noise: Array) -> d
     return {q.name: float(r) for q, r in zip(estimate.quantities, ratios, strict=True)}
 
 
-def _long_run(scores: Array, neighbours: Neighbours) -> Applied:
+def _long_run(scores: Array, neighbours: RowTimes) -> CovarianceEstimate:
     """Covariance of the sum of scores, (n, k), that may depend on their neighbours."""
     # Held against each other, or of residuals on no regressor: the kernel alone.
     products = partial(score_products, scores, neighbours)
     return Hac().long_run(products, len(scores))
 
 
-class Band(Struct, frozen=True, kw_only=True, rename={"interval": "interval_95"}):
+class JackknifeInterval(Struct, frozen=True, kw_only=True, rename={"interval": "interval_95"}):
     """How far the model's error may move a parameter.
 
     Attributes
@@ -452,9 +452,9 @@ class Band(Struct, frozen=True, kw_only=True, rename={"interval": "interval_95"}
     exceeds: bool
 
 
-def model_bands(
+def jackknife_intervals(
     estimates: Mapping[str, Estimate], data: FilteredRecord, *, noisy: bool = True
-) -> dict[str, dict[str, Band]]:
+) -> dict[str, dict[str, JackknifeInterval]]:
     """The band of each physical parameter by method and name.
 
     Parameters
@@ -477,7 +477,7 @@ def model_bands(
 
 def bands_of(
     estimate: Estimate, ways: Sequence[tuple[str, Index]], *, noisy: bool = True
-) -> dict[str, Band]:
+) -> dict[str, JackknifeInterval]:
     """The widest band of each parameter under ways to form groups, as `groupings` gives them."""
     found = [_bands(estimate, labels, by, noisy=noisy) for by, labels in ways]
     each = zip(*filter(None, found), strict=True)  # by parameter
@@ -501,7 +501,7 @@ def groupings(data: FilteredRecord, rows: Index) -> Iterator[tuple[str, Index]]:
     yield "thirds of the travel", np.searchsorted(edges, place, side="right")
 
 
-def _bands(estimate: Estimate, labels: Index, by: str, *, noisy: bool) -> list[Band]:
+def _bands(estimate: Estimate, labels: Index, by: str, *, noisy: bool) -> list[JackknifeInterval]:
     """Of each parameter; none where groups are too few, or one of them tells too much."""
     names, groups = np.unique(labels, return_inverse=True)
     count = len(names)
@@ -540,7 +540,9 @@ def _bands(estimate: Estimate, labels: Index, by: str, *, noisy: bool) -> list[B
         chance = fdtrc(told, left, ratio)
         exceeds &= (chance < _MAX_BAND_CHANCE) | ~(variances > 0)
     return [
-        Band(deviation=float(d), interval=(c - r, c + r), groups=count, by=by, exceeds=bool(e))
+        JackknifeInterval(
+            deviation=float(d), interval=(c - r, c + r), groups=count, by=by, exceeds=bool(e)
+        )
         for d, r, c, e in zip(
             deviations, reach.tolist(), estimate.corrected.tolist(), exceeds, strict=True
         )
