@@ -1,7 +1,7 @@
 """What a model lacks on a record: columns beside it, against twins that lack nothing.
 
-In: an estimate and its record. Out: `Misspecification`, the name that explains most first, each with
-its sentence. Knows nothing of verdicts.
+In: an estimate and its record. Out: `Misspecification`, the name that explains most first, each
+with its sentence. Knows nothing of verdicts.
 """
 
 from .scores import RecordScores as RecordScores, scores_of as scores_of

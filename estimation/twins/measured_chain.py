@@ -53,8 +53,8 @@ def measured_chain(
     of given correlation times, whose variances are the likeliest by Whittle for the rows of the
     inverse model, without all that the model's columns explain when they may change with time,
     place, speed and direction, and beside what twins with noise and steps of the position have
-    there; none that is not surely likelier than nothing is there, and nothing is told of these where
-    friction remembers, which has no rows. How a loop hunts over the steps of its encoder is an
+    there. None is there that is not surely likelier than nothing, and none is told where friction
+    remembers, which has no rows. How a loop hunts over the steps of its encoder is an
     accident of where it begins, so that twins have disturbances that are the likeliest beside the
     power of one such loop or another.
 
