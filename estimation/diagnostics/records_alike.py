@@ -277,7 +277,8 @@ def rows_alike(
         return Missing("the rows of a direct model are accelerations")
     if estimate.counts is not None:
         return Missing("rows count by residuals, in a record alone by others than in all of them")
-    weights, left = estimate.row_weights, estimate.inference.twins_residuals
+    weights, told = estimate.row_weights, estimate.inference
+    left, off = told.twins_residuals, told.twins_off
     X, Z = (weights[:, None] * each for each in (estimate.X, estimate.score_columns))
     names = [q.label for q in estimate.form.quantities]
 
@@ -286,8 +287,14 @@ def rows_alike(
         regressor = checked_columns(np.hstack([X, columns]), every, neighbours=estimate.neighbours)
         Z_of_all = factor(np.hstack([Z, instruments]), every)
         found = instrumental_variables(weights * estimate.net_residuals, regressor, Z_of_all)
-        if left is not None and left.shape[1] / 2 - columns.shape[1] + 1 >= _FEWEST:
+        if (
+            left is not None
+            and off is not None
+            and left.shape[1] / 2 - columns.shape[1] + 1 >= _FEWEST
+        ):
             moved = found.influence.T @ (weights[:, None] * left)
+            # Twins' residuals are beside what each of them has in common, which scatters too.
+            moved[: off.shape[1]] += off.T
             return found.theta, np.atleast_2d(np.cov(moved)), np.full(len(moved), left.shape[1] / 2)
         applied = Hac().applied(found)
         return found.theta, applied.matrix, applied.freedom

@@ -99,6 +99,8 @@ class Inference(Exact):
         The noise of each record, as its twins have it; none without twins.
     twins_residuals : (n, R) array or None
         What the estimator leaves of each twin; None without twins that scatter.
+    twins_off : (R, k) array or None
+        The regression's own parameters of each twin, less those of its loops.
     """
 
     covariances: Mapping[str, Array]
@@ -112,6 +114,7 @@ class Inference(Exact):
     bias: Array | None = None
     chains: tuple[Chain, ...] = ()
     twins_residuals: Array | None = None
+    twins_off: Array | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)

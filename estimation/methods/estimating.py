@@ -247,7 +247,7 @@ class _FittedPoint:
             if isinstance(found, str):
                 names[_PIVOT] += found
                 chains: tuple[Chain, ...] = ()
-                bias = left = None
+                bias = left = off = None
             else:
                 twins, told = found
                 known = np.zeros_like(own[_PIVOT]) if self.known is None else self.known
@@ -258,7 +258,7 @@ class _FittedPoint:
                 left = _own_rows(told.residuals, self.problem.row_weights)
                 if told.count > 1:
                     freedom[_PIVOT] = np.full(len(told.own_scale), float(told.freedom))
-                chains, bias = twins.chains, told.bias
+                chains, bias, off = twins.chains, told.bias, told.own_off
                 if quiet is not None:
                     quiet = left.mean(axis=1)
             direct = isinstance(self.form, DirectForm)
@@ -274,6 +274,7 @@ class _FittedPoint:
                 noise_free=quiet,
                 bias=bias,
                 twins_residuals=None if left is None or left.shape[1] < 2 else left,
+                twins_off=off,
                 chains=chains,
             )
 

@@ -247,6 +247,8 @@ class BootstrapCorrection:
     ----------
     off : (R, p) array
         The twins' physical parameters, less those of their loops.
+    own_off : (R, k) array
+        The same of the regression's own parameters.
     scale : (p,) array
         What deviations are to be multiplied by.
     own_scale : (k,) array
@@ -258,6 +260,7 @@ class BootstrapCorrection:
     """
 
     off: Array
+    own_off: Array
     scale: Array
     own_scale: Array
     correlation: Array
@@ -321,6 +324,7 @@ def bootstrap_correction(
     own_scale, own_alike = _pivot(own, spreads, form.regressed(twins.at), shown)
     return BootstrapCorrection(
         off=off,
+        own_off=own,
         scale=scale,
         own_scale=own_scale,
         correlation=alike,

@@ -56,6 +56,15 @@ def test_the_record_that_differs_is_named_with_the_parameter(
 
 
 @pytest.mark.slow
+def test_the_others_are_as_sure_as_by_themselves(plain: GeneratedAxis) -> None:
+    records = [stage_record(s, M=100.2 * (1 + 0.03 * (s == 1))) for s in range(1, 7)]
+    found = _check(identify(plain, records, methods=METHOD))
+    (printed,) = re.findall(r"and 100\.\d \+- (\S+) in the rest", found.meaning)
+    alone = identify(plain, records[1:], methods=METHOD).preferred.parameters["M"].deviation
+    assert float(printed) == pytest.approx(alone, rel=0.4)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("odd", [1, 2])
 def test_an_untold_payload_is_named_with_what_declares_it(plain: GeneratedAxis, odd: int) -> None:
     """The estimate of all is no record's: nothing of it is to be believed."""
