@@ -129,8 +129,7 @@ class Scores:
         """Covariance by the scatter over stretches that are windows of an open loop, (k, k)."""
         windows = [rows for spans in self.spans for rows in spans]
         columns = self.jacobian @ self.inverse
-        taken = float(columns.shape[1])
-        return self._with_known(clustered_covariance(columns, self.errors, windows, taken))
+        return self._with_known(clustered_covariance(columns, self.errors, windows))
 
     def _with_known(self, *found: CovarianceEstimate) -> CovarianceEstimate:
         """Independent covariances with that of what was known, which is sure."""

@@ -24,6 +24,7 @@ _LONGEST = 0.1  # s, of an autoregression
 _FEWEST = 20  # orders that are tried, whatever the period
 _ROWS_PER_ORDER = 10
 
+_ROUNDING = 1e-9
 _OWN = 1e-6  # of each output's variance: what no other output and no past tells of it
 # of the variances, below which errors have forgotten what was; asked every so many lags
 _FORGOTTEN, _ASKED = 1e-12, 256
@@ -279,18 +280,18 @@ def autoregressive_covariance(
 
 
 def clustered_covariance(
-    columns: Array, errors: Array, windows: Sequence[slice], taken: float
+    columns: Array, errors: Array, windows: Sequence[slice]
 ) -> CovarianceEstimate:
     """Of columns (n, k) and errors of windows that are independent of each other, by their scores.
 
     A sandwich clustered by window: what moves an axis besides its control is summed up twice in the
     errors of an open loop, as no autoregression is. As many windows count for a column as it is
-    alike in.
+    alike in. What a fit has taken from the errors of a window is what errors alike would lack.
 
     Parameters
     ----------
-    columns, taken
-        As in `autoregressive_covariance`.
+    columns : (n, k) array
+        Slopes times the inverse of their product, as a fit's parameters answer to errors.
     errors : (n,) array
     windows : sequence of slice
 
@@ -299,9 +300,17 @@ def clustered_covariance(
     [Wooldridge2010]_, chapter 20.
     """
     scores = np.array([columns[rows].T @ errors[rows] for rows in windows])
-    sizes = np.array([np.sum(columns[rows] ** 2, axis=0) for rows in windows])
-    whole = sizes.sum(axis=0) ** 2 / np.maximum(np.sum(sizes**2, axis=0), np.finfo(float).tiny)
-    return _less_taken(scores.T @ scores, whole, taken)
+    own = np.array([columns[rows].T @ columns[rows] for rows in windows])
+    whole, inverse = own.sum(axis=0), np.linalg.pinv(own.sum(axis=0), hermitian=True)
+    sizes = np.diagonal(own, axis1=1, axis2=2)
+    count = sizes.sum(axis=0) ** 2 / np.maximum(np.sum(sizes**2, axis=0), np.finfo(float).tiny)
+    left = np.diag(whole) - np.einsum("gjk,kl,glj->j", own, inverse, own)
+    there = left > _ROUNDING * np.diag(whole)  # what one window alone tells scatters over none
+    more = np.divide(np.diag(whole), left, out=np.ones_like(left), where=there)
+    matrix = scores.T @ scores
+    return CovarianceEstimate(
+        matrix=widened(matrix, np.diag(matrix) * more), freedom=np.maximum(count / more, 1.0)
+    )
 
 
 def _less_taken(matrix: Array, whole: Array, taken: float) -> CovarianceEstimate:
