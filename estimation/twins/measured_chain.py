@@ -240,8 +240,10 @@ def _position_noise(
 def _independent(counts: Array, steps: Array) -> Array:
     """How many independent powers twins with an encoder's steps, (m, b), have by band, (b,).
 
-    Their errors come again with the motion.
+    Their errors come again with the motion; one twin alone, without noise, does not tell.
     """
+    if len(steps) == 1:
+        return counts
     known = steps.mean(axis=0)
     scatter = np.var(steps, axis=0, ddof=1)
     told = np.divide(known**2, scatter, out=np.full_like(known, np.inf), where=scatter > 0)
