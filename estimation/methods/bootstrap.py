@@ -64,10 +64,7 @@ class Bootstrap:
                 fit = with_loops(self.problem, fit)
                 if fit.follows or self.has_laws():
                     twins = self._less_bias(fit)
-                    if isinstance(twins, str):
-                        why = twins
-                        continue
-                    if fit.follows or self._leave_as_much(twins, fit):
+                    if fit.follows or isinstance(twins, str) or self._leave_as_much(twins, fit):
                         return twins
                 why = _FOLLOWS_NOT
             except (ModelError, LoopDataError):  # which the verdict tells
