@@ -60,7 +60,7 @@ def test_a_white_reference_lets_the_instruments_end(
 def test_a_loop_that_jumps_ends_near_and_says_so() -> None:
     axis, record = white("rotary_table", 1e-2, 1, noisy=True)
     estimate = identify(axis, record, methods="idm-iv")["idm-iv"]
-    (told,) = (r.text for r in estimate.remarks if "jumps with the parameters" in r.text)
+    (told,) = (r for r in estimate.remarks if "jumps with the parameters" in r)
     assert float(told.split("ends ")[1].split()[0]) <= NEARLY_CONVERGED
 
 

@@ -42,7 +42,7 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
         "instruments": diagnosis.instruments,
         "excitation": {e.name: written_as(WrittenExcitation, e) for e in diagnosis.excitation},
         **record_members(diagnosis, names),
-        "jackknife_intervals": {
+        "model_bands": {
             method: dict(of_one) for method, of_one in diagnosis.bands.items() if of_one
         }
         or UNSET,

@@ -33,7 +33,7 @@ def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
             read_as(Excitation, e, name=name) for name, e in written.excitation.items()
         ),
         **_of_record(written, units),
-        bands=written.jackknife_intervals or {},
+        bands=written.model_bands or {},
         differences=written.differences or {},
         records=tuple(
             RecordDiagnosis(**_of_record(member, units), apart=read_apart(member.apart))

@@ -159,7 +159,7 @@ class WrittenIdentification(
     alignment: WrittenAlignment
     verdict: tuple[Check, ...]
     lack_of_fit: Annotated[LackOfFit | UnsetType, about("Where the reference repeats.")] = UNSET
-    jackknife_intervals: Annotated[
+    model_bands: Annotated[
         Mapping[str, Mapping[str, JackknifeInterval]] | UnsetType,
         about("Of the model's error, by method and parameter."),
     ] = UNSET
