@@ -163,7 +163,7 @@ def test_the_command_line_takes_it_and_the_file_says_where_it_entered(
     arguments = ["identify", "emps2015", str(file), "--columns", "injected=exc", "--json", str(out)]
     code, _, err = run(*arguments)
     assert code != 0
-    said = 'add injected_at = "control" in run.toml or injected_at = "reference" in run.toml'
+    said = 'add injected_at = "control" or injected_at = "reference" in run.toml'
     assert said in " ".join(err.split())
     own = run_file(file, columns={"injected": "exc"}, injected_at="control")
     code, text, err = run("identify", "emps2015", own, "--json", out)
