@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from .covariance import Covariance, applied_covariance
-from .linear import Applied, Solution
+from .linear import CovarianceEstimate, Solution
 
 
 @dataclass(frozen=True, slots=True)
 class LeaveOneOut(Covariance):
     """HC3: each residual over one less its leverage, close to the jackknife."""
 
-    def applied(self, solution: Solution) -> Applied:
+    def applied(self, solution: Solution) -> CovarianceEstimate:
         """See `Covariance.applied`."""
         orthonormal = np.linalg.solve(solution.inverse_factor, solution.influence.T)
         residuals = solution.residuals / (1 - np.sum(orthonormal**2, axis=0))

@@ -127,7 +127,7 @@ def test_deviations_of_an_open_loop_are_right_where_a_force_is_not_in_the_log() 
     machine = Machine(resolution=5e-8, force_noise=white(3.0))
     motion = field.Motion("trapezoids")
     case = field.Case(machine=machine, declared=machine, motion=motion)
-    assert np.sqrt(np.mean(off(case, "open-loop", 4) ** 2)) < 1.7
+    assert np.sqrt(np.mean(off(case, "open-loop", 12) ** 2)) < 1.7
 
 
 @pytest.mark.slow
@@ -219,7 +219,7 @@ def test_an_open_loop_refuses_records_that_do_not_show_the_time(
         split_free("delay", emps2015, [measured], "open-loop")
     drive = replace(emps2015.axis.drive, lag=1e-3, logged="current")
     behind = _declared(replace(emps2015.axis, drive=drive))
-    with refuses("drive"):
+    with refuses("drive-time"):
         split_free("lag", behind, [twin], "open-loop")
 
 

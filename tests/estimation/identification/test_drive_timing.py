@@ -103,25 +103,25 @@ def test_a_time_that_is_to_be_estimated_is_refused_where_it_cannot_be() -> None:
     with refuses("drive"):
         replace(lagging().drive, lag=lag, logged="current")
     axis, record = build(_estimated(lag=lag)), _record(lag=1e-3)
-    with refuses("drive"):
+    with refuses("drive-time"):
         identify(axis, [record, record])
 
 
 def test_what_a_record_cannot_show_is_refused() -> None:
     record = _record(lag=1e-3)
-    with refuses("drive"):
+    with refuses("drive-time"):
         estimate_drive_timing(lagging(), record, "hold")
-    with refuses("drive"):
+    with refuses("drive-time"):
         estimate_drive_timing(lagging(delay=1e-3, logged="applied"), record, "delay")
     axis: Axis = replace(lagging(), control=None)
-    with refuses("drive"):
+    with refuses("drive-time"):
         estimate_drive_timing(axis, record)
 
 
 @pytest.mark.slow
 def test_a_force_before_its_command_has_no_lag() -> None:
     early = _record().shifted(control=1)
-    with refuses("drive"):
+    with refuses("drive-time"):
         estimate_drive_timing(lagging(), early, "lag")
 
 

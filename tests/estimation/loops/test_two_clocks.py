@@ -146,7 +146,7 @@ def test_the_law_check_says_what_the_log_leaves_open() -> None:
     assert "what it reads between the samples leaves 0." in check.meaning
     blurred = check_law(axis, logged(axis, 1e-3, noise=1e-6))
     assert isinstance(blurred, Missing)
-    assert "of its control open" in blurred.sentence
+    assert "of its control open" in blurred.reason
 
 
 @pytest.mark.slow
