@@ -198,7 +198,7 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
         )
 
     def extended(_: Array, columns: Array) -> tuple[Array, Array, Array]:
-        return scores.extended(columns, clustered_covariance=of.horizon is not None)
+        return scores.extended(columns, clustered=of.horizon is not None)
 
     alike = records_alike(scores.jacobian, records, extended, of.levels)
     return alike_check(alike, record_labels(of.records), of.levels, "output")

@@ -356,9 +356,7 @@ class FitSolution:
         scores = self.at_liberty
         if self.horizon is None:
             return scores.coloured()
-        found = (
-            scores.clustered_covariance()
-        )  # of few windows next to nothing, as a fit makes their sum 0
+        found = scores.clustered()  # of few windows next to nothing, as a fit makes their sum 0
         return replace(found, matrix=widened(found.matrix, np.diag(scores.independent())))
 
     @property

@@ -125,7 +125,7 @@ class Scores:
         found = autoregressive_covariance(columns, self.autoregressions[r], spans, used, taken)
         return found if twins is None else at_least_twin_variances(found, columns, twins, spans)
 
-    def clustered_covariance(self) -> CovarianceEstimate:
+    def clustered(self) -> CovarianceEstimate:
         """Covariance by the scatter over stretches that are windows of an open loop, (k, k)."""
         windows = [rows for spans in self.spans for rows in spans]
         columns = self.jacobian @ self.inverse
@@ -160,7 +160,7 @@ class Scores:
             found.append(told / white if told > 0 and white > 0 else 1.0)
         return np.array(found)
 
-    def extended(self, columns: Array, *, clustered_covariance: bool) -> tuple[Array, Array, Array]:
+    def extended(self, columns: Array, *, clustered: bool) -> tuple[Array, Array, Array]:
         """What further columns (n, q) of weighted errors change, to first order; see `Solved`."""
         known, k = self.known, self.jacobian.shape[1]
         wide = replace(
@@ -171,7 +171,7 @@ class Scores:
         change = -wide.inverse[:, k:] @ (columns.T @ self.errors)
         left = self.errors + self.curvature * (wide.jacobian @ change)
         wide = replace(wide, errors=left)
-        found = wide.clustered_covariance() if clustered_covariance else wide.coloured()
+        found = wide.clustered() if clustered else wide.coloured()
         return change, found.matrix, found.freedom
 
     @property

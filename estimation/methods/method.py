@@ -75,7 +75,7 @@ class Fit:
         Intercept and regressor of the loops, reduced, where they were simulated with the solution.
     simulated : (n,) array or NotSimulated
         Left side as the simulated loops have it.
-    remarks : tuple of str or str
+    remarks : tuple of str
     """
 
     form: Form

@@ -140,10 +140,9 @@ def late_note(shift: int, delay: int | None) -> tuple[str, str]:
     early = "earlier" if possible or delay is None else "before the law could give it"
     declared = f"declare delay={(delay or 0) + shift}, or, " * possible
     advice = (
-        f"{declared}where the log writes the control {'before' if shift < 0 else 'after'} the "
-        "drive "
-        f"{'applies' if shift < 0 else 'applied'} it, move it with shift.control = {-shift} "
-        "in run.toml"
+        f"{declared}where the log writes the control "
+        f"{'before the drive applies' if shift < 0 else 'after the drive applied'} it, move it "
+        f"with shift.control = {-shift} in run.toml"
     )
     return f"{start} comes {samples} {'later' if shift > 0 else early}; ", advice
 

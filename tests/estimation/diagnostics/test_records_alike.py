@@ -133,7 +133,7 @@ def _asked(
     levels: Levels = DEFAULT_LEVELS,
     *,
     windows: int = 1,
-    clustered_covariance: bool = False,
+    clustered: bool = False,
 ) -> Alike | Missing:
     """Of least squares over records of 400 rows, in so many windows each."""
     long = 400 // windows
@@ -166,7 +166,7 @@ def _asked(
     ]
 
     def extended(_: Array, columns: Array) -> tuple[Array, Array, Array]:
-        return scores.extended(columns, clustered_covariance=clustered_covariance)
+        return scores.extended(columns, clustered=clustered)
 
     return records_alike(J, records, extended, levels)
 
@@ -180,7 +180,7 @@ def test_records_of_one_machine_are_told_apart_as_often_as_claimed(
             rng.standard_normal((1200, 2)),
             rng.standard_normal(1200),
             windows=windows,
-            clustered_covariance=windows > 1,
+            clustered=windows > 1,
         )
         for _ in range(120)
     ]
@@ -215,5 +215,5 @@ def test_what_a_record_alone_does_not_tell_is_said(rng: np.random.Generator) -> 
 
 def test_few_windows_do_not_tell_what_is_chance(rng: np.random.Generator) -> None:
     J = rng.standard_normal((800, 2))
-    found = _asked(J, rng.standard_normal(800), windows=4, clustered_covariance=True)
+    found = _asked(J, rng.standard_normal(800), windows=4, clustered=True)
     assert isinstance(found, Missing)
