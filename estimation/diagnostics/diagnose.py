@@ -80,7 +80,7 @@ class Diagnostic:
 
 
 def _method(case: Case) -> Check | Missing | None:
-    if len(case.estimates) == 1 and case.preferred.loop_rows is not None:
+    if len(case.estimates) == 1 and case.preferred.Z is not None:
         return None  # nothing is beside it
     laws = [part.law for part in case.parts]
     checked = [law for law in laws if not isinstance(law, Missing)]
@@ -170,9 +170,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="control law", check=lambda case: law_check(case.law), by_record=True),
         Diagnostic(
             name="instrument strength",
-            check=lambda case: (
-                case.strength if any(e.Z is not None for e in case.estimates.values()) else None
-            ),
+            check=lambda case: case.strength if {"idm-iv", "ddm-iv"} & {*case.estimates} else None,
         ),
         Diagnostic(name="method", check=_method),
         Diagnostic(

@@ -188,7 +188,7 @@ class Case:
         def preference(method: str) -> tuple[bool, bool, bool]:
             estimate = self.estimates[method]
             other = estimate.by_output_error != by_law
-            return estimate.loop_rows is None, other, isinstance(estimate.form, DirectForm)
+            return estimate.Z is None, other, isinstance(estimate.form, DirectForm)
 
         return min(self.estimates, key=preference)
 
@@ -281,7 +281,7 @@ class Case:
         """The delay of the force, by instruments where there are any, or why it is not measured."""
         scores = self.scores
         alone = not isinstance(scores, Missing) and not scores.by_loop
-        if alone and self.preferred.loop_rows is not None:
+        if alone and self.preferred.Z is not None:
             scores = scores_at(self.data, self.preferred, by_loop=True)
         return alignment_of(scores)
 
@@ -313,7 +313,7 @@ class Case:
         ls = self.preferred
         if self.whole is not None or self.has_parts:
             return Missing("it is told of one record by itself")
-        if ls.loop_rows is not None or ls.filter_bias is not None:
+        if ls.Z is not None or ls.filter_bias is not None:
             return Missing("loops tell it")
         return moved_by_steps(self.data, ls)
 
@@ -332,7 +332,7 @@ class Case:
     @cached_property
     def compared(self) -> Mapping[str, Mapping[str, HausmanTest] | Missing]:
         """Estimates against each other, or why they cannot be; none that are not there both."""
-        instruments = any(each.loop_rows is not None for each in self.estimates.values())
+        instruments = any(each.Z is not None for each in self.estimates.values())
         is_weak = isinstance(self.strength, Check) and self.strength.status != "pass"
         weak = Missing("the instruments are too weak to tell")
         return {

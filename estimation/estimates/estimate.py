@@ -139,9 +139,10 @@ class Estimate(Presentable, Exact):
     y : (n,) array
         Left side of the regression: force (IDM) or acceleration (DDM).
     X : (n, k) array
-        Regressor: of the measured motion, or of the simulated loop's, see `by_output_error`.
+        Regressor: of the measured motion, or the slopes of the simulated left side by each
+        parameter, see `by_output_error`.
     Z : (n, k) array or None
-        Instruments of the last solution; None for least squares.
+        The simulated loop's columns: instruments; None for least squares.
     rows : (n,) array
         Sample number of each row.
     neighbours : RowTimes
@@ -154,7 +155,8 @@ class Estimate(Presentable, Exact):
         Of each row since the record's first sample, s, where the record has gaps; None where it is
         `rows` times `period`.
     residuals : (n,) array
-        ``y - X theta``, less the known part of the model if it has one.
+        ``y - X theta``, less the known part of the model if it has one; of output error, ``y`` less
+        what the simulated loop makes of it.
     simulated : (n,) array or NotSimulated
         Left side as the simulated loop has it.
     equation_error_percent : float
@@ -288,11 +290,6 @@ class Estimate(Presentable, Exact):
     def by_output_error(self) -> bool:
         """Whether `X` is the simulated loop's, so that no noise of the motion is in it."""
         return is_output_error(self.method)
-
-    @property
-    def loop_rows(self) -> Array | None:
-        """The simulated loop's columns, (n, k): instruments, or the regressor itself, or none."""
-        return self.X if self.by_output_error else self.Z
 
     @property
     def score_columns(self) -> Array:

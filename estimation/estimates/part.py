@@ -70,11 +70,10 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
     slopes = form.slopes(record) @ np.linalg.inv(part.jacobian)
     own = form.of_record(record)
     X, Z = own.equations(data.signals).reduced(data).regressor, None
-    if part.loop_rows is not None:
+    if part.Z is not None:
         loops = simulated_loops(axis, data.record, physical)
         Z = simulated_regressor(own, loops, physical, data)[1]
-    if part.by_output_error and Z is not None:
-        X, Z = Z, None
+        X = Z if part.by_output_error else X
     by_gain = None if part.gain_slopes is None else slopes @ part.gain_slopes
     made = part.distribution.through(axis.parameters, physical, slopes)
     return replace(

@@ -5,6 +5,11 @@ an estimate, and the measured force is explained by what that loop's motion make
 measured motion is in the regressor, so that neither the encoder's noise nor the derivative of what
 was filtered biases it; measured and simulated force pass the same filter. It is an output-error
 estimate, of the force, and asks that the control law is the drive's.
+
+Where the iteration stands still, the rows Z of the loop are orthogonal to what is left. How far
+noise moves that point depends on how the whole simulated force changes with the parameters, J, and
+not on Z alone: by (Z'J)^-1 Z' of it. A law that holds the motion tightly has J near Z; under P-PI
+laws deviations are 0.8 to 1.4 times those by Z alone.
 """
 
 from contextlib import suppress
@@ -33,7 +38,7 @@ from .method import robust_least_squares, scale_of, size_by_loss
 _LEAST_SHARE_OF_A_STEP = 0.25
 # of the simulation error; a step that adds more is halved. A loop's reversals round by less
 _MAX_ERROR_GROWTH = 1e-3
-
+_SLOPE_STEP = 1e-3  # of the force, by which a parameter's part changes for a slope
 
 _HALVINGS = 6
 _Rows = tuple[tuple[Simulation, ...], Array, Array]
@@ -108,14 +113,35 @@ class _ByOutputError(Iteration):
             return physical
         return np.clip(physical, *search_bounds(self._form.axis))
 
-    def _solved(self, step: IterationStep, reached: IterationState) -> tuple[Equations, Solver]:
-        left, counts = reached.measured.left, step.solution.counts
-        solver = Solver(loop=step.simulated, intercept=step.at.intercept, counts=counts)
+    def _solved(
+        self, step: IterationStep, reached: IterationState
+    ) -> tuple[Equations, Solver, Solution]:
+        left, slopes = reached.measured.left, self._slopes(reached)
+        solver = Solver(loop=step.simulated, slopes=slopes, counts=step.solution.counts)
         if self._form.is_linear:
             intercept, regressor = step.at.intercept, step.simulated.columns
         else:
             intercept, regressor = reached.intercept, reached.Z
-        return Equations(left=left, intercept=intercept, regressor=regressor), solver
+        rows = Equations(left=left, intercept=intercept, regressor=regressor)
+        influence = solver(self._form, rows).influence
+        return rows, solver, replace(step.solution, influence=influence)
+
+    def _slopes(self, at: IterationState) -> Equations:
+        """The simulated left side, (n,), as straight lines of the parameters about an estimate."""
+        simulated, columns, physical = at.simulated, [], at.physical
+        for j, column in enumerate(at.Z.T):
+            step = _SLOPE_STEP * np.linalg.norm(simulated) / np.linalg.norm(column)
+            moved = physical + step * np.eye(len(physical))[j]
+            try:
+                _, intercept, Z = super()._simulated(moved)
+            except EstimationError:  # where the estimate is at the edge of what can be simulated
+                columns.append(column)
+                continue
+            made = Z @ self._form.regressed(moved) + intercept
+            columns.append((made - simulated) / step)
+        J = np.column_stack(columns)
+        theta = self._form.regressed(physical)
+        return Equations(left=simulated, intercept=simulated - J @ theta, regressor=J)
 
 
 class Didim(Instruments):

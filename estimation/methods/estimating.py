@@ -75,7 +75,7 @@ def estimate_by(
     models = {name: covariance_of(name, lags) for name in reversed(COVARIANCES)}
     known = _known_spread(problem, fit)
     applied = _applied(method, fit, models, known, jacobian)
-    direct, instruments = isinstance(form, DirectForm), fit.solver.instruments
+    direct, solver = isinstance(form, DirectForm), fit.solver
     residuals, left = _own_rows(solution.residuals, weights), _own_rows(y, weights)
     point = _FittedPoint(
         problem=problem,
@@ -105,8 +105,8 @@ def estimate_by(
         jacobian=jacobian,
         ddm_quantities=form.quantities if direct else (),
         y=left,
-        X=_own_rows(fit.measured.regressor, weights),
-        Z=None if instruments is None else _own_rows(instruments.columns, weights),
+        X=_own_rows((solver.slopes or fit.measured).regressor, weights),
+        Z=None if solver.loop is None else _own_rows(solver.loop.columns, weights),
         rows=problem.stacked(lambda data: data.row_numbers),
         neighbours=problem.neighbours,
         times=_row_times(problem),

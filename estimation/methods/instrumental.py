@@ -297,8 +297,7 @@ class Iteration:
     def _ended(self, step: IterationStep, reached: IterationState, *remarks: str) -> Fit:
         """The fit that a step led to."""
         self._check_valley()
-        solution = step.solution
-        measured, solver = self._solved(step, reached)
+        measured, solver, solution = self._solved(step, reached)
         if not self._form.is_linear:
             solution = at_point(solution, measured, reached.physical)
         return Fit(
@@ -313,9 +312,12 @@ class Iteration:
             remarks=(*filter(None, [self._start.why_not]), *remarks),
         )
 
-    def _solved(self, step: IterationStep, reached: IterationState) -> tuple[Equations, Solver]:
-        """The rows that were solved, and by what."""
-        return reached.measured, Solver(loop=step.simulated, counts=step.solution.counts)
+    def _solved(
+        self, step: IterationStep, reached: IterationState
+    ) -> tuple[Equations, Solver, Solution]:
+        """The rows that were solved, by what, and the solution with what noise makes of it."""
+        solver = Solver(loop=step.simulated, counts=step.solution.counts)
+        return reached.measured, solver, step.solution
 
     def _check_valley(self) -> None:
         """A partially linear model's equations have several solutions, most of them wrong."""

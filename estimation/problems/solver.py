@@ -39,34 +39,29 @@ class Solver:
     Attributes
     ----------
     loop : QrFactors or None
-        The simulated loop's columns, the same whatever the rows: instruments, or the regressor of
-        output error. None for least squares.
-    intercept : (n,) array or None
-        Known part of the loop's rows, by which the left side alone is explained: output error.
+        The simulated loop's columns, the same whatever the rows: the instruments. None for least
+        squares.
+    slopes : Equations or None
+        The simulated left side about the estimate, by which the measured one alone is explained:
+        output error. None where the rows have their own regressor.
     counts : LossWeights or None
         What each row counted under a loss; None where all rows count alike.
     """
 
     loop: QrFactors | None = None
-    intercept: Array | None = None
+    slopes: Equations | None = None
     counts: LossWeights | None = None
-
-    @property
-    def instruments(self) -> QrFactors | None:
-        """None where there are none."""
-        return self.loop if self.intercept is None else None
 
     def __call__(self, form: Form, rows: Equations) -> Solution:
         """Solve rows of a form."""
         names = [q.label for q in form.quantities]
-        left = rows.left - (rows.intercept if self.intercept is None else self.intercept)
-        Z = factor(rows.regressor, names) if self.loop is None else self.loop
-        X = Z if self.instruments is None else checked_columns(rows.regressor, names)
+        right = self.slopes or rows
+        left = rows.left - right.intercept
+        Z = factor(right.regressor, names) if self.loop is None else self.loop
+        X = Z if self.loop is None else checked_columns(right.regressor, names)
         if self.counts is not None:
             return weighted_instrumental_variables(left, X, Z, self.counts)
-        if self.instruments is None:
-            return least_squares(left, Z)
-        return instrumental_variables(left, X, Z)
+        return least_squares(left, Z) if self.loop is None else instrumental_variables(left, X, Z)
 
 
 _STEP = 1e-4  # of the gain

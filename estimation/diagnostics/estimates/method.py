@@ -202,7 +202,7 @@ def _least_squares_judged(
     judged: Estimate, steps: Mapping[str, float] | Missing, levels: Levels
 ) -> Check | None:
     """What noise and steps move a judged least squares by: by its twins, or by the steps alone."""
-    if judged.loop_rows is not None:
+    if judged.Z is not None:
         return None
     values, bias = judged.parameters, judged.filter_bias
     moved = steps if bias is None else dict(zip(values, map(float, bias), strict=True))

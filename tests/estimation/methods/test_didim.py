@@ -78,15 +78,32 @@ def test_a_twin_without_noise_gives_the_truth(name: str) -> None:
 
 
 def test_the_estimate_is_least_squares_of_the_loops_rows(result: Identification) -> None:
-    """Its influence is ``Z (Z'Z)^-1``; its i.i.d. deviations are of that alone."""
+    """Its published deviations are of those alone."""
     didim = result["didim"]
-    found, *_ = np.linalg.lstsq(didim.X, didim.y, rcond=None)
+    found, *_ = np.linalg.lstsq(didim.Z, didim.y, rcond=None)
     assert found == pytest.approx(didim.theta, rel=1e-9)
-    assert didim.Z is None
-    assert np.abs(didim.X - result["idm-ls"].X).max() > 0
+    assert np.abs(didim.Z - result["idm-ls"].X).max() > 0
     variance = float(didim.residuals @ didim.residuals) / (len(didim.y) - 1)
-    plain = variance * np.linalg.inv(didim.X.T @ didim.X)
+    plain = variance * np.linalg.inv(didim.Z.T @ didim.Z)
     assert didim.covariances["iid"] == pytest.approx(plain, rel=1e-6)
+
+
+def test_noise_of_the_force_moves_it_as_slopes_of_the_loop_say(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    """A whole refit of a control with more noise, against one step by (Z'X)^-1 Z'."""
+    more = 1e-3 * np.random.default_rng(2).standard_normal(len(twin))
+    refits = [
+        identify(emps2015, replace(twin, control=twin.control + each), PUBLISHED, "didim")["didim"]
+        for each in (-more, more)
+    ]
+    moved, added = (getattr(refits[1], n) - getattr(refits[0], n) for n in ("physical", "y"))
+    didim = identify(emps2015, twin, PUBLISHED, "didim")["didim"]
+    by_slopes, by_rows = (
+        np.linalg.solve(didim.Z.T @ each, didim.Z.T @ added) for each in (didim.X, didim.Z)
+    )
+    assert by_slopes == pytest.approx(moved, rel=0.02)
+    assert np.abs(by_rows / moved - 1).max() > 0.05
 
 
 def test_encoder_steps_are_in_its_deviations(emps2015: GeneratedAxis, twin: Record) -> None:

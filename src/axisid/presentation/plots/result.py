@@ -242,7 +242,7 @@ def _drawn(sweep: Sweep) -> list[_MethodStyle]:
     kinds = {}
     for method in sweep.methods:
         estimate = next(found for found in sweep.estimates(method) if found is not None)
-        by_loop = estimate.loop_rows is not None
+        by_loop = estimate.Z is not None
         kinds[method] = by_loop, not by_loop and not estimate.is_direct
     further, free = cycle(_FURTHER), dict(_TONES)
     return [
