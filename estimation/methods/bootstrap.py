@@ -60,7 +60,7 @@ class Bootstrap:
         why = _FOLLOWS_NOT
         for method in ("didim", "idm-iv", "idm-ls"):
             try:
-                fit = METHODS[method].fit(self.problem)
+                fit = METHODS[method].fitted(self.problem)
                 fit = with_loops(self.problem, fit)
                 if fit.follows or self.has_laws():
                     twins = self._less_bias(fit)

@@ -68,7 +68,7 @@ def estimate_by(
     EstimationError
         The rows cannot be solved, or what comes of them is not finite.
     """
-    fit = method.fit(problem)
+    fit = method.fitted(problem)
     form, solution, y = fit.form, fit.solution, fit.measured.left
     weights = problem.row_weights
     physical, jacobian = form.physical(solution.theta)

@@ -389,7 +389,7 @@ def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
     if asked == NOMINAL_START:
         return form, _nominal_start(form)
     try:
-        fit = LeastSquares(name="idm-ls", form=InverseForm).fit(problem)
+        fit = LeastSquares(name="idm-ls", form=InverseForm).fitted(problem)
     except (DataError, EstimationError) as error:
         return form, _nominal_start(form, str(error))
     if isinstance(fit.simulated, NotSimulated):

@@ -130,6 +130,13 @@ class Method(ABC):
     start: str = INSTRUMENT_STARTS[0]
     loss: str = ROW_LOSSES[0]
 
+    def fitted(self, problem: Problem) -> Fit:
+        """The fit of a problem, which is made once; see `fit`."""
+        if self not in problem.fits:
+            problem.fits[self] = self.fit(problem)
+        found: Fit = problem.fits[self]
+        return found
+
     @abstractmethod
     def fit(self, problem: Problem) -> Fit:
         """Solve the rows.

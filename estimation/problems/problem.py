@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
+from typing import Any
 
 import numpy as np
 
@@ -301,6 +302,11 @@ class Problem(Uncached):
     @cached_property
     def _linear(self) -> dict[type[Form], Equations]:
         """Rows by form, which are the same wherever they are asked for if the axis is linear."""
+        return {}
+
+    @cached_property
+    def fits(self) -> dict[Any, Any]:
+        """What methods made of it, by method."""
         return {}
 
     @cached_property
