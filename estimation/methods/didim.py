@@ -21,6 +21,7 @@ from axisid.estimation.choices import SQUARES_LOSS
 from axisid.estimation.problems import Solver
 from axisid.estimation.regression import (
     Equations,
+    PublishedCovariance,
     QrFactors,
     Solution,
     search_bounds,
@@ -38,7 +39,7 @@ from .method import robust_least_squares, scale_of, size_by_loss
 _LEAST_SHARE_OF_A_STEP = 0.25
 # of the simulation error; a step that adds more is halved. A loop's reversals round by less
 _MAX_ERROR_GROWTH = 1e-3
-_SLOPE_STEP = 1e-3  # of the force, by which a parameter's part changes for a slope
+_LEAST_SLOPE_STEP = 1e-4  # of the force, by which a parameter's part changes for a slope
 
 _HALVINGS = 6
 _Rows = tuple[tuple[Simulation, ...], Array, Array]
@@ -116,7 +117,7 @@ class _ByOutputError(Iteration):
     def _solved(
         self, step: IterationStep, reached: IterationState
     ) -> tuple[Equations, Solver, Solution]:
-        left, slopes = reached.measured.left, self._slopes(reached)
+        left, slopes = reached.measured.left, self._slopes(step, reached)
         solver = Solver(loop=step.simulated, slopes=slopes, counts=step.solution.counts)
         if self._form.is_linear:
             intercept, regressor = step.at.intercept, step.simulated.columns
@@ -126,19 +127,23 @@ class _ByOutputError(Iteration):
         influence = solver(self._form, rows).influence
         return rows, solver, replace(step.solution, influence=influence)
 
-    def _slopes(self, at: IterationState) -> Equations:
-        """The simulated left side, (n,), as straight lines of the parameters about an estimate."""
+    def _slopes(self, step: IterationStep, at: IterationState) -> Equations:
+        """The simulated left side, (n,), as straight lines of the parameters about an estimate.
+
+        Over a deviation, as reversals that move from one sample to the next have no slope.
+        """
         simulated, columns, physical = at.simulated, [], at.physical
-        for j, column in enumerate(at.Z.T):
-            step = _SLOPE_STEP * np.linalg.norm(simulated) / np.linalg.norm(column)
-            moved = physical + step * np.eye(len(physical))[j]
+        deviations = np.sqrt(np.diag(PublishedCovariance().matrix(step.solution)))
+        least = _LEAST_SLOPE_STEP * np.linalg.norm(simulated) / np.linalg.norm(at.Z, axis=0)
+        for column, further in zip(at.Z.T, np.diag(np.maximum(deviations, least)), strict=True):
+            moved = physical + further
             try:
                 _, intercept, Z = super()._simulated(moved)
             except EstimationError:  # where the estimate is at the edge of what can be simulated
                 columns.append(column)
                 continue
             made = Z @ self._form.regressed(moved) + intercept
-            columns.append((made - simulated) / step)
+            columns.append((made - simulated) / further.sum())
         J = np.column_stack(columns)
         theta = self._form.regressed(physical)
         return Equations(left=simulated, intercept=simulated - J @ theta, regressor=J)
