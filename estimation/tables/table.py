@@ -71,8 +71,6 @@ class Column:
     number : int
         Its place in the file from 1, columns that hold no numbers among them; 0 where the places
         are those of the table.
-    texts : sequence of str
-        Its cells, where it holds text.
     """
 
     read: Callable[[], Samples]
@@ -80,7 +78,6 @@ class Column:
     label: str = ""
     note: str = ""
     number: int = 0
-    texts: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,12 +101,8 @@ class Table:
         More to say where a column is not found, such as how to save what cannot be read.
     passed_over : mapping of str to str
         What is no column, by its name: what it holds.
-    texts : mapping of str to sequence of str
-        Cells of the columns that hold text, by name.
     warnings : tuple of str
         What the library that read the file says is wrong with it.
-    incomplete : int
-        Rows at its end that look cut off, and were not to be left out.
     """
 
     source: str
@@ -120,9 +113,7 @@ class Table:
     path: str = ""
     missing: str = field(default="", repr=False)
     passed_over: Mapping[str, str] = field(default_factory=dict, repr=False)
-    texts: Mapping[str, Sequence[str]] = field(default_factory=dict, repr=False)
     warnings: tuple[str, ...] = ()
-    incomplete: int = 0
 
     def find(self, name: str) -> str | None:
         """The column of a name: its own, its label, or the last parts of one dotted name alone."""
@@ -235,14 +226,11 @@ class TableBuilder:
         As in `Table`.
     room : Room or None
         The memory that there is for the columns; None where they are in memory already.
-    texts : dict
-        As in `Table`.
     """
 
     columns: dict[str, Column] = field(default_factory=dict)
     passed_over: dict[str, str] = field(default_factory=dict)
     room: Room | None = None
-    texts: dict[str, list[str]] = field(default_factory=dict)
 
     def add(
         self,
@@ -267,8 +255,6 @@ class TableBuilder:
             array, unit = array / np.timedelta64(1, "s"), "s"
         if array.dtype.kind not in "fiub" or array.ndim != 1:
             self.passed_over[label or name] = _content(array)
-            if array.ndim == 1 and self.passed_over[label or name] == "text":
-                self.texts[label or name] = [str(cell) for cell in array]
             return
         if self.room is not None:
             self.room.take(8 * array.size)
@@ -323,7 +309,6 @@ class TableBuilder:
             notes=notes,
             missing=missing,
             passed_over=self.passed_over,
-            texts=self.texts,
             warnings=warnings,
         )
 

@@ -68,17 +68,16 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
     dialect = sniff(source, lines)
     body = [line for line in lines[dialect.first :] if not is_comment(line[1])]
     ended = text.endswith(("\n", "\r"))
-    complete = complete_lines(body, dialect, ended=ended)
-    whole = complete if drop_tail else len(body) - (not ended and is_cut(body, dialect))
+    whole = len(body) - (not ended and is_cut(body, dialect))
+    if drop_tail:
+        whole = complete_lines(body, dialect, ended=ended)
     tail = body[whole:]
     columns = text_columns(source, body[:whole], dialect)
     return Table(
         source=source,
         columns=columns,
-        texts={name: column.texts for name, column in columns.items() if len(column.texts)},
         notes=dialect.notes + notes,
         repairs=(left_out(tail),) if drop_tail or tail else (),
-        incomplete=whole - complete,
     )
 
 
@@ -237,7 +236,7 @@ def _of_cells(source: str, lines: list[Line], dialect: Dialect, k: int, cells: l
     number, _ = lines[row]
     where = f"{source}, line {number}: {cells[row]!r} in column {dialect.names[k]!r}"
     advice = _tail_hint(lines, number, dialect)
-    return Column(read=partial(_refuse, where, why, advice, comma=comma), texts=cells)
+    return Column(read=partial(_refuse, where, why, advice, comma=comma))
 
 
 def _tail_hint(lines: list[Line], number: int, dialect: Dialect) -> str:
