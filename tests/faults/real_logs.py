@@ -87,7 +87,7 @@ _OF_A_LOG = (
     ("window beside the log", ("--window", "100..200"), 3, "whose time goes from 0 to 7.8 s"),
     ("windows that overlap", ("--window", "1..3", "--window", "2..4"), 2, "give them as one"),
     ("window of two rows", ("--window", "1..1.001"), 3, "needs 3 rows or more, not 2"),
-    ("factor of nothing", ("--columns", "position=position:m/0"), 2, "nothing is divided by 0"),
+    ("factor of nothing", ("--columns", "position=position:m/0"), 2, "/0 leaves nothing"),
     ("factor of no number", ("--columns", "position=position:m*nan"), 2, "'nan' is no number"),
     ("factor of absurd size", ("--columns", "position=position:m*1e9999999"), 2, "beyond any"),
     ("angle for a length", ("--columns", "position=position:deg*5mm"), 2, "m times an angle"),
