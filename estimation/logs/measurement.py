@@ -72,7 +72,7 @@ def _mdf_columns(mdf: Any, room: Room) -> TableBuilder:
         try:
             signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
         except Exception as error:
-            found.passed_over[name] = f"what asammdf cannot read ({one_line(error)})"
+            found.pass_over(name, f"what asammdf cannot read ({one_line(error)})")
             continue
         values, invalid = np.asarray(signal.samples), signal.invalidation_bits
         if invalid is not None and values.dtype.kind in "fiub":
@@ -146,7 +146,7 @@ def _add_channel(found: TableBuilder, channel: Any, origin: np.datetime64 | None
     try:
         values = channel[:]
     except Exception as error:
-        found.passed_over[name] = f"what npTDMS cannot read ({one_line(error)})"
+        found.pass_over(name, f"what npTDMS cannot read ({one_line(error)})")
         return
     clock, start, step = None, _tdms_start(channel), _increment(channel)
     if step > 0 and len(channel):
