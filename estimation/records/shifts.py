@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from axisid.estimation.choices import check_among
 from axisid.estimation.records.columns import motion_role
 from axisid.estimation.tables import Repair, Samples, label_unit
-from axisid.modeling.declaration import ROLES
 from axisid.modeling.quantities import parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
@@ -209,9 +208,8 @@ def checked_shifts(shifts: object) -> dict[str, Shift]:
         raise UsageError(
             f"the shift is {quoted(shifts)}; give samples by role: {{'control': 1}}.", code="shift"
         )
-    for role in shifts:
-        if role == "time" or not isinstance(role, str):
-            raise _unmovable(role)
+    if "time" in shifts:
+        raise UsageError("'time' is no column that can be moved, but the others.", code="shift")
     return {role: _shift(role, amount) for role, amount in shifts.items()}
 
 
@@ -236,14 +234,6 @@ def advised_shift(role: str, late: float, apart: float) -> str:
     )
 
 
-def _unmovable(role: object, columns: Iterable[str] = ()) -> UsageError:
-    movable = dict.fromkeys(role for role in (*ROLES, *columns) if role != "time")
-    return UsageError(
-        f"{role!r} is no column that can be moved; those are {', '.join(movable)}.",
-        code="shift",
-    )
-
-
 def _shift(role: str, amount: object) -> Shift:
     if isinstance(amount, Shift):
         return amount
@@ -257,18 +247,8 @@ def _shift(role: str, amount: object) -> Shift:
 
 
 def check_movable(source: str, columns: Collection[str], shifts: Iterable[str]) -> None:
-    """Refuse to move a column that there is not.
-
-    Raises
-    ------
-    DataError
-        It is a role's.
-    UsageError
-        It is neither a role nor a signal.
-    """
+    """Refuse to move a column that there is not."""
     for role in shifts:
-        if role not in columns and role not in ROLES:
-            raise _unmovable(role, (name for name in columns if name.isidentifier()))
         if role not in columns:
             raise DataError(
                 f"{source}: the {role} is to be shifted, and there is no such column; name it "
@@ -295,7 +275,7 @@ def shifted(
     Raises
     ------
     DataError, UsageError
-        As `check_movable` and `moved_rows`.
+        There is no such column; or as `moved_rows`.
     """
     check_movable(source, columns, shifts)
     made, said = dict(columns), []

@@ -17,7 +17,6 @@ from axisid.estimation.records import log_of
 from axisid.estimation.records.started_run import started_run
 from axisid.support.errors import RunFileError
 from tests.fuzz.cases import Fuzz, WrongError, one_of
-from tests.refusals import refuses
 from tests.run_files import run_file
 
 N = 400
@@ -286,8 +285,8 @@ def test_windows_of_an_array_go_before_those_of_the_file(tmp_path: Path) -> None
     write(tmp_path)
     file = tmp_path / "run.toml"
     file.write_text('log = "log.csv"\nwindows = "0..0.1"\n')
-    with refuses("window"):
-        read_record(file, columns=STRAIGHT, windows=np.array([[0.1, 0.3]]))
+    found = read_record(file, columns=STRAIGHT, windows=np.array([[0.1, 0.3]]))
+    assert found.windows == ((0.1, 0.3),)
 
 
 def test_roles_that_there_are_not_are_mistakes_of_the_file(tmp_path: Path) -> None:
