@@ -1,4 +1,4 @@
-"""Samples that were cut off: by the drive's declared limit, by a recorder or by a sensor's range.
+"""Samples of a control or a force that were cut off: by the drive's limit or by a recorder.
 
 A signal that is cut off keeps one value, its largest or smallest, and goes into and out of it by
 steps. A right one may keep its largest value too: a smooth or quantised one glides into it, an axis
@@ -21,8 +21,6 @@ from axisid.support.arrays import Array, runs
 _MAX_LIMIT_EXCESS_AT_TOP = 0.02
 # equal samples at an extreme, from which a signal may have been cut off there
 _MIN_FLAT_SAMPLES = 3
-# of the position's largest step, into or out of a flat extreme that was cut off
-_MIN_ABRUPT_STEP = 0.2
 _MIN_RAMP_SAMPLES = 4  # samples inside a ramp, from which it shows that it is straight
 _MIN_REST_SAMPLES = 20  # samples without motion, from which a flat extreme is a rest
 _HELD_VALUE_SHARE = 0.1  # of a control's values may be kept for less long than it is held
@@ -37,10 +35,7 @@ _ROUNDING = 8 * float(np.finfo(float).eps)
 
 
 def clipped(samples: Mapping[str, Samples], axis: Axis | None) -> tuple[dict[str, Mask], Repair]:
-    """Samples that are cut off, by role.
-
-    The control at the drive's limit; a control or a force that is cut off at its extreme; a
-    position likewise, unless it comes to rest there.
+    """Samples of the control, or of a measured force, that are cut off: at its extreme or limit.
 
     Parameters
     ----------
@@ -49,19 +44,13 @@ def clipped(samples: Mapping[str, Samples], axis: Axis | None) -> tuple[dict[str
     axis : Axis or None
         With the drive's limit.
     """
-    found: dict[str, Mask] = {}
-    if "position" in samples:
-        found["position"] = _flat_extremes(samples["position"].values)
-    role = _driven(samples)
-    if role in samples:
-        values, found[role] = samples[role].values, _flat_tops(samples, role)
-        found[role] |= np.abs(values) >= _limit(role, axis) * (1 - LIMIT_TOLERANCE.value)
-    counts = {role: int(mask.sum()) for role, mask in found.items()}
-    counted = ", ".join(
-        f"{role} {count}{_at(samples[role].values, found[role])}" for role, count in counts.items()
-    )
-    text = f"clipped samples masked, with the rows whose filters reach them: {counted or 'none'}"
-    return found, Repair(kind="clipped", count=sum(counts.values()), text=text)
+    role, what = _driven(samples), "clipped samples masked, with the rows whose filters reach them"
+    if role not in samples:
+        return {}, Repair(kind="clipped", count=0, text=f"{what}: none")
+    values, cut = samples[role].values, _flat_tops(samples, role)
+    cut |= np.abs(values) >= _limit(role, axis) * (1 - LIMIT_TOLERANCE.value)
+    text = f"{what}: {role} {cut.sum()}{_at(values, cut)}"
+    return {role: cut}, Repair(kind="clipped", count=int(cut.sum()), text=text)
 
 
 def clipping_notes(samples: Mapping[str, Samples], axis: Axis | None) -> list[str]:
@@ -87,19 +76,6 @@ def _at(values: Array, mask: Mask) -> str:
     """The values that were masked, where these are few."""
     kept = np.unique(values[mask])
     return f" (at {' and '.join(f'{value:.6g}' for value in kept)})" if 0 < len(kept) <= 2 else ""
-
-
-def _flat_extremes(values: Array) -> Mask:
-    """Runs of equal samples at the position's largest or smallest value with abrupt ends, (N,)."""
-    signal = _Signal(values)
-    mask = np.zeros(len(values), dtype=bool)
-    least = _MIN_ABRUPT_STEP * float(np.abs(np.diff(values)).max(initial=0.0))
-    for extreme in (signal.least, signal.most):
-        for start, stop in runs(values == extreme):
-            abrupt = max(signal.ends(start, stop), default=0.0) >= least > 0
-            if stop - start >= _MIN_FLAT_SAMPLES and abrupt and signal.is_steep(start, stop):
-                mask[start:stop] = True
-    return mask
 
 
 def _driven(samples: Mapping[str, Samples]) -> str:

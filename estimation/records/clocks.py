@@ -19,8 +19,6 @@ from axisid.support.real_numbers import is_real
 
 from .shifts import SELDOM_ROLES, advised_interpolation
 
-# periods between mean steps of windows; jitter of a quarter moves one by as much
-_MAX_PERIOD_DRIFT = 0.005
 _MAX_STEP_SPREAD = 0.02  # periods between the time steps, up to which nothing is said of jitter
 _MAX_ODD_STEP_SHARE = 0.01  # of the time steps are odd: faults of single samples; more are jitter
 # periods in place of a clock that was set back: more than any gap needs, to cut there
@@ -31,8 +29,7 @@ _WINDOW = 100
 _SHOWN = 3
 _EVENLY = 'resample="auto"'
 _SPLIT = 'gaps="split"'
-#: What to do about a sampling period that drifts, about other uneven steps, and about steps back.
-_RESAMPLE_EVENLY = f"Resample the log evenly ({_EVENLY})."
+#: What to do about uneven steps, and about steps back.
 _ON_UNEVEN = (
     f"Cut the log where samples are missing or the clock jumps ({_SPLIT}); resample it evenly "
     f"where its times jitter ({_EVENLY})."
@@ -145,10 +142,6 @@ def step_notes(pieces: Sequence[Array]) -> tuple[str, ...]:
     if not steps.size:
         return ()
     least, most, mean = float(steps.min()), float(steps.max()), float(steps.mean())
-    slow, fast = _window_steps(pieces)
-    if fast - slow > _MAX_PERIOD_DRIFT * mean + (most - least) / _WINDOW:
-        evenly = f"resample the log evenly ({_EVENLY})"
-        return (f"{_drift_text(slow, fast)} and is taken as even: {evenly}",)
     if most - least <= _MAX_STEP_SPREAD * abs(mean):
         return ()
     span = f"{1e3 * least:.6g} to {1e3 * most:.6g} ms"
@@ -159,13 +152,6 @@ def _window_steps(pieces: Sequence[Array]) -> tuple[float, float]:
     """Least and largest mean step of windows of 100 samples, s, of the times of each segment."""
     means = np.concatenate([np.diff(piece[::_WINDOW]) / _WINDOW for piece in pieces])
     return float(means.min(initial=np.inf)), float(means.max(initial=0.0))
-
-
-def _drift_text(least: float, most: float) -> str:
-    return (
-        f"the sampling period drifts from {1e3 * least:.6g} to {1e3 * most:.6g} ms "
-        f"(means over {_WINDOW} samples)"
-    )
 
 
 def check_increases(source: str, what: str, time: Array) -> None:
@@ -200,7 +186,7 @@ def check_time(
     if not abs(mean / typical - 1) < MAX_MEAN_STEP_DEVIATION.value:
         raise DataError(
             f"{source}: the time steps are uneven: {typical:.6g} s in the middle, {mean:.6g} "
-            f"s in the mean. {_RESAMPLE_EVENLY}",
+            f"s in the mean. Resample the log evenly ({_EVENLY}).",
             code="uneven-time",
         )
     if period is not None:
@@ -209,8 +195,9 @@ def check_time(
     apart = MAX_MEAN_STEP_DEVIATION.value
     if fast > mean * (1 + apart) or slow < mean * (1 - apart):
         raise DataError(
-            f"{source}: {_drift_text(slow, fast)}, which cannot be taken as even. "
-            f"{_RESAMPLE_EVENLY}",
+            f"{source}: the sampling period drifts from {1e3 * slow:.6g} to {1e3 * fast:.6g} ms "
+            f"(means over {_WINDOW} samples), which cannot be taken as even. Resample the log "
+            f"evenly ({_EVENLY}).",
             code="uneven-time",
         )
 

@@ -41,8 +41,8 @@ class Repairs:
         other columns, by role (``{"control": 65536}``, ``"control=65536"``), whose numbers were
         written without their sign, so that -1 is the modulus less 1.
     mask : {"clipped"} or None
-        Leave out what the drive's limit or a sensor's range has cut off, with all rows whose
-        filters reach it.
+        Leave out what the drive's limit or a recorder has cut off of the control or the force,
+        with all rows whose filters reach it.
     tail : {"drop"} or None
         Leave out lines at the end of a log of text that are no rows: one cut off, or a footer.
     shift : mapping of str to int, float or str

@@ -349,16 +349,13 @@ def _step(clock: Array) -> float:
 def _whole_samples(source: str, role: str, shift: Shift, step: float, length: int) -> int:
     """A shift in samples, where it is a whole number of them."""
     samples = shift.amount / step if shift.in_seconds and step > 0 else shift.amount
-    if not abs(samples) < length:
-        raise UsageError(
-            f"{source}: the {role} is to be shifted by {samples:g} samples, and has {length}.",
-            code="shift",
-        )
     whole = round(samples)
-    if abs(samples - whole) > _MAX_PART_OF_A_SAMPLE or (samples != 0 and whole == 0):
+    part = abs(samples - whole)
+    if abs(whole) >= length or part > _MAX_PART_OF_A_SAMPLE or (samples != 0 and whole == 0):
         raise UsageError(
-            f"{source}: the {role} is to be shifted by {samples:.4g} samples; give a whole "
-            'number of them, a time as in 2ms, or resample the log (resample="auto").',
+            f"{source}: the {role} is to be shifted by {samples:.4g} samples, and has {length}; "
+            "give a whole number of them, a time as in 2ms, or resample the log "
+            '(resample="auto").',
             code="shift",
         )
     return whole

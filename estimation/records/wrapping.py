@@ -199,19 +199,16 @@ def _check_seams(
     There the motion then bends more than anywhere else: its step is not the mean of its neighbours.
     """
     steps = np.diff(unwrapped)
-    smooth = np.ones(len(steps), dtype=bool)
-    smooth[places] = smooth[gaps] = False
-    steady = np.where(smooth, steps, np.nan)
-    nowhere = [np.nan]
-    beside = np.concatenate([nowhere, steady[:-1]]) + np.concatenate([steady[1:], nowhere])
-    bends = steps - beside / 2
-    finite = np.isfinite(bends)
+    bends = np.abs(steps[1:-1] - (steps[:-2] + steps[2:]) / 2)
+    special = np.zeros(len(steps), dtype=bool)
+    special[places] = special[gaps] = True
+    steady = ~(special[:-2] | special[2:])
     seams = np.setdiff1d(places, gaps)
-    seams = seams[finite[seams]]
-    elsewhere = np.abs(bends[finite & smooth])
-    if not len(seams) or not len(elsewhere):
+    at_seams = bends[steady & np.isin(np.arange(1, len(steps) - 1), seams)]
+    elsewhere = bends[steady & ~special[1:-1]]
+    if not len(at_seams) or not len(elsewhere):
         return
-    left = float(np.median(np.abs(bends[seams])))
+    left = float(np.median(at_seams))
     if left > max(_MAX_SEAM_BEND * float(elsewhere.max()), _MIN_SEAM_BEND * modulus.si):
         raise DataError(
             f"{source}: the position still jumps by {modulus.written(left)} where the modulus "

@@ -284,7 +284,7 @@ _VALUES = (
             axis="emps",
             said={"mask": "clipped"},
         ),
-        r"clipped samples masked.*: position 0, control \d+ \(at -.* and .*\).* pass law, ",
+        r"clipped samples masked.*: control \d+ \(at -.* and .*\).* pass law, ",
         axis="emps",
     ),
 )

@@ -35,19 +35,6 @@ def test_period_that_drifts_is_refused_and_may_be_resampled() -> None:
     assert record.position == pytest.approx(np.sin(30 * record.time), abs=1e-6)
 
 
-def test_slight_drift_is_told_and_jitter_is_no_drift(rng: np.random.Generator) -> None:
-    slight = np.cumsum(np.linspace(0.99e-3, 1.01e-3, N))
-    (told,) = read_record(log(slight)).provenance.doubts
-    assert "drifts from 0.99" in told
-    assert "resample" in told
-    for jitter in (0.01, 0.05, 0.16):
-        shaken = TIME + PERIOD * rng.uniform(-jitter, jitter, N)
-        told = read_record(log(shaken)).provenance.doubts
-        assert not any("drifts" in said for said in told)
-    assert read_record(log(TIME)).provenance.doubts == ()
-    assert read_record(log(TIME + 5)).provenance.doubts == ()
-
-
 def test_drift_is_that_of_each_segment() -> None:
     """Two pieces of a log may have their own times, but not their own periods."""
     pieces = np.concatenate([TIME, 10 + 1.1 * TIME])
