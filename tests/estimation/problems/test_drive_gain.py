@@ -152,19 +152,6 @@ def test_a_place_that_is_hardly_reached_is_never_believed(place: float, seed: in
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("speed", [0.008, 0.01])
-def test_friction_in_few_slow_rows_is_never_believed(speed: float) -> None:
-    axis = build(with_stribeck(speed))
-    for seed in range(3):
-        try:
-            result = identify(axis, twin_record(axis, seed=seed), methods=["idm-ls"])
-        except EstimationError as refused:
-            assert "does not show Fs" in str(refused)
-        else:
-            assert not conclusion(result.verdict).startswith("Nothing")
-
-
-@pytest.mark.slow
 def test_without_it_the_others_are_found_and_what_stands_for_it_is_told() -> None:
     axis = with_stribeck(1e-3)
     record = twin_record(build(axis))

@@ -164,17 +164,7 @@ CUT = 4000
 
 
 def part(record: Record, start: int, stop: int) -> Record:
-    def cut(values: np.ndarray | None) -> np.ndarray | None:
-        return None if values is None else values[start:stop]
-
-    return replace(
-        record,
-        time=record.time[start:stop],
-        position=record.position[start:stop],
-        control=cut(record.control),
-        force=cut(record.force),
-        reference=cut(record.reference),
-    )
+    return replace(record, **{role: v[start:stop] for role, v in record.channels().items()})  # type: ignore[arg-type]
 
 
 def problem(axis: GeneratedAxis, *records: Record, **settings: object) -> Problem:

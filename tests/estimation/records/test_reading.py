@@ -27,18 +27,6 @@ def write(tmp_path: Path, content: str, name: str = "log.csv") -> Path:
     return file
 
 
-@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
-def test_delimited_text_is_read_to_the_last_bit(tmp_path: Path, delimiter: str) -> None:
-    record = read_record(write(tmp_path, text(delimiter)))
-    columns = np.array(ROWS).T
-    for got, expected in zip(
-        (record.time, record.position, record.reference, record.control), columns, strict=True
-    ):
-        assert np.array_equal(got, expected)
-    assert len(record.provenance.sha256) == 64
-    assert record.provenance.columns["position"] == "position"
-
-
 def test_columns_are_found_by_the_users_names_then_the_axis_then_the_role(tmp_path: Path) -> None:
     file = write(tmp_path, text(header="t,qm,qg,volts"))
     record = read_record(file, load_axis("emps"), columns={"control": "volts"})

@@ -71,10 +71,6 @@ def same(one: Record, other: Record) -> bool:
     )
 
 
-def test_every_key_is_tried() -> None:
-    assert SAID.keys() == LOG_KEYS.keys()
-
-
 @pytest.mark.parametrize("key", LOG_KEYS)
 def test_every_key_says_what_its_argument_says(key: str, tmp_path: Path) -> None:
     log = write(tmp_path, "some words\n" if key == "tail" else "")
@@ -279,14 +275,6 @@ def test_what_cannot_be_read_is_refused_and_waits_for_nothing(tmp_path: Path) ->
             with pytest.raises(RunFileError, match="cannot be read"):
                 read_record(file)
             assert log_of(file) == file
-
-
-def test_windows_of_an_array_go_before_those_of_the_file(tmp_path: Path) -> None:
-    write(tmp_path)
-    file = tmp_path / "run.toml"
-    file.write_text('log = "log.csv"\nwindows = "0..0.1"\n')
-    found = read_record(file, columns=STRAIGHT, windows=np.array([[0.1, 0.3]]))
-    assert found.windows == ((0.1, 0.3),)
 
 
 def test_roles_that_there_are_not_are_mistakes_of_the_file(tmp_path: Path) -> None:

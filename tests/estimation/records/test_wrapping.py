@@ -50,31 +50,27 @@ def test_position_and_reference_unwrap_onto_the_same_turn() -> None:
     )
 
 
-def test_reference_far_from_a_position_that_is_not_wrapped_stays_where_it_is() -> None:
-    position = np.deg2rad(100) * np.sin(8 * TIME) ** 2
-    reference = np.deg2rad(190 + 10 * np.sin(8 * TIME))
-    record = read_record(log(position, reference=reference), repairs=Repairs(wrap="360:deg"))
-    assert np.array_equal(record.reference, reference)
-    (repair,) = record.provenance.repairs
-    assert repair.count == 0
+FAR = np.deg2rad(190 + 10 * np.sin(8 * TIME))
+TURNS = 20 * np.sin(8 * TIME) ** 2
+STEP = np.where(TIME < 0.2, 6.0, 6.6)
+SETTLING = 6.0 + np.where(TIME < 0.2, 0, 0.6 * (1 - np.exp(-50 * (TIME - 0.2))))
 
 
-def test_reference_over_several_turns_keeps_its_own() -> None:
-    true = 20 * np.sin(8 * TIME) ** 2
-    reference = true + 2 * TURN
-    wrapped = log(np.mod(true, TURN), reference=reference)
+@pytest.mark.parametrize(
+    ("position", "logged", "reference"),
+    [
+        (np.deg2rad(100) * np.sin(8 * TIME) ** 2, FAR, FAR),  # no jump: no turn is wrong
+        (TURNS, TURNS + 2 * TURN, TURNS + 2 * TURN),  # several turns of its own
+        (SETTLING, np.mod(STEP, TURN), STEP),  # a step across its seam
+    ],
+)
+def test_reference_keeps_its_own_turn_or_begins_on_the_positions(
+    position: np.ndarray, logged: np.ndarray, reference: np.ndarray
+) -> None:
+    wrapped = log(np.mod(position, TURN), reference=logged)
     record = read_record(wrapped, repairs=Repairs(wrap="360:deg"))
-    assert np.array_equal(record.reference, reference)
-    assert "moved" not in record.provenance.repairs[0].text
-
-
-def test_reference_may_step_across_its_seam() -> None:
-    step = np.where(TIME < 0.2, 6.0, 6.6)
-    settling = 6.0 + np.where(TIME < 0.2, 0, 0.6 * (1 - np.exp(-50 * (TIME - 0.2))))
-    wrapped = log(np.mod(settling, TURN), reference=np.mod(step, TURN))
-    record = read_record(wrapped, repairs=Repairs(wrap="360:deg"))
-    assert record.reference == pytest.approx(step, abs=1e-12)
-    assert record.position == pytest.approx(settling, abs=1e-12)
+    assert record.reference == pytest.approx(reference, abs=1e-12)
+    assert record.position == pytest.approx(position, abs=1e-12)
 
 
 def test_reference_begins_on_the_positions_turn_after_every_gap() -> None:

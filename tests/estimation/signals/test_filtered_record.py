@@ -77,18 +77,6 @@ def test_the_default_filter_serves_every_rate(rate: int, cutoff: float, decimate
     assert found == Prefilter.suited(1 / rate) == Filtering().prefilter(1 / rate)
 
 
-@pytest.mark.parametrize("cutoff", [5.0, 10.0, 45.0, 180.0])
-def test_a_cutoff_alone_chooses_the_decimation_that_the_command_line_does(
-    emps2015: GeneratedAxis, twin: Record, cutoff: float
-) -> None:
-    by_command = Filtering(cutoff=cutoff).prefilter(twin.period)
-    result = identify(emps2015, twin, Prefilter(cutoff=cutoff), ["idm-ls"])
-    assert result.prefilter.decimate == by_command.decimate
-    assert result.requested == by_command
-    bound = FilteredRecord.bind(emps2015, twin, Prefilter(cutoff=cutoff))
-    assert bound.prefilter == result.prefilter
-
-
 def test_a_log_of_100_hertz_is_identified_unasked(emps2015: GeneratedAxis, twin: Record) -> None:
     rows = slice(0, None, 10)
     columns = {role: values[rows] for role, values in twin.channels().items()}
