@@ -166,7 +166,6 @@ def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:
 
 
 def _flat(name: object) -> str:
-    """The levels of a name in one."""
     return ".".join(str(level) for level in name) if isinstance(name, tuple) else str(name)
 
 

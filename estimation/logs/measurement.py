@@ -135,12 +135,10 @@ def _tdms_start(channel: Any) -> np.datetime64 | None:
 
 
 def _increment(channel: Any) -> float:
-    """Sampling period of a waveform, s; 0 of any other channel."""
     return float(channel.properties.get("wf_increment", 0.0))
 
 
 def _add_channel(found: TableBuilder, channel: Any, origin: np.datetime64 | None) -> None:
-    """Take a channel, with its times since the first of all waveforms began."""
     name = f"{channel.group_name}.{channel.name}"
     try:
         values = channel[:]
@@ -280,7 +278,6 @@ def _messages(reader: Any, topic: str, room: Room) -> tuple[list[_Message], str]
 def _add_joints(
     found: TableBuilder, before: str, messages: list[_Message], origin: int
 ) -> Iterator[str]:
-    """Take the joints of a topic, and name them."""
     joints = dict.fromkeys(name for _, state in messages for name in state.name)
     for joint in joints:
         places = [(t, m, list(m.name).index(joint)) for t, m in messages if joint in m.name]

@@ -57,7 +57,6 @@ def read_table(
 
 
 def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
-    """The table of a file or of a bag's folder."""
     bag = is_bag(file)
     _check_regular(file, folder=bag)
     reader = read_bag if bag else format_of(file).read_file

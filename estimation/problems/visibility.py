@@ -237,7 +237,6 @@ def _unseen(axis: GeneratedAxis, reach: SignalRanges, norms: Array, noise: float
 
 
 def _farthest(parameter: Parameter, natural: float) -> float:
-    """The largest value that is not absurd."""
     bounds = max(abs(parameter.lower), abs(parameter.upper))
     declared = max(abs(parameter.nominal), bounds if np.isfinite(bounds) else 0.0)
     if not declared:

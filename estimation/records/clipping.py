@@ -79,7 +79,6 @@ def _at(values: Array, mask: Mask) -> str:
 
 
 def _driven(samples: Mapping[str, Samples]) -> str:
-    """The role of what moves the axis."""
     return "force" if "force" in samples else "control"
 
 
@@ -102,7 +101,6 @@ def _flat_tops(samples: Mapping[str, Samples], role: str) -> Mask:
 
 
 def _is_cut(signal: "_Signal", extreme: float, position: Array | None) -> bool:
-    """Whether a signal is cut off at an extreme."""
     flat = [
         (start, stop)
         for start, stop in runs(signal.values == extreme)

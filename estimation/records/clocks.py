@@ -56,7 +56,6 @@ def long_steps(time: Array, most: float) -> NDArray[np.intp]:
 
 
 def _odd_steps(steps: Array, typical: float) -> NDArray[np.bool_]:
-    """Which steps are not about the typical one."""
     return (steps > MAX_EVEN_STEP.value * typical) | (steps * MAX_EVEN_STEP.value < typical)
 
 

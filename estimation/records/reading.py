@@ -288,7 +288,6 @@ def _retimed(
 
 
 def _share(samples: dict[str, Samples], clock: Array) -> bool:
-    """Whether every column has this clock."""
     clocks = [s.clock for s in samples.values()]
     return all(c is not None and np.array_equal(c, clock, equal_nan=True) for c in clocks)
 

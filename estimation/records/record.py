@@ -307,7 +307,6 @@ class Record(Presentable, Exact):
         return write_file(path, content)
 
     def _of(self, pieces: Sequence[Span], **changed: Any) -> "Record":
-        """These samples of it, as segments."""
         rows = np.flatnonzero(covered(pieces, len(self)))
         return self._taken(rows, [b - a for a, b in pieces], {}, **changed)
 

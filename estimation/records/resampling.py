@@ -217,7 +217,6 @@ def _pieces(clock: Array, edges: Sequence[float] | Array) -> list[tuple[float, f
 
 
 def _common(lists: Sequence[list[tuple[float, float]]]) -> list[tuple[float, float]]:
-    """Stretches of time that every list covers."""
     starts, stops = (np.sort([piece[end] for each in lists for piece in each]) for end in (0, 1))
     ended = np.searchsorted(stops, starts, "right")
     begin = np.flatnonzero(np.arange(1, len(starts) + 1) - ended == len(lists))

@@ -347,7 +347,6 @@ def _step(clock: Array) -> float:
 
 
 def _whole_samples(source: str, role: str, shift: Shift, step: float, length: int) -> int:
-    """A shift in samples, where it is a whole number of them."""
     samples = shift.amount / step if shift.in_seconds and step > 0 else shift.amount
     whole = round(samples)
     part = abs(samples - whole)

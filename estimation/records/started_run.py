@@ -86,7 +86,6 @@ def _called(table: Table, name: str) -> str:
 
 
 def _described(table: Table, name: str) -> str:
-    """A column, its unit and its range."""
     values, unit = _values(table, name), table.columns[name].unit
     finite = values[np.isfinite(values)]
     between = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "no numbers"
@@ -117,5 +116,4 @@ def _comment(said: str) -> list[str]:
 
 
 def _quoted(text: str) -> str:
-    """As TOML has it."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

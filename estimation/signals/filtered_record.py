@@ -209,7 +209,6 @@ class FilteredRecord(Exact, Uncached):
 
     @property
     def _starts(self) -> list[int]:
-        """First samples of the record's pieces."""
         return [start for start, _ in self.record.spans]
 
     @cached_property

@@ -420,7 +420,6 @@ class Sections:
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.
 @lru_cache(maxsize=32)
 def _low_pass(order: int, edge: float) -> Sections:
-    """A Butterworth filter, its edge in units of the Nyquist frequency."""
     from scipy.signal import butter
 
     return Sections.of(butter(order, edge, output="sos"))

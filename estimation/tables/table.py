@@ -126,7 +126,6 @@ class Table:
         return labelled or ending or self._numbered(name)
 
     def _numbered(self, name: str) -> list[str]:
-        """The column of a number such as ``#3``."""
         match = re.fullmatch(r"#([1-9]\d{0,5})", name)
         return [*self.columns][int(match[1]) - 1 : int(match[1])] if match else []
 
@@ -307,7 +306,6 @@ def _refuse(name: str, what: str) -> Samples:
 
 
 def _content(array: np.ndarray[Any, Any]) -> str:
-    """What an array holds that is no column."""
     kind = array.dtype.kind
     if kind in "fiubmM":
         shape = " x ".join(str(length) for length in array.shape)

@@ -321,7 +321,6 @@ def _until_decided(lines: list[Line], body: list[str], separator: str | None) ->
 
 
 def _marked(body: list[str], separator: str | None, mark: str) -> list[str]:
-    """Cells that are numbers with a decimal mark."""
     marked = (line.replace('"', "") for line in body if mark in line)
     cells = (cell.strip() for line in marked for cell in line.split(separator))
     return [c for c in cells if mark in c and is_number(c, comma=mark == ",")]

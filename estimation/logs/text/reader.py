@@ -199,7 +199,6 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
 
 
 def _rows(source: str, lines: list[Line], dialect: Dialect) -> list[list[str]]:
-    """Cells of lines that are rows of the table."""
     width, rows = len(dialect.names), []
     for number, line in lines:
         try:

@@ -134,7 +134,6 @@ def _order(dates: Iterable[str]) -> tuple[str, str]:
 
 
 def _day(text: str, order: str) -> int:
-    """Number of a day."""
     if not text:
         return 0
     if "day" in text:

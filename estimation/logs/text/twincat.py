@@ -64,7 +64,6 @@ def is_twincat(lines: Sequence[Line]) -> bool:
 
 
 def _heads(lines: Sequence[str], separator: str) -> list[list[str]]:
-    """Cells of the lines above the samples."""
     first = next((k for k, line in enumerate(lines) if _is_data(line, separator)), len(lines))
     return [line.rstrip("\r\n").split(separator) for line in lines[:first]]
 
@@ -179,7 +178,6 @@ def _cells(source: str, of: Line, separator: str, width: int, *, comma: bool) ->
 
 
 def _malformed(source: str, lines: Sequence[Line], table: list[list[str]]) -> DataError:
-    """The error of the first cell that is no number."""
     for (number, _), cells in zip(lines, table, strict=True):
         wrong = next((cell for cell in cells if not is_number(cell)), None)
         if wrong is not None:

@@ -140,7 +140,6 @@ def _injected_at(axis: Axis | None, given: str | None) -> str | None:
 
 
 def _has_clocks(columns: Iterable[Samples]) -> bool:
-    """Whether every column has times of its own."""
     return all(samples.clock is not None for samples in columns)
 
 
@@ -251,7 +250,6 @@ def _lacking(table: Table, chosen: Mapping[str, object], missing: dict[str, str]
 
 
 def _to_name(roles: Iterable[str]) -> str:
-    """What names columns."""
     return f"columns {','.join(f'{role}=NAME' for role in roles)}"
 
 

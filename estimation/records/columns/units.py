@@ -111,7 +111,6 @@ def _check_numbers(text: str) -> None:
 
 
 def _quantity(value: Fraction, unit: str) -> Quantity:
-    """A number of a unit."""
     name = unit.strip()
     if not name or name.lower() in COUNTS:
         return Quantity(value, is_count=bool(name))
@@ -282,7 +281,6 @@ def _scaling(role: str, text: str, own: str, source: str, wanted: Sequence[str])
 
 
 def _example(wanted: Sequence[str]) -> str:
-    """A scaling that gives a unit."""
     return _EXAMPLES.get(next(iter(wanted), ""), "counts*360deg/4096/50+0.2deg")
 
 
