@@ -151,7 +151,10 @@ def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:
 
     try:
         table = narwhals.from_native(frame, eager_only=True)
-        return [(_flat(series.name), series.to_numpy()) for series in table.iter_columns()]
+        return [
+            (".".join(map(str, s.name)) if isinstance(s.name, tuple) else str(s.name), s.to_numpy())
+            for s in table.iter_columns()
+        ]
     except TypeError as error:
         raise UsageError(
             f"the log is a {type(frame).__name__}; give a path, a dataframe (pandas, Polars, "
@@ -163,10 +166,6 @@ def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:
             f"the dataframe cannot be read: {one_line(error)}; rename one.",
             code="log-file",
         ) from error
-
-
-def _flat(name: object) -> str:
-    return ".".join(str(level) for level in name) if isinstance(name, tuple) else str(name)
 
 
 def _index(frame: object) -> str:

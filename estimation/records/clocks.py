@@ -249,7 +249,10 @@ def clocked(
 def filled(table: Table, columns: Mapping[str, Samples], *, uneven: bool) -> dict[str, Samples]:
     """Columns without the samples that lack a value, where these may be left out."""
     if uneven:
-        columns = {role: _filled(s) for role, s in columns.items()}
+        columns = {
+            role: s.taken(np.isfinite(s.values) & np.isfinite(s.times))
+            for role, s in columns.items()
+        }
     else:
         _check_filled(table, columns)
         _check_one_clock(table, columns)
@@ -260,11 +263,6 @@ def filled(table: Table, columns: Mapping[str, Samples], *, uneven: bool) -> dic
                 code="time",
             )
     return dict(columns)
-
-
-def _filled(samples: Samples) -> Samples:
-    """The samples that have a value and a time; their number shows in what is said of them."""
-    return samples.taken(np.isfinite(samples.values) & np.isfinite(samples.times))
 
 
 def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:

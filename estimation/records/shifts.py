@@ -48,13 +48,10 @@ def checked_between(between: object) -> dict[str, Interpolation]:
             code="shift",
         )
     for role, how in between.items():
-        if role not in SELDOM_ROLES:
-            raise UsageError(
-                f"{role!r} is no column that may be written more seldom than the log's samples; "
-                f"those are {', '.join(SELDOM_ROLES)}.",
-                code="shift",
-            )
-        check_among((f"way of the {role} between its values", how, BETWEEN))
+        check_among(
+            ("column that may be written more seldom than a log's samples", role, SELDOM_ROLES),
+            (f"way of the {role} between its values", how, BETWEEN),
+        )
     return {role: cast(Interpolation, how) for role, how in between.items()}
 
 

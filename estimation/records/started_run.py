@@ -39,7 +39,7 @@ def started_run(log: Path) -> str:
         The log cannot be read, or its name is no text.
     """
     table = read_table(log)
-    if not _is_text(log.name):
+    if any("\ud800" <= letter <= "\udfff" for letter in log.name):
         raise DataError(
             f"the name of {quoted(log.name)} is not UTF-8, as TOML has to be; give it another.",
             code="run-file",
@@ -105,10 +105,6 @@ def _guessed(time: Array) -> str:
     step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
     low, high = _STEPS
     return next((unit for unit, size in _UNITS.items() if low < step * size < high), "")
-
-
-def _is_text(name: str) -> bool:
-    return not any("\ud800" <= letter <= "\udfff" for letter in name)
 
 
 def _comment(said: str) -> list[str]:
