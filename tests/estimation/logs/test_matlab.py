@@ -54,14 +54,6 @@ def test_structures_cells_and_matrices_have_dotted_names(tmp_path: Path) -> None
         read_record(file)
 
 
-def test_last_part_of_a_name_serves_where_it_is_the_only_one(tmp_path: Path) -> None:
-    file = tmp_path / "log.mat"
-    savemat(file, {"log": {"t": T, "q": Q}, "other": {"t": T}})
-    with refuses("columns", says="'t' for the time"):
-        read_record(file, columns=COLUMNS)
-    assert np.array_equal(read_record(file, columns=COLUMNS | {"time": "log.t"}).position, Q)
-
-
 def test_matrices_of_cells_and_structures_are_numbered_as_matlab_does(tmp_path: Path) -> None:
     file = tmp_path / "log.mat"
     cells = np.empty((2, 2), dtype=object)

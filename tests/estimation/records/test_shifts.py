@@ -34,13 +34,6 @@ def test_a_column_moves_to_later_times_by_samples_or_a_time(amount: Any, samples
         assert f"({abs(samples)} ms) {way}; {abs(samples)} row" in repair.text
 
 
-def test_a_record_moves_its_columns_as_its_log_does() -> None:
-    whole = read_record(log())
-    for amount in (1, -3, "2ms"):
-        read = read_record(log(), repairs=Repairs(shift={"control": amount}))
-        assert whole.shifted(control=amount).digest == read.digest
-
-
 def test_across_a_gap_nothing_is_moved() -> None:
     kept = np.r_[0:400, 600:N]
     gapped = {name: values[kept] for name, values in log().items()}

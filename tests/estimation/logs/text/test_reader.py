@@ -1,9 +1,6 @@
 """Text of any dialect is read to the last bit, or refused with a sentence; nothing is guessed."""
 
-import csv
-import io
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -132,64 +129,6 @@ def test_cell_too_many_is_found_beside_text_and_last_separators(tmp_path: Path, 
     file.write_text("\n".join([f"time,position{end.replace('run', 'state')}", *rows]))
     with refuses("log-text", says="702: "):
         read_record(file)
-
-
-@st.composite
-def dialects(draw: st.DrawFn) -> dict[str, Any]:
-    mark = draw(st.sampled_from([".", ","]))
-    separators = [";", "\t", "|"] if mark == "," else [";", "\t", "|", ","]
-    numbers = st.floats(allow_nan=False, allow_infinity=False, width=64)
-    width = draw(st.integers(2, 5))
-    row = st.lists(numbers, min_size=width, max_size=width)
-    return {
-        "mark": mark,
-        "separator": draw(st.sampled_from(separators)),
-        "rows": draw(st.lists(row, min_size=2, max_size=8)),
-        "quoted": draw(st.booleans()),
-        "trailing": draw(st.booleans()),
-        "encoding": draw(st.sampled_from(["utf-8", "utf-8-sig", "utf-16"])),
-        "end": draw(st.sampled_from(["\n", "\r\n"])),
-        "above": draw(st.integers(0, 3)),
-        "units": draw(st.booleans()),
-    }
-
-
-@pytest.mark.slow
-@given(how=dialects())
-def test_random_dialects_are_read_to_the_last_bit(how: dict[str, Any]) -> None:
-    width = len(how["rows"][0])
-    buffer = io.StringIO()
-    writer = csv.writer(
-        buffer,
-        delimiter=how["separator"],
-        lineterminator=how["end"],
-        quoting=csv.QUOTE_ALL if how["quoted"] else csv.QUOTE_MINIMAL,
-    )
-    end = [""] if how["trailing"] else []
-    for k in range(how["above"]):
-        buffer.write(f"Setting {k} of the scope{how['end']}")
-    writer.writerow([f"c{k}" for k in range(width)] + end)
-    if how["units"]:
-        writer.writerow(["mm"] * width + end)
-    for row in how["rows"]:
-        # 17 digits with a fraction: a group of three after the comma would be ambiguous.
-        writer.writerow([f"{x:.17e}".replace(".", how["mark"]) for x in row] + end)
-    table = read_text("log.csv", buffer.getvalue().encode(how["encoding"]))
-    assert list(table.columns) == [f"c{k}" for k in range(width)]
-    for k, column in enumerate(table.columns.values()):
-        assert np.array_equal(column.read().values, np.array(how["rows"])[:, k])
-        assert column.unit == ("mm" if how["units"] else "")
-
-
-@pytest.mark.slow
-@given(content=st.one_of(st.binary(max_size=300), st.text(max_size=300).map(str.encode)))
-def test_any_bytes_are_read_or_refused(content: bytes) -> None:
-    try:
-        table = read_text("log.csv", content)
-        for column in table.columns.values():
-            column.read()
-    except DataError as error:
-        assert "log.csv" in str(error)
 
 
 CELLS = st.sampled_from(["1", "0,5", "1.5", "2,345", "x", "", " ", '"', "[mm]", "-", "nan", "#"])

@@ -1,12 +1,10 @@
 """What a column's numbers mean, read exactly, and mistakes told in a sentence."""
 
 import math
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
 
 from axisid import (
     Coordinate,
@@ -77,18 +75,6 @@ def test_every_unit_is_known_exactly(unit: str) -> None:
     exact, known = exact_unit(unit), label_unit(unit)
     assert float(exact.value) * math.pi**exact.turns == pytest.approx(known[0], rel=4e-16)
     assert exact.value.denominator <= 10**10
-
-
-@pytest.mark.slow
-@given(
-    st.lists(st.fractions(Fraction(1, 9), 99, max_denominator=9), min_size=1, max_size=5),
-    st.sampled_from(["mm", "deg", "counts", "V"]),
-)
-def test_factors_are_multiplied_as_fractions(factors: list[Fraction], unit: str) -> None:
-    text = unit + "".join(f"*{f.numerator}/{f.denominator}" for f in factors)
-    found = read_scaling(text)
-    plain = read_scaling(f"{unit}*1")
-    assert found.of.value == plain.of.value * math.prod(factors)
 
 
 @pytest.mark.parametrize(
