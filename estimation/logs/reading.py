@@ -140,15 +140,10 @@ def _check_regular(file: Path, *, folder: bool) -> None:
         raise DataError(
             f"{file} cannot be read: {why}{where}. Check the path.", code="log-file"
         ) from error
-    if stat.S_ISDIR(mode) and not folder:
+    if not (stat.S_ISREG(mode) or (folder and stat.S_ISDIR(mode))):
+        what = "a folder, and no ROS 2 bag" if stat.S_ISDIR(mode) else "no regular file"
         raise DataError(
-            f"{file} cannot be read: it is a folder, and no ROS 2 bag. Give the file of the log.",
-            code="log-file",
-        )
-    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
-        raise DataError(
-            f"{file} is no regular file but a pipe, a device or a socket; save the log to a file.",
-            code="log-file",
+            f"{file} cannot be read: it is {what}. Give the file of the log.", code="log-file"
         )
 
 

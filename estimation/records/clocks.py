@@ -26,7 +26,6 @@ _RESTARTED_CLOCK_STEP = 4.0
 
 #: Steps over which jitter averages out: even a quarter of a period to half a percent.
 _WINDOW = 100
-_SHOWN = 3
 _EVENLY = 'resample="auto"'
 _SPLIT = 'gaps="split"'
 #: What to do about uneven steps, and about steps back.
@@ -110,13 +109,11 @@ def count_past_restarts(time: Array, *, uneven: bool) -> tuple[Array, int, str]:
         return time, 0, ""
     shifts = np.zeros(len(time))
     shifts[timed[places + 1]] = _RESTARTED_CLOCK_STEP * typical - steps[places]
-    shown = [
-        f"before data row {timed[k + 1] + 1}, from {finite[k]:.9g} s to {finite[k + 1]:.9g} s"
-        for k in places[:_SHOWN]
-    ]
-    more = [f"{len(places) - _SHOWN} more"] if len(places) > _SHOWN else []
-    times = "once" if len(places) == 1 else f"{len(places)} times"
-    text = f"the clock is set back {times} ({'; '.join(shown + more)}): cut there, and counted on"
+    k = places[0]
+    text = (
+        f"the clock is set back, {len(places)} in all, first before data row {timed[k + 1] + 1}, "
+        f"from {finite[k]:.9g} s to {finite[k + 1]:.9g} s: cut there, and counted on"
+    )
     return time + np.cumsum(shifts), len(places), text
 
 

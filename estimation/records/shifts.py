@@ -285,12 +285,10 @@ def shifted(
     clock = columns[motion_role(columns)].times
     if not shifts:
         return made, []
-    lengths = {role: len(own.values) for role, own in columns.items()}
-    if set(lengths.values()) != {len(clock)}:
-        listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
+    if any(len(own.values) != len(clock) for own in columns.values()):
         raise DataError(
-            f"{source}: the columns differ in length, so that none can be moved beside the "
-            f'others: {listed}. Resample them (resample="auto").',
+            f"{source}: the columns differ in length, so that none can be moved beside the others; "
+            'resample them (resample="auto").',
             code="shift",
         )
     kept, moved, said = moved_rows(source, clock, shifts)

@@ -97,29 +97,18 @@ def samples_within(
         A window is outside the log, or holds too few samples.
     """
     finite = time[np.isfinite(time)]
-    if not finite.size:
-        raise DataError(
-            f"{source}: there is no time for the window {windows_text(windows)}.",
-            code="window",
-        )
-    first, last = float(finite.min()), float(finite.max())
     close = _ROUNDING * float(np.median(np.abs(np.diff(finite)))) if finite.size > 1 else 0.0
     spans: list[Span] = []
     for start, stop in windows:
-        if start > last + close or stop < first - close:
-            raise DataError(
-                f"{source}: the window {windows_text([(start, stop)])} is outside the log, whose "
-                f"time goes from {first:.9g} to {last:.9g} s; give times of the log.",
-                code="window",
-            )
         inside = np.flatnonzero((time >= start - close) & (time <= stop + close))
         begin = max(int(inside[0]), spans[-1][1] if spans else 0) if inside.size else 0
         end = int(inside[-1]) + 1 if inside.size else 0
         if end - begin < fewest:
-            holds = "no sample" if end <= begin else f"{end - begin} samples"
+            reach = f"{finite.min():.9g} to {finite.max():.9g} s" if finite.size else "nan to nan"
             raise DataError(
-                f"{source}: the window {windows_text([(start, stop)])} holds {holds}; make it "
-                "longer.",
+                f"{source}: the window {windows_text([(start, stop)])} holds "
+                f"{max(end - begin, 0) or 'no'} samples of the log, whose time goes from {reach}; "
+                "give times of the log, or a longer window.",
                 code="window",
             )
         spans.append((begin, end))

@@ -200,7 +200,7 @@ _CLOCK = (
     _repaired(
         "two logs in one file, cut",
         lambda folder: _log(folder, _joined, "--gaps", "split", "--json", folder / _RESULT),
-        "the clock is set back once .before data row 7802, from 7.8 s to 0 s",
+        "the clock is set back, 1 in all, first before data row 7802, from 7.8 s to 0 s",
     ),
     Fault(
         name="a clock that is set back by less than a sample",
@@ -215,7 +215,7 @@ _CLOCK = (
             partial(_stepped, seconds=-0.5),
             *("--gaps", "split", "--resample", "auto", "--json", folder / _RESULT),
         ),
-        "the clock is set back once .before data row 4131",
+        "the clock is set back, 1 in all, first before data row 4131",
     ),
     Fault(
         name="a clock that is set forward",

@@ -5,7 +5,7 @@ from dataclasses import replace
 from difflib import get_close_matches
 
 from axisid.estimation.tables import Samples, Table
-from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
+from axisid.modeling.declaration import ROLES, Axis
 from axisid.support.errors import DataError, UsageError
 from axisid.support.quoting import quoted
 
@@ -39,7 +39,7 @@ class RoleColumns:
         has_period: bool = False,
         injected_at: str | None = None,
     ) -> None:
-        self.injected_at = _injected_at(axis, injected_at)
+        self.injected_at = injected_at or ("" if axis is None else axis.injected_at) or None
         self.names: dict[str, str] = {}
         self.samples: dict[str, Samples] = {}
         notes: list[str] = []
@@ -126,17 +126,6 @@ class RoleColumns:
         return (
             f"the column {name!r} has {there} rows, the {moving} {needed}: {_CLOCKS} in its place"
         )
-
-
-def _injected_at(axis: Axis | None, given: str | None) -> str | None:
-    """What a test signal is added to, as the user says it or else the axis."""
-    if given is not None and given not in INJECTION_POINTS:
-        raise UsageError(
-            f"a test signal is said to be added to {given!r}; give "
-            f"{' or '.join(map(repr, INJECTION_POINTS))}.",
-            code="test-signal",
-        )
-    return given or (axis.injected_at if axis is not None else "") or None
 
 
 def _has_clocks(columns: Iterable[Samples]) -> bool:

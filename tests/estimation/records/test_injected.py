@@ -45,7 +45,7 @@ def test_a_place_without_a_column_and_a_column_without_a_place_are_refused() -> 
         read_record(LOG, columns=NAMED)
     with refuses("test-signal"):
         read_record(LOG, injected_at="control")
-    with refuses("test-signal", says="'control' or 'reference'"):
+    with refuses("test-signal", says='added to .force.; give injected_at = "control"'):
         read_record(LOG, columns=NAMED, injected_at="force")
     with refuses("test-signal", says="None"):
         Record(time=TIME, position=LOG["position"], injected=LOG["exc"])

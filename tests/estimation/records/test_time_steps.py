@@ -87,7 +87,7 @@ def test_clock_that_was_set_back_is_told_and_counted() -> None:
     record = read_record(log(stepped(-0.5)), repairs=Repairs(gaps="split"))
     clock, gaps = record.provenance.repairs
     assert (clock.kind, clock.count, gaps.kind, gaps.count) == ("clock", 1, "gaps", 1)
-    assert "once (before data row 1201, from 1.199 s to 0.7 s)" in clock.text
+    assert "first before data row 1201, from 1.199 s to 0.7 s" in clock.text
     columns = log(stepped(-0.5))
     columns["position"][300:340] = np.nan
     columns["control"][::2] = np.nan
