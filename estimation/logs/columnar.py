@@ -12,9 +12,9 @@ JSON may be arrays by name, a list of records, rows of cells, or one record in a
 import io
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
@@ -32,11 +32,6 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.files.memory import Room
 
 _UNIT_KEYS = (b"unit", b"units", b"Unit")
-_HEADS = {
-    (1, 0): np.lib.format.read_array_header_1_0,
-    (2, 0): np.lib.format.read_array_header_2_0,
-}
-_DOUBLE = 8  # bytes
 _BATCH = 65_536  # rows that are unfolded before they are counted
 
 
@@ -60,20 +55,8 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         units = _units(archive)
         for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
             room.take(entry.file_size)
-            with archive.zip.open(entry) as stream:
-                room.check(_DOUBLE * _numbers(stream))
             _add_entry(found, name, archive, units)
     return found.table(str(file), advice="save vectors of them with numpy.savez")
-
-
-def _numbers(stream: IO[bytes]) -> int:
-    """How many numbers an array of an archive has, by its head; 0 where that does not tell."""
-    try:
-        read = _HEADS[np.lib.format.read_magic(stream)]
-        shape, _, dtype = read(stream)
-    except (KeyError, ValueError, EOFError):
-        return 0
-    return math.prod(shape) if dtype.kind in "fiub" else 0
 
 
 def _units(archive: Any) -> Mapping[str, str]:
@@ -93,7 +76,7 @@ def _add_entry(found: TableBuilder, name: str, archive: Any, units: Mapping[str,
     except ValueError as error:
         if "Object arrays" not in str(error):
             raise
-        found.passed_over[name] = "Python objects, which could run code"
+        found.pass_over(name, "Python objects, which could run code")
         return
     if array.dtype.names is None:
         found.add_array(name, array, unit=units.get(name, ""))
@@ -168,7 +151,10 @@ def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:
 
     try:
         table = narwhals.from_native(frame, eager_only=True)
-        return [(_flat(series.name), series.to_numpy()) for series in table.iter_columns()]
+        return [
+            (".".join(map(str, s.name)) if isinstance(s.name, tuple) else str(s.name), s.to_numpy())
+            for s in table.iter_columns()
+        ]
     except TypeError as error:
         raise UsageError(
             f"the log is a {type(frame).__name__}; give a path, a dataframe (pandas, Polars, "
@@ -180,11 +166,6 @@ def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:
             f"the dataframe cannot be read: {one_line(error)}; rename one.",
             code="log-file",
         ) from error
-
-
-def _flat(name: object) -> str:
-    """The levels of a name in one."""
-    return ".".join(str(level) for level in name) if isinstance(name, tuple) else str(name)
 
 
 def _index(frame: object) -> str:
@@ -253,48 +234,47 @@ def _columns(found: Any) -> dict[str, tuple[Sequence[Any], str]]:
         return dict(_of_arrays(found))
     if not isinstance(found, list) or not found:
         return {}
-    if all(isinstance(each, Mapping) for each in found):
-        return _of_records(found)
-    if all(isinstance(each, list) for each in found):
-        return _of_lists(found)
-    return {}
+    return dict(_of_arrays({"": found})) if _are(Mapping, found) else _of_lists(found)
 
 
-def _of_arrays(
-    found: Mapping[str, Any], above: str = "", depth: int = 0
-) -> Iterable[tuple[str, tuple[Sequence[Any], str]]]:
-    """Arrays by name; those below other names have both, with a dot between."""
-    for key, value in found.items():
-        name = f"{above}{key}"
-        if isinstance(value, list) and value and all(isinstance(e, Mapping) for e in value):
-            yield from ((f"{name}.{own}", cells) for own, cells in _of_records(value).items())
+def _are(kind: type, found: Any) -> bool:
+    return isinstance(found, list) and bool(found) and all(isinstance(e, kind) for e in found)
+
+
+def _of_arrays(found: Mapping[str, Any]) -> Iterable[tuple[str, tuple[Sequence[Any], str]]]:
+    """Arrays by name; of records those of their names, where what a record lacks is empty."""
+    for name, value in _leaves(found, is_leaf=_is_column):
+        if _are(Mapping, value):
+            flat = [dict(_leaves(record)) for record in value]
+            for own in dict.fromkeys(own for record in flat for own in record):
+                yield f"{name}.{own}".lstrip("."), ([record.get(own) for record in flat], "")
         elif isinstance(value, list):
             yield name, (value, "")
-        elif isinstance(value, Mapping) and depth < _DEEPEST:
+        elif isinstance(value, Mapping) and _is_column(value):
             inner = value.get("values", value.get("data"))
-            if isinstance(inner, list):
-                yield name, (inner, str(value.get("unit") or ""))
-            elif value and all(str(place).isdecimal() for place in value):  # as pandas writes it
-                yield name, ([*value.values()], "")
-            else:
-                yield from _of_arrays(value, f"{name}.", depth + 1)
+            unit = str(value.get("unit") or "") if isinstance(inner, list) else ""
+            yield name, (inner if isinstance(inner, list) else [*value.values()], unit)
 
 
-def _of_records(records: Sequence[Mapping[str, Any]]) -> dict[str, tuple[Sequence[Any], str]]:
-    """Columns of records; what a record lacks is an empty cell."""
-    flat = [_flat_record(record) for record in records]
-    names = dict.fromkeys(name for record in flat for name in record)
-    return {name: ([record.get(name) for record in flat], "") for name in names}
+def _is_column(value: Mapping[str, Any]) -> bool:
+    """Whether it is an array with its unit, or cells by their numbers, as pandas writes them."""
+    numbered = bool(value) and all(str(place).isdecimal() for place in value)
+    return numbered or isinstance(value.get("values", value.get("data")), list)
 
 
-def _flat_record(record: Mapping[str, Any], above: str = "", depth: int = 0) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for key, value in record.items():
-        if isinstance(value, Mapping) and depth < _DEEPEST:
-            found |= _flat_record(value, f"{above}{key}.", depth + 1)
+def _leaves(
+    found: Mapping[str, Any],
+    above: str = "",
+    depth: int = 0,
+    is_leaf: Callable[[Mapping[str, Any]], bool] = lambda _: False,
+) -> Iterable[tuple[str, Any]]:
+    """What lies below names, with a dot between these."""
+    for key, value in found.items():
+        nested = isinstance(value, Mapping) and depth < _DEEPEST
+        if nested and not is_leaf(value):
+            yield from _leaves(value, f"{above}{key}.", depth + 1, is_leaf)
         else:
-            found[f"{above}{key}"] = value
-    return found
+            yield f"{above}{key}", value
 
 
 def _of_lists(lists: Sequence[Any]) -> dict[str, tuple[Sequence[Any], str]]:

@@ -78,11 +78,6 @@ def packing_of(file: Path) -> Packing | None:
     return next((packing for packing in PACKINGS if packing.ending == ending), None)
 
 
-def packing_by_content(head: bytes) -> Packing | None:
-    """Return the packing that first bytes are those of."""
-    return next((packing for packing in PACKINGS if head.startswith(packing.start)), None)
-
-
 def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: bool) -> bytes:
     """The content of a packed file.
 
@@ -113,10 +108,6 @@ def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: 
     return b"".join(pieces)
 
 
-#: First bytes of an archive, whatever is in it.
-ZIP = b"PK\x03\x04"
-
-
 class Signature(NamedTuple):
     """First bytes of a file, what a file that begins so is, and what else must be true of a log."""
 
@@ -136,10 +127,7 @@ class Format:
     endings : tuple of str
         In lower case, first the one that advice gives.
     signatures : tuple of Signature
-        By which a file is known that has another ending.
-    start : bytes
-        First bytes that its files share with other kinds. A format with neither is known by its
-        ending alone, and its files may be text.
+        By which a file is known that has another ending. A format without any may be text.
     read : callable or None
         The table of a file's content, from its path, content and the memory that there is.
     read_file : callable or None
@@ -151,7 +139,6 @@ class Format:
     name: str
     endings: tuple[str, ...]
     signatures: tuple[Signature, ...] = ()
-    start: bytes = b""
     read: Callable[[Path, bytes, Room], Table] | None = None
     read_file: Callable[[Path, Room], Table] | None = None
     extra: str = ""
@@ -160,11 +147,6 @@ class Format:
     def is_text(self) -> bool:
         """Whether it is read as delimited text."""
         return self.read is None and self.read_file is None
-
-    @property
-    def is_binary(self) -> bool:
-        """Whether its files are known not to be text."""
-        return bool(self.signatures or self.start)
 
 
 #: In the order of messages.
@@ -191,8 +173,14 @@ FORMATS = (
     ),
     Format(name="JSON", endings=(".json",), read=read_json),
     Format(name="JSON lines", endings=(".jsonl", ".ndjson"), read=read_json_lines),
-    # An archive is known by what is in it.
-    Format(name="NumPy", endings=(".npz",), start=ZIP, read=read_npz),
+    Format(
+        name="NumPy",
+        endings=(".npz",),
+        signatures=(
+            Signature(b"PK\x03\x04", "a ZIP archive", " if it is NumPy's, else unpack it"),
+        ),
+        read=read_npz,
+    ),
     Format(
         name="MDF",
         endings=(".mf4", ".mdf"),
@@ -241,15 +229,6 @@ def format_of(file: Path) -> Format:
     """Return the format that a file has by its ending; any that no other has is text's."""
     ending = file.suffix.lower()
     return next((each for each in FORMATS if ending in each.endings), _TEXT)
-
-
-def format_by_content(head: bytes) -> tuple[Format, Signature] | None:
-    """Return the format that first bytes are those of, and the signature that says so."""
-    for each in FORMATS:
-        for signature in each.signatures:
-            if head.startswith(signature.start):
-                return each, signature
-    return None
 
 
 def log_endings() -> tuple[str, ...]:

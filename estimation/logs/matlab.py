@@ -17,7 +17,6 @@ _USER_BLOCK = 512  # MATLAB's own header stands before the HDF5 part
 _HEAD, _TAG = 128, 8  # bytes of the head of a version 5 file, and of the tag of an element
 _COMPRESSED = 15  # data type of an element that zlib has packed
 _PIECE, _UNPACKED = 1 << 16, 1 << 20  # bytes that are unpacked at a time, and that come of them
-_DOUBLE = 8  # bytes
 _DEFLATED = 1032  # the most that a byte of zlib's unfolds to
 _NUMERIC = {
     "double",
@@ -166,15 +165,10 @@ class _Hdf5:
         elif "MATLAB_object_decode" in node.attrs or kind not in {*_NUMERIC, "cell", "char"}:
             self.objects.append(path)
         elif kind == "char":
-            self.found.passed_over[path] = "text"
+            self.found.pass_over(path, "text")
         elif kind in _NUMERIC and not (node.shape is None or "MATLAB_empty" in node.attrs):
-            self.take(path, node)
-
-    def take(self, path: str, node: Any) -> None:
-        """Take a numeric data set."""
-        self.room.check(node.nbytes + _DOUBLE * node.size)
-        self.room.take(node.nbytes)
-        self.found.add_array(path, np.asarray(node[()]).T)
+            self.room.take(node.nbytes)
+            self.found.add_array(path, np.asarray(node[()]).T)
 
     def _refers(self, node: Any) -> bool:
         dataset = isinstance(node, self.h5py.Dataset)

@@ -12,7 +12,6 @@ import traceback
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -72,7 +71,7 @@ def _mdf_columns(mdf: Any, room: Room) -> TableBuilder:
         try:
             signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
         except Exception as error:
-            found.passed_over[name] = f"what asammdf cannot read ({one_line(error)})"
+            found.pass_over(name, f"what asammdf cannot read ({one_line(error)})")
             continue
         values, invalid = np.asarray(signal.samples), signal.invalidation_bits
         if invalid is not None and values.dtype.kind in "fiub":
@@ -136,17 +135,15 @@ def _tdms_start(channel: Any) -> np.datetime64 | None:
 
 
 def _increment(channel: Any) -> float:
-    """Sampling period of a waveform, s; 0 of any other channel."""
     return float(channel.properties.get("wf_increment", 0.0))
 
 
 def _add_channel(found: TableBuilder, channel: Any, origin: np.datetime64 | None) -> None:
-    """Take a channel, with its times since the first of all waveforms began."""
     name = f"{channel.group_name}.{channel.name}"
     try:
         values = channel[:]
     except Exception as error:
-        found.passed_over[name] = f"what npTDMS cannot read ({one_line(error)})"
+        found.pass_over(name, f"what npTDMS cannot read ({one_line(error)})")
         return
     clock, start, step = None, _tdms_start(channel), _increment(channel)
     if step > 0 and len(channel):
@@ -181,9 +178,7 @@ def _warnings(name: str) -> Iterator[list[str]]:
             logger.handlers, logger.propagate = handlers, propagate
 
 
-# typical steps from a stamp of zero to the next; beyond, there was no stamp
-_MAX_FIRST_STAMP = 1000
-
+_EPOCH = 10**17  # ns since 1970, below which a stamp is of a clock of its own: three years
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 _KINDS = ("position", "velocity", "effort")
 _NANOSECOND = 1e-9
@@ -264,36 +259,25 @@ def _messages(reader: Any, topic: str, room: Room) -> tuple[list[_Message], str]
         recorded.append(time)
         stamps.append(stamp.sec * 10**9 + stamp.nanosec)
         found.append(message)
-    if not any(stamps):
-        times: list[int | None] = [*recorded]
+    times, note = np.array(stamps, dtype=np.int64), "time of the messages' headers"
+    if not times.any():
+        times = np.array(recorded, dtype=np.int64)
         note = "its messages have no time, so that of their recording"
-    else:
-        times, lost = _stamped(stamps)
-        note = "time of the messages' headers"
-        note += f"; {lost} of {len(stamps)} have none" if lost else ""
-    order, last = [], 0
-    for time in times:  # one without a time stays behind the one before it
-        last = last if time is None else time
-        order.append(last)
-    early = sum(time < latest for time, latest in zip(order, accumulate(order, max), strict=True))
+    lost = times == 0
+    if lost.sum() == 1 and times.max() < _EPOCH:  # a clock that begins at zero
+        lost[:] = False
+    note += f"; {lost.sum()} of {len(times)} have none" if lost.any() else ""
+    places = np.maximum.accumulate(np.where(lost, 0, np.arange(len(times))))
+    order = times[places]  # one without a time stays behind the one before it
+    early = int(np.sum(order < np.maximum.accumulate(order)))
     note += f"; {early} of {len(order)} came after later ones and were sorted" if early else ""
-    ranked = sorted(range(len(found)), key=lambda k: order[k])
-    return [(times[k], found[k]) for k in ranked], note
-
-
-def _stamped(stamps: list[int]) -> tuple[list[int | None], int]:
-    """Times of headers; a zero is none, but for one that a clock from zero begins with."""
-    later = np.sort([stamp for stamp in stamps if stamp])
-    typical = float(np.median(np.diff(later))) if len(later) > 1 else 0.0
-    begins = stamps.count(0) == 1 and later[0] <= _MAX_FIRST_STAMP * typical
-    times = [stamp if stamp or begins else None for stamp in stamps]
-    return times, times.count(None)
+    ranked = np.argsort(order, kind="stable")
+    return [(None if lost[k] else int(times[k]), found[k]) for k in ranked], note
 
 
 def _add_joints(
     found: TableBuilder, before: str, messages: list[_Message], origin: int
 ) -> Iterator[str]:
-    """Take the joints of a topic, and name them."""
     joints = dict.fromkeys(name for _, state in messages for name in state.name)
     for joint in joints:
         places = [(t, m, list(m.name).index(joint)) for t, m in messages if joint in m.name]

@@ -311,7 +311,6 @@ class Problem(Uncached):
 
     @cached_property
     def _factored(self) -> dict[type[Form], QrFactors]:
-        """The regressors of `_linear`."""
         return {}
 
     def _check(self, every: list[Equations], rows: Equations) -> None:

@@ -237,7 +237,6 @@ def _unseen(axis: GeneratedAxis, reach: SignalRanges, norms: Array, noise: float
 
 
 def _farthest(parameter: Parameter, natural: float) -> float:
-    """The largest value that is not absurd."""
     bounds = max(abs(parameter.lower), abs(parameter.upper))
     declared = max(abs(parameter.nominal), bounds if np.isfinite(bounds) else 0.0)
     if not declared:
@@ -287,12 +286,7 @@ def _unexplained(regressor: Array, left: Array, rows: int) -> float:
 def _without(axis: GeneratedAxis, names: tuple[str, ...]) -> str:
     """How to do without parameters, each of which may be made of declared ones."""
     made = {q.name: q.expression for q in axis.parameters if q.expression}
-    plain = [name for name in names if name not in made]
-    them = "it" if len(names) == 1 else "them"
-    said = (
-        [f"leave {them} out ({' and '.join(f'leave-out {name}' for name in plain)})"]
-        if plain
-        else []
+    which = (
+        f"a parameter of {made[name]}" if name in made else f"leave-out {name}" for name in names
     )
-    others = [f"leave out a parameter of {made[name]}" for name in names if name in made]
-    return f"{'; '.join([*said, *others])}."
+    return f"leave {'it' if len(names) == 1 else 'them'} out ({' and '.join(which)})."

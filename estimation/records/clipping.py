@@ -1,13 +1,9 @@
-"""Samples that were cut off: by the drive's declared limit, by a recorder or by a sensor's range.
+"""Samples of a control or a force that were cut off: by the drive's limit or by a recorder.
 
 A signal that is cut off keeps one value, its largest or smallest, and goes into and out of it by
 steps. A right one may keep its largest value too: a smooth or quantised one glides into it, an axis
 at rest holds its control, a commanded profile goes along straight ramps from one set value to
 another, and a control that is written less often than the position keeps every value for a while.
-
-Spikes are samples that leave a signal for a moment and come back. They are looked for against the
-median of their neighbours, which steps, kinks and slow motion leave where it is; what counts as
-large is told by how the signal bends elsewhere.
 """
 
 import math
@@ -25,8 +21,6 @@ from axisid.support.arrays import Array, runs
 _MAX_LIMIT_EXCESS_AT_TOP = 0.02
 # equal samples at an extreme, from which a signal may have been cut off there
 _MIN_FLAT_SAMPLES = 3
-# of the position's largest step, into or out of a flat extreme that was cut off
-_MIN_ABRUPT_STEP = 0.2
 _MIN_RAMP_SAMPLES = 4  # samples inside a ramp, from which it shows that it is straight
 _MIN_REST_SAMPLES = 20  # samples without motion, from which a flat extreme is a rest
 _HELD_VALUE_SHARE = 0.1  # of a control's values may be kept for less long than it is held
@@ -41,10 +35,7 @@ _ROUNDING = 8 * float(np.finfo(float).eps)
 
 
 def clipped(samples: Mapping[str, Samples], axis: Axis | None) -> tuple[dict[str, Mask], Repair]:
-    """Samples that are cut off, by role.
-
-    The control at the drive's limit; a control or a force that is cut off at its extreme; a
-    position likewise, unless it comes to rest there.
+    """Samples of the control, or of a measured force, that are cut off: at its extreme or limit.
 
     Parameters
     ----------
@@ -53,19 +44,13 @@ def clipped(samples: Mapping[str, Samples], axis: Axis | None) -> tuple[dict[str
     axis : Axis or None
         With the drive's limit.
     """
-    found: dict[str, Mask] = {}
-    if "position" in samples:
-        found["position"] = _flat_extremes(samples["position"].values)
-    role = _driven(samples)
-    if role in samples:
-        values, found[role] = samples[role].values, _flat_tops(samples, role)
-        found[role] |= np.abs(values) >= _limit(role, axis) * (1 - LIMIT_TOLERANCE.value)
-    counts = {role: int(mask.sum()) for role, mask in found.items()}
-    counted = ", ".join(
-        f"{role} {count}{_at(samples[role].values, found[role])}" for role, count in counts.items()
-    )
-    text = f"clipped samples masked, with the rows whose filters reach them: {counted or 'none'}"
-    return found, Repair(kind="clipped", count=sum(counts.values()), text=text)
+    role, what = _driven(samples), "clipped samples masked, with the rows whose filters reach them"
+    if role not in samples:
+        return {}, Repair(kind="clipped", count=0, text=f"{what}: none")
+    values, cut = samples[role].values, _flat_tops(samples, role)
+    cut |= np.abs(values) >= _limit(role, axis) * (1 - LIMIT_TOLERANCE.value)
+    text = f"{what}: {role} {cut.sum()}{_at(values, cut)}"
+    return {role: cut}, Repair(kind="clipped", count=int(cut.sum()), text=text)
 
 
 def clipping_notes(samples: Mapping[str, Samples], axis: Axis | None) -> list[str]:
@@ -93,21 +78,7 @@ def _at(values: Array, mask: Mask) -> str:
     return f" (at {' and '.join(f'{value:.6g}' for value in kept)})" if 0 < len(kept) <= 2 else ""
 
 
-def _flat_extremes(values: Array) -> Mask:
-    """Runs of equal samples at the position's largest or smallest value with abrupt ends, (N,)."""
-    signal = _Signal(values)
-    mask = np.zeros(len(values), dtype=bool)
-    least = _MIN_ABRUPT_STEP * float(np.abs(np.diff(values)).max(initial=0.0))
-    for extreme in (signal.least, signal.most):
-        for start, stop in runs(values == extreme):
-            abrupt = max(signal.ends(start, stop), default=0.0) >= least > 0
-            if stop - start >= _MIN_FLAT_SAMPLES and abrupt and signal.is_steep(start, stop):
-                mask[start:stop] = True
-    return mask
-
-
 def _driven(samples: Mapping[str, Samples]) -> str:
-    """The role of what moves the axis."""
     return "force" if "force" in samples else "control"
 
 
@@ -130,7 +101,6 @@ def _flat_tops(samples: Mapping[str, Samples], role: str) -> Mask:
 
 
 def _is_cut(signal: "_Signal", extreme: float, position: Array | None) -> bool:
-    """Whether a signal is cut off at an extreme."""
     flat = [
         (start, stop)
         for start, stop in runs(signal.values == extreme)
@@ -225,99 +195,3 @@ def _rests(position: Array | None, start: int, stop: int) -> bool:
     if position is None or stop - start < _MIN_REST_SAMPLES:
         return False
     return float(np.ptp(position[start:stop])) <= MAX_SMOOTH_STEP.value * _finest(position)
-
-
-# times the second difference that is seldom exceeded, from the median about a sample
-_MIN_SPIKE = 10.0
-_SELDOM_EXCEEDED = 0.995  # quantile of the second differences
-# windows of a spike's median; fewer do not tell how the signal bends elsewhere
-_MIN_SPIKE_WINDOWS = 10
-_MIN_SPIKE_TIP = 0.25  # of the least spike, in second difference at its tip
-# of the signal's range: where hardly anything moves nothing else is a measure
-_MIN_SPIKE_SHARE = 1e-3
-_MAX_STEP_BESIDE_SPIKE = 0.2  # of a spike, for the steps beside it: the signal is quiet there
-_MAX_STEP_ACROSS_SPIKE = 0.5  # of a spike, between its two sides: it is no step
-
-_REACH = 3  # samples to each side that a spike's median is of; it is shorter than that
-_BEYOND = 2  # samples beyond them, over which the signal is to be quiet
-_SHOWN = 3
-
-
-def spike_notes(samples: Mapping[str, Samples], axis: Axis | None, *, numbered: bool) -> list[str]:
-    """What is said of spikes in the measured columns of a log.
-
-    Parameters
-    ----------
-    samples : mapping of str to Samples
-        By role, SI, each with its clock.
-    axis : Axis, optional
-        For the units.
-    numbered : bool
-        Whether the samples are the log's rows, so that these can be named.
-    """
-    units = {
-        "position": "m or rad" if axis is None else axis.coordinate.unit,
-        "velocity": "" if axis is None else str(axis.coordinate.velocity_unit),
-        "control": "" if axis is None else axis.drive.unit,
-        "force": "" if axis is None else axis.coordinate.force_unit,
-    }
-    sentences = []
-    for role, unit in units.items():
-        found = spikes(samples[role].values) if role in samples else []
-        if not found:
-            continue
-        clock = samples[role].clock
-        shown = [
-            f"by {size:+.4g} {unit}".rstrip()
-            + (f" in data row {place + 1}" if numbered else "")
-            + ("" if clock is None else f" at {clock[place]:.9g} s")
-            for place, size in found[:_SHOWN]
-        ]
-        more = f" and {len(found) - _SHOWN} more times" if len(found) > _SHOWN else ""
-        sentences.append(
-            f"the {role} leaves its course for a moment, {', '.join(shown)}{more}: if that is "
-            'no motion, empty such cells and add resample="auto"'
-        )
-    return sentences
-
-
-def spikes(values: Array) -> list[tuple[int, float]]:
-    """Samples at which spikes of (N,) values are largest, and by how much, the largest first."""
-    around = 2 * _REACH + 1
-    if len(values) < _MIN_SPIKE_WINDOWS * around:
-        return []
-    bends = np.abs(np.diff(values, 2))
-    least = max(
-        _MIN_SPIKE * float(np.quantile(bends, _SELDOM_EXCEEDED)),
-        _MIN_SPIKE_SHARE * float(np.ptp(values)),
-    )
-    # A spike bends at its tip by as much as it is large, or nearly.
-    tips = np.flatnonzero(bends > _MIN_SPIKE_TIP * least) + 1
-    places = np.unique((tips[:, None] + np.arange(-_REACH, _REACH + 1)).ravel())
-    places = places[(places >= _REACH) & (places < len(values) - _REACH)]
-    windows = np.lib.stride_tricks.sliding_window_view(values, around)
-    middles = np.median(windows[places - _REACH], axis=1)
-    off = dict(zip(places, values[places] - middles, strict=True))
-    found = [
-        (int(place), float(values[place] - (values[place - _REACH] + values[place + _REACH]) / 2))
-        for place, size in off.items()
-        if abs(size) > least
-        and all(abs(size) >= abs(off.get(place + k, 0.0)) for k in range(-_REACH, _REACH + 1))
-        and _is_quiet(values, int(place), abs(float(size)))
-    ]
-    return sorted(found, key=lambda spike: -abs(spike[1]))
-
-
-def _is_quiet(values: Array, place: int, size: float) -> bool:
-    """Whether the signal goes on after a spike as before it, but for a part of its size."""
-    before = values[max(place - _REACH - _BEYOND, 0) : place - _REACH + 1]
-    after = values[place + _REACH : place + _REACH + _BEYOND + 1]
-    if len(before) < 2 or len(after) < 2:
-        return False
-    steps = np.concatenate([np.diff(before), np.diff(after)])
-    slope = float(steps.mean())
-    across = float(after[0] - before[-1]) - 2 * _REACH * slope
-    return (
-        float(np.abs(steps - slope).max()) <= _MAX_STEP_BESIDE_SPIKE * size
-        and abs(across) <= _MAX_STEP_ACROSS_SPIKE * size
-    )

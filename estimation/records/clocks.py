@@ -11,31 +11,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.tables import Samples, Table
-from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION, MAX_UNEVEN_STEP
+from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_real
 
-from .shifts import SELDOM_ROLES, advised_interpolation, samples_apart
+from .shifts import SELDOM_ROLES, advised_interpolation
 
-# periods between mean steps of windows; jitter of a quarter moves one by as much
-_MAX_PERIOD_DRIFT = 0.005
 _MAX_STEP_SPREAD = 0.02  # periods between the time steps, up to which nothing is said of jitter
 _MAX_ODD_STEP_SHARE = 0.01  # of the time steps are odd: faults of single samples; more are jitter
 # periods in place of a clock that was set back: more than any gap needs, to cut there
 _RESTARTED_CLOCK_STEP = 4.0
 
-#: Code of an error about time steps that are not one sampling period.
 #: Steps over which jitter averages out: even a quarter of a period to half a percent.
 _WINDOW = 100
-_SHOWN = 3
 _EVENLY = 'resample="auto"'
 _SPLIT = 'gaps="split"'
-#: What to do about a sampling period that drifts.
-_RESAMPLE_EVENLY = f"Resample the log evenly ({_EVENLY})."
+#: What to do about uneven steps, and about steps back.
+_ON_UNEVEN = (
+    f"Cut the log where samples are missing or the clock jumps ({_SPLIT}); resample it evenly "
+    f"where its times jitter ({_EVENLY})."
+)
+_ON_BACKWARD = (
+    f"Cut the log where its clock was set back or another log was joined on ({_SPLIT}); sort rows "
+    "that are out of order, and remove repeated ones; export stamps that are too coarse with more "
+    "digits, or give sample_period in run.toml to count by."
+)
 
-Places = NDArray[np.int64]
+#: What else may be done about empty cells, by role.
+_MORE_ON_EMPTY = {
+    role: f", or draw it between its values ({advised_interpolation(role)})"
+    for role in SELDOM_ROLES
+}
 
 _MAX_STATED_PERIOD_DEVIATION = 0.005  # relative difference of a given period from the time column's
 
@@ -47,58 +55,12 @@ def long_steps(time: Array, most: float) -> NDArray[np.intp]:
 
 
 def _odd_steps(steps: Array, typical: float) -> NDArray[np.bool_]:
-    """Which steps are not about the typical one."""
     return (steps > MAX_EVEN_STEP.value * typical) | (steps * MAX_EVEN_STEP.value < typical)
 
 
 def _is_rare(count: int, steps: int) -> bool:
     """Whether so many steps of all may be faults of single samples, and no jitter."""
     return count <= max(_MAX_ODD_STEP_SHARE * steps, 1)
-
-
-def _advice_on_uneven(steps: Array, typical: float) -> str:
-    """What to do about steps of which some are odd.
-
-    Parameters
-    ----------
-    steps : (n,) array
-        All of them, s, positive.
-    typical : float
-        Their median, s.
-    """
-    odd = steps[_odd_steps(steps, typical)]
-    lost = bool(np.any(odd > MAX_UNEVEN_STEP.value * typical))
-    if not _is_rare(len(odd), len(steps)):
-        cut = ", cut where samples are missing" * lost
-        said = f"That is jitter, no gaps: resample the log evenly{cut} ("
-        return f"{said}{_EVENLY}{f' and {_SPLIT}' * lost})."
-    evenly = f" or resample it evenly ({_EVENLY})"
-    is_gap = lost or bool(np.any(odd < typical))
-    return f"Cut the log there ({_SPLIT}){'' if is_gap else evenly}."
-
-
-def _advice_on_backward(time: Array, *, split: bool) -> str:
-    """What to do about times, (N,), that do not increase; `split` where that was asked for."""
-    steps = np.diff(time)
-    back = int(np.sum(steps <= 0))
-    if _is_coarse(time):
-        return (
-            "The stamps are too coarse: export them with more digits, or give sample_period "
-            f"in run.toml to count by ({(time[-1] - time[0]) / len(steps):.6g} s in their "
-            "mean)."
-        )
-    in_order = np.diff(np.sort(time))
-    if np.all(in_order > 0) and not np.any(_odd_steps(in_order, float(np.median(in_order)))):
-        return "Sort the rows by their time."
-    if not _is_rare(back, len(steps)):
-        return "Sort the rows and remove repeated ones."
-    if split:
-        return "The columns have clocks of their own: cut the file there, and read one piece."
-    twice = " Remove rows that are repeated." if np.any(steps == 0) else ""
-    return (
-        "Where the clock was set back or another log was joined on, cut the log there ("
-        f"{_SPLIT}).{twice}"
-    )
 
 
 def _is_coarse(time: Array) -> bool:
@@ -147,13 +109,11 @@ def count_past_restarts(time: Array, *, uneven: bool) -> tuple[Array, int, str]:
         return time, 0, ""
     shifts = np.zeros(len(time))
     shifts[timed[places + 1]] = _RESTARTED_CLOCK_STEP * typical - steps[places]
-    shown = [
-        f"before data row {timed[k + 1] + 1}, from {finite[k]:.9g} s to {finite[k + 1]:.9g} s"
-        for k in places[:_SHOWN]
-    ]
-    more = [f"{len(places) - _SHOWN} more"] if len(places) > _SHOWN else []
-    times = "once" if len(places) == 1 else f"{len(places)} times"
-    text = f"the clock is set back {times} ({'; '.join(shown + more)}): cut there, and counted on"
+    k = places[0]
+    text = (
+        f"the clock is set back, {len(places)} in all, first before data row {timed[k + 1] + 1}, "
+        f"from {finite[k]:.9g} s to {finite[k + 1]:.9g} s: cut there, and counted on"
+    )
     return time + np.cumsum(shifts), len(places), text
 
 
@@ -178,10 +138,6 @@ def step_notes(pieces: Sequence[Array]) -> tuple[str, ...]:
     if not steps.size:
         return ()
     least, most, mean = float(steps.min()), float(steps.max()), float(steps.mean())
-    slow, fast = _window_steps(pieces)
-    if fast - slow > _MAX_PERIOD_DRIFT * mean + (most - least) / _WINDOW:
-        evenly = f"resample the log evenly ({_EVENLY})"
-        return (f"{_drift_text(slow, fast)} and is taken as even: {evenly}",)
     if most - least <= _MAX_STEP_SPREAD * abs(mean):
         return ()
     span = f"{1e3 * least:.6g} to {1e3 * most:.6g} ms"
@@ -194,22 +150,14 @@ def _window_steps(pieces: Sequence[Array]) -> tuple[float, float]:
     return float(means.min(initial=np.inf)), float(means.max(initial=0.0))
 
 
-def _drift_text(least: float, most: float) -> str:
-    return (
-        f"the sampling period drifts from {1e3 * least:.6g} to {1e3 * most:.6g} ms "
-        f"(means over {_WINDOW} samples)"
-    )
-
-
-def check_increases(source: str, what: str, time: Array, *, split: bool = False) -> None:
-    """Refuse times that do not increase; `split` where cutting the log was asked for."""
+def check_increases(source: str, what: str, time: Array) -> None:
+    """Refuse times that do not increase."""
     back = np.flatnonzero(~(np.diff(time) > 0))
     if back.size:
         row = back[0] + 1
         raise DataError(
             f"{source}: {what} does not increase in data row {row + 1}: after "
-            f"{time[row - 1]:.9g} s comes {time[row]:.9g} s. "
-            f"{_advice_on_backward(time, split=split)}",
+            f"{time[row - 1]:.9g} s comes {time[row]:.9g} s. {_ON_BACKWARD}",
             code="time",
         )
 
@@ -228,13 +176,13 @@ def check_time(
         raise DataError(
             f"{source}: the time step before data row {gaps[0] + 2} is {steps[gaps[0]]:.6g} "
             f"s, {typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). "
-            f"{_advice_on_uneven(steps[inside], typical)}",
+            f"{_ON_UNEVEN}",
             code="uneven-time",
         )
     if not abs(mean / typical - 1) < MAX_MEAN_STEP_DEVIATION.value:
         raise DataError(
             f"{source}: the time steps are uneven: {typical:.6g} s in the middle, {mean:.6g} "
-            f"s in the mean. {_RESAMPLE_EVENLY}",
+            f"s in the mean. Resample the log evenly ({_EVENLY}).",
             code="uneven-time",
         )
     if period is not None:
@@ -243,8 +191,9 @@ def check_time(
     apart = MAX_MEAN_STEP_DEVIATION.value
     if fast > mean * (1 + apart) or slow < mean * (1 - apart):
         raise DataError(
-            f"{source}: {_drift_text(slow, fast)}, which cannot be taken as even. "
-            f"{_RESAMPLE_EVENLY}",
+            f"{source}: the sampling period drifts from {1e3 * slow:.6g} to {1e3 * fast:.6g} ms "
+            f"(means over {_WINDOW} samples), which cannot be taken as even. Resample the log "
+            f"evenly ({_EVENLY}).",
             code="uneven-time",
         )
 
@@ -297,7 +246,10 @@ def clocked(
 def filled(table: Table, columns: Mapping[str, Samples], *, uneven: bool) -> dict[str, Samples]:
     """Columns without the samples that lack a value, where these may be left out."""
     if uneven:
-        columns = {role: _filled(s) for role, s in columns.items()}
+        columns = {
+            role: s.taken(np.isfinite(s.values) & np.isfinite(s.times))
+            for role, s in columns.items()
+        }
     else:
         _check_filled(table, columns)
         _check_one_clock(table, columns)
@@ -310,51 +262,20 @@ def filled(table: Table, columns: Mapping[str, Samples], *, uneven: bool) -> dic
     return dict(columns)
 
 
-def _filled(samples: Samples) -> Samples:
-    """The samples that have a value and a time; their number shows in what is said of them."""
-    return samples.taken(np.isfinite(samples.values) & np.isfinite(samples.times))
-
-
 def _check_filled(table: Table, columns: Mapping[str, Samples]) -> None:
     """Refuse cells without a finite number, a log's way to write a lower rate."""
     for role, samples in columns.items():
-        for is_time, cells in ((True, samples.times), (False, samples.values)):
-            empty, count = np.flatnonzero(~np.isfinite(cells)), len(cells)
-            if not empty.size:
-                continue
-            row = int(empty[0])
-            where = f"in data row {row + 1} ({empty.size} of {count}"
-            said = (
-                f"has no time {where})"
-                if is_time
-                else f"is {cells[row]} {where} cells hold no number)"
-            )
-            raise DataError(
-                f"{table.source}: the {role} {said}. "
-                f"{_advice_on_empty(table, role, samples, row, timed=not is_time)}",
-                code="empty-cells",
-            )
-
-
-def _advice_on_empty(table: Table, role: str, samples: Samples, row: int, *, timed: bool) -> str:
-    """What to do about empty cells from a row on, of a column whose times are not the empty ones.
-
-    Few in a row are bridged, a burst of them is a gap.
-    """
-    more = ""
-    if timed and role in SELDOM_ROLES and samples_apart(samples.values) > 1:
-        more += f", or draw it between its values ({advised_interpolation(role)})"
-    if row >= len(samples.values) - table.incomplete:  # it and all after it look cut off
-        more += ', or leave the end of the log out (tail = "drop" in run.toml)'
-    if long_steps(_filled(samples).times, MAX_UNEVEN_STEP.value).size:
-        return (
-            "More of them follow one another than can be bridged: resample what is there and cut "
-            f"where it is missing ({_EVENLY} and {_SPLIT}){more}."
-        )
-    return (
-        "Remove such rows, or resample a column that is written less often than the others "
-        f"({_EVENLY}){more}."
-    )
+        for what, cells in (("time of the {}", samples.times), ("{}", samples.values)):
+            empty = np.flatnonzero(~np.isfinite(cells))
+            if empty.size:
+                raise DataError(
+                    f"{table.source}: the {what.format(role)} is {cells[empty[0]]} in data row "
+                    f"{empty[0] + 1} ({empty.size} of {len(cells)} cells hold no number). Remove "
+                    f"such rows, or resample what is there ({_EVENLY}), and cut where many follow "
+                    f"one another ({_SPLIT}){_MORE_ON_EMPTY.get(role, '')}; at the end of a text "
+                    'they may be left out (tail = "drop" in run.toml).',
+                    code="empty-cells",
+                )
 
 
 def _check_one_clock(table: Table, columns: Mapping[str, Samples]) -> None:

@@ -20,7 +20,7 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.files.memory import Room, room_for
 from axisid.support.quoting import quoted
 
-from .clipping import Mask, clipped, clipping_notes, spike_notes
+from .clipping import Mask, clipped, clipping_notes
 from .clocks import (
     check_sample_period,
     clocked,
@@ -36,7 +36,7 @@ from .resampling import AlignedColumns, resample
 from .run_file import is_run_file, read_run
 from .shifts import drawn_between, seldom_notes, shifted
 from .windows import Window, checked_windows, edges, windows_text, within
-from .wrapping import remaining_jumps_note, signed, unsigned_notes, unwrapped
+from .wrapping import remaining_jumps_note, signed, unwrapped
 
 
 def read_record(
@@ -169,7 +169,6 @@ def _record(
     empty = _dropped_rows(columns, samples)
     samples, masks, made, jumps = _repaired(name, samples, axis, repairs)
     seldom = seldom_notes({r: s for r, s in samples.items() if r not in repairs.between})
-    spiky = spike_notes(samples, axis, numbered=not (empty or windows or moved))
     cut = [] if repairs.mask is not None else clipping_notes(samples, axis)
     if repairs.resample is None:
         aligned = _as_sampled(samples, masks, sample_period, repairs, windows)
@@ -208,7 +207,7 @@ def _record(
                 path=table.path,
                 columns=found.names,
                 assumed=found.notes,
-                doubts=(*jumps, *spiky, *cut, *seldom, *jitter),
+                doubts=(*jumps, *cut, *seldom, *jitter),
                 repairs=(
                     *table.repairs,
                     *retimed,
@@ -289,7 +288,6 @@ def _retimed(
 
 
 def _share(samples: dict[str, Samples], clock: Array) -> bool:
-    """Whether every column has this clock."""
     clocks = [s.clock for s in samples.values()]
     return all(c is not None and np.array_equal(c, clock, equal_nan=True) for c in clocks)
 
@@ -328,4 +326,4 @@ def _repaired(
     if repairs.mask is not None:
         masks, repair = clipped(samples, axis)
         made.append(repair)
-    return samples, masks, made, [*([] if jumps is None else [jumps]), *unsigned_notes(samples)]
+    return samples, masks, made, [] if jumps is None else [jumps]

@@ -116,12 +116,6 @@ class Record(Presentable, Exact):
     sampled: "Record | None" = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.provenance, Provenance):
-            raise UsageError(
-                f"the provenance of the record is {quoted(self.provenance)}; give a Provenance, or "
-                "leave it out.",
-                code="record",
-            )
         name = self._name()
         if self.time is None:
             raise DataError(f"{name}: there is no time; a record needs one.")
@@ -307,7 +301,6 @@ class Record(Presentable, Exact):
         return write_file(path, content)
 
     def _of(self, pieces: Sequence[Span], **changed: Any) -> "Record":
-        """These samples of it, as segments."""
         rows = np.flatnonzero(covered(pieces, len(self)))
         return self._taken(rows, [b - a for a, b in pieces], {}, **changed)
 

@@ -12,7 +12,7 @@ from axisid.estimation.records.columns import expected_units, to_si
 from axisid.estimation.tables import Repair
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, covered
 from axisid.support.errors import UsageError
 from axisid.support.mappings import FrozenMapping
 from axisid.support.quoting import quoted
@@ -41,8 +41,8 @@ class Repairs:
         other columns, by role (``{"control": 65536}``, ``"control=65536"``), whose numbers were
         written without their sign, so that -1 is the modulus less 1.
     mask : {"clipped"} or None
-        Leave out what the drive's limit or a sensor's range has cut off, with all rows whose
-        filters reach it.
+        Leave out what the drive's limit or a recorder has cut off of the control or the force,
+        with all rows whose filters reach it.
     tail : {"drop"} or None
         Leave out lines at the end of a log of text that are no rows: one cut off, or a footer.
     shift : mapping of str to int, float or str
@@ -131,10 +131,8 @@ def split_at_gaps(time: Array, cuts: Sequence[int]) -> tuple[Mask, tuple[Span, .
     gaps = np.setdiff1d(long_steps(time, MAX_EVEN_STEP.value), [row - 1 for row in cuts])
     begins = sorted({*(gaps + 1).tolist(), *cuts})
     pieces = [*zip([0, *begins], [*begins, len(time)], strict=True)]
-    kept = np.zeros(len(time), dtype=bool)
-    lengths = [b - a for a, b in pieces if b - a >= MIN_RECORD_SAMPLES.value]
-    for a, b in pieces:
-        kept[a:b] = b - a >= MIN_RECORD_SAMPLES.value
+    long = [(a, b) for a, b in pieces if b - a >= MIN_RECORD_SAMPLES.value]
+    kept, lengths = covered(long, len(time)), [b - a for a, b in long]
     lost = float(np.sum(steps[gaps] - np.median(steps))) if len(gaps) else 0.0
     repair = gaps_repair(len(gaps), lost, len(lengths), int(np.sum(~kept)))
     return kept, adjoining(lengths), repair

@@ -110,7 +110,7 @@ def resample(
         Time does not increase, has gaps that are not to be cut at, is not sampled as was stated, or
         the columns do not overlap.
     """
-    clocks = {role: _clock(source, role, s, split=split) for role, s in samples.items()}
+    clocks = {role: _clock(source, role, s) for role, s in samples.items()}
     moving = motion_role(samples)
     period, uncertainty = own_period(clocks[moving])
     if stated is not None:
@@ -194,14 +194,14 @@ def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Arr
         )
 
 
-def _clock(source: str, role: str, samples: Samples, *, split: bool) -> Array:
+def _clock(source: str, role: str, samples: Samples) -> Array:
     clock = samples.clock
     if clock is None or len(clock) < _FEWEST:
         raise DataError(
             f"{source}: the {role} has too few rows, or no times, to be resampled.",
             code="too-short",
         )
-    check_increases(source, f"the time of the {role}", clock, split=split)
+    check_increases(source, f"the time of the {role}", clock)
     return clock
 
 
@@ -217,7 +217,6 @@ def _pieces(clock: Array, edges: Sequence[float] | Array) -> list[tuple[float, f
 
 
 def _common(lists: Sequence[list[tuple[float, float]]]) -> list[tuple[float, float]]:
-    """Stretches of time that every list covers."""
     starts, stops = (np.sort([piece[end] for each in lists for piece in each]) for end in (0, 1))
     ended = np.searchsorted(stops, starts, "right")
     begin = np.flatnonzero(np.arange(1, len(starts) + 1) - ended == len(lists))

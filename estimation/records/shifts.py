@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from axisid.estimation.choices import check_among
 from axisid.estimation.records.columns import motion_role
 from axisid.estimation.tables import Repair, Samples, label_unit
-from axisid.modeling.declaration import ROLES
 from axisid.modeling.quantities import parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
@@ -49,13 +48,10 @@ def checked_between(between: object) -> dict[str, Interpolation]:
             code="shift",
         )
     for role, how in between.items():
-        if role not in SELDOM_ROLES:
-            raise UsageError(
-                f"{role!r} is no column that may be written more seldom than the log's samples; "
-                f"those are {', '.join(SELDOM_ROLES)}.",
-                code="shift",
-            )
-        check_among((f"way of the {role} between its values", how, BETWEEN))
+        check_among(
+            ("column that may be written more seldom than a log's samples", role, SELDOM_ROLES),
+            (f"way of the {role} between its values", how, BETWEEN),
+        )
     return {role: cast(Interpolation, how) for role, how in between.items()}
 
 
@@ -209,9 +205,8 @@ def checked_shifts(shifts: object) -> dict[str, Shift]:
         raise UsageError(
             f"the shift is {quoted(shifts)}; give samples by role: {{'control': 1}}.", code="shift"
         )
-    for role in shifts:
-        if role == "time" or not isinstance(role, str):
-            raise _unmovable(role)
+    if "time" in shifts:
+        raise UsageError("'time' is no column that can be moved, but the others.", code="shift")
     return {role: _shift(role, amount) for role, amount in shifts.items()}
 
 
@@ -236,14 +231,6 @@ def advised_shift(role: str, late: float, apart: float) -> str:
     )
 
 
-def _unmovable(role: object, columns: Iterable[str] = ()) -> UsageError:
-    movable = dict.fromkeys(role for role in (*ROLES, *columns) if role != "time")
-    return UsageError(
-        f"{role!r} is no column that can be moved; those are {', '.join(movable)}.",
-        code="shift",
-    )
-
-
 def _shift(role: str, amount: object) -> Shift:
     if isinstance(amount, Shift):
         return amount
@@ -257,18 +244,8 @@ def _shift(role: str, amount: object) -> Shift:
 
 
 def check_movable(source: str, columns: Collection[str], shifts: Iterable[str]) -> None:
-    """Refuse to move a column that there is not.
-
-    Raises
-    ------
-    DataError
-        It is a role's.
-    UsageError
-        It is neither a role nor a signal.
-    """
+    """Refuse to move a column that there is not."""
     for role in shifts:
-        if role not in columns and role not in ROLES:
-            raise _unmovable(role, (name for name in columns if name.isidentifier()))
         if role not in columns:
             raise DataError(
                 f"{source}: the {role} is to be shifted, and there is no such column; name it "
@@ -295,7 +272,7 @@ def shifted(
     Raises
     ------
     DataError, UsageError
-        As `check_movable` and `moved_rows`.
+        There is no such column; or as `moved_rows`.
     """
     check_movable(source, columns, shifts)
     made, said = dict(columns), []
@@ -308,12 +285,10 @@ def shifted(
     clock = columns[motion_role(columns)].times
     if not shifts:
         return made, []
-    lengths = {role: len(own.values) for role, own in columns.items()}
-    if set(lengths.values()) != {len(clock)}:
-        listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
+    if any(len(own.values) != len(clock) for own in columns.values()):
         raise DataError(
-            f"{source}: the columns differ in length, so that none can be moved beside the "
-            f'others: {listed}. Resample them (resample="auto").',
+            f"{source}: the columns differ in length, so that none can be moved beside the others; "
+            'resample them (resample="auto").',
             code="shift",
         )
     kept, moved, said = moved_rows(source, clock, shifts)
@@ -367,18 +342,14 @@ def _step(clock: Array) -> float:
 
 
 def _whole_samples(source: str, role: str, shift: Shift, step: float, length: int) -> int:
-    """A shift in samples, where it is a whole number of them."""
     samples = shift.amount / step if shift.in_seconds and step > 0 else shift.amount
-    if not abs(samples) < length:
-        raise UsageError(
-            f"{source}: the {role} is to be shifted by {samples:g} samples, and has {length}.",
-            code="shift",
-        )
     whole = round(samples)
-    if abs(samples - whole) > _MAX_PART_OF_A_SAMPLE or (samples != 0 and whole == 0):
+    part = abs(samples - whole)
+    if abs(whole) >= length or part > _MAX_PART_OF_A_SAMPLE or (samples != 0 and whole == 0):
         raise UsageError(
-            f"{source}: the {role} is to be shifted by {samples:.4g} samples; give a whole "
-            'number of them, a time as in 2ms, or resample the log (resample="auto").',
+            f"{source}: the {role} is to be shifted by {samples:.4g} samples, and has {length}; "
+            "give a whole number of them, a time as in 2ms, or resample the log "
+            '(resample="auto").',
             code="shift",
         )
     return whole

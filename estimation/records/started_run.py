@@ -39,7 +39,7 @@ def started_run(log: Path) -> str:
         The log cannot be read, or its name is no text.
     """
     table = read_table(log)
-    if not _is_text(log.name):
+    if any("\ud800" <= letter <= "\udfff" for letter in log.name):
         raise DataError(
             f"the name of {quoted(log.name)} is not UTF-8, as TOML has to be; give it another.",
             code="run-file",
@@ -86,7 +86,6 @@ def _called(table: Table, name: str) -> str:
 
 
 def _described(table: Table, name: str) -> str:
-    """A column, its unit and its range."""
     values, unit = _values(table, name), table.columns[name].unit
     finite = values[np.isfinite(values)]
     between = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "no numbers"
@@ -108,14 +107,9 @@ def _guessed(time: Array) -> str:
     return next((unit for unit, size in _UNITS.items() if low < step * size < high), "")
 
 
-def _is_text(name: str) -> bool:
-    return not any("\ud800" <= letter <= "\udfff" for letter in name)
-
-
 def _comment(said: str) -> list[str]:
     return [f"# {line}" for line in wrap(said, _LINE)]
 
 
 def _quoted(text: str) -> str:
-    """As TOML has it."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

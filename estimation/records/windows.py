@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from itertools import pairwise
 from typing import Any
 
@@ -13,7 +12,6 @@ from axisid.estimation.tables import Repair, Samples
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, UsageError
 from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
 
 from .repairs import Span
 
@@ -46,29 +44,19 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
     return tuple(found)
 
 
-def _checked(window: object) -> Window:
-    pair: tuple[Any, ...] = ()
-    if isinstance(window, str):
-        ends = [end.strip() or None for end in window.split("..")]
-        with suppress(ValueError):
-            pair = () if ends == [None, None] else tuple(end and float(end) for end in ends)
-    elif isinstance(window, (tuple, list)):
-        pair = tuple(window)
-    if len(pair) != 2 or not all(end is None or is_real(end) for end in pair):
-        raise UsageError(f"a window is {quoted(window)}; {_GIVE}.", code="window")
-    start = -math.inf if pair[0] is None else float(pair[0])
-    stop = math.inf if pair[1] is None else float(pair[1])
-    for end, where, open_end in ((start, "begins", -math.inf), (stop, "ends", math.inf)):
-        if not math.isfinite(end) and end != open_end:
-            raise UsageError(
-                f"a window {where} at {end} s, which is no time of a log; give seconds, or leave "
-                "that end out.",
-                code="window",
-            )
+def _checked(window: Any) -> Window:
+    ends = window.split("..") if isinstance(window, str) else window
+    try:
+        start, stop = (
+            infinite if end is None or not str(end).strip() else float(end)
+            for end, infinite in zip(ends, (-math.inf, math.inf), strict=True)
+        )
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"a window is {quoted(window)}; {_GIVE}.", code="window") from error
     if not start < stop:
         raise UsageError(
-            f"the window {windows_text([(start, stop)])} does not end after it begins; give the "
-            "earlier time first.",
+            f"the window {quoted(window)} does not end after it begins; give two times of the log "
+            "in seconds, the earlier one first.",
             code="window",
         )
     return start, stop
@@ -109,29 +97,18 @@ def samples_within(
         A window is outside the log, or holds too few samples.
     """
     finite = time[np.isfinite(time)]
-    if not finite.size:
-        raise DataError(
-            f"{source}: there is no time for the window {windows_text(windows)}.",
-            code="window",
-        )
-    first, last = float(finite.min()), float(finite.max())
     close = _ROUNDING * float(np.median(np.abs(np.diff(finite)))) if finite.size > 1 else 0.0
     spans: list[Span] = []
     for start, stop in windows:
-        if start > last + close or stop < first - close:
-            raise DataError(
-                f"{source}: the window {windows_text([(start, stop)])} is outside the log, whose "
-                f"time goes from {first:.9g} to {last:.9g} s; give times of the log.",
-                code="window",
-            )
         inside = np.flatnonzero((time >= start - close) & (time <= stop + close))
         begin = max(int(inside[0]), spans[-1][1] if spans else 0) if inside.size else 0
         end = int(inside[-1]) + 1 if inside.size else 0
         if end - begin < fewest:
-            holds = "no sample" if end <= begin else f"{end - begin} samples"
+            reach = f"{finite.min():.9g} to {finite.max():.9g} s" if finite.size else "nan to nan"
             raise DataError(
-                f"{source}: the window {windows_text([(start, stop)])} holds {holds}; make it "
-                "longer.",
+                f"{source}: the window {windows_text([(start, stop)])} holds "
+                f"{max(end - begin, 0) or 'no'} samples of the log, whose time goes from {reach}; "
+                "give times of the log, or a longer window.",
                 code="window",
             )
         spans.append((begin, end))

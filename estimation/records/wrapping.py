@@ -15,7 +15,6 @@ from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 
-from .clipping import quantisation_step
 from .clocks import long_steps
 
 _MAX_WRAPPED_SPAN = 1.001  # moduli that a wrapped position spans, with noise
@@ -24,14 +23,9 @@ _MAX_SEAM_BEND = 5.0
 _MIN_SEAM_BEND = 1e-4  # moduli, up to which a second difference at the seams is rounding
 
 Places = NDArray[np.intp]
-#: First sample, the one after the last, and by how many moduli.
-_Move = tuple[int, int, int]
 
 #: A modulus of a turn.
 _IN_DEGREES = 'wrap = "360:deg" in run.toml'
-#: Code of an error about a position that is not wrapped by the modulus that was given.
-_SHOWN = 3  # pieces that are listed
-_WORDS = (8, 16, 32)  # bits
 
 _MIN_JUMP = 0.5  # of the position's range; a larger step may be a jump
 _MAX_STEP_BESIDE_JUMP = 0.1  # of a jump, for the steps beside it and the median one
@@ -132,20 +126,18 @@ def unwrapped(
                 "or leave wrap out in run.toml.",
                 code="wrap",
             )
-    moves: list[_Move] = []
+    moved = 0
     # Without a jump nothing says that either is wrapped: no turn is the wrong one then.
     if "reference" in samples and any(counts.values()):
         own_turn = float(np.ptp(samples["reference"].values)) > _MAX_WRAPPED_SPAN * modulus.si
-        repaired["reference"], moves = _beside(repaired, modulus.si, gap, own_turn=own_turn)
+        repaired["reference"], moved = _beside(repaired, modulus.si, gap, own_turn=own_turn)
     counted = ", ".join(f"{role} {count}" for role, count in counts.items())
     text = f"jumps by the modulus {modulus} undone: {counted}"
-    if not any(counts.values()):
-        text = f"no jumps by the modulus {modulus} found: {counted}"
     if gaps := len(long_steps(samples["position"].times, gap)):
         across = "a gap" if gaps == 1 else f"each of {gaps} gaps"
         text += f"; across {across} the motion is taken to be less than half of it"
-    text += _moves_text(moves)
-    return repaired, Repair(kind="wrap", count=sum(counts.values()) + len(moves), text=text)
+    text += f"; pieces of the reference moved by whole moduli: {moved}" * bool(moved)
+    return repaired, Repair(kind="wrap", count=sum(counts.values()) + moved, text=text)
 
 
 def signed(
@@ -178,41 +170,10 @@ def signed(
     return {**samples, role: made}, Repair(kind="wrap", count=count, text=text)
 
 
-def unsigned_notes(samples: Mapping[str, Samples]) -> list[str]:
-    """What is said of columns that look as if their negative numbers had lost their sign.
-
-    They are whole numbers of 0 to less than a power of two, and are far smaller and far smoother
-    when those of half of it and more are taken as negative.
-    """
-    notes = []
-    for role in sorted({*samples} - {"time", "position", "reference"}):
-        modulus = _lost_sign(samples[role].values)
-        if modulus:
-            given = f"take them as such (wrap.{role} = {modulus:.10g} in run.toml)"
-            said = f"the {role} looks as if it had lost the sign of its negative numbers: if so, "
-            notes.append(f"{said}{given}")
-    return notes
-
-
-def _lost_sign(values: Array) -> float:
-    """The modulus by which a column has no negative numbers; 0 where nothing says so."""
-    quantum = quantisation_step(values)
-    if not quantum or values.min() < 0:
-        return 0.0
-    for bits in _WORDS:
-        modulus = quantum * 2.0**bits
-        if modulus / 2 <= values.max() < modulus:
-            taken = np.where(values >= modulus / 2, values - modulus, values)
-            smaller = 2 * np.ptp(taken) < np.ptp(values)
-            smoother = 2 * np.abs(np.diff(taken)).sum() < np.abs(np.diff(values)).sum()
-            return modulus if smaller and smoother else 0.0
-    return 0.0
-
-
 def _beside(
     samples: Mapping[str, Samples], modulus: float, gap: float, *, own_turn: bool
-) -> tuple[Samples, list[_Move]]:
-    """The reference, moved by whole moduli to where the position is, and the pieces that moved.
+) -> tuple[Samples, int]:
+    """The reference, moved by whole moduli to where the position is, and how many pieces moved.
 
     It is moved at its start, unless it has a turn of its own there, and after each gap.
     """
@@ -227,17 +188,7 @@ def _beside(
         turns[0] = 0.0
     stops = np.append(starts[1:], len(own))
     moved = replace(reference, values=reference.values + modulus * np.repeat(turns, stops - starts))
-    pieces = zip(starts, stops, turns, strict=True)
-    return moved, [(int(a), int(b), int(turn)) for a, b, turn in pieces if turn]
-
-
-def _moves_text(moves: list[_Move]) -> str:
-    """What is said of pieces of the reference that were moved; empty for none."""
-    if not moves:
-        return ""
-    shown = [f"{turns:+d} in data rows {a + 1} to {b}" for a, b, turns in moves[:_SHOWN]]
-    more = [f"{len(moves) - _SHOWN} more pieces"] if len(moves) > _SHOWN else []
-    return f"; reference moved by whole moduli: {', '.join(shown + more)}"
+    return moved, int(np.count_nonzero(turns))
 
 
 def _check_seams(
@@ -248,19 +199,16 @@ def _check_seams(
     There the motion then bends more than anywhere else: its step is not the mean of its neighbours.
     """
     steps = np.diff(unwrapped)
-    smooth = np.ones(len(steps), dtype=bool)
-    smooth[places] = smooth[gaps] = False
-    steady = np.where(smooth, steps, np.nan)
-    nowhere = [np.nan]
-    beside = np.concatenate([nowhere, steady[:-1]]) + np.concatenate([steady[1:], nowhere])
-    bends = steps - beside / 2
-    finite = np.isfinite(bends)
+    bends = np.abs(steps[1:-1] - (steps[:-2] + steps[2:]) / 2)
+    special = np.zeros(len(steps), dtype=bool)
+    special[places] = special[gaps] = True
+    steady = ~(special[:-2] | special[2:])
     seams = np.setdiff1d(places, gaps)
-    seams = seams[finite[seams]]
-    elsewhere = np.abs(bends[finite & smooth])
-    if not len(seams) or not len(elsewhere):
+    at_seams = bends[steady & np.isin(np.arange(1, len(steps) - 1), seams)]
+    elsewhere = bends[steady & ~special[1:-1]]
+    if not len(at_seams) or not len(elsewhere):
         return
-    left = float(np.median(np.abs(bends[seams])))
+    left = float(np.median(at_seams))
     if left > max(_MAX_SEAM_BEND * float(elsewhere.max()), _MIN_SEAM_BEND * modulus.si):
         raise DataError(
             f"{source}: the position still jumps by {modulus.written(left)} where the modulus "

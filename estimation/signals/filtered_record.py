@@ -33,11 +33,8 @@ from .signals import (
     takes_robust_loss,
 )
 
-# of the law's period times a unit's factor, by which the record's may differ: time is in that
-# unit
-_UNIT_FACTOR_TOLERANCE = 0.02
-
-_UNITS_APART = (60.0, 1e3, 1e6, 1e9)  # minutes, ms, us and ns for seconds
+# times the law's period, or part of it, from which a record's is likely in another unit: minutes
+_LEAST_UNIT_FACTOR = 59.0
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -212,7 +209,6 @@ class FilteredRecord(Exact, Uncached):
 
     @property
     def _starts(self) -> list[int]:
-        """First samples of the record's pieces."""
         return [start for start, _ in self.record.spans]
 
     @cached_property
@@ -390,24 +386,14 @@ def check_filter(
     except AxisidError as error:
         law = axis.axis.control
         ratio = 1.0 if law is None or law.continuous else period / law.period
-        apart = max(ratio, 1 / ratio)
-        off = min(abs(apart / unit - 1) for unit in _UNITS_APART)
-        if law is None or not off < _UNIT_FACTOR_TOLERANCE:
+        if 1 / _LEAST_UNIT_FACTOR < ratio < _LEAST_UNIT_FACTOR:
             raise
         raise DataError(
-            f"{source} is sampled every {_duration(period)}, the control law of axis "
-            f"{axis.axis.name!r} runs every {_duration(law.period)}: is time's unit right? "
+            f"{source} is sampled every {period:.4g} s, the control law of axis "
+            f"{axis.axis.name!r} runs every {period / ratio:.4g} s: is time's unit right? "
             f"Give it with columns time=NAME:UNIT. (As it stands, {error})",
             code="units",
         ) from error
-
-
-def _duration(seconds: float) -> str:
-    """In the unit that needs fewest zeros."""
-    units = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"), (1e-9, "ns"))
-    least = 1 - _UNIT_FACTOR_TOLERANCE
-    size, unit = next((u for u in units if seconds >= u[0] * least), units[-1])
-    return f"{seconds / size:.4g} {unit}"
 
 
 def chosen_hold(

@@ -92,40 +92,33 @@ class Prefilter:
     reversals: Literal["keep", "leave-out"] | None = None
 
     def __post_init__(self) -> None:
-        ends = (0, 0) if self.drop is None else self.drop
-        pair = isinstance(ends, (tuple, list)) and len(ends) == 2
-        whole = (self.order, self.decimate, *(ends if pair else ()))
-        if not pair or not all(is_whole(n) and is_real(n) for n in whole):
-            raise UsageError(
-                f"order {quoted(self.order)}, decimation {quoted(self.decimate)} and drop "
-                f"{quoted(self.drop)}: give whole numbers, and two of them to drop."
-            )
-        if not is_real(self.cutoff):
-            raise UsageError(
-                f"the cutoff is {quoted(self.cutoff)}; give a number of hertz.", code="filter"
-            )
-        if not (math.isfinite(self.cutoff) and self.cutoff > 0):
-            raise UsageError(
-                f"the cutoff is {self.cutoff!r} Hz; give a positive number.",
-                code="filter",
-            )
-        if not 1 <= self.order <= 10:
-            raise UsageError(f"the filter order is {self.order!r}; give 1 to 10.", code="filter")
-        if self.decimate < 1:
-            raise UsageError(
-                f"the decimation is {self.decimate!r}; give 1 (keep every row) or more.",
-                code="filter",
-            )
+        drop = (0, 0) if self.drop is None else self.drop
+        pair = isinstance(drop, (tuple, list)) and len(drop) == 2
+        settings = (
+            ("cutoff", self.cutoff, _is_positive(self.cutoff), "a positive number of hertz"),
+            ("order", self.order, _is_among(self.order, 1, 10), "a whole number from 1 to 10"),
+            (
+                "decimation",
+                self.decimate,
+                _is_among(self.decimate, 1),
+                "1 (keep every row) or more",
+            ),
+            (
+                "number of samples to drop",
+                self.drop,
+                pair and all(_is_among(end, 0) for end in drop),
+                "two whole numbers, 0 or more at each end",
+            ),
+        )
+        for what, given, serves, wanted in settings:
+            if not serves:
+                raise UsageError(f"the {what} is {quoted(given)}; give {wanted}.", code="filter")
         choices = (
             ("row alignment", self.decimation or "none", ("matlab", "scipy")),
             ("hold", self.hold, ("raw", "zoh")),
             ("way with reversals", self.reversals, ("keep", "leave-out")),
         )
         check_among(*(row for row in choices if row[1] is not None))
-        if self.drop is not None and min(self.drop) < 0:
-            raise UsageError(
-                f"the rows to drop are {self.drop!r}; give 0 or more at each end.", code="filter"
-            )
 
     @classmethod
     def given(cls, prefilter: object) -> "Prefilter":
@@ -183,6 +176,14 @@ class Prefilter:
             decimate=max(math.ceil(self.decimate * ratio - 1e-9), 1),
             drop=None if self.drop is None else (round(start * ratio), round(end * ratio)),
         )
+
+
+def _is_positive(number: object) -> bool:
+    return is_real(number) and 0 < number < math.inf
+
+
+def _is_among(number: object, least: int, most: float = math.inf) -> bool:
+    return is_real(number) and is_whole(number) and least <= number <= most
 
 
 def matching_decimation(cutoff: float, period: float) -> int:
@@ -419,7 +420,6 @@ class Sections:
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.
 @lru_cache(maxsize=32)
 def _low_pass(order: int, edge: float) -> Sections:
-    """A Butterworth filter, its edge in units of the Nyquist frequency."""
     from scipy.signal import butter
 
     return Sections.of(butter(order, edge, output="sos"))

@@ -87,7 +87,13 @@ class RowTimes:
 
     def on_grid(self, values: Array, reach: int) -> Array:
         """Values, (n, k), at their places, with zeros between; no two rows further than a reach."""
-        return values if self.whole else _filled(values, np.minimum(np.diff(self.places), reach))
+        if self.whole:
+            return values
+        steps = np.minimum(np.diff(self.places), reach)
+        places = np.concatenate([[0], np.cumsum(steps)])
+        filled = np.zeros((int(places[-1]) + 1, *values.shape[1:]))
+        filled[places] = values
+        return filled
 
     def pairs(self, lag: int) -> tuple[Index, Index]:
         """Rows that are a lag, 0 or more, after others, and those others."""
@@ -97,14 +103,6 @@ class RowTimes:
         found = np.searchsorted(self.places, wanted)
         there = self.places[found] == wanted
         return np.flatnonzero(there), found[there]
-
-
-def _filled(values: Array, steps: NDArray[np.int64]) -> Array:
-    """Values, (n,) or (n, k), so many places apart, and zeros between."""
-    places = np.concatenate([[0], np.cumsum(steps)])
-    filled = np.zeros((int(places[-1]) + 1, *values.shape[1:]))
-    filled[places] = values
-    return filled
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,9 +3,10 @@
 import io
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -68,19 +69,15 @@ class Column:
         Name and unit as they stand in the file, where the name was cut out of it.
     note : str
         What was assumed of it, a sentence with its name, told where it is chosen.
-    number : int
-        Its place in the file from 1, columns that hold no numbers among them; 0 where the places
-        are those of the table.
-    texts : sequence of str
-        Its cells, where it holds text.
+    holds : str
+        What it holds, where that is no numbers: it cannot be read.
     """
 
     read: Callable[[], Samples]
     unit: str = ""
     label: str = ""
     note: str = ""
-    number: int = 0
-    texts: Sequence[str] = ()
+    holds: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,14 +99,8 @@ class Table:
         Of the file, absolute; empty if there is none.
     missing : str
         More to say where a column is not found, such as how to save what cannot be read.
-    passed_over : mapping of str to str
-        What is no column, by its name: what it holds.
-    texts : mapping of str to sequence of str
-        Cells of the columns that hold text, by name.
     warnings : tuple of str
         What the library that read the file says is wrong with it.
-    incomplete : int
-        Rows at its end that look cut off, and were not to be left out.
     """
 
     source: str
@@ -119,47 +110,30 @@ class Table:
     sha256: str = ""
     path: str = ""
     missing: str = field(default="", repr=False)
-    passed_over: Mapping[str, str] = field(default_factory=dict, repr=False)
-    texts: Mapping[str, Sequence[str]] = field(default_factory=dict, repr=False)
     warnings: tuple[str, ...] = ()
-    incomplete: int = 0
 
     def find(self, name: str) -> str | None:
         """The column of a name: its own, its label, or the last parts of one dotted name alone."""
         alike = self.alike(name)
         return alike[0] if len(alike) == 1 else None
 
-    def holds(self, name: str) -> str:
-        """What has a name like a column's, but holds no numbers; empty if there is nothing."""
-        alike = [name] if name in self.passed_over else _ending(name, self.passed_over)
-        return self.passed_over[alike[0]] if len(alike) == 1 else ""
-
     def alike(self, name: str) -> list[str]:
         """The columns that a name may stand for."""
         if name in self.columns:
             return [name]
         labelled = [own for own, column in self.columns.items() if column.label == name]
-        return labelled or _ending(name, self.columns) or self._numbered(name)
+        ending = [own for own in self.columns if own.endswith(f".{name}")]
+        return labelled or ending or self._numbered(name)
 
     def _numbered(self, name: str) -> list[str]:
-        """The column of a number such as ``#3``."""
         match = re.fullmatch(r"#([1-9]\d{0,5})", name)
-        places = {
-            column.number or place: own
-            for place, (own, column) in enumerate(self.columns.items() if match else (), 1)
-        }
-        return [places[int(match[1])]] if match and int(match[1]) in places else []
+        return [*self.columns][int(match[1]) - 1 : int(match[1])] if match else []
 
     def listed(self) -> str:
         """Names of the columns, for messages."""
-        names = list(self.columns)
+        names = [name for name, column in self.columns.items() if not column.holds]
         more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
         return (", ".join(names[:_LISTED]) or "no columns") + more
-
-
-def _ending(name: str, names: Iterable[str]) -> list[str]:
-    """The dotted names that end in a name."""
-    return [own for own in names if own.endswith(f".{name}")]
 
 
 def loaded_column(
@@ -231,18 +205,14 @@ class TableBuilder:
 
     Attributes
     ----------
-    columns, passed_over : dict
+    columns : dict
         As in `Table`.
     room : Room or None
         The memory that there is for the columns; None where they are in memory already.
-    texts : dict
-        As in `Table`.
     """
 
     columns: dict[str, Column] = field(default_factory=dict)
-    passed_over: dict[str, str] = field(default_factory=dict)
     room: Room | None = None
-    texts: dict[str, list[str]] = field(default_factory=dict)
 
     def add(
         self,
@@ -258,7 +228,6 @@ class TableBuilder:
         Time stamps count from the first.
         """
         array, note = np.asarray(values), ""
-        number = len(self.columns) + len(self.passed_over) + 1
         if array.dtype.kind == "M" and array.ndim == 1:
             note = f"{name}: time stamps counted from the first"
             stamps = array[~np.isnat(array)]
@@ -266,15 +235,16 @@ class TableBuilder:
         if array.dtype.kind == "m":
             array, unit = array / np.timedelta64(1, "s"), "s"
         if array.dtype.kind not in "fiub" or array.ndim != 1:
-            self.passed_over[label or name] = _content(array)
-            if array.ndim == 1 and self.passed_over[label or name] == "text":
-                self.texts[label or name] = [str(cell) for cell in array]
+            self.pass_over(label or name, _content(array))
             return
         if self.room is not None:
             self.room.take(8 * array.size)
         numbers = array.astype(np.float64)
-        column = loaded_column(numbers, unit=unit, label=label, clock=clock, note=note)
-        self.columns[name] = replace(column, number=number)
+        self.columns[name] = loaded_column(numbers, unit=unit, label=label, clock=clock, note=note)
+
+    def pass_over(self, name: str, what: str) -> None:
+        """Take a column that holds no numbers but something else."""
+        self.columns[name] = Column(read=partial(_refuse, name, what), holds=what)
 
     def add_array(self, name: str, values: object, unit: str = "") -> None:
         """Take an array of any shape: a vector, or a matrix whose columns are numbered from 1.
@@ -283,7 +253,7 @@ class TableBuilder:
         """
         array = np.asarray(values)
         if array.size < _FEWEST or (array.ndim > 2 and array.size > max(array.shape)):
-            self.passed_over[name] = _content(array)
+            self.pass_over(name, _content(array))
         elif array.size == max(array.shape):
             self.add(name, array.ravel(), unit=unit)
         elif array.shape[1] <= array.shape[0]:
@@ -310,9 +280,9 @@ class TableBuilder:
         DataError
             That is no column, and there is advice on it.
         """
-        if advice and not self.columns:
-            passed = [*self.passed_over.items()][:_PASSED_OVER]
-            listed = ", ".join(f"{name}: {what}" for name, what in passed)
+        if advice and all(column.holds for column in self.columns.values()):
+            passed = [*self.columns.items()][:_PASSED_OVER]
+            listed = ", ".join(f"{name}: {column.holds}" for name, column in passed)
             raise DataError(
                 f"{source} holds no columns of numbers{f' ({listed})' * bool(listed)}; {advice}.",
                 code="columns",
@@ -322,8 +292,6 @@ class TableBuilder:
             columns=self.columns,
             notes=notes,
             missing=missing,
-            passed_over=self.passed_over,
-            texts=self.texts,
             warnings=warnings,
         )
 
@@ -333,8 +301,11 @@ class TableBuilder:
             self.columns[name] = replace(self.columns[name], note=text)
 
 
+def _refuse(name: str, what: str) -> Samples:
+    raise DataError(f"the column {name!r} holds {what}; choose another column.", code="columns")
+
+
 def _content(array: np.ndarray[Any, Any]) -> str:
-    """What an array holds that is no column."""
     kind = array.dtype.kind
     if kind in "fiubmM":
         shape = " x ".join(str(length) for length in array.shape)

@@ -109,13 +109,6 @@ class TestVelocityAlone:
         assert alone.position == pytest.approx(there.position, abs=2e-5)
         assert alone.velocity == pytest.approx(there.velocity, abs=2e-3)
 
-    @pytest.mark.slow
-    def test_it_may_have_windows(self, emps: GeneratedAxis, record: Record) -> None:
-        cut = replace(record, position=np.empty(0)).windowed((0.7, 6.0), (6.5, 13.0))
-        result = identify(emps, cut)
-        assert not misses(result, record)
-        assert "fail" not in {check.status for check in result.verdict}
-
 
 @pytest.mark.slow
 def test_a_tachometers_ripple_is_no_delay_of_the_force(emps: GeneratedAxis) -> None:

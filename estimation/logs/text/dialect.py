@@ -24,6 +24,14 @@ _COMMENTS = ("#", "%", "//")
 _NAMED = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", None: "blanks", " ": "blank"}
 #: What a spreadsheet writes for a number it lacks, `#N/A` or `#DIV/0!`, before another cell.
 _SHEET_ERROR = re.compile(r"\s*#(N/A|NV|[^\W\d_a-z]+(/0)?[!?])\s*[;\t,| ]")
+#: With a decimal point, and with a decimal comma.
+_NUMBERS = tuple(
+    re.compile(
+        rf"\s*[+-]?((\d+{mark}?\d*|{mark}\d+)(e[+-]?\d+)?|nan|inf(inity)?)\s*",
+        re.ASCII | re.IGNORECASE,
+    )
+    for mark in (r"\.", ",")
+)
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 
 Line = tuple[int, str]
@@ -86,17 +94,7 @@ def is_comment(line: str) -> bool:
 
 def is_number(cell: str, *, comma: bool = False) -> bool:
     """Whether a cell is a number with a decimal point, or with a decimal comma."""
-    if comma:
-        if "." in cell:
-            return False
-        cell = cell.replace(",", ".", 1)
-    if "_" in cell or not cell.isascii():  # float() takes 1_000 and other scripts' digits
-        return False
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+    return bool(_NUMBERS[comma].fullmatch(cell))
 
 
 def sniff(source: str, lines: list[Line]) -> Dialect:
@@ -158,17 +156,12 @@ class _Reading:
 
 def _best(source: str, sample: list[tuple[int, str]]) -> tuple[str | None, bool, int, int]:
     quoted = any('"' in line for _, line in sample)
-    readings = []
-    for separator in _SEPARATORS:
-        for comma in (False, True):
-            if comma and separator == "," and not quoted:
-                continue
-            try:
-                reading = _read(sample, separator, comma=comma)
-            except csv.Error as error:
-                raise DataError(f"{source} is no table of text: {error}.") from error
-            if reading is not None:
-                readings.append(reading)
+    ways = [(separator, comma) for separator in _SEPARATORS for comma in (False, True)]
+    try:
+        found = [_read(sample, *way) for way in ways if quoted or way != (",", True)]
+    except csv.Error as error:
+        raise DataError(f"{source} is no table of text: {error}.") from error
+    readings = [reading for reading in found if reading is not None]
     if not readings:
         raise DataError(
             f"{source}: no table of numbers is found in its first {len(sample)} filled lines; a "
@@ -187,7 +180,7 @@ def _best(source: str, sample: list[tuple[int, str]]) -> tuple[str | None, bool,
     return best.separator, best.comma, best.width, best.first
 
 
-def _read(sample: list[tuple[int, str]], separator: str | None, *, comma: bool) -> _Reading | None:
+def _read(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> _Reading | None:
     """How the sample reads with a separator and a decimal mark; None where it is no table."""
     rows = [(i, split_cells(line, separator)) for i, line in sample]
     numeric = [_numeric(cells, comma=comma) for _, cells in rows]
@@ -321,7 +314,6 @@ def _until_decided(lines: list[Line], body: list[str], separator: str | None) ->
 
 
 def _marked(body: list[str], separator: str | None, mark: str) -> list[str]:
-    """Cells that are numbers with a decimal mark."""
     marked = (line.replace('"', "") for line in body if mark in line)
     cells = (cell.strip() for line in marked for cell in line.split(separator))
     return [c for c in cells if mark in c and is_number(c, comma=mark == ",")]

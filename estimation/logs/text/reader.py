@@ -25,7 +25,7 @@ _LOOKED = 2000  # bytes in which zeros tell UTF-16
 _MAX_INCOMPLETE_LINES = 50  # unlike lines are an incomplete end; more are another table
 
 #: Leaves out what is no row at the end.
-_DROP_TAIL = 'tail = "drop" in run.toml'
+_DROP_TAIL = ', or leave the end of the log out with tail = "drop" in run.toml'
 _SHOWN = 40  # characters
 _NEIGHBOURS = 20  # lines above the last whose last numbers tell how long it should be
 
@@ -67,18 +67,16 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
         notes = (*more, *notes)
     dialect = sniff(source, lines)
     body = [line for line in lines[dialect.first :] if not is_comment(line[1])]
-    ended = text.endswith(("\n", "\r"))
-    complete = complete_lines(body, dialect, ended=ended)
-    whole = complete if drop_tail else len(body) - (not ended and is_cut(body, dialect))
+    whole = len(body) - (not text.endswith(("\n", "\r")) and is_cut(body, dialect))
+    if drop_tail:
+        whole = complete_lines(body[:whole], dialect)
     tail = body[whole:]
     columns = text_columns(source, body[:whole], dialect)
     return Table(
         source=source,
         columns=columns,
-        texts={name: column.texts for name, column in columns.items() if len(column.texts)},
         notes=dialect.notes + notes,
         repairs=(left_out(tail),) if drop_tail or tail else (),
-        incomplete=whole - complete,
     )
 
 
@@ -165,7 +163,6 @@ def _named(dialect: Dialect, columns: dict[int, Column]) -> dict[str, Column]:
             columns[k - 1],
             unit=columns[k - 1].unit or dialect.units[k - 1],
             label=dialect.labels[k - 1],
-            number=k,
         )
         for k, name in enumerate(dialect.names, 1)
     }
@@ -202,7 +199,6 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
 
 
 def _rows(source: str, lines: list[Line], dialect: Dialect) -> list[list[str]]:
-    """Cells of lines that are rows of the table."""
     width, rows = len(dialect.names), []
     for number, line in lines:
         try:
@@ -210,10 +206,9 @@ def _rows(source: str, lines: list[Line], dialect: Dialect) -> list[list[str]]:
         except csv.Error as error:
             raise DataError(f"{source}, line {number} is no row of a table: {error}.") from error
         if len(cells) != width:
-            tail = _tail_hint(lines, number, dialect)
             raise DataError(
                 f"{source}, line {number}: {len(cells)} cells where the header names {width} "
-                f"columns ({', '.join(dialect.names)}). Remove or mend the line{tail}.",
+                f"columns ({', '.join(dialect.names)}). Remove or mend the line{_DROP_TAIL}.",
                 code="log-text",
             )
         rows.append(cells)
@@ -236,18 +231,10 @@ def _of_cells(source: str, lines: list[Line], dialect: Dialect, k: int, cells: l
             return loaded_column(seconds, unit="s", note=f"{dialect.names[k]}: {note}")
     number, _ = lines[row]
     where = f"{source}, line {number}: {cells[row]!r} in column {dialect.names[k]!r}"
-    advice = _tail_hint(lines, number, dialect)
-    return Column(read=partial(_refuse, where, why, advice, comma=comma), texts=cells)
+    return Column(read=partial(_refuse, where, why, comma=comma))
 
 
-def _tail_hint(lines: list[Line], number: int, dialect: Dialect) -> str:
-    """More to do about a line that is one of the last."""
-    count = complete_lines(lines, dialect)
-    ends = count < len(lines) and number >= lines[count][0]
-    return f", or leave the end of the log out with {_DROP_TAIL}" if ends else ""
-
-
-def _refuse(where: str, why: str, advice: str, *, comma: bool) -> Samples:
+def _refuse(where: str, why: str, *, comma: bool) -> Samples:
     if why:
         raise DataError(
             f"{where} is no time stamp that can be read: {why}. Export the log with stamps such as "
@@ -257,7 +244,7 @@ def _refuse(where: str, why: str, advice: str, *, comma: bool) -> Samples:
     raise DataError(
         f"{where} is not a number (decimal {'comma' if comma else 'point'}), nor a time "
         "stamp such as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. Mend "
-        f"the cell, remove the line, or choose another column{advice}.",
+        f"the cell, remove the line, or choose another column{_DROP_TAIL}.",
         code="log-text",
     )
 
@@ -285,13 +272,13 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
     labels = next((_cells(x, separator) for x in head if x.startswith(_UNITS)), [])
     units = ["", *labels[1:], *[""] * len(names)]
     body = lines[ends[-1] + 2 :]
-    notes = ["LabVIEW measurement file, its heads passed over"]
     if names[-1] == _COMMENT:
         names = names[:-1]
-        body, comments = _without_comments(body, separator, len(names))
-        notes += [f"comments passed over: {comments}"] if comments else []
+        body = [(k, separator.join(row.split(separator)[: len(names)])) for k, row in body]
     named = [f"{n} [{u}]" if u else n for n, u in zip(names, units, strict=False)]
-    return [(number, separator.join(named)), *body], tuple(notes)
+    return [(number, separator.join(named)), *body], (
+        "LabVIEW measurement file, its heads and comments passed over",
+    )
 
 
 def _cells(line: str, separator: str) -> list[str]:
@@ -299,48 +286,21 @@ def _cells(line: str, separator: str) -> list[str]:
     return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
 
 
-def _without_comments(body: Sequence[Line], separator: str, width: int) -> tuple[list[Line], int]:
-    """Lines without the cell after the last column, and how many had one."""
-    lines, comments = [], 0
-    for number, line in body:
-        cells = line.split(separator)
-        comments += len(cells) == width + 1 and bool(cells[-1].strip())
-        kept = cells[:-1] if len(cells) == width + 1 else cells
-        lines.append((number, separator.join(kept)))
-    return lines, comments
-
-
-def complete_lines(lines: list[Line], dialect: Dialect, *, ended: bool = True) -> int:
+def complete_lines(lines: list[Line], dialect: Dialect) -> int:
     """How many lines are rows before those at the end that are none; all if these are many.
 
-    Parameters
-    ----------
-    lines : list of (int, str)
-    dialect : Dialect
-    ended : bool
-        Whether the last line has its end; one that the logger was stopped in has not.
+    A row has the kinds of cells that the first has, and those that its neighbour has.
     """
     kinds = [_kind(cell, dialect) for cell in _cells_of(lines[0][1], dialect)]
-    early = _ends_early(lines, dialect) or (not ended and is_cut(lines, dialect))
-    first = len(lines) - 1 if early else len(lines)
-    for count in range(first, max(len(lines) - _MAX_INCOMPLETE_LINES, 1) - 1, -1):
-        cells = _cells_of(lines[count - 1][1], dialect)
-        alike = len(cells) == len(kinds) and all(
-            _kind(cell, dialect) == kind or not cell or kind == "text"
-            for cell, kind in zip(cells, kinds, strict=True)
-        )
-        if alike and any(cells):
-            return count
+    rows = [_cells_of(line, dialect) for _, line in lines[-_MAX_INCOMPLETE_LINES - 1 :]]
+    for k in range(len(rows) - 1, 0, -1):
+        alike = any(rows[k]) and len(rows[k]) == len(kinds)
+        if alike and all(
+            kind in ("text", _kind(cell, dialect)) if cell else not neighbour
+            for cell, neighbour, kind in zip(rows[k], rows[k - 1], kinds, strict=False)
+        ):
+            return len(lines) - len(rows) + k + 1
     return len(lines)
-
-
-def _ends_early(lines: list[Line], dialect: Dialect) -> bool:
-    """Whether the last line lacks a cell that none of the lines before it lacks."""
-    *before, last = (_cells_of(line, dialect) for _, line in lines[-_MAX_INCOMPLETE_LINES:])
-    alike = [cells for cells in before if len(cells) == len(last)]
-    return bool(alike) and any(
-        not cell and all(others) for cell, *others in zip(last, *alike, strict=True)
-    )
 
 
 def is_cut(lines: list[Line], dialect: Dialect) -> bool:

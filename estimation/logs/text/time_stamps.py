@@ -1,14 +1,10 @@
 """Time stamps in seconds from the first, as they are written; what may mean two is refused."""
 
 import re
-from collections.abc import Callable, Hashable, Iterable, Sequence
-from datetime import date, datetime, time
-from functools import partial
-from typing import TypeVar
-from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
+from collections.abc import Iterable, Sequence
+from datetime import date
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.support.arrays import Array
 
@@ -17,41 +13,15 @@ _SECOND = 1_000_000_000  # ns
 _STAMP = re.compile(
     r"(?:(?P<date>\d{4}-\d\d?-\d\d?|\d{4}/\d\d?/\d\d?|\d\d?\.\d\d?\.\d{4}|\d\d?/\d\d?/\d{4}"
     r"|[+-]?\d{1,6} days?,?)(?:T|\s+\+?))?"
-    r"(?P<hour>\d\d?):(?P<minute>\d\d)(?::(?P<second>\d\d)(?:[.,](?P<fraction>\d{1,9}))?)?"
+    r"(?P<hour>[01]?\d|2[0-3]):(?P<minute>[0-5]\d)"
+    r"(?::(?P<second>[0-5]\d)(?:[.,](?P<fraction>\d{1,9}))?)?"
     r"(?:\s*(?P<half>[AaPp][Mm]))?"
     r"(?:\s*(?P<zone>Z|UTC|GMT|[+-]\d\d(?::?\d\d)?|[A-Z]{3,4}|[A-Z]\w+(?:/[\w+-]+){1,2}))?"
     r"(?:\[[\w/+-]+\])?"
 )
-#: Hours by which zones of three or four letters are ahead of UTC, where they name one alone.
-_ZONES = {
-    "Z": 0,
-    "UTC": 0,
-    "GMT": 0,
-    "WET": 0,
-    "WEST": 1,
-    "BST": 1,
-    "CET": 1,
-    "MEZ": 1,
-    "CEST": 2,
-    "MESZ": 2,
-    "EET": 2,
-    "EEST": 3,
-    "MSK": 3,
-    "JST": 9,
-    "EST": -5,
-    "EDT": -4,
-    "CST": -6,
-    "CDT": -5,
-    "MST": -7,
-    "MDT": -6,
-    "PST": -8,
-    "PDT": -7,
-}
-_HOUR = 3600
+_AHEAD = re.compile(r"([+-])(\d\d):?(\d\d)?")  # of UTC
+_UTC = ("", "Z", "UTC", "GMT")
 _SLASHED = re.compile(r"\d\d?/\d\d?/\d{4}")
-
-_Whole = NDArray[np.int64]
-_Part = TypeVar("_Part", bound=Hashable)
 
 
 class NoStampsError(ValueError):
@@ -81,7 +51,8 @@ def _groups(cell: str) -> tuple[str, ...] | None:
     if found is None:
         return None
     parts = found.groups("")
-    return parts if parts[0] or parts[3] or parts[5] else None
+    is_hour = not parts[5] or 1 <= int(parts[1]) <= 12
+    return parts if is_hour and (parts[0] or parts[3] or parts[5]) else None
 
 
 def stamp_seconds(cells: Sequence[str]) -> tuple[Array, str]:
@@ -89,12 +60,13 @@ def stamp_seconds(cells: Sequence[str]) -> tuple[Array, str]:
 
     Dates are ``2026-02-01``, ``2026/02/01``, ``1.2.2026`` (the day first), and ``02/01/2026`` where
     only one order of day and month fits or all stamps are of one date. Zones such as ``+01:00`` or
-    ``UTC`` count; without dates, a step back by more than half a day is midnight.
+    ``UTC`` count; one that is named, such as ``CET``, is to be that of all, and counts nothing.
+    Without dates, a step back by more than half a day is midnight.
 
     Raises
     ------
     NoStampsError
-        A cell is no time stamp, there is no such time, or the order of day and month is open.
+        A cell is no time stamp, there is no such day, or the order of day and month is open.
     """
     filled = [k for k, cell in enumerate(cells) if cell]
     seconds = np.full(len(cells), np.nan)
@@ -110,94 +82,40 @@ def _filled_seconds(cells: Sequence[str]) -> tuple[Array, str]:
     found = [_groups(cell) for cell in cells]
     if None in found:
         raise NoStampsError(found.index(None))
-    dates, *times, zones = zip(*(parts for parts in found if parts), strict=True)
-    for part in (dates, times[-1], zones):
-        if "" in part and any(part):
+    stamps = [parts for parts in found if parts]
+    dates, *_, halves, zones = zip(*stamps, strict=True)
+    named = any(not (zone in _UTC or _AHEAD.fullmatch(zone)) for zone in dict.fromkeys(zones))
+    for part in (dates, halves, zones):
+        if ("" in part and any(part)) or (part is zones and named and len({*zones}) > 1):
             raise NoStampsError(0, "its stamps are of several kinds")
-    local = _since_midnight(*times)
     order, note = _order(dict.fromkeys(dates))
-    days = _mapped(dates, lambda text: _day(text, order))
-    if any("/" in zone for zone in dict.fromkeys(zones)) and any(dates):
-        within = local - _SECOND * _ahead_by_place(zones, days, local)
-    else:
-        within = local - _SECOND * _mapped(zones, _zone)
+    numbers = {}
+    for text in dict.fromkeys(dates):
+        try:
+            numbers[text] = _day(text, order)
+        except ValueError as error:
+            raise NoStampsError(dates.index(text), "there is no such day") from error
+    days = np.array([numbers[text] for text in dates], dtype=np.int64)
+    within = np.array([_since_midnight(*parts[1:]) for parts in stamps], dtype=np.int64)
     if not any(dates):
         days = np.cumsum(np.diff(within, prepend=within[0]) < -_DAY * _SECOND // 2)
         if days[-1]:
             note = ", over midnight where they start again"
-    return (days - _day(dates[0], order)) * _DAY + (within - within[0]) / _SECOND, note
-
-
-def _mapped(texts: Sequence[_Part], number: Callable[[_Part], int]) -> _Whole:
-    """A whole number for each part of a stamp; equal ones, which are many, are read once."""
-    table: dict[_Part, int] = {}
-    for text in dict.fromkeys(texts):
-        try:
-            table[text] = number(text)
-        except NoStampsError as error:
-            raise NoStampsError(texts.index(text), error.why) from error
-    return np.array([table[text] for text in texts], dtype=np.int64)
+    return (days - days[0]) * _DAY + (within - within[0]) / _SECOND, note
 
 
 def _since_midnight(
-    hours: Sequence[str],
-    minutes: Sequence[str],
-    seconds: Sequence[str],
-    fractions: Sequence[str],
-    halves: Sequence[str],
-) -> _Whole:
-    """Nanoseconds since midnight."""
-    hour, minute = _mapped(hours, int), _mapped(minutes, int)
-    second = _mapped(seconds, lambda text: int(text or "0"))
-    fraction = _mapped(fractions, lambda text: int(text.ljust(9, "0")))
-    outside = (minute > 59) | (second > 59) | (hour > 23)
-    if halves[0]:
-        outside |= (hour < 1) | (hour > 12)
-        hour = hour % 12 + 12 * np.array([half in ("PM", "pm", "Pm", "pM") for half in halves])
-    if outside.any():
-        raise NoStampsError(int(np.argmax(outside)), "there is no such time")
-    return (hour * 3600 + minute * 60 + second) * _SECOND + fraction
-
-
-def _zone(text: str) -> int:
-    """Seconds by which a zone is ahead of UTC; one of a place alone says nothing without a date."""
-    if not text or "/" in text:
-        return 0
-    if text in _ZONES:
-        return _ZONES[text] * _HOUR
-    if text[0] not in "+-":
-        raise NoStampsError(0, f"the zone {text!r} is not known")
-    digits = text[1:].replace(":", "").ljust(4, "0")
-    ahead = int(digits[:2]) * _HOUR + int(digits[2:]) * 60
-    return -ahead if text[0] == "-" else ahead
-
-
-def _ahead_by_place(zones: Sequence[str], days: _Whole, local: _Whole) -> _Whole:
-    """Seconds by which the clock of a place is ahead of UTC, by the day and the time of day.
-
-    The hour that an autumn's night has twice is the second one from where the stamps go back.
-    """
-    minutes = local // (60 * _SECOND)
-    moments = [*zip(zones, days.tolist(), minutes.tolist(), strict=True)]
-    ahead, later = (_mapped(moments, partial(_ahead, fold=fold)) for fold in (0, 1))
-    twice = ahead != later
-    seconds = days * _DAY + local // _SECOND - ahead
-    back = np.diff(seconds, prepend=seconds[0]) < -_HOUR // 4
-    again = twice & (np.cumsum(back & twice) > 0)
-    return np.asarray(np.where(again, later, ahead), dtype=np.int64)
-
-
-def _ahead(at: tuple[str, int, int], fold: int) -> int:
-    """Seconds by which a zone is ahead of UTC, by its name, at a minute of a day of its own."""
-    zone, day, minute = at
-    if "/" not in zone:
-        return _zone(zone)
-    moment = datetime.combine(date.fromordinal(day), time(minute // 60, minute % 60, fold=fold))
-    try:
-        ahead = moment.replace(tzinfo=ZoneInfo(zone)).utcoffset()
-    except (ZoneInfoNotFoundError, ValueError, OSError) as error:
-        raise NoStampsError(0, f"the zone {zone!r} is not known") from error
-    return 0 if ahead is None else int(ahead.total_seconds())
+    hour: str, minute: str, second: str, fraction: str, half: str, zone: str
+) -> int:
+    """Nanoseconds since midnight, of UTC where the zone says how far ahead of it the clock is."""
+    hours = int(hour)
+    if half:
+        hours = hours % 12 + 12 * (half.lower() == "pm")
+    seconds = hours * 3600 + int(minute) * 60 + int(second or "0")
+    if ahead := _AHEAD.fullmatch(zone):
+        sign, zone_hours, zone_minutes = ahead.groups("0")
+        seconds -= int(f"{sign}1") * (int(zone_hours) * 3600 + int(zone_minutes) * 60)
+    return seconds * _SECOND + int(fraction.ljust(9, "0"))
 
 
 def _order(dates: Iterable[str]) -> tuple[str, str]:
@@ -216,7 +134,6 @@ def _order(dates: Iterable[str]) -> tuple[str, str]:
 
 
 def _day(text: str, order: str) -> int:
-    """Number of a day."""
     if not text:
         return 0
     if "day" in text:
@@ -225,7 +142,4 @@ def _day(text: str, order: str) -> int:
     year, month, day = parts if parts[0] > 31 else (parts[2], parts[1], parts[0])
     if order == "month":
         month, day = day, month
-    try:
-        return date(year, month, day).toordinal()
-    except ValueError as error:
-        raise NoStampsError(0, "there is no such day") from error
+    return date(year, month, day).toordinal()

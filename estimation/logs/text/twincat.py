@@ -18,9 +18,6 @@ from axisid.support.errors import DataError
 
 from .dialect import Line, how_written, is_number
 
-# of the span in the head that samples may lack at the end, with nothing said
-_MAX_MISSING_END = 0.02
-
 _NAME = "Name"
 _SEPARATORS = "\t;,| "
 #: Labels that no other text has.
@@ -33,7 +30,6 @@ _LABELS = frozenset(
         *("ScaleFactor", "BitMask", "Unit", "Unit ScaleFactor", "Unit Offset"),
     )
 )
-_SPAN = ("Starttime of export", "Endtime of export")  # units of 100 ns
 _HEAD = 80  # lines in which the heads are looked for
 _FILETIME = 1e15  # beyond it a time counts units of 100 ns
 _TICK = 1e-7
@@ -44,7 +40,6 @@ _MILLISECOND = 1e-3
 class _Channel:
     name: str
     unit: str
-    scaled: bool
     value: int  # column
     time: int  # column
 
@@ -69,7 +64,6 @@ def is_twincat(lines: Sequence[Line]) -> bool:
 
 
 def _heads(lines: Sequence[str], separator: str) -> list[list[str]]:
-    """Cells of the lines above the samples."""
     first = next((k for k, line in enumerate(lines) if _is_data(line, separator)), len(lines))
     return [line.rstrip("\r\n").split(separator) for line in lines[:first]]
 
@@ -103,19 +97,16 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
     width = 1 + max(c.value for c in channels)
     values = _values(source, body, separator, width, times, comma=comma)
     clocks = {k: values[k] * _MILLISECOND for k in times}
-    notes = [f"TwinCAT Scope export, {how_written(separator, comma=comma)}"]
-    notes += [
-        f"{c.name}: scale factor and offset of the Scope are taken to be applied"
-        for c in channels
-        if c.scaled
-    ]
-    notes += _cut_short(heads, [clocks[k] for k in times])
     names = numbered([c.name for c in channels])
     columns = {
         name: _column(name, c, values, clocks[c.time])
         for name, c in zip(names, channels, strict=True)
     }
-    return Table(source=source, columns=columns, notes=tuple(notes))
+    return Table(
+        source=source,
+        columns=columns,
+        notes=(f"TwinCAT Scope export, {how_written(separator, comma=comma)}",),
+    )
 
 
 def _is_data(line: str, separator: str) -> bool:
@@ -135,12 +126,10 @@ def _channels(source: str, heads: list[list[str]]) -> list[_Channel]:
         elif name.strip():
             attributes = {label: cells[k] for label, cells in rows.items() if k < len(cells)}
             unit = attributes.get("Unit", "").partition("(")[0].strip()
-            scale = attributes.get("ScaleFactor", "1"), attributes.get("Offset", "0")
             found.append(
                 _Channel(
                     name=name.strip(),
                     unit=unit,
-                    scaled=scale not in (("1", "0"), ("", "")),
                     value=k,
                     time=time,
                 )
@@ -189,7 +178,6 @@ def _cells(source: str, of: Line, separator: str, width: int, *, comma: bool) ->
 
 
 def _malformed(source: str, lines: Sequence[Line], table: list[list[str]]) -> DataError:
-    """The error of the first cell that is no number."""
     for (number, _), cells in zip(lines, table, strict=True):
         wrong = next((cell for cell in cells if not is_number(cell)), None)
         if wrong is not None:
@@ -198,20 +186,6 @@ def _malformed(source: str, lines: Sequence[Line], table: list[list[str]]) -> Da
                 code="log-text",
             )
     return DataError(f"{source}: its rows cannot be read as numbers.")
-
-
-def _cut_short(heads: list[list[str]], clocks: list[Array]) -> list[str]:
-    """What is said of samples that end before the end that the head gives."""
-    head = {cells[0]: cells[1].strip() for cells in heads if len(cells) > 1}
-    start, end = (head.get(label, "") for label in _SPAN)
-    if not (start.isdecimal() and end.isdecimal()):
-        return []
-    wanted = (int(end) - int(start)) * _TICK
-    there = max(float(np.nanmax(c) - np.nanmin(c)) for c in clocks if np.isfinite(c).any())
-    missing = wanted - there
-    if missing <= _MAX_MISSING_END * wanted:
-        return []
-    return [f"its samples end {missing:.4g} s before the end that its head gives"]
 
 
 def _column(name: str, channel: _Channel, values: list[Array], clock: Array) -> Column:

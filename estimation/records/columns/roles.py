@@ -5,7 +5,7 @@ from dataclasses import replace
 from difflib import get_close_matches
 
 from axisid.estimation.tables import Samples, Table
-from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
+from axisid.modeling.declaration import ROLES, Axis
 from axisid.support.errors import DataError, UsageError
 from axisid.support.quoting import quoted
 
@@ -39,7 +39,7 @@ class RoleColumns:
         has_period: bool = False,
         injected_at: str | None = None,
     ) -> None:
-        self.injected_at = _injected_at(axis, injected_at)
+        self.injected_at = injected_at or ("" if axis is None else axis.injected_at) or None
         self.names: dict[str, str] = {}
         self.samples: dict[str, Samples] = {}
         notes: list[str] = []
@@ -128,19 +128,7 @@ class RoleColumns:
         )
 
 
-def _injected_at(axis: Axis | None, given: str | None) -> str | None:
-    """What a test signal is added to, as the user says it or else the axis."""
-    if given is not None and given not in INJECTION_POINTS:
-        raise UsageError(
-            f"a test signal is said to be added to {given!r}; give "
-            f"{' or '.join(map(repr, INJECTION_POINTS))}.",
-            code="test-signal",
-        )
-    return given or (axis.injected_at if axis is not None else "") or None
-
-
 def _has_clocks(columns: Iterable[Samples]) -> bool:
-    """Whether every column has times of its own."""
     return all(samples.clock is not None for samples in columns)
 
 
@@ -154,7 +142,6 @@ def _choose(
     asked = {*requested, *declared}
     chosen: dict[str, tuple[str, str, bool]] = {}
     missing: dict[str, str] = {}
-    unfit: dict[str, str] = {}
     for role in roles:
         wanted = requested.get(role) or declared.get(role) or role
         name, unit = table.find(wanted), ""
@@ -164,25 +151,24 @@ def _choose(
             wanted = head if name is None else wanted
         if name is not None:
             chosen[role] = (name, unit.strip(), role in requested)
-        elif (holds := table.holds(wanted)) and (role in asked or role not in _ON_REQUEST):
-            unfit[role] = f"the column {wanted!r} for the {role} holds {holds}"
         elif role in asked or role == "position" or role not in ROLES:
             missing[role] = wanted
-    if unfit:
-        raise DataError(
-            f"{table.source}: {', '.join(unfit.values())}; give one of real numbers, or of "
-            f"time stamps, with {_to_name(unfit)}.",
-            code="columns",
-        )
     # What only bears the name of a measured derivative is none.
     unasked = [
         f"the column {chosen.pop(role)[0]!r} is left out, as nobody named it as the measured {role}"
         for role in _ON_REQUEST
         if role in chosen and role not in asked
     ]
+    for role, (name, *_) in chosen.items():
+        if holds := table.columns[name].holds:
+            raise DataError(
+                f"{table.source}: the column {name!r} for the {role} holds {holds}; give one of "
+                f"real numbers, or of time stamps, with {_to_name([role])}.",
+                code="columns",
+            )
     without = _without(table, missing, chosen, has_period=has_period)
     if any(role in requested or role not in without for role in missing):
-        raise _lacking(table, chosen, missing, declared=bool(declared))
+        raise _lacking(table, chosen, missing)
     _check_apart(table, chosen)
     return chosen, (*without.values(), *unasked)
 
@@ -200,11 +186,6 @@ def _check_requested(requested: Mapping[str, object], roles: Sequence[str]) -> N
                 f"the column for the {role} is {quoted(column)}; give its name, or a Column.",
                 code="columns",
             )
-
-
-def _timed(table: Table, chosen: dict[str, tuple[str, str, bool]]) -> bool:
-    """Whether the chosen columns have times of their own."""
-    return bool(chosen) and _has_clocks(table.columns[name].read() for name, *_ in chosen.values())
 
 
 def _without(
@@ -238,24 +219,9 @@ def _without(
     }
 
 
-def _lacking(
-    table: Table,
-    chosen: dict[str, tuple[str, str, bool]],
-    missing: dict[str, str],
-    *,
-    declared: bool,
-) -> DataError:
-    """The error of all columns that are not found, with those that may be meant.
-
-    Where the axis has not `declared` its columns, those of the other roles count as missing too.
-    """
+def _lacking(table: Table, chosen: Mapping[str, object], missing: dict[str, str]) -> DataError:
+    """The error of all columns that are not found, with those that may be meant."""
     wanted = ", ".join(f"{name!r} for the {role}" for role, name in missing.items())
-    driven = {"control", "force"} & {*chosen, *missing}  # one of the two is enough
-    spared = (*_ON_REQUEST, "injected", *({"control", "force"} if driven else ()))
-    wanting = [role for role in ROLES if role not in spared]
-    others = [role for role in wanting if role not in chosen and role not in missing]
-    others = [] if declared or "position" not in missing else others
-    also = f", nor one named {' or '.join(others)}" if others else ""
     several = [alike for name in missing.values() if len(alike := table.alike(name)) > 1]
     close = dict.fromkeys(near for name in missing.values() for near in _near(table, name))
     hint = ""
@@ -263,25 +229,16 @@ def _lacking(
         hint = " One name has several columns: " + "; ".join(map(", ".join, several)) + "."
     elif close:
         hint = f" Did you mean {' or '.join(map(repr, close))}?"
-    elif any(name.startswith("#") for name in missing.values()):
-        hint = f" Its columns are numbered from #1 to #{len(table.columns)}."
-    named = [*missing, *others]
-    columns = "column" if len(named) == 1 else "columns"
-    advice = f"Name the {columns} with {_to_name(named)}."
-    own = (
-        " The columns have clocks of their own: leave the time out, and these serve."
-        if "time" in missing and _timed(table, chosen)
-        else ""
-    )
+    usual = ("time", "reference", "control") if "position" in missing else ()
+    named = [*missing, *(role for role in usual if role not in chosen and role not in missing)]
+    advice = table.missing or f"Name what there is with {_to_name(named)}."
     return DataError(
-        f"{table.source}: there is no column {wanted}{also}; found {table.listed()}.{hint} "
-        f"{table.missing or advice}{own}",
+        f"{table.source}: there is no column {wanted}; found {table.listed()}.{hint} {advice}",
         code="columns",
     )
 
 
 def _to_name(roles: Iterable[str]) -> str:
-    """What names columns."""
     return f"columns {','.join(f'{role}=NAME' for role in roles)}"
 
 

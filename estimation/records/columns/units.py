@@ -16,8 +16,9 @@ which SI counts as a number: ``rpm*5mm`` is no speed, ``rpm*5mm/rev`` is.
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,56 +28,33 @@ from axisid.modeling.quantities import Unit, angle_power, parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 
-#: What scales or moves, before a number; ``**2`` and ``^-2`` are of a unit.
-_OPERATOR = re.compile(r"(?<![*^])\s*([*/](?!\*)(?=\s*[+-]?\.?\d)|[+-](?=\s*\.?\d))\s*")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+#: What scales or moves, before a number; ``**2`` and ``^-2`` are of a unit.
+_OPERATOR = re.compile(r"(?<![*^])(?:[*/](?!\*)(?=\s*[+-]?\.?\d)|[+-](?=\s*\.?\d))")
+_FACTOR = re.compile(rf"([*/+-])\s*({_NUMBER.pattern})((?:(?!{_OPERATOR.pattern}).)*)", re.DOTALL)
 _LAST = re.compile(r"[*/+-]\s*\Z")
 _NO_NUMBER = re.compile(r"[*/+-]\s*(-?(?:nan|inf(?:inity)?))\b", re.IGNORECASE)
 _LARGEST = Fraction(10) ** 300
 _LONGEST = 200
-_ONE = parse_unit("1")
+_ONE = Quantity(Fraction(1))
 
 
 class ScalingError(ValueError):
-    """A text that is no scaling.
-
-    Attributes
-    ----------
-    letter : int
-        Where, from 1.
-    """
-
-    def __init__(self, letter: int, why: str) -> None:
-        super().__init__(why)
-        self.letter = letter
+    """A text that is no scaling."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Scaling:
-    """What makes numbers of a column SI: times a factor, plus an offset.
-
-    Attributes
-    ----------
-    of : Quantity
-        What a 1 of the column is.
-    offset : Quantity or None
-        Coherent.
-    is_scaled : bool
-        Whether a factor has a unit, which is needed for what encoders count.
-    """
+class Scaling(NamedTuple):
+    """What makes numbers of a column SI: times what a 1 of it is, plus a coherent offset."""
 
     of: Quantity
     offset: Quantity | None = None
-    is_scaled: bool = False
 
 
 def is_scaling(text: str) -> bool:
     """Whether a text says more than a unit."""
     if _LAST.search(text) or _NO_NUMBER.search(text):
         return True
-    if exact_unit(text) is not None:
-        return False
-    return bool(_OPERATOR.search(text) or _NUMBER.match(text))
+    return exact_unit(text) is None and bool(_OPERATOR.search(text) or _NUMBER.match(text))
 
 
 def read_scaling(text: str, own: str = "") -> Scaling:
@@ -91,77 +69,54 @@ def read_scaling(text: str, own: str = "") -> Scaling:
     Raises
     ------
     ScalingError
-        It is none: where, and why.
+        It is none: why.
     """
     _check_numbers(text)
-    head_ends = _unit_ends(text, 0)
-    leads = _NUMBER.match(text)  # a factor without its sign
-    if leads:
-        of, place = _quantity(text, 0)
-    else:
-        name, place = text[:head_ends].strip() or own, head_ends
-        of = _unit(name, 0, Fraction(1)) if name else Quantity(Fraction(1))
-    base = Quantity(Fraction(1)) if leads else of  # one of the column's own unit
-    scaled, offset = bool(leads) and of.unit is not None, None
-    while (found := _OPERATOR.match(text, place)) is not None:
+    if _NUMBER.match(text):  # a factor without its sign
+        text, own = f"*{text}", ""
+    first = _OPERATOR.search(text)
+    head = text if first is None else text[: first.start()]
+    name, offset = head.strip() or own, None
+    base = of = _quantity(Fraction(1), name)
+    for sign, number, unit in _FACTOR.findall(text[len(head) :]):
         if offset is not None:
-            raise ScalingError(found.start(1) + 1, "the offset comes last, and once")
-        quantity, place = _quantity(text, found.end())
-        if found[1] in "+-":
-            offset = _offset(quantity, of, base, found.start(1))
-            offset = offset if found[1] == "+" else replace(offset, value=-offset.value)
-            continue
-        if quantity.is_count and found[1] == "*":
-            raise ScalingError(found.end() + 1, "one count is a length or an angle, not counts")
-        if not quantity.value:
-            why = "a factor of 0 leaves nothing" if found[1] == "*" else "nothing is divided by 0"
-            raise ScalingError(found.end() + 1, why)
-        of = of * quantity if found[1] == "*" else of / quantity
-        scaled = scaled or (quantity.unit is not None and not quantity.is_count)
+            raise ScalingError("the offset comes last, and once")
+        quantity = _quantity(Fraction(number), unit)
+        if sign in "+-":
+            offset = _offset(quantity, of, base)
+            offset = offset if sign == "+" else replace(offset, value=-offset.value)
+        elif quantity.is_count and sign == "*":
+            raise ScalingError("one count is a length or an angle, not counts")
+        elif not quantity.value:
+            raise ScalingError(f"{sign}0 leaves nothing to compute with")
+        else:
+            of = of * quantity if sign == "*" else of / quantity
     if not 1 / _LARGEST < abs(of.value) < _LARGEST:
-        raise ScalingError(1, "the product of the factors is no number that can be computed with")
-    return Scaling(of=of, offset=offset, is_scaled=scaled)
+        raise ScalingError("the product of the factors is no number that can be computed with")
+    return Scaling(of, offset)
 
 
 def _check_numbers(text: str) -> None:
     """Refuse what stands for a number and is none, or is one of absurd size."""
     if found := _NO_NUMBER.search(text):
-        raise ScalingError(found.start(1) + 1, f"{found[1]!r} is no number to scale by")
+        raise ScalingError(f"{found[1]!r} is no number to scale by")
     if found := _LAST.search(text):
-        raise ScalingError(len(text) + 1, f"a number is missing after {found[0].strip()!r}")
+        raise ScalingError(f"a number is missing after {found[0].strip()!r}")
     if len(text) > _LONGEST:
-        raise ScalingError(_LONGEST + 1, f"it has more than {_LONGEST} letters")
-    for number in _NUMBER.finditer(text):
-        size = abs(float(number[0]))
-        is_zero = not number[0].lower().partition("e")[0].strip("+-0.")
-        if not (is_zero or 1 / _LARGEST < size < _LARGEST):
-            raise ScalingError(number.start() + 1, f"{number[0]!r} is beyond any scale")
+        raise ScalingError(f"it has more than {_LONGEST} letters")
+    for number in _NUMBER.findall(text):
+        is_zero = not number.lower().partition("e")[0].strip("+-0.")
+        if not (is_zero or 1 / _LARGEST < abs(float(number)) < _LARGEST):
+            raise ScalingError(f"{number!r} is beyond any scale")
 
 
-def _unit_ends(text: str, start: int) -> int:
-    """Where a unit that begins there ends: before the next operator, or with the text."""
-    found = _OPERATOR.search(text, start)
-    return len(text) if found is None else found.start()
-
-
-def _quantity(text: str, start: int) -> tuple[Quantity, int]:
-    """The quantity that begins there, and where it ends."""
-    number = _NUMBER.match(text, start)
-    assert number is not None  # noqa: S101  # whoever asks has seen a digit
-    end = _unit_ends(text, number.end())
-    unit, value = text[number.end() : end], Fraction(number[0])
-    return (_unit(unit, number.end(), value) if unit.strip() else Quantity(value)), end
-
-
-def _unit(text: str, start: int, value: Fraction) -> Quantity:
-    """A number of a unit."""
-    name = text.strip()
-    if name.lower() in COUNTS:
-        return Quantity(value, is_count=True)
+def _quantity(value: Fraction, unit: str) -> Quantity:
+    name = unit.strip()
+    if not name or name.lower() in COUNTS:
+        return Quantity(value, is_count=bool(name))
     found = _known(name)
     if found is None:
-        letter = start + 1 + len(text) - len(text.lstrip())
-        raise ScalingError(letter, f"{name!r} is no unit that is known")
+        raise ScalingError(f"{name!r} is no unit that is known")
     return replace(found, value=value * found.value)
 
 
@@ -172,23 +127,17 @@ def _known(name: str) -> Quantity | None:
     return exact_unit(name) or (parts[0] / parts[1] if parts[0] and parts[1] else None)
 
 
-def _offset(quantity: Quantity, of: Quantity, base: Quantity, place: int) -> Quantity:
+def _offset(quantity: Quantity, of: Quantity, base: Quantity) -> Quantity:
     """An offset in the unit of the result; one of counts, or in the column's unit, is scaled."""
     if quantity.is_count and base.is_count:
         return of * replace(quantity, is_count=False)
     if quantity.unit is None:
-        raise ScalingError(place + 1, "an offset needs its unit, as in +0.2deg")
-    unit = of.unit or _ONE
-    if quantity.unit.same_dimension(unit) and quantity.angle == of.angle:
-        return quantity
-    if (
-        base.unit is not None
-        and quantity.unit.same_dimension(base.unit)
-        and quantity.angle == base.angle
-    ):
-        scale = of / base
-        return scale * quantity
-    raise ScalingError(place + 1, f"an offset in {quantity.unit} does not add to {unit}")
+        raise ScalingError("an offset needs its unit, as in +0.2deg")
+    unit = of.unit or parse_unit("1")
+    for known, angle, scale in ((unit, of.angle, _ONE), (base.unit, base.angle, of / base)):
+        if known is not None and quantity.unit.same_dimension(known) and quantity.angle == angle:
+            return scale * quantity
+    raise ScalingError(f"an offset in {quantity.unit} does not add to {unit}")
 
 
 # different whole numbers: metres or radians are whole by chance in no log, fewer are a test of a
@@ -202,6 +151,17 @@ _UNITS: dict[str, tuple[str, ...]] = {
     "velocity": ("m/s", "rad/s"),
     "acceleration": ("m/s^2", "rad/s^2"),
 }
+
+
+#: Scalings that give a unit.
+_EXAMPLES = {
+    "m": "counts*5mm/4096",
+    "m/s": "rpm*5mm/rev",
+    "m/s^2": "rev/s^2*5mm/rev",
+    "rad/s": "rpm*1/50",
+    "rad/s^2": "rev/s^2*1/50",
+}
+_SAY_COUNTS = "say what one of these counts is, as in NAME:counts*360deg/4096. Else "
 
 
 def expected_units(role: str, axis: Axis | None, injected_at: str | None = None) -> tuple[str, ...]:
@@ -275,11 +235,15 @@ def to_si(
         if known is None:
             raise wrong(
                 f"{source}: the {role} {has}, which is not known; "
-                f"{_advice_on_unit(role, text, wanted)}",
+                f"{_SAY_COUNTS if text.lower() in COUNTS else ''}give the unit that it is in with "
+                f"columns {role}=NAME:UNIT (mm, deg, rev, ms, mA, Ncm, ...), or "
+                f"NAME:{(wanted or ('V',))[0]} where it is SI.",
                 code="units",
             )
         of = known
-    same = [unit for unit in wanted if of.unit is not None and _measures(of.unit, unit)]
+    same = [
+        unit for unit in wanted if of.unit is not None and of.unit.same_dimension(parse_unit(unit))
+    ]
     if of.unit is not None and wanted and not same:
         of_axis = f" of axis {axis.name!r}" if axis is not None else ""
         raise wrong(
@@ -301,47 +265,23 @@ def to_si(
     return values * factor + offset, said
 
 
-def _advice_on_unit(role: str, unit: str, wanted: Sequence[str]) -> str:
-    """What to do about a unit that is not known."""
-    counts = ""
-    if unit.lower() in COUNTS:
-        each = f"columns {role}=NAME:{unit}*360deg/4096"
-        counts = f"say what one of these counts is, as in {each}. Else "
-    return (
-        f"{counts}give the unit that it is in with columns {role}=NAME:UNIT (mm, deg, "
-        f"rev, ms, mA, Ncm, ...), or NAME:{(wanted or ('V',))[0]} where it is SI."
-    )
-
-
 def _scaling(role: str, text: str, own: str, source: str, wanted: Sequence[str]) -> Scaling:
     """What a scaling says, which has to say what one count is."""
     try:
         scaling = read_scaling(text, own if is_unit(own) else "")
+        if scaling.of.is_count and scaling.of.unit is None:
+            raise ScalingError("it does not say what one count is")
     except ScalingError as error:
         raise UsageError(
-            f"{source}: the {role} is given as {text!r}: at letter {error.letter}, {error}; "
-            f"write it as in {_example(role, wanted)}.",
+            f"{source}: the {role} is given as {text!r}: {error}; write it as in columns "
+            f"{role}=NAME:{_example(wanted)}.",
             code="units",
         ) from error
-    if scaling.of.is_count and not scaling.is_scaled:
-        raise UsageError(
-            f"{source}: the {role} is given as {text!r}, which does not say what one count "
-            f"is; give that, as in {_example(role, wanted)}.",
-            code="units",
-        )
     return scaling
 
 
-def _example(role: str, wanted: Sequence[str]) -> str:
-    """A scaling of a role, for a message."""
-    unit = next(iter(wanted), "")
-    rate = unit.removeprefix("rad").removeprefix("m")
-    if rate in ("/s", "/s^2") and unit != rate:
-        turns = "rpm" if rate == "/s" else "rev/s^2"
-        return f"columns {role}=NAME:{turns}{'*5mm/rev' * unit.startswith('m')}"
-    each = "5mm/4096" if unit == "m" else "360deg/4096/50+0.2deg"
-    named = role if unit in ("m", "rad") else "position"
-    return f"columns {named}=NAME:counts*{each}"
+def _example(wanted: Sequence[str]) -> str:
+    return _EXAMPLES.get(next(iter(wanted), ""), "counts*360deg/4096/50+0.2deg")
 
 
 def _check_angle(role: str, text: str, of: Quantity, wanted: Sequence[str], source: str) -> None:
@@ -356,19 +296,11 @@ def _check_angle(role: str, text: str, of: Quantity, wanted: Sequence[str], sour
     motions = [unit for unit in units if of.unit.same_dimension(unit) and _is_of_motion(unit)]
     if not motions or any(angle_power(unit) == of.angle for unit in motions):
         return
-    unit = motions[0]
-    left = of.angle - angle_power(unit)
-    if angle_power(unit):
-        said = "that of no angle"
-        what = "say which angle it is, as in mm/5mm*1rev for a screw or mm/5mm*1rad for a radius"
-    elif left > 0:
-        said = f"{unit} times an angle"
-        what = "say what length belongs to it, *5mm/rev for a screw or *5mm/rad for a radius"
-    else:
-        said = f"{unit} an angle"
-        what = "say what angle it is of, as in counts*1rev/4096*5mm/rev"
+    times = "times" if of.angle > angle_power(motions[0]) else "over"
     raise UsageError(
-        f"{source}: the {role} is given as {text!r}, which is {said}; {what}.",
+        f"{source}: the {role} is given as {text!r}, which is {motions[0]} {times} an angle; say "
+        "what length belongs to what angle, as in rpm*5mm/rev or counts*1rev/4096*5mm/rev for a "
+        "screw, *5mm/rad for a radius, mm/5mm*1rev for an angle.",
         code="units",
     )
 
@@ -393,19 +325,13 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
     if len(np.unique(finite)) < _MIN_COUNTS:
         return
     unit = (axis.coordinate.unit if axis is not None else "") or "rad"
-    example = "5mm/4096" if unit == "m" else "360deg/4096"
     raise DataError(
         f"{source}: the {role} {name!r} has no unit, and is whole numbers alone, from "
         f"{finite.min():.9g} to {finite.max():.9g}: those are counts of an encoder; say "
-        f"what one of them is, as in columns {role}={name}:counts*{example}; where they "
+        f"what one of them is, as in columns {role}={name}:{_example([unit])}; where they "
         f"are {unit} indeed, say so ({name}:{unit}).",
         code="units",
     )
-
-
-def _measures(unit: Unit, wanted: str) -> bool:
-    """Whether the units agree in kind: an angle is a number, but no angle is a length."""
-    return unit.same_dimension(parse_unit(wanted))
 
 
 def assumed_units_text(

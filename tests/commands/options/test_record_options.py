@@ -135,7 +135,7 @@ def test_a_second_record_has_windows_of_its_own(
     [
         (("--window", "2-5"), "a window is '2-5'; give FROM..TO"),
         (("--window", "5..2"), "does not end after it begins"),
-        (("--window", "100.."), "outside the log"),
+        (("--window", "100.."), "holds no samples of the log"),
         (("--validate-like", "1"), "nothing without --validate"),
     ],
 )

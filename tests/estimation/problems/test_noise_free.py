@@ -17,7 +17,6 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.control import cascade_pd_difference
 from axisid.elements import Drive
 from axisid.estimation.methods import METHODS, estimate_by
 from axisid.estimation.problems import Problem
@@ -148,33 +147,11 @@ def test_bias_is_found_again_where_it_leads(emps2015: GeneratedAxis) -> None:
     assert np.abs(estimate.corrected - truth)[1] < 5
 
 
-@pytest.mark.slow
-def test_where_noise_moves_reversals_intervals_hold(emps2015: GeneratedAxis) -> None:
-    """Noise decides where a rounded reversal falls; the noise-free loop tells nothing of it."""
-    law = cascade_pd_difference(kp=160.18, kv=243.45, period=1e-3)
-    axis = build(replace(emps2015.axis, control=law))
-    record = _slow_sines(axis, 24.8, noise=3e-6, seed=2)
-    estimate = identify(axis, record, KEPT, "idm-iv")["idm-iv"]
-    truth = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
-    for name, value in estimate.parameters.items():
-        assert value.interval[0] < truth[name] < value.interval[1]
-
-
 CUT = 4000
 
 
 def part(record: Record, start: int, stop: int) -> Record:
-    def cut(values: np.ndarray | None) -> np.ndarray | None:
-        return None if values is None else values[start:stop]
-
-    return replace(
-        record,
-        time=record.time[start:stop],
-        position=record.position[start:stop],
-        control=cut(record.control),
-        force=cut(record.force),
-        reference=cut(record.reference),
-    )
+    return replace(record, **{role: v[start:stop] for role, v in record.channels().items()})  # type: ignore[arg-type]
 
 
 def problem(axis: GeneratedAxis, *records: Record, **settings: object) -> Problem:

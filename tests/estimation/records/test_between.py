@@ -66,7 +66,7 @@ def test_resampled_it_is_drawn_likewise() -> None:
 
 
 def test_what_makes_no_sense_is_refused() -> None:
-    with refuses("shift"):
+    with refuses("method"):
         Repairs(between={"control": "linear"})
     with refuses("method"):
         Repairs(between={"velocity": "cubic"})  # type: ignore[dict-item]

@@ -45,7 +45,7 @@ def test_a_place_without_a_column_and_a_column_without_a_place_are_refused() -> 
         read_record(LOG, columns=NAMED)
     with refuses("test-signal"):
         read_record(LOG, injected_at="control")
-    with refuses("test-signal", says="'control' or 'reference'"):
+    with refuses("test-signal", says='added to .force.; give injected_at = "control"'):
         read_record(LOG, columns=NAMED, injected_at="force")
     with refuses("test-signal", says="None"):
         Record(time=TIME, position=LOG["position"], injected=LOG["exc"])
@@ -78,19 +78,9 @@ def test_a_reference_at_rest_is_no_fault_where_a_test_signal_moves_the_axis() ->
     assert read_record(still, columns=NAMED, injected_at="control").injected is not None
 
 
-def test_it_is_cut_split_and_resampled_as_the_others() -> None:
-    kept = np.ones(400, dtype=bool)
-    kept[180:220] = False
-    gapped = {name: values[kept] for name, values in LOG.items()}
-    given = {"columns": NAMED, "injected_at": "control"}
-    record = read_record(gapped, repairs=Repairs(gaps="split"), **given)  # type: ignore[arg-type]
-    assert record.segments == ((0, 180), (180, 360))
-    piece = record.longest()
-    np.testing.assert_array_equal(piece.injected, gapped["exc"][:180])
+def test_it_is_resampled_as_what_it_is_added_to() -> None:
     fine = Repairs(resample=2000.0)
-    lines = read_record(LOG, repairs=fine, **given)  # type: ignore[arg-type]
+    lines = read_record(LOG, repairs=fine, columns=NAMED, injected_at="control")
     np.testing.assert_allclose(lines.injected, np.interp(lines.time, TIME, LOG["exc"]))
     smooth = read_record(LOG, repairs=fine, columns=NAMED, injected_at="reference")
     np.testing.assert_allclose(smooth.injected, 0.1 * np.sin(60 * smooth.time), atol=1e-6)
-    with refuses("empty-cells", says="injected is nan"):
-        read_record({**LOG, "exc": np.where(TIME == 0.1, np.nan, LOG["exc"])}, **given)  # type: ignore[arg-type]

@@ -45,23 +45,6 @@ def test_a_velocity_has_a_unit_of_its_own_kind(unit: str, each: float) -> None:
     assert np.asarray(record.velocity) == pytest.approx(each * VELOCITY)
 
 
-def test_they_are_shifted_cut_and_masked_with_the_others() -> None:
-    record = read_record(
-        log(),
-        columns=NAMED,
-        windows=[(0.5, 0.8), (1.0, 1.5)],
-        repairs=Repairs(shift={"velocity": 3}),
-    )
-    expected = 30 * np.cos(30 * (record.time - 3 * PERIOD))
-    assert np.asarray(record.velocity) == pytest.approx(expected)
-    assert len(record.segments) == 2
-    whole = read_record(log(), columns=NAMED)
-    assert np.array_equal(
-        np.asarray(whole.windowed((0.5, 0.8)).acceleration), ACCELERATION[500:801]
-    )
-    assert np.asarray(whole.shifted(velocity=3).velocity) == pytest.approx(VELOCITY[: N - 3])
-
-
 class TestVelocityAlone:
     def test_the_position_is_its_integral_from_the_reference(self) -> None:
         reference = POSITION + 0.25

@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Record, UsageError, identify, read_record
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid import UsageError, read_record
 from axisid.estimation import Repairs
 from tests.refusals import refuses
 
@@ -26,9 +25,8 @@ def test_uneven_time_is_resampled_to_the_motion_that_was_sampled(
 ) -> None:
     uneven = TIME + PERIOD * rng.uniform(-0.4, 0.4, N)
     wavy = log(time=uneven, position=np.sin(30 * uneven), control=np.cos(30 * uneven))
-    with refuses("uneven-time", says="jitter") as refused:
+    with refuses("uneven-time", says="jitter"):
         read_record(wavy)
-    assert refused.value.code == "uneven-time"
     record = read_record(wavy, repairs=Repairs(resample=1000.0))
     assert record.period == 1e-3
     # A cubic spline's error is about h^4/384 times the fourth derivative, a line's h^2/8.
@@ -37,24 +35,6 @@ def test_uneven_time_is_resampled_to_the_motion_that_was_sampled(
     (repair,) = record.provenance.repairs
     assert (repair.kind, repair.count) == ("resample", len(record))
     assert "position by cubic splines, control by straight lines" in repair.text
-
-
-def test_log_with_lost_samples_and_shaken_times_still_identifies_the_axis(
-    emps2015: GeneratedAxis, twin: Record, rng: np.random.Generator
-) -> None:
-    kept = np.sort(rng.choice(len(twin), size=int(0.97 * len(twin)), replace=False))
-    kept = kept[np.concatenate([[True], np.diff(kept) < 3])]
-    uneven = {role: values[kept] for role, values in twin.channels().items()}
-    record = read_record(uneven, emps2015, repairs=Repairs(resample=1000.0, gaps="split"))
-    found = identify(emps2015, record)
-    truth = np.array(list(twin.provenance.truth.values()))
-    for method in ("idm-ls", "idm-iv"):
-        off = np.abs(found[method].physical - truth)
-        # Straight lines across lost samples of a held control are not what was held.
-        interpolated = 0.002 * truth
-        sd = np.sqrt(np.diag(found[method].covariances["hac"]))
-        assert np.all(off < 4 * sd + interpolated)
-        assert np.all(off < 0.03 * truth)
 
 
 def test_column_of_a_lower_rate_has_empty_cells() -> None:
@@ -77,9 +57,8 @@ def gapped() -> dict[str, Any]:
 
 
 def test_gaps_split_a_log_into_segments() -> None:
-    with refuses("uneven-time", says='gaps="split"') as refused:
+    with refuses("uneven-time", says='gaps="split"'):
         read_record(gapped())
-    assert refused.value.code == "uneven-time"
     record = read_record(gapped(), repairs=Repairs(gaps="split"))
     assert record.segments == ((0, 100), (100, 220), (220, 360))
     assert record.period == pytest.approx(PERIOD, rel=1e-12)
@@ -93,9 +72,8 @@ def test_gaps_split_a_log_into_segments() -> None:
 
 
 def test_resampling_invents_no_motion_in_a_gap() -> None:
-    with refuses("uneven-time", says=r"time has 2 gaps") as refused:
+    with refuses("uneven-time", says=r"time has 2 gaps"):
         read_record(gapped(), repairs=Repairs(resample="auto"))
-    assert refused.value.code == "uneven-time"
     record = read_record(gapped(), repairs=Repairs(resample="auto", gaps="split"))
     assert [stop - start for start, stop in record.segments] == [100, 124, 140]
     assert record.position == pytest.approx(np.sin(30 * record.time), abs=1e-6)

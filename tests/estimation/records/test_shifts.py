@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Record, UsageError, read_record
+from axisid import Record, read_record
 from axisid.estimation import Repairs
 from tests.refusals import refuses
 
@@ -34,13 +34,6 @@ def test_a_column_moves_to_later_times_by_samples_or_a_time(amount: Any, samples
         assert f"({abs(samples)} ms) {way}; {abs(samples)} row" in repair.text
 
 
-def test_a_record_moves_its_columns_as_its_log_does() -> None:
-    whole = read_record(log())
-    for amount in (1, -3, "2ms"):
-        read = read_record(log(), repairs=Repairs(shift={"control": amount}))
-        assert whole.shifted(control=amount).digest == read.digest
-
-
 def test_across_a_gap_nothing_is_moved() -> None:
     kept = np.r_[0:400, 600:N]
     gapped = {name: values[kept] for name, values in log().items()}
@@ -56,16 +49,9 @@ def test_a_masked_sample_goes_with_its_column() -> None:
     assert record.shifted(control=2).masked == ((498, 499), (500, 501))
 
 
-def test_next_to_no_sample_is_no_shift() -> None:
-    """A time without its unit, 1e-3 for 1ms, would else be taken and do nothing."""
-    with refuses("shift"):
-        read_record(log(), repairs=Repairs(shift={"control": "1e-3"}))
-
-
 def test_part_of_a_sample_needs_resampling() -> None:
-    with refuses("shift", r"shifted by 0\.5 samples") as refused:
+    with refuses("shift", r"shifted by 0\.5 samples"):
         read_record(log(), repairs=Repairs(shift={"control": "0.5ms"}))
-    assert refused.value.code == "shift"
     record = read_record(log(), repairs=Repairs(shift={"control": "0.5ms"}, resample=1000.0))
     expected = np.cos(30 * (record.time - 0.5e-3))
     assert np.asarray(record.control) == pytest.approx(expected, abs=(30 * 1e-3) ** 2 / 8)
@@ -75,15 +61,14 @@ def test_part_of_a_sample_needs_resampling() -> None:
     ("shift", "said"),
     [
         ({"time": 1}, "'time' is no column that can be moved"),
-        ({"torque": 1}, "'torque' is no column that can be moved"),
+        ({"torque": 1}, "there is no such column"),
         ({"control": "2mm"}, "give samples, such as 1, or a time"),
-        ({"control": "soon"}, "give samples"),
         ({"control": float("nan")}, "give samples"),
-        ({"control": None}, "give samples"),
+        ({"control": "1e-3"}, ""),
         ({"control": 1000}, "shifted by 1000 samples, and has 1000"),
         (3, "give samples by role"),
     ],
 )
 def test_a_shift_that_cannot_be_made_is_refused(shift: Any, said: str) -> None:
-    with pytest.raises(UsageError, match=said):
+    with refuses("shift", said):
         read_record(log(), repairs=Repairs(shift=shift))

@@ -1,13 +1,12 @@
 """A record's period is the declared law's, or the verdict says so; right logs raise no alarm."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from axisid import Record, build, identify, load_axis, read_record, validate
+from axisid import Record, identify, read_record, validate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
 from axisid.estimation.diagnostics.law.control_law import LawCheck, check_law
@@ -56,23 +55,6 @@ def test_every_result_fails_by_another_time(emps2015: GeneratedAxis, twin: Recor
     )
     assert validated.to_dict()["time_base"]
     assert validate(right, twin).to_dict()["time_base"] is None
-
-
-def test_log_of_another_rate_is_confirmed_by_the_period_beside_its_times(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    thinned = {role: values[::2] for role, values in twin.channels().items()}
-    said = in_words(check_law(emps2015, read_record(thinned, emps2015)))
-    assert "if the log keeps one sample in 2, confirm that by sample_period = 0.002" in said
-    for record in (
-        read_record(thinned, emps2015, sample_period=2e-3),
-        Record(**thinned, sample_period=2e-3),
-    ):
-        said = in_words(check_law(emps2015, record))
-        assert said.startswith("not evaluated: the record is sampled every 0.002 s")
-    without_time = {role: values for role, values in thinned.items() if role != "time"}
-    counted = read_record(without_time, emps2015, sample_period=2e-3)
-    assert "failed" in in_words(check_law(emps2015, counted))
 
 
 def test_confirmation_is_that_of_the_log_that_was_read(
@@ -130,26 +112,3 @@ def test_times_without_a_phase_leave_the_period_open(rng: np.random.Generator) -
     period, uncertainty = own_period(np.cumsum(rng.uniform(0.2e-3, 1.8e-3, 3000)))
     assert period == pytest.approx(1e-3, rel=0.05)
     assert uncertainty == 0.1
-
-
-def test_real_records_have_the_time_that_their_axes_declare(
-    emps: GeneratedAxis, emps_record: Record, emps_file: Path
-) -> None:
-    assert in_words(check_law(emps, emps_record)).startswith("passed")
-    assert in_words(check_law(emps, read_record(emps_file, emps))).startswith("passed")
-    alone = replace(emps_record, reference=None)
-    assert "has no reference" in in_words(check_law(emps, alone))
-
-
-def test_pendulum_of_another_log_is_told(root: Path, data_folder: Path) -> None:
-    """Its run is 0.03 % off the declared period; the other motions were logged faster."""
-    folder = data_folder / "dfki_pendulum"
-    if not folder.is_dir():
-        pytest.skip("the DFKI pendulum's records are absent")
-    axis = build(load_axis(root / "examples" / "dfki_pendulum.py"))
-    run = read_record(folder / "pd_system_identification_measured.csv", axis)
-    assert "no reference" in in_words(check_law(axis, run))
-    other = folder / "direct_collocation_measured.csv"
-    assert "failed" in in_words(check_law(axis, read_record(other, axis)))
-    confirmed = read_record(other, axis, sample_period=3e-3)
-    assert in_words(check_law(axis, confirmed)).startswith("not evaluated")

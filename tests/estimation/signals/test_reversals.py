@@ -1,7 +1,5 @@
 """Samples near reversals and rests, where the low-pass rounds what friction does at once."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -19,7 +17,6 @@ from axisid.estimation.methods import bound_record
 from axisid.estimation.signals.filtered_record import FilteredRecord
 from axisid.estimation.signals.sampling import near_turns
 from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
-from tests.refusals import refuses
 
 
 def test_samples_no_further_than_the_reach_from_a_turn_or_a_rest_are_near_it() -> None:
@@ -71,18 +68,6 @@ def test_default_leaves_them_out_where_there_is_friction(
     assert FilteredRecord.bind(smooth, twin, Prefilter()).excluded == ()
 
 
-def test_what_is_silent_is_near_a_reversal_or_a_rest(emps2015: GeneratedAxis, twin: Record) -> None:
-    data = bound_record(emps2015, twin, Prefilter(reversals="leave-out"))
-    velocity = data.signals.velocity
-    silent = np.zeros(len(twin), dtype=bool)
-    for start, stop in data.excluded:
-        silent[start:stop] = True
-    turning = np.flatnonzero(np.diff(np.sign(velocity)))
-    assert silent[turning].all()
-    assert 0.02 < silent.mean() < 0.5
-    assert np.abs(velocity[~silent]).min() > 1e-3 * np.abs(velocity).max()
-
-
 def test_rows_and_signals_stay_together_and_what_is_silent_enters_none(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -106,8 +91,3 @@ def test_instruments_are_weighted_as_the_regressor_is(
     filter_ = Prefilter(reversals="leave-out")
     iv, direct = (identify(emps2015, twin, filter_)[m] for m in ("idm-iv", "ddm-iv"))
     assert iv.physical == pytest.approx(direct.physical, rel=1e-9)
-
-
-def test_what_is_neither_kept_nor_left_out_is_refused() -> None:
-    with refuses("method"):
-        replace(Prefilter(), reversals="some")  # type: ignore[arg-type]

@@ -148,14 +148,6 @@ def test_rows_filled_with_the_previous_value_are_left_out_and_counted(tmp_path: 
     assert told in record.provenance.assumed
 
 
-def test_export_that_ends_early_is_told(tmp_path: Path) -> None:
-    text = export(CHANNELS)
-    whole = read_record(log(tmp_path, text), columns=COLUMNS)
-    assert not any("samples end" in note for note in whole.provenance.assumed)
-    cut = read_record(log(tmp_path, text[: text.index("\r\n41\t")]), columns=COLUMNS)
-    assert "its samples end 0.019 s before the end that its head gives" in cut.provenance.assumed
-
-
 @pytest.mark.parametrize(
     ("change", "code"),
     [

@@ -1,12 +1,10 @@
-"""What a column's numbers mean, read exactly, and mistakes told with their place."""
+"""What a column's numbers mean, read exactly, and mistakes told in a sentence."""
 
 import math
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
 
 from axisid import (
     Coordinate,
@@ -20,7 +18,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import Drive
-from axisid.estimation.records.columns.units import ScalingError, is_scaling, read_scaling
+from axisid.estimation.records.columns.units import is_scaling, read_scaling
 from axisid.estimation.tables import exact_unit, label_unit
 from axisid.estimation.tables.unit_labels import _FACTORS
 from axisid.modeling import LIBRARY, Column
@@ -79,49 +77,33 @@ def test_every_unit_is_known_exactly(unit: str) -> None:
     assert exact.value.denominator <= 10**10
 
 
-@pytest.mark.slow
-@given(
-    st.lists(st.fractions(Fraction(1, 9), 99, max_denominator=9), min_size=1, max_size=5),
-    st.sampled_from(["mm", "deg", "counts", "V"]),
-)
-def test_factors_are_multiplied_as_fractions(factors: list[Fraction], unit: str) -> None:
-    text = unit + "".join(f"*{f.numerator}/{f.denominator}" for f in factors)
-    found = read_scaling(text)
-    plain = read_scaling(f"{unit}*1")
-    assert found.of.value == plain.of.value * math.prod(factors)
-
-
 @pytest.mark.parametrize(
-    ("text", "letter", "said"),
+    ("text", "said"),
     [
-        ("counts*36Odeg", 10, "'Odeg' is no unit that is known"),
-        ("counts*360dag/3", 11, "'dag' is no unit"),
-        ("furlongs*3", 1, "'furlongs' is no unit"),
-        ("counts*360deg+3", 14, "an offset needs its unit"),
-        ("counts*360deg+1deg*3", 19, "the offset comes last, and once"),
-        ("counts*360deg+1deg-2deg", 19, "the offset comes last, and once"),
-        ("counts*3counts", 8, "one count is a length or an angle"),
-        ("counts*0deg", 8, "a factor of 0"),
-        ("mm/0", 4, "nothing is divided by 0"),
-        ("mm*nan", 4, "'nan' is no number"),
-        ("mm/-Infinity", 4, "'-Infinity' is no number"),
-        ("mm*", 4, "a number is missing after '*'"),
-        ("mm *2 -", 8, "a number is missing after '-'"),
-        ("mm*1e999999999", 4, "'1e999999999' is beyond any scale"),
-        ("mm*1e-999999999", 4, "is beyond any scale"),
-        ("mm*1e299*1e299", 1, "no number that can be computed with"),
-        (f"mm*{'9' * 300}", 201, "more than 200 letters"),
-        ("rpm*5mm/furlong", 6, "'mm/furlong' is no unit"),
-        ("mm+2V", 3, "an offset in V does not add to m"),
+        ("counts*36Odeg", "'Odeg' is no unit that is known"),
+        ("counts*360dag/3", "'dag' is no unit"),
+        ("furlongs*3", "'furlongs' is no unit"),
+        ("counts*360deg+3", "an offset needs its unit"),
+        ("counts*360deg+1deg*3", "the offset comes last, and once"),
+        ("counts*360deg+1deg-2deg", "the offset comes last, and once"),
+        ("counts*3counts", "one count is a length or an angle"),
+        ("counts*0deg", "leaves nothing"),
+        ("mm/0", "leaves nothing"),
+        ("mm*nan", "'nan' is no number"),
+        ("mm/-Infinity", "'-Infinity' is no number"),
+        ("mm*", "a number is missing after '*'"),
+        ("mm *2 -", "a number is missing after '-'"),
+        ("mm*1e999999999", "'1e999999999' is beyond any scale"),
+        ("mm*1e-999999999", "is beyond any scale"),
+        ("mm*1e299*1e299", "no number that can be computed with"),
+        (f"mm*{'9' * 300}", "more than 200 letters"),
+        ("rpm*5mm/furlong", "'mm/furlong' is no unit"),
+        ("mm+2V", "an offset in V does not add to m"),
     ],
 )
-def test_a_mistake_is_told_with_its_place(text: str, letter: int, said: str) -> None:
-    with pytest.raises(ScalingError, match=said) as refused:
-        read_scaling(text)
-    assert refused.value.letter == letter
-    with refuses("units", f"at letter {letter}, ") as told:
+def test_a_mistake_is_told(text: str, said: str) -> None:
+    with refuses("units", said):
         read_record(log(), columns={"position": f"position:{text}"})
-    assert told.value.code == "units"
 
 
 def test_counts_are_scaled_in_every_way_alike() -> None:
@@ -219,13 +201,10 @@ def test_a_scaling_that_gives_no_position_is_refused(
     ("axis", "role", "scaling", "what"),
     [
         ("emps2015", "velocity", "rpm*5mm/3", "m/s times an angle; .*5mm/rev for a screw"),
-        ("emps2015", "velocity", "rad/s*5mm", "m/s times an angle"),
-        ("emps2015", "position", "deg*5mm", "m times an angle"),
         ("emps2015", "position", "counts*360deg/4096*5mm", "m times an angle"),
-        ("emps2015", "position", "counts*5mm/rev/4096", "m an angle; .*counts\\*1rev/4096"),
+        ("emps2015", "position", "counts*5mm/rev/4096", "m over an angle"),
         ("emps2015", "acceleration", "rev/s^2*5mm", "m/s\\^2 times an angle"),
-        ("pendulum", "position", "mm/5mm", "that of no angle; .*1rev"),
-        ("pendulum", "velocity", "mm/s/5mm", "that of no angle"),
+        ("pendulum", "velocity", "mm/s/5mm", "over an angle"),
         (None, "position", "deg*5mm", "m times an angle"),
     ],
 )
@@ -265,7 +244,7 @@ def test_a_position_of_whole_numbers_is_not_believed_to_be_radians() -> None:
     with refuses("units", "from -1470 to 2017") as refused:
         read_record(log())
     assert refused.value.code == "units"
-    assert "position:counts*360deg/4096" in str(refused.value)
+    assert "position:counts*360deg/4096/50" in str(refused.value)
     assert len(read_record(log(), columns={"position": "position:rad"})) == len(TIME)
 
 

@@ -47,12 +47,6 @@ def test_units_come_from_the_axis_too(rotary: Axis) -> None:
         read_record(log, wrong)
 
 
-def test_label_as_it_stands_in_the_file_names_the_column(rotary: Axis) -> None:
-    log = {"time": TIME, "angle [deg]": VALUES}
-    record = read_record(log, rotary, columns={"position": "angle [deg]"})
-    assert record.position == pytest.approx(np.radians(VALUES))
-
-
 def test_name_with_a_colon_needs_no_unit(rotary: Axis) -> None:
     log = {"time": TIME, "axis:deg": VALUES}
     record = read_record(log, rotary, columns={"position": "axis:deg"})
