@@ -10,13 +10,11 @@ from axisid.codegen.printers import print_c_filter
 from axisid.support.arrays import Array
 
 from .errors import NativeUnavailableError
-from .library import Caller, LoadedLibrary
+from .library import LoadedLibrary
 from .library_cache import compiled_library
-from .trial import Trial
 
 _WIDE = 4  # as in the C text
 _KEPT = 2**21  # values to work in that a thread keeps, 17 MB
-_SAMPLES, _COLUMNS, _PADDING = 50, 11, 6  # of the trial; more columns than registers
 
 
 class ColumnFilter:
@@ -27,11 +25,10 @@ class ColumnFilter:
 
     Parameters
     ----------
-    call : callable
-        Calls the library's function.
+    call : LoadedLibrary
     """
 
-    def __init__(self, call: Caller) -> None:
+    def __init__(self, call: LoadedLibrary) -> None:
         self._call = call
         self._own = local()
 
@@ -81,18 +78,6 @@ class ColumnFilter:
 def column_filter() -> ColumnFilter | None:
     """Return the compiled filter, made when first needed; None where it cannot be had."""
     with contextlib.suppress(NativeUnavailableError, OSError):
-        path = compiled_library(print_c_filter(), _trial)
+        path = compiled_library(print_c_filter())
         return ColumnFilter(LoadedLibrary(path, "filter_columns"))
     return None
-
-
-def _trial() -> Trial:
-    """Columns through two sections, as SciPy has them."""
-    from scipy.signal import sosfilt_zi, sosfiltfilt
-
-    rng, trial = np.random.default_rng(0), Trial()
-    sections = np.array([[0.2, 0.3, 0.1, 1.0, -0.5, 0.2], [0.7, -0.2, 0.4, 1.0, 0.3, 0.1]])
-    columns = rng.uniform(-1.0, 1.0, (_SAMPLES, _COLUMNS))
-    found = ColumnFilter(trial).without_phase(columns, sections, sosfilt_zi(sections), _PADDING)
-    trial.expect("filter", found, sosfiltfilt(sections, columns, 0, padlen=_PADDING))
-    return trial

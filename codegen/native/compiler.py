@@ -11,12 +11,15 @@ import os
 import platform
 import shlex
 import shutil
+import signal
+import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
-from .child import run_child
-from .errors import CompilerHangsError, NativeUnavailableError
+from .errors import NativeUnavailableError
 
 FLAGS = (
     "-std=c11",
@@ -55,19 +58,37 @@ class Compiler:
             The compiler fails or hangs; what it started is ended.
         """
         command = [*self.command, *FLAGS, source.name, "-o", target.name, "-lm"]
-        output = source.with_name("output")
-        try:
-            code = run_child(source.parent, seconds, ("compile", command, output.name))
-        except TimeoutError:
-            raise CompilerHangsError(
-                f"{self.command[0]} did not finish within {seconds:g} s"
-            ) from None
-        with output.open("rb") as file:
-            said = file.read(_MOST_OUTPUT).decode(errors="replace").strip().splitlines()
+        # Not into a pipe, which what the compiler starts may hold open beyond its end.
+        with source.with_name("output").open("w+b") as output:
+            code = _run(command, source.parent, output, seconds)
+            output.seek(0)
+            said = output.read(_MOST_OUTPUT).decode(errors="replace").strip().splitlines()
         if code != 0 or not target.is_file():
             telling = [line for line in said if "error" in line] or said[-1:]
             reason = telling[0] if telling else f"exit code {code}"
             raise NativeUnavailableError(f"{self.command[0]} failed: {reason}")
+
+
+def _run(command: Sequence[str], folder: Path, output: IO[bytes], seconds: float) -> int:
+    """The exit code of a command; whatever it started ends with it."""
+    process = subprocess.Popen(  # noqa: S603
+        command,
+        cwd=folder,
+        env={**os.environ, "TMPDIR": str(folder)},  # what it leaves goes with the folder
+        stdin=subprocess.DEVNULL,
+        stdout=output,
+        stderr=output,
+        start_new_session=True,  # Ctrl-C is for this process to answer
+    )
+    try:
+        return process.wait(seconds)
+    except subprocess.TimeoutExpired:
+        reason = f"{command[0]} did not finish within {seconds:g} s"
+        raise NativeUnavailableError(reason) from None
+    finally:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
 
 def find_compiler() -> Compiler:

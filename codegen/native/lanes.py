@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from axisid.support.arrays import Array
 
+from .library import LoadedLibrary
+
 _WIDE, _STATES, _STREAMS, _STRETCH = 8, 8, 7, 16  # as in the C text
 
 
@@ -55,14 +57,13 @@ class LaneLibrary:
 
     Parameters
     ----------
-    call : callable
-        Calls its functions.
+    call : LoadedLibrary
     parameters : int
     known : bool
         Whether rows have a part that no parameter scales.
     """
 
-    def __init__(self, call: Any, parameters: int, *, known: bool) -> None:
+    def __init__(self, call: LoadedLibrary, parameters: int, *, known: bool) -> None:
         self._call, self._parameters, self._columns = call, parameters, parameters + known
         self._own = local()
 

@@ -16,9 +16,6 @@ from axisid.support.arrays import Array
 
 from .slices import StoppableRuns, slices
 
-#: Calls a function of a library by name with whole numbers, floats, arrays (their memory) and None.
-Caller = Callable[..., int]
-
 
 class LoadedLibrary:
     """A library in this process.
@@ -49,6 +46,10 @@ class LoadedLibrary:
             call = self._typed[function] = self._of_types(function, arguments)
         return call(*[_address(each) if type(each) is np.ndarray else each for each in arguments])
 
+    def has(self, function: str) -> bool:
+        """Whether it evaluates a function at many samples."""
+        return hasattr(self._library, f"{function}_rows")
+
     def _of_types(self, function: str, arguments: Sequence[Any]) -> Callable[..., int]:
         """A function that takes what its first call gives: a place has always the same type."""
         found = self._library[function]  # a new object each time, of types of its own
@@ -61,8 +62,7 @@ class NativeLibrary:
 
     Parameters
     ----------
-    call : callable
-        Calls its functions.
+    call : LoadedLibrary
     functions : mapping of str to casadi.Function
         The same functions in the virtual machine; their shapes are the library's.
     path : Path, optional
@@ -73,7 +73,7 @@ class NativeLibrary:
 
     def __init__(
         self,
-        call: Caller,
+        call: LoadedLibrary,
         functions: Mapping[str, Any],
         path: Path | None = None,
         gains: Array | None = None,
@@ -84,6 +84,10 @@ class NativeLibrary:
         self._shapes = {name: FunctionShape.of(each) for name, each in functions.items()}
         self._by_gains = {n for n, each in functions.items() if GAINS in each.name_in()}
         self._runs = StoppableRuns()
+
+    def has(self, function: str) -> bool:
+        """Whether it evaluates a function at many samples."""
+        return self._call.has(function)
 
     def evaluate(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
         """Evaluate a function at N samples: one (N, elements) array per output.

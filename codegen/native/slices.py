@@ -74,47 +74,34 @@ class StoppableRuns:
 def _in_threads(
     runs: Sequence[Callable[[NDArray[np.int32]], int]], stop: NDArray[np.int32]
 ) -> list[int]:
-    loops = [_SlicedLoop(run, stop) for run in runs]
-    try:
-        for loop in loops:
-            loop.start()
-        return [loop.result() for loop in loops]
-    except BaseException:
-        stop[0] = 1  # what still runs holds all that it writes to, and ends soon
-        raise
-
-
-class _SlicedLoop:
-    """A loop in a thread of its own, which the main thread waits for where Ctrl-C reaches it.
+    """Each loop in a thread of its own; this one waits where Ctrl-C reaches it.
 
     An interrupt may come between any two steps of Python. Were a lock both threads take held then,
     as in a pool's futures, the other would wait for it for ever: here only one ever takes it.
     """
+    results, errors = [0] * len(runs), list[BaseException]()
+    ended = [allocate_lock() for _ in runs]
 
-    def __init__(self, run: Callable[[NDArray[np.int32]], int], stop: NDArray[np.int32]) -> None:
-        self._run, self._stop = run, stop
-        self._ended = allocate_lock()
-        self._ended.acquire()
-        self._error: BaseException | None = None
-        self._status = 0
-
-    def start(self) -> None:
-        """Begin."""
-        start_new_thread(self._work, ())
-
-    def result(self) -> int:
-        """Wait for the end, and return what the loop does."""
-        # Short waits: a signal that another thread gets does not wake this one.
-        while not self._ended.acquire(timeout=_WAIT):
-            pass
-        if self._error is not None:
-            raise self._error
-        return self._status
-
-    def _work(self) -> None:
+    def work(i: int) -> None:
         try:
-            self._status = self._run(self._stop)
-        except BaseException as error:  # it is raised where the result is asked for
-            self._error = error
+            results[i] = runs[i](stop)
+        except BaseException as error:  # it is raised below
+            errors.append(error)
+            stop[0] = 1
         finally:
-            self._ended.release()
+            ended[i].release()
+
+    try:
+        for i, lock in enumerate(ended):
+            lock.acquire()
+            start_new_thread(work, (i,))
+        for lock in ended:
+            # Short waits: a signal that another thread gets does not wake this one.
+            while not lock.acquire(timeout=_WAIT):
+                pass
+    except BaseException:
+        stop[0] = 1  # what still runs holds all that it writes to, and ends soon
+        raise
+    if errors:
+        raise errors[0]
+    return results

@@ -50,9 +50,6 @@ class VirtualLoop:
     parameters : (p,) array
         Behind them the gains of the law where its functions take them.
     settings : LoopSettings
-    most_events, most_steps : int, optional
-        In a step, more is chatter; and in all. As many as the native loop follows by default, or at
-        most.
     """
 
     def __init__(
@@ -60,17 +57,14 @@ class VirtualLoop:
         functions: Mapping[str, Any],
         parameters: Array,
         settings: LoopSettings,
-        most_events: int | None = None,
-        most_steps: int | None = None,
     ) -> None:
         self._q, self._dq = functions["closed_loop_step"].name_in()[:2]
         self._settings = settings
         own = functions["plant_step"].size1_in("parameters")
         self._plant = VirtualPlant(functions, parameters[:own])
         self._gains = () if own == len(parameters) else (parameters[own:],)
-        limit = _MOST_EVENTS[self._plant.sides > 0]
-        self._most_events = min(most_events or limit, limit)
-        self._most_steps, self._left = most_steps, 0
+        self._most_events = _MOST_EVENTS[self._plant.sides > 0]
+        self._left = 0
         self._law_start = functions["control_start"]
         self._loop_step = BufferedFunction(functions["closed_loop_step"])
         self._loop_step.arguments["parameters"][:] = parameters
@@ -91,7 +85,7 @@ class VirtualLoop:
     ) -> tuple[int, int, dict[str, Array]]:
         """Run one simulation; as `NativeLibrary.simulate`."""
         samples, settings = len(reference), self._settings
-        self._left = self._most_steps or max(STEPS_IN_ALL, STEPS_OF_EACH * samples)
+        self._left = max(STEPS_IN_ALL, STEPS_OF_EACH * samples)
         signals = {name: np.zeros(samples) for name in SIGNALS}
         noise = np.zeros(samples) if noise is None else noise
         injected = np.zeros(samples) if injected is None else injected
