@@ -47,6 +47,12 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
     return derivative.replace(lambda node: node.is_Mul, _without_needless_steps)
 
 
+def plain_slope(value: sympy.Expr, variable: sympy.Symbol) -> sympy.Expr:
+    """The same away from where an expression jumps."""
+    derivative = _Slopes(variable)(value)
+    return derivative.xreplace(dict.fromkeys(derivative.atoms(sympy.DiracDelta), sympy.S.Zero))
+
+
 class _Slopes:
     """Derivatives by a variable, each node's once.
 

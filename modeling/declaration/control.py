@@ -166,13 +166,6 @@ class ControlLaw:
         return signals_in(self.output, *(memory.following for memory in self.memory))
 
     @property
-    def constants(self) -> frozenset[ConstantSymbol]:
-        """The constants that stand in it."""
-        values = [self.output]
-        values += [value for memory in self.memory for value in (memory.following, memory.start)]
-        return frozenset().union(*(value.atoms(ConstantSymbol) for value in values))
-
-    @property
     def remembers_gains(self) -> bool:
         """Whether what it remembers depends on its gains, so that no product of them scales it."""
         gains = {gain(name) for name in self.gains}
