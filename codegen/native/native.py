@@ -60,18 +60,10 @@ class Native:
         """Return the library, compiling it if it is not cached; None where it cannot be had."""
         if self._library is None and not self.refusal:
             try:
-                self._library = self._compiled()
+                self._library = self._load(compiled_library(self.text, self._check))
             except (NativeUnavailableError, OSError) as error:
                 self.refusal = str(error)
         return self._library
-
-    def _compiled(self) -> NativeLibrary:
-        path = compiled_library(self.text, self._check)
-        try:
-            return self._load(path)
-        except OSError:  # whole, but not for this machine: build it again
-            path.unlink(missing_ok=True)
-            return self._load(compiled_library(self.text, self._check))
 
     def _load(self, path: Path) -> NativeLibrary:
         return NativeLibrary(LoadedLibrary(path), self._functions, path, self._gains)

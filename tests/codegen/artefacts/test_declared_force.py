@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import sympy
-from hypothesis import HealthCheck, Phase, assume, given, settings, strategies as st
+from hypothesis import HealthCheck, assume, given, settings, strategies as st
 
 from axisid import Axis, Constant, Coordinate, ModelError, Parameter, build, derive, newton
 from axisid.codegen.printers.python import print_python
@@ -247,19 +247,6 @@ def test_any_declaration_has_its_force_in_every_target(declared: Axis, motion: M
     if derivable(declared):
         values = np.array([p.nominal for p in declared.parameters])
         check(declared, values, motion, targets(declared, values, native=False))
-
-
-@pytest.mark.slow
-@settings(max_examples=5, phases=[Phase.generate], suppress_health_check=list(HealthCheck))
-@given(declared=declarations(), motions=st.lists(st.tuples(PLACES, st.floats(0.1, 3)), min_size=9))
-def test_any_declaration_has_its_force_in_compiled_c(
-    declared: Axis, motions: list[tuple[float, float]]
-) -> None:
-    if derivable(declared):
-        values = np.array([p.nominal for p in declared.parameters])
-        what = targets(declared, values)
-        for x, v in motions:
-            check(declared, values, (x, v, 0.7), {"C": what["C"]})
 
 
 @pytest.mark.parametrize("name", FAR)
