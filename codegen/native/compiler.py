@@ -6,7 +6,6 @@ results are those of the CasADi virtual machine to rounding.
 
 import contextlib
 import importlib.util
-import math
 import os
 import platform
 import shlex
@@ -49,7 +48,7 @@ class Compiler:
     command: tuple[str, ...]
     identity: str
 
-    def compile(self, source: Path, target: Path, seconds: float) -> None:
+    def compile(self, source: Path, target: Path, seconds: float = _SECONDS) -> None:
         """Compile one file into a shared library, both in one folder.
 
         Raises
@@ -122,15 +121,6 @@ def find_compiler() -> Compiler:
     raise NativeUnavailableError(
         "there is no C compiler (install one, or pip install 'axisid[native]')"
     )
-
-
-def most_seconds() -> float:
-    """Time limit of a compiler, from AXISID_COMPILE_SECONDS if that is a sensible number."""
-    with contextlib.suppress(ValueError):
-        seconds = float(os.environ.get("AXISID_COMPILE_SECONDS", _SECONDS))
-        if math.isfinite(seconds) and 0 < seconds < 1e6:
-            return seconds
-    return _SECONDS
 
 
 def _identity(executable: Path) -> str:

@@ -14,7 +14,7 @@ from axisid.codegen.lowering import BLOCK, GAINS, SIGNALS, LoopSettings, LoopSta
 from axisid.codegen.runtime import FunctionShape, checked_arguments
 from axisid.support.arrays import Array
 
-from .slices import StoppableRuns, slices
+from .slices import slices, stoppable
 
 
 class LoadedLibrary:
@@ -83,7 +83,6 @@ class NativeLibrary:
         self._call = call
         self._shapes = {name: FunctionShape.of(each) for name, each in functions.items()}
         self._by_gains = {n for n, each in functions.items() if GAINS in each.name_in()}
-        self._runs = StoppableRuns()
 
     def has(self, function: str) -> bool:
         """Whether it evaluates a function at many samples."""
@@ -212,7 +211,7 @@ class NativeLibrary:
                 stop,
             )
 
-        (status,) = self._runs.run([run], len(reference) * settings.substeps)
+        (status,) = stoppable([run], len(reference) * settings.substeps)
         return status, int(stopped[0]), dict(zip(SIGNALS, signals, strict=True))
 
     def simulate_batch(
@@ -287,7 +286,7 @@ class NativeLibrary:
             )
 
         runs = [partial(run, *edge) for edge in pairwise(edges) if edge[0] < edge[1]]
-        self._runs.run(runs, samples * lanes * settings.substeps)
+        stoppable(runs, samples * lanes * settings.substeps)
         return status, stopped, signals
 
     def _with_gains(self, parameters: Array) -> Array:

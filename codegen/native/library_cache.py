@@ -22,7 +22,7 @@ from platformdirs import user_cache_path
 
 from axisid.support.files.regular_file import read_regular
 
-from .compiler import FLAGS, Compiler, find_compiler, most_seconds
+from .compiler import FLAGS, Compiler, find_compiler
 from .errors import NativeUnavailableError
 
 _LOCK_SECONDS = 300.0
@@ -115,7 +115,7 @@ def _build(text: str, compiler: Compiler, library: Path, check: Callable[[Path],
         # A path that was loaded once keeps giving the old code.
         source, target = folder / "native.c", folder / f"{secrets.token_hex(8)}.so"
         source.write_text(text)
-        compiler.compile(source, target, most_seconds())
+        compiler.compile(source, target)
         check(target)
         digest = folder / "sha256"
         digest.write_text(_digest(target, library.name))

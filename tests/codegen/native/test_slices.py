@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from axisid import UsageError, build, load_axis, simulate
-from axisid.codegen.native.slices import StoppableRuns
+from axisid.codegen.native.slices import stoppable
 
 pytestmark = pytest.mark.usefixtures("c_compiler")
 
@@ -72,7 +72,7 @@ def test_slices_change_no_bit(
     assert (axis.native.library() is not None) == native
     arguments = (*rng.normal(size=(4, 5000)), axis.nominal)
     whole = axis.evaluate("idm_regressor", *arguments[:4])
-    monkeypatch.setattr(module, "_FIRST", 7)
+    monkeypatch.setattr(module, "_PART", 7)
     for a, b in zip(whole, axis.evaluate("idm_regressor", *arguments[:4]), strict=True):
         assert a.tobytes() == b.tobytes()
     assert axis.evaluate("inverse_dynamics", *arguments)[0].shape == (5000, 1)
@@ -91,7 +91,7 @@ def test_each_sample_may_have_parameters_of_its_own(
     alone = [
         axis.evaluate("inverse_dynamics", *m, p)[0] for m, p in zip(motion.T, sets, strict=True)
     ]
-    monkeypatch.setattr(module, "_FIRST", 7)
+    monkeypatch.setattr(module, "_PART", 7)
     together = axis.evaluate("inverse_dynamics", *motion, sets)[0]
     assert together.tobytes() == np.concatenate(alone).tobytes()
     with pytest.raises(UsageError, match="parameters has 19 values, not 20"):
@@ -119,5 +119,5 @@ def test_error_in_one_run_stops_the_others() -> None:
 
     begin = time.process_time()
     with pytest.raises(ValueError, match="no"):
-        StoppableRuns().run([fails, waits], 10**9)
+        stoppable([fails, waits], 10**9)
     assert time.process_time() - begin < 5
