@@ -18,8 +18,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from .errors import NativeUnavailableError
-
 FLAGS = (
     "-std=c11",
     "-O3",
@@ -31,6 +29,10 @@ FLAGS = (
 )
 _SECONDS = 120.0
 _MOST_OUTPUT = 100_000
+
+
+class NativeUnavailableError(Exception):
+    """Native code cannot be had; the message says why, and the virtual machine serves instead."""
 
 
 @dataclass(frozen=True, slots=True)

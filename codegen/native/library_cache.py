@@ -22,8 +22,7 @@ from platformdirs import user_cache_path
 
 from axisid.support.files.regular_file import read_regular
 
-from .compiler import FLAGS, Compiler, find_compiler
-from .errors import NativeUnavailableError
+from .compiler import FLAGS, Compiler, NativeUnavailableError, find_compiler
 
 _LOCK_SECONDS = 300.0
 _OLD_SECONDS = 3600.0

@@ -14,9 +14,9 @@ from typing import Any
 from axisid.codegen.printers import has_known_part, print_c_lanes, with_c_loop
 from axisid.support.arrays import Array
 
-from .errors import NativeUnavailableError
+from .compiler import NativeUnavailableError
 from .lanes import LaneLibrary
-from .library import LoadedLibrary, NativeLibrary
+from .library import NativeLibrary
 from .library_cache import cached_library, compiled_library
 from .trial import check_values
 
@@ -66,11 +66,11 @@ class Native:
         return self._library
 
     def _load(self, path: Path) -> NativeLibrary:
-        return NativeLibrary(LoadedLibrary(path), self._functions, path, self._gains)
+        return NativeLibrary(path, self._functions, self._gains)
 
     def _check(self, path: Path) -> None:
         try:
-            fresh = NativeLibrary(LoadedLibrary(path), self._functions)
+            fresh = NativeLibrary(path, self._functions)
         except OSError as error:
             reason = f"the compiled library does not load: {error}"
             raise NativeUnavailableError(reason) from error
@@ -90,8 +90,7 @@ class Native:
         count = self._functions["direct_dynamics"].size1_in("parameters")
         with contextlib.suppress(NativeUnavailableError, OSError):
             path = compiled_library(print_c_lanes(self.text, count))
-            loaded = LoadedLibrary(path, "lanes_measured")
-            return LaneLibrary(loaded, count, known=has_known_part(self.text))
+            return LaneLibrary(path, count, known=has_known_part(self.text))
         return None
 
     def warn_once(self) -> None:

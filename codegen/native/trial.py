@@ -12,7 +12,7 @@ import numpy as np
 
 from axisid.support.arrays import Array
 
-from .errors import NativeUnavailableError
+from .compiler import NativeUnavailableError
 from .library import NativeLibrary
 
 _PERIOD = 1e-3
