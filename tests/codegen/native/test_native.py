@@ -239,22 +239,6 @@ def test_no_working_compiler_means_the_virtual_machine_and_one_line(
     assert "IDM-IV" in out
 
 
-@pytest.mark.slow
-def test_full_disk_means_the_virtual_machine(cache: Path) -> None:
-    import resource
-
-    done = subprocess.run(
-        [sys.executable, "-B", "-c", PROGRAM],
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000)),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert not done.stdout.strip().endswith(".so")
-    assert not list(cache.glob("*.so"))
-
-
 def test_unwritable_cache_means_no_library_and_says_what_to_set(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
