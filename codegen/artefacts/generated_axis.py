@@ -12,7 +12,13 @@ import numpy as np
 import sympy
 from numpy.typing import ArrayLike
 
-from axisid.codegen.lowering import drive_force_by_gain, drive_force_in_mode, evaluate, over_time
+from axisid.codegen.lowering import (
+    Program,
+    drive_force_by_gain,
+    drive_force_in_mode,
+    evaluate,
+    over_time,
+)
 from axisid.codegen.native import Native, slices
 from axisid.codegen.runtime import FunctionShape, by_sample, checked_arguments, execute
 from axisid.modeling.declaration import Axis, ControlLaw, check_axis
@@ -238,11 +244,8 @@ class GeneratedAxis:
 
         By control, motion, and the recorded signals in the axis's order.
         """
-        q = self.axis.coordinate
-        signals = {str(CONTROL): control, q.name: position, str(q.velocity): velocity}
-        signals |= dict(zip((s.name for s in self.axis.signals), recorded, strict=True))
-        (slopes,) = evaluate(drive_force_by_gain(self.axis), signals).values()
-        return slopes[:, 0]
+        motion = (control, position, velocity)
+        return self._driven(drive_force_by_gain(self.axis), motion, recorded)
 
     def force_in_mode(
         self,
@@ -253,12 +256,16 @@ class GeneratedAxis:
         recorded: Sequence[Array] = (),
     ) -> Array:
         """The drive's force in friction directions, (N,), which at rest no velocity tells."""
-        q = self.axis.coordinate
-        motion = {q.name: position, str(q.velocity): velocity, str(DIRECTION): direction}
-        signals = {str(CONTROL): control, **motion}
-        signals |= dict(zip((s.name for s in self.axis.signals), recorded, strict=True))
-        (forces,) = evaluate(drive_force_in_mode(self.axis), signals).values()
-        return forces[:, 0]
+        motion = (control, position, velocity, direction)
+        return self._driven(drive_force_in_mode(self.axis), motion, recorded)
+
+    def _driven(
+        self, program: Program, motion: Sequence[Array], recorded: Sequence[Array]
+    ) -> Array:
+        names = (port.name for port in program.inputs)
+        arguments = dict(zip(names, (*motion, *recorded), strict=True))
+        (values,) = evaluate(program, arguments).values()
+        return values[:, 0]
 
     def experiment_signals(self, time: Array) -> dict[str, Array]:
         """What the axis's experiment says of recorded signals, at times, s, (N,) by name."""

@@ -6,7 +6,7 @@ machine: no time, no path, no version of a library.
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 
 import sympy
@@ -250,8 +250,8 @@ def _manifest(
         "schema": SCHEMA,
         "signature": mark,
         "parameters": [{"name": p.name, "unit": p.unit} for p in model.axis.parameters],
-        **_recorded(model),
-        **_remembered(model),
+        **_listed("signals", model.axis.signals, ("name", "unit", "between")),
+        **_listed("states", model.axis.states, ("name", "unit")),
         **_timing(model),
         "ddm_parameters": None
         if isinstance(mapping, Missing)
@@ -277,15 +277,9 @@ def _manifest(
     }
 
 
-def _recorded(model: AxisModel) -> dict[str, object]:
-    signals = model.axis.signals
-    listed = [{"name": s.name, "unit": s.unit, "between": s.between} for s in signals]
-    return {"signals": listed} if listed else {}
-
-
-def _remembered(model: AxisModel) -> dict[str, object]:
-    listed = [{"name": s.name, "unit": s.unit} for s in model.axis.states]
-    return {"states": listed} if listed else {}
+def _listed(key: str, items: Iterable[object], names: Iterable[str]) -> dict[str, object]:
+    listed = [{name: getattr(item, name) for name in names} for item in items]
+    return {key: listed} if listed else {}
 
 
 def _timing(model: AxisModel) -> dict[str, object]:

@@ -6,17 +6,17 @@ results are those of the CasADi virtual machine to rounding.
 
 import contextlib
 import importlib.util
-import math
 import os
 import platform
 import shlex
 import shutil
+import signal
+import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-
-from .child import run_child
-from .errors import CompilerHangsError, NativeUnavailableError
+from typing import IO
 
 FLAGS = (
     "-std=c11",
@@ -29,6 +29,10 @@ FLAGS = (
 )
 _SECONDS = 120.0
 _MOST_OUTPUT = 100_000
+
+
+class NativeUnavailableError(Exception):
+    """Native code cannot be had; the message says why, and the virtual machine serves instead."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +50,7 @@ class Compiler:
     command: tuple[str, ...]
     identity: str
 
-    def compile(self, source: Path, target: Path, seconds: float) -> None:
+    def compile(self, source: Path, target: Path, seconds: float = _SECONDS) -> None:
         """Compile one file into a shared library, both in one folder.
 
         Raises
@@ -55,19 +59,37 @@ class Compiler:
             The compiler fails or hangs; what it started is ended.
         """
         command = [*self.command, *FLAGS, source.name, "-o", target.name, "-lm"]
-        output = source.with_name("output")
-        try:
-            code = run_child(source.parent, seconds, ("compile", command, output.name))
-        except TimeoutError:
-            raise CompilerHangsError(
-                f"{self.command[0]} did not finish within {seconds:g} s"
-            ) from None
-        with output.open("rb") as file:
-            said = file.read(_MOST_OUTPUT).decode(errors="replace").strip().splitlines()
+        # Not into a pipe, which what the compiler starts may hold open beyond its end.
+        with source.with_name("output").open("w+b") as output:
+            code = _run(command, source.parent, output, seconds)
+            output.seek(0)
+            said = output.read(_MOST_OUTPUT).decode(errors="replace").strip().splitlines()
         if code != 0 or not target.is_file():
             telling = [line for line in said if "error" in line] or said[-1:]
             reason = telling[0] if telling else f"exit code {code}"
             raise NativeUnavailableError(f"{self.command[0]} failed: {reason}")
+
+
+def _run(command: Sequence[str], folder: Path, output: IO[bytes], seconds: float) -> int:
+    """The exit code of a command; whatever it started ends with it."""
+    process = subprocess.Popen(  # noqa: S603
+        command,
+        cwd=folder,
+        env={**os.environ, "TMPDIR": str(folder)},  # what it leaves goes with the folder
+        stdin=subprocess.DEVNULL,
+        stdout=output,
+        stderr=output,
+        start_new_session=True,  # Ctrl-C is for this process to answer
+    )
+    try:
+        return process.wait(seconds)
+    except subprocess.TimeoutExpired:
+        reason = f"{command[0]} did not finish within {seconds:g} s"
+        raise NativeUnavailableError(reason) from None
+    finally:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
 
 def find_compiler() -> Compiler:
@@ -101,15 +123,6 @@ def find_compiler() -> Compiler:
     raise NativeUnavailableError(
         "there is no C compiler (install one, or pip install 'axisid[native]')"
     )
-
-
-def most_seconds() -> float:
-    """Time limit of a compiler, from AXISID_COMPILE_SECONDS if that is a sensible number."""
-    with contextlib.suppress(ValueError):
-        seconds = float(os.environ.get("AXISID_COMPILE_SECONDS", _SECONDS))
-        if math.isfinite(seconds) and 0 < seconds < 1e6:
-            return seconds
-    return _SECONDS
 
 
 def _identity(executable: Path) -> str:

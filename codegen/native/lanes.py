@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from threading import local
 from typing import Any
 
@@ -9,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.support.arrays import Array
+
+from .library import LoadedLibrary
 
 _WIDE, _STATES, _STREAMS, _STRETCH = 8, 8, 7, 16  # as in the C text
 
@@ -50,20 +53,20 @@ class Decimation:
         return (self.sizes, self.powers, self.gains, self.settled, self.ends, self.direct)
 
 
-class LaneLibrary:
+class LaneLibrary(LoadedLibrary):
     """Compiled rows of lanes; arrays are contiguous, (N, L) or (n, columns, L).
 
     Parameters
     ----------
-    call : callable
-        Calls its functions.
+    path : Path
     parameters : int
     known : bool
         Whether rows have a part that no parameter scales.
     """
 
-    def __init__(self, call: Any, parameters: int, *, known: bool) -> None:
-        self._call, self._parameters, self._columns = call, parameters, parameters + known
+    def __init__(self, path: Path, parameters: int, *, known: bool) -> None:
+        super().__init__(path, "lanes_measured")
+        self._parameters, self._columns = parameters, parameters + known
         self._own = local()
 
     def motion(
@@ -77,7 +80,7 @@ class LaneLibrary:
     ) -> None:
         """Low-passed position and its differences, (N, L) each, into three arrays."""
         samples, lanes = position.shape
-        self._call(
+        self(
             "lanes_motion",
             samples,
             lanes,
@@ -102,7 +105,7 @@ class LaneLibrary:
         """Regressor, known part if there is any, and force of measured lanes, (n, columns, L)."""
         samples, lanes = control.shape
         out = np.empty((decimation.rows, self._columns + 1, lanes))
-        self._call(
+        self(
             "lanes_measured",
             samples,
             lanes,
@@ -127,7 +130,7 @@ class LaneLibrary:
         """Regressor of simulated lanes, and known part if there is any, (n, columns, L)."""
         samples, lanes = loops[0].shape
         out = np.empty((decimation.rows, self._columns, lanes))
-        self._call(
+        self(
             "lanes_simulated",
             samples,
             lanes,
@@ -145,7 +148,7 @@ class LaneLibrary:
         """What rows make of ones where nothing is excluded, (n, L)."""
         samples, lanes = excluded.shape
         out = np.empty((decimation.rows, lanes))
-        self._call(
+        self(
             "lanes_weights",
             samples,
             lanes,
@@ -160,7 +163,7 @@ class LaneLibrary:
         """Samples, (N, L), within a reach of reversals and rests, no faster than a share."""
         samples, lanes = velocity.shape
         out = np.empty((samples, lanes), dtype=np.bool_)
-        self._call("lanes_turns", samples, lanes, velocity, float(rest), reach, _bytes(out))
+        self("lanes_turns", samples, lanes, velocity, float(rest), reach, _bytes(out))
         return out
 
     def information(
@@ -178,7 +181,7 @@ class LaneLibrary:
         size = self._parameters
         moving, left = np.empty((size, size, lanes)), np.empty((size, size, lanes))
         masks = (_bytes(kept), _bytes(near))
-        self._call("lanes_information", samples, lanes, *motion, *masks, slow, moving, left)
+        self("lanes_information", samples, lanes, *motion, *masks, slow, moving, left)
         return moving, left
 
     def products(self, one: Array, other: Array) -> Array:
@@ -187,14 +190,14 @@ class LaneLibrary:
         out = np.empty((p, q, lanes))
         one, other = _rows_apart(one), _rows_apart(other)
         apart = (one.strides[0] // one.itemsize, other.strides[0] // other.itemsize)
-        self._call("lanes_products", rows, lanes, p, q, one, apart[0], other, apart[1], out)
+        self("lanes_products", rows, lanes, p, q, one, apart[0], other, apart[1], out)
         return out
 
     def lagged(self, columns: Array, lags: int) -> Array:
         """Sums of products of columns (n, p, L) with themselves before, (lags + 1, p, L)."""
         rows, p, lanes = columns.shape
         out = np.empty((lags + 1, p, lanes))
-        self._call("lanes_lagged", rows, lanes, p, lags, np.ascontiguousarray(columns), out)
+        self("lanes_lagged", rows, lanes, p, lags, np.ascontiguousarray(columns), out)
         return out
 
     def _work(self, decimation: Decimation, lanes: int) -> Array:

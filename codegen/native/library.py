@@ -14,10 +14,7 @@ from axisid.codegen.lowering import BLOCK, GAINS, SIGNALS, LoopSettings, LoopSta
 from axisid.codegen.runtime import FunctionShape, checked_arguments
 from axisid.support.arrays import Array
 
-from .slices import StoppableRuns, slices
-
-#: Calls a function of a library by name with whole numbers, floats, arrays (their memory) and None.
-Caller = Callable[..., int]
+from .slices import slices, stoppable
 
 
 class LoadedLibrary:
@@ -49,6 +46,10 @@ class LoadedLibrary:
             call = self._typed[function] = self._of_types(function, arguments)
         return call(*[_address(each) if type(each) is np.ndarray else each for each in arguments])
 
+    def has(self, function: str) -> bool:
+        """Whether it evaluates a function at many samples."""
+        return hasattr(self._library, f"{function}_rows")
+
     def _of_types(self, function: str, arguments: Sequence[Any]) -> Callable[..., int]:
         """A function that takes what its first call gives: a place has always the same type."""
         found = self._library[function]  # a new object each time, of types of its own
@@ -56,34 +57,29 @@ class LoadedLibrary:
         return found
 
 
-class NativeLibrary:
+class NativeLibrary(LoadedLibrary):
     """A compiled axis.
 
     Parameters
     ----------
-    call : callable
-        Calls its functions.
+    path : Path
+        Where it lies.
     functions : mapping of str to casadi.Function
         The same functions in the virtual machine; their shapes are the library's.
-    path : Path, optional
-        Where it lies.
     gains : (g,) array, optional
         Of the law, for functions that take them; the time loop does behind the parameters.
     """
 
     def __init__(
         self,
-        call: Caller,
+        path: Path,
         functions: Mapping[str, Any],
-        path: Path | None = None,
         gains: Array | None = None,
     ) -> None:
-        self.path = path
-        self._gains = gains
-        self._call = call
+        super().__init__(path)
+        self.path, self._gains = path, gains
         self._shapes = {name: FunctionShape.of(each) for name, each in functions.items()}
         self._by_gains = {n for n, each in functions.items() if GAINS in each.name_in()}
-        self._runs = StoppableRuns()
 
     def evaluate(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
         """Evaluate a function at N samples: one (N, elements) array per output.
@@ -103,7 +99,7 @@ class NativeLibrary:
                 given.append(array if shared else array[part])
                 if vector:
                     given.append(0 if shared else array.shape[1])
-            self._call(called, part.stop - part.start, *given, *[out[part] for out in outputs])
+            self(called, part.stop - part.start, *given, *[out[part] for out in outputs])
         return outputs
 
     def from_rest(self, position: Array, signals: Array, parameters: Array) -> tuple[Array, Array]:
@@ -123,7 +119,7 @@ class NativeLibrary:
         """
         lanes = len(position)
         accelerations, rates = np.empty((lanes, 4)), np.zeros((lanes, 2))
-        self._call(
+        self(
             "from_rest_rows",
             lanes,
             position,
@@ -158,7 +154,7 @@ class NativeLibrary:
             Positions, velocities and friction directions; NaN where a motion comes to no end.
         """
         found = np.empty((3, len(span)))
-        self._call("later_rows", len(span), *motion, held, span, float(step), parameters, *found)
+        self("later_rows", len(span), *motion, held, span, float(step), parameters, *found)
         position, velocity, direction = found
         return position, velocity, direction
 
@@ -190,7 +186,7 @@ class NativeLibrary:
         parameters = self._with_gains(parameters)
 
         def run(stop: NDArray[np.int32]) -> int:
-            return self._call(
+            return self(
                 "simulate",
                 len(reference),
                 *(reference, noise, injected),
@@ -208,7 +204,7 @@ class NativeLibrary:
                 stop,
             )
 
-        (status,) = self._runs.run([run], len(reference) * settings.substeps)
+        (status,) = stoppable([run], len(reference) * settings.substeps)
         return status, int(stopped[0]), dict(zip(SIGNALS, signals, strict=True))
 
     def simulate_batch(
@@ -259,7 +255,7 @@ class NativeLibrary:
         edges = [BLOCK * (blocks * i // threads) for i in range(threads)] + [lanes]
 
         def run(first: int, last: int, stop: NDArray[np.int32]) -> int:
-            return self._call(
+            return self(
                 "simulate_batch",
                 samples,
                 last - first,
@@ -283,7 +279,7 @@ class NativeLibrary:
             )
 
         runs = [partial(run, *edge) for edge in pairwise(edges) if edge[0] < edge[1]]
-        self._runs.run(runs, samples * lanes * settings.substeps)
+        stoppable(runs, samples * lanes * settings.substeps)
         return status, stopped, signals
 
     def _with_gains(self, parameters: Array) -> Array:

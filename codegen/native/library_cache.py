@@ -1,9 +1,8 @@
 """Compiled libraries on disk: built once, checked before they are loaded.
 
 A library is named by the content it is made from, so that an edited axis never meets old code. It
-is built in a private folder, tried in a process of its own, and moved into place whole; its digest
-stands beside it and is compared before the library is loaded. Only a library that passed its trial
-gets a digest, so that none is ever loaded untried.
+is built in a private folder, tried, and moved into place whole; its digest stands beside it and is
+compared before the library is loaded. Only a library that passed its trial gets a digest.
 """
 
 import contextlib
@@ -23,71 +22,53 @@ from platformdirs import user_cache_path
 
 from axisid.support.files.regular_file import read_regular
 
-from .compiler import FLAGS, Compiler, find_compiler, most_seconds
-from .errors import CompilerHangsError, NativeUnavailableError, WrongLibraryError
-from .trial import Trial
+from .compiler import FLAGS, Compiler, NativeUnavailableError, find_compiler
 
 _LOCK_SECONDS = 300.0
 _OLD_SECONDS = 3600.0
 
 
-def compiled_library(text: str, trial: Callable[[], Trial]) -> Path:
+def compiled_library(text: str, check: Callable[[Path], object] = lambda _: None) -> Path:
     """Return the path of the library compiled from a C text, building it if need be.
 
     Parameters
     ----------
     text : str
         C11 source.
-    trial : callable
-        Makes what a freshly built library is tried by.
+    check : callable
+        Refuses a freshly built library at a path.
 
     Raises
     ------
     NativeUnavailableError
-        There is no compiler, it fails or hangs, the library crashes or computes wrong values, or no
-        folder can be written to.
+        There is no compiler, it fails or hangs, the library does not load or is refused, or the
+        cache cannot be written to.
     """
     compiler = find_compiler()
     name = _name(text, compiler)
-    if (cached := _cached(name)) is not None:
-        return cached
-    reasons = []
-    for make in (_preferred_folder, _temporary_folder):
-        try:
-            folder = make()
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            if not _is_private(folder, linked=make is _preferred_folder):
-                raise PermissionError(errno.EPERM, "others can write to it")
-            with FileLock(folder / f"{name}.lock", timeout=_LOCK_SECONDS):
-                if not _is_intact(folder / name):
-                    _build(text, compiler, folder / name, trial())
+    try:
+        folder = _folder()
+        if _is_private(folder) and _is_intact(folder / name):
             return folder / name
-        except Timeout as error:
-            reasons.append(f"another process holds {error.lock_file}")
-        except (CompilerHangsError, WrongLibraryError):
-            raise
-        except NativeUnavailableError as error:
-            # A full disk or one without permission to execute looks like a failing compiler.
-            reasons.append(str(error))
-        except (OSError, RuntimeError) as error:
-            reasons.append(str(error))
-    raise NativeUnavailableError("; ".join(dict.fromkeys(reasons)))
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not _is_private(folder):
+            raise PermissionError(errno.EPERM, "others can write to it", str(folder))
+        with FileLock(folder / f"{name}.lock", timeout=_LOCK_SECONDS):
+            if not _is_intact(folder / name):
+                _build(text, compiler, folder / name, check)
+        return folder / name
+    except Timeout as error:
+        raise NativeUnavailableError(f"another process holds {error.lock_file}") from error
+    except (OSError, RuntimeError) as error:
+        raise NativeUnavailableError(f"{error} (AXISID_CACHE names another folder)") from error
 
 
 def cached_library(text: str) -> Path | None:
     """Return the library of a C text if it was built before and is intact."""
-    try:
-        return _cached(_name(text, find_compiler()))
-    except NativeUnavailableError:
-        return None
-
-
-def _cached(name: str) -> Path | None:
-    for make, linked in ((_preferred_folder, True), (_temporary_folder, False)):
-        with contextlib.suppress(OSError, RuntimeError):  # there is no home, or no folder for files
-            library = make() / name
-            if _is_private(library.parent, linked=linked) and _is_intact(library):
-                return library
+    with contextlib.suppress(NativeUnavailableError, OSError, RuntimeError):  # as without a home
+        library = _folder() / _name(text, find_compiler())
+        if _is_private(library.parent) and _is_intact(library):
+            return library
     return None
 
 
@@ -96,20 +77,15 @@ def _name(text: str, compiler: Compiler) -> str:
     return f"{hashlib.sha256(content.encode(errors='backslashreplace')).hexdigest()}.so"
 
 
-def _preferred_folder() -> Path:
+def _folder() -> Path:
     requested = os.environ.get("AXISID_CACHE")
     return Path(requested).absolute() if requested else user_cache_path("axisid") / "native"
 
 
-def _temporary_folder() -> Path:
-    """A folder for this user's processes, where the cache cannot be written to."""
-    return Path(tempfile.gettempdir()) / f"axisid-{os.getuid()}"
-
-
-def _is_private(folder: Path, *, linked: bool) -> bool:
-    """Whether nobody else can put a library there; `linked` folders may be links."""
+def _is_private(folder: Path) -> bool:
+    """Whether nobody else can put a library there."""
     try:
-        status = folder.stat(follow_symlinks=linked)
+        status = folder.stat()
     except OSError:
         return False
     shared = status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
@@ -130,23 +106,16 @@ def _is_intact(library: Path) -> bool:
         return False
 
 
-def _build(text: str, compiler: Compiler, library: Path, trial: Trial) -> None:
-    """Compile and try in a private folder beside the library, then move both files into place.
-
-    Raises
-    ------
-    NativeUnavailableError
-        The compiler fails, or the library crashes or computes wrong values.
-    OSError
-        The folder cannot be written to.
-    """
+def _build(text: str, compiler: Compiler, library: Path, check: Callable[[Path], object]) -> None:
+    """Compile and try in a private folder beside the library, then move both files into place."""
     _clear(library.parent)
     with tempfile.TemporaryDirectory(dir=library.parent, prefix="build-") as name:
         folder = Path(name)
+        # A path that was loaded once keeps giving the old code.
         source, target = folder / "native.c", folder / f"{secrets.token_hex(8)}.so"
         source.write_text(text)
-        compiler.compile(source, target, most_seconds())
-        trial.run(target, most_seconds())
+        compiler.compile(source, target)
+        check(target)
         digest = folder / "sha256"
         digest.write_text(_digest(target, library.name))
         for file in (target, digest):

@@ -7,17 +7,18 @@ the first axis of every array, lanes (simulations of a batch) the second.
 import contextlib
 import warnings
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from axisid.codegen.printers import has_known_part, print_c_lanes, with_c_loop
 from axisid.support.arrays import Array
 
-from .errors import NativeUnavailableError
+from .compiler import NativeUnavailableError
 from .lanes import LaneLibrary
-from .library import LoadedLibrary, NativeLibrary
+from .library import NativeLibrary
 from .library_cache import cached_library, compiled_library
-from .trial import Trial, lanes_trial, trial_of
+from .trial import check_values
 
 _MOTION = 4  # what the inverse model takes where no signals are recorded
 
@@ -49,56 +50,48 @@ class Native:
         #: The C source, with the time loop that it includes.
         self.text = with_c_loop(text)
         self._functions = functions
-        self._library: NativeLibrary | None = None
         #: Why there is no library, once that is known.
         self.refusal = "" if enabled else "it was switched off"
+        self._library: NativeLibrary | None = None
         self._to_warn = enabled
         self._looked = False
-        self._served: dict[str, bool] = {}
-        self._lanes: LaneLibrary | None = None
-        self._looked_for_lanes = False
 
     def library(self) -> NativeLibrary | None:
         """Return the library, compiling it if it is not cached; None where it cannot be had."""
         if self._library is None and not self.refusal:
             try:
-                self._library = self._loaded()
+                self._library = self._load(compiled_library(self.text, self._check))
             except (NativeUnavailableError, OSError) as error:
                 self.refusal = str(error)
         return self._library
 
-    def _loaded(self) -> NativeLibrary:
-        path = compiled_library(self.text, self._trial)
-        try:
-            return self._load(path)
-        except OSError:  # whole, but not for this machine: build it again
-            path.unlink(missing_ok=True)
-            return self._load(compiled_library(self.text, self._trial))
-
     def _load(self, path: Path) -> NativeLibrary:
-        return NativeLibrary(LoadedLibrary(path), self._functions, path, self._gains)
+        return NativeLibrary(path, self._functions, self._gains)
+
+    def _check(self, path: Path) -> None:
+        try:
+            fresh = NativeLibrary(path, self._functions)
+        except OSError as error:
+            reason = f"the compiled library does not load: {error}"
+            raise NativeUnavailableError(reason) from error
+        check_values(fresh, self._functions, self.text)
 
     def lanes(self) -> LaneLibrary | None:
         """Return compiled rows of lanes, made when first needed; None where they cannot be had.
 
         They are of an axis without recorded signals.
         """
-        if not self._looked_for_lanes:
-            self._looked_for_lanes = True
-            served = self._functions["idm_regressor"].n_in() == _MOTION
-            if served and self.library() is not None:
-                with contextlib.suppress(NativeUnavailableError, OSError):
-                    self._lanes = self._compiled_lanes()
         return self._lanes
 
-    def _compiled_lanes(self) -> LaneLibrary:
+    @cached_property
+    def _lanes(self) -> LaneLibrary | None:
+        if self._functions["idm_regressor"].n_in() != _MOTION or self.library() is None:
+            return None
         count = self._functions["direct_dynamics"].size1_in("parameters")
-        known = has_known_part(self.text)
-
-        path = compiled_library(
-            print_c_lanes(self.text, count), lambda: lanes_trial(self._functions, known=known)
-        )
-        return LaneLibrary(LoadedLibrary(path, "lanes_measured"), count, known=known)
+        with contextlib.suppress(NativeUnavailableError, OSError):
+            path = compiled_library(print_c_lanes(self.text, count))
+            return LaneLibrary(path, count, known=has_known_part(self.text))
+        return None
 
     def warn_once(self) -> None:
         """Say that the virtual machine runs in place of native code, and why."""
@@ -117,10 +110,5 @@ class Native:
             path = cached_library(self.text)
             with contextlib.suppress(OSError):
                 self._library = None if path is None else self._load(path)
-        served = self._served.get(function)
-        if served is None:
-            served = self._served[function] = f"void {function}_rows(" in self.text
-        return self._library if served else None
-
-    def _trial(self) -> Trial:
-        return trial_of(self._functions, self.text)
+        library = self._library
+        return None if library is None or not library.has(function) else library

@@ -5,7 +5,7 @@ same steps, so that their results agree to rounding.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -50,9 +50,6 @@ class VirtualLoop:
     parameters : (p,) array
         Behind them the gains of the law where its functions take them.
     settings : LoopSettings
-    most_events, most_steps : int, optional
-        In a step, more is chatter; and in all. As many as the native loop follows by default, or at
-        most.
     """
 
     def __init__(
@@ -60,17 +57,14 @@ class VirtualLoop:
         functions: Mapping[str, Any],
         parameters: Array,
         settings: LoopSettings,
-        most_events: int | None = None,
-        most_steps: int | None = None,
     ) -> None:
         self._q, self._dq = functions["closed_loop_step"].name_in()[:2]
         self._settings = settings
         own = functions["plant_step"].size1_in("parameters")
         self._plant = VirtualPlant(functions, parameters[:own])
         self._gains = () if own == len(parameters) else (parameters[own:],)
-        limit = _MOST_EVENTS[self._plant.sides > 0]
-        self._most_events = min(most_events or limit, limit)
-        self._most_steps, self._left = most_steps, 0
+        self._most_events = _MOST_EVENTS[self._plant.sides > 0]
+        self._left = 0
         self._law_start = functions["control_start"]
         self._loop_step = BufferedFunction(functions["closed_loop_step"])
         self._loop_step.arguments["parameters"][:] = parameters
@@ -91,7 +85,7 @@ class VirtualLoop:
     ) -> tuple[int, int, dict[str, Array]]:
         """Run one simulation; as `NativeLibrary.simulate`."""
         samples, settings = len(reference), self._settings
-        self._left = self._most_steps or max(STEPS_IN_ALL, STEPS_OF_EACH * samples)
+        self._left = max(STEPS_IN_ALL, STEPS_OF_EACH * samples)
         signals = {name: np.zeros(samples) for name in SIGNALS}
         noise = np.zeros(samples) if noise is None else noise
         injected = np.zeros(samples) if injected is None else injected
@@ -348,17 +342,12 @@ class VirtualLoop:
             if self._plant.move(q, dq, mode, t).dq * mode.direction <= 0:
                 return t
             low = t
-        t = 0.5 * (low + high)
-        for _ in range(_MOST_REFINEMENTS):
+
+        def velocity(t: float) -> tuple[float, float]:
             end = self._plant.move(q, dq, mode, t)
-            if end.dq == 0:
-                break
-            low, high = (t, high) if end.dq * mode.direction > 0 else (low, t)
-            following = _within(low, high, t, end.dq, end.last)
-            if following == t:
-                break
-            t = following
-        return t
+            return end.dq * mode.direction, end.last * mode.direction
+
+        return _root(velocity, low, high)
 
     def _passing(
         self, q: float, dq: float, mode: Mode, span: float, end: StepResult
@@ -386,19 +375,14 @@ class VirtualLoop:
 
     def _change(self, index: int, q: float, dq: float, mode: Mode, high: float) -> float:
         """Time at which a side changes; by `high` it has changed."""
-        low, t = 0.0, 0.5 * high
-        for _ in range(_MOST_REFINEMENTS):
+
+        def decides(t: float) -> tuple[float, float]:
             end = self._plant.move(q, dq, mode, t)
             switches = self._plant.switches(end.q, end.dq, mode.after(end), t)
-            value = switches.values[index]
-            if value == 0:
-                break
-            low, high = (t, high) if value * mode.sides[index] > 0 else (low, t)
-            following = _within(low, high, t, value, switches.rate(index, end.dq, end.last))
-            if following == t:
-                break
-            t = following
-        return t
+            side = mode.sides[index]
+            return switches.values[index] * side, switches.rate(index, end.dq, end.last) * side
+
+        return _root(decides, 0.0, high)
 
     def _beyond(
         self, index: int, q: float, dq: float, mode: Mode, whole: float
@@ -439,7 +423,17 @@ class VirtualLoop:
         return high
 
 
-def _within(low: float, high: float, t: float, value: float, rate: float) -> float:
-    """Newton's next time, or the middle where that lies outside."""
-    following = t - value / rate if rate else low
-    return following if low < following < high else 0.5 * (low + high)
+def _root(at: Callable[[float], tuple[float, float]], low: float, high: float) -> float:
+    """Time at which what is positive before is not any more: by Newton's method, or halves."""
+    t = 0.5 * (low + high)
+    for _ in range(_MOST_REFINEMENTS):
+        value, rate = at(t)
+        if value == 0:
+            break
+        low, high = (t, high) if value > 0 else (low, t)
+        following = t - value / rate if rate else low
+        following = following if low < following < high else 0.5 * (low + high)
+        if following == t:
+            break
+        t = following
+    return t

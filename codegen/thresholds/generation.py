@@ -9,10 +9,3 @@ MAX_CONTROL_DIFFERENCE = Threshold(
     "largest control, up to which the inverse undoes the force",
     "chosen: an inverse may cancel",
 )
-MAX_GAIN_SLOPE_DIFFERENCE = Threshold(
-    1e-5,
-    "1",
-    "difference of a drive's slope by its gain from what other gains change, as a share of the "
-    "largest force or slope",
-    "chosen: a difference of gains is right to second order, 1e-8",
-)

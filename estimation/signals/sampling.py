@@ -124,8 +124,6 @@ class Sampling:
         Samples that no row may be made of.
     excluded : tuple of (int, int)
         Samples without weight, near reversals and rests.
-    native : bool
-        As of `SampledFilter`.
     """
 
     prefilter: Prefilter
@@ -134,12 +132,11 @@ class Sampling:
     segments: tuple[Span, ...] = ()
     masked: tuple[Span, ...] = ()
     excluded: tuple[Span, ...] = ()
-    native: bool = False
 
     @property
     def filter(self) -> SampledFilter:
         """What the prefilter does to a stretch."""
-        return SampledFilter(self.prefilter, self.period, self.native)
+        return SampledFilter(self.prefilter, self.period)
 
     @property
     def excluded_samples(self) -> int:

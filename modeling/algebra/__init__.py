@@ -6,7 +6,7 @@ Knows nothing of axes.
 
 from .coefficients import Coefficients as Coefficients
 from .continuity import jumping_node as jumping_node
-from .derivative import slope as slope
+from .derivative import plain_slope as plain_slope, slope as slope
 from .echelon import (
     NotRealError as NotRealError,
     Row as Row,

@@ -11,10 +11,10 @@ from itertools import permutations
 import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from axisid.modeling.quantities import extreme
+from axisid.modeling.quantities import extreme, replaced
 from axisid.support.errors import ModelError
 
-from .point_value import vanishes_where
+from .point_value import vanishes
 
 
 def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
@@ -45,6 +45,12 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
     if not derivative.has(sympy.Heaviside):
         return derivative
     return derivative.replace(lambda node: node.is_Mul, _without_needless_steps)
+
+
+def plain_slope(value: sympy.Expr, variable: sympy.Symbol) -> sympy.Expr:
+    """The same away from where an expression jumps."""
+    derivative = _Slopes(variable)(value)
+    return derivative.xreplace(dict.fromkeys(derivative.atoms(sympy.DiracDelta), sympy.S.Zero))
 
 
 class _Slopes:
@@ -129,7 +135,8 @@ def _vanishes(derivative: sympy.Expr, impulse: sympy.DiracDelta, variable: sympy
         return False
     struck = sympy.Dummy(real=True)
     weight = derivative.xreplace({impulse: struck}).diff(struck)
-    return struck not in weight.free_symbols and vanishes_where(weight, inside, variable)
+    place = -inside.xreplace({variable: sympy.S.Zero}) / rate
+    return struck not in weight.free_symbols and vanishes(replaced(weight, {variable: place}))
 
 
 def _without_needless_steps(product: sympy.Mul) -> sympy.Expr:

@@ -279,27 +279,6 @@ class Axis:
         drive = (*self.response.remembered, FORCE_TARGET) if self.response else ()
         names += [(name, "what the program calls a force of the drive") for name in drive]
         check_distinct(names)
-        self._check_constants(dict(names))
-
-    def _check_constants(self, names: Mapping[str, str]) -> None:
-        """Two things that are printed alike could not be told apart."""
-        found: dict[str, sympy.Expr] = {}
-        kinds = (ConstantSymbol, sympy.NumberSymbol)
-        used = self.force.atoms(*kinds) | self.drive.profile.atoms(*kinds)
-        used |= frozenset() if self.control is None else self.control.constants
-        for name, constant in sorted(((str(c), c) for c in used), key=lambda pair: pair[0]):
-            if name in names:
-                raise ModelError(
-                    f"axis {self.name!r}: {names[name]} {name!r} and a constant have the same "
-                    "name. Rename one.",
-                    code="axis",
-                )
-            if name.isidentifier() and found.setdefault(name, constant) != constant:
-                raise ModelError(
-                    f"axis {self.name!r}: two constants of different values are named {name!r}. "
-                    "Rename one.",
-                    code="axis",
-                )
 
     def _check_symbols(self) -> None:
         q = self.coordinate

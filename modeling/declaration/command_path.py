@@ -171,23 +171,12 @@ def _is_time(one: object) -> TypeGuard[tuple[str, Parameter]]:
 
 def _check_searched(name: str, p: Parameter) -> None:
     """Refuse a parameter that says of a time what the search for it does not hold."""
-    if p.unit != "s" or p.nominal < 0:
+    bounded = p.lower not in (0.0, -math.inf) or p.upper != math.inf
+    if p.unit != "s" or p.nominal < 0 or p.known is not None or bounded:
         raise ModelError(
-            f"the drive's {name} is the parameter {p.name!r} of {p.nominal:g} {p.unit}; give "
-            "one in s, with a nominal value of 0 or more.",
-            code="drive",
-        )
-    if p.known is not None:
-        raise ModelError(
-            f"the drive's {name} is the parameter {p.name!r} with the known value {p.known:g} s, "
-            "which the search for it would not hold; give what is known as a number, "
-            f"{name}={p.known:g}.",
-            code="drive",
-        )
-    if p.lower not in (0.0, -math.inf) or p.upper != math.inf:
-        raise ModelError(
-            f"the drive's {name} is the parameter {p.name!r} with the bounds [{p.lower:g}, "
-            f"{p.upper:g}] s, and the search for it holds none but 0; leave them out.",
+            f"the drive's {name} is the parameter {p.name!r} of {p.nominal:g} {p.unit}, which the "
+            "search for it does not take; give one in s, with a nominal value of 0 or more, no "
+            f"known value and no bound but 0, or what is known as a number, {name}=...",
             code="drive",
         )
 

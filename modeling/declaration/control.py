@@ -125,7 +125,6 @@ class ControlLaw:
     positive: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        self._check_types()
         gains = {name: number(v, f"{self.name!r}: gain {name!r}") for name, v in self.gains.items()}
         settle(
             self,
@@ -164,13 +163,6 @@ class ControlLaw:
     def signals(self) -> frozenset[SignalSymbol]:
         """The recorded signals that it reads."""
         return signals_in(self.output, *(memory.following for memory in self.memory))
-
-    @property
-    def constants(self) -> frozenset[ConstantSymbol]:
-        """The constants that stand in it."""
-        values = [self.output]
-        values += [value for memory in self.memory for value in (memory.following, memory.start)]
-        return frozenset().union(*(value.atoms(ConstantSymbol) for value in values))
 
     @property
     def remembers_gains(self) -> bool:
@@ -216,16 +208,6 @@ class ControlLaw:
                 return ((sympy.S.One, self.output),)
             factors[factor] = None
         return tuple((factor, _signal(self.output, factor, gains)) for factor in factors)
-
-    def _check_types(self) -> None:
-        if not isinstance(self.name, str):
-            raise ModelError(f"a control law is named {quoted(self.name)}; give a text.")
-        if not isinstance(self.gains, Mapping):
-            raise ModelError(
-                f"control law {self.name!r}: the gains are {quoted(self.gains)}; give numbers by "
-                "name, as in gains={'kp': 160.0}.",
-                code="law",
-            )
 
     def _check_positive(self) -> None:
         for name in self.positive:

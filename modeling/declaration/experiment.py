@@ -134,17 +134,6 @@ class Experiment:
     resolution: float = 0.0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.truth, Mapping):
-            raise ModelError(
-                f"the truth of an experiment is {quoted(self.truth)}; give numbers by parameter.",
-                code="twin",
-            )
-        if not isinstance(self.signals, Mapping):
-            raise ModelError(
-                f"the signals of an experiment are {quoted(self.signals)}; give expressions of the "
-                "time, by name.",
-                code="twin",
-            )
         of_time = {name: self._of_time(name, value) for name, value in self.signals.items()}
         settle(
             self,

@@ -1,7 +1,7 @@
 """Figures of a data sheet: numbers, or constants whose units are checked along the gear."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any, TypeAlias
 
@@ -167,35 +167,24 @@ class GearedUnits:
             The figures are the coordinate's already and there is a ratio, or they are not and
             there is none.
         """
-        for name, unit, own in self._checked(coordinate):
-            is_own, ratio = unit.same_dimension(own), f"rad/{coordinate.unit}"
-            if is_own and self.is_geared and coordinate.unit == "m":
+        kt, ratio = coordinate.force_unit / parse_unit("A"), f"rad/{coordinate.unit}"
+        ke = parse_unit("V") / coordinate.velocity_unit
+        wrong = self.ratio is not None and not self.ratio.same_dimension(parse_unit(ratio))
+        for name, unit, own in (("kt", self.kt, kt), ("ke", self.ke, ke)):
+            if unit is None:
+                continue
+            is_own = unit.same_dimension(own)
+            twice = is_own and self.is_geared and coordinate.unit == "m"
+            if wrong or twice or not (is_own or self.is_geared):
+                geared = (
+                    f"a gear ratio in {self.ratio or 'no unit'}" if self.is_geared else "no gear"
+                )
                 raise ModelError(
-                    f"the gear is in {name} already, which is in {unit}, and in the ratio too; "
-                    f"leave the ratio out, or give the motor's own {name}.",
+                    f"{name} is in {unit}, with {geared} on a coordinate in {coordinate.unit}; "
+                    f"give the motor's own {name} and ratio=..., the motor's angle over the "
+                    f"coordinate, in {ratio}, or {name} in {own} without a ratio.",
                     code="drive",
                 )
-            if not is_own and not self.is_geared:
-                raise ModelError(
-                    f"{name} is in {unit}, and the coordinate in {coordinate.unit}; give the "
-                    f"motor's angle over the coordinate, ratio=..., in {ratio}.",
-                    code="drive",
-                )
-            if self.ratio is not None and not self.ratio.same_dimension(parse_unit(ratio)):
-                raise ModelError(
-                    f"the gear ratio is in {self.ratio}; give the motor's angle over the "
-                    f"coordinate, in {ratio}.",
-                    code="drive",
-                )
-
-    def _checked(self, coordinate: Coordinate) -> Iterator[tuple[str, Unit, Unit]]:
-        own = {
-            "kt": coordinate.force_unit / parse_unit("A"),
-            "ke": parse_unit("V") / coordinate.velocity_unit,
-        }
-        for name, unit in (("kt", self.kt), ("ke", self.ke)):
-            if unit is not None:
-                yield name, unit, own[name]
 
 
 def _unit(value: Figure | None) -> Unit | None:

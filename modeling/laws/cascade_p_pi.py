@@ -5,9 +5,9 @@ import math
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE, number, within
 
-from .arguments import Amount, added, in_range, positive_among
-from .velocity import Velocity, commanded, joined, without_zeros
-from .windup import Integral
+from .arguments import Amount, added, in_range
+from .velocity import commanded, formed_velocity, joined, without_zeros
+from .windup import with_integral
 
 
 def cascade_p_pi(
@@ -89,15 +89,15 @@ def cascade_p_pi(
     ----------
     [ODrive2023]_, [Beckhoff2023]_, [Skuric2022]_; [AstromHagglund2006]_ for anti-windup.
     """
-    formed = Velocity(how=velocity, filter_time=velocity_filter, bandwidth=pll_bandwidth)
+    formed, own = formed_velocity(velocity, velocity_filter, pll_bandwidth)
     advance = {
         "velocity_feed_forward": velocity_feed_forward,
         "acceleration_feed_forward": acceleration_feed_forward,
     }
-    gains = {"kp": kp, "kv": kv, **formed.gains, **without_zeros(advance)}
+    gains = {"kp": kp, "kv": kv, **own, **without_zeros(advance)}
     along, further = commanded("velocity", reference_velocity), added(feed_forward)
     wanted = gain("kp") * (REFERENCE - MEASURED_POSITION)
-    memory = [formed.block.memory]
+    memory = [formed.memory]
     if velocity_feed_forward:
         wanted += gain("velocity_feed_forward") * along.value
         memory.append(along.memory)
@@ -108,25 +108,20 @@ def cascade_p_pi(
     if number(speed_limit, "the speed limit of a law", finite=False) != math.inf:
         gains["speed_limit"] = in_range(speed_limit, "the speed limit of a law", positive=True)
         wanted = within(wanted, gain("speed_limit"))
-    error = wanted - formed.block.value
+    error = wanted - formed.value
     corrected = error
     if tn is not None:
         gains["tn"] = in_range(tn, "the integral time tn", positive=True)
         corrected += gain("integral") / gain("tn")
     output = gain("kv") * corrected + further
-    held = Integral(
-        error=error,
-        output=output,
-        anti_windup=anti_windup,
-        time=gain("tn"),
-        tracking_time=tracking_time,
-    )
-    gains |= held.gains
-    return ControlLaw(
-        name="cascade P-P" if tn is None else "cascade P-PI",
+    return with_integral(
+        "cascade P-P" if tn is None else "cascade P-PI",
         period=period,
         output=output,
         gains=gains,
-        memory=joined(*memory, held.memory),
-        positive=positive_among(gains),
+        memory=joined(*memory),
+        error=error,
+        time=gain("tn"),
+        anti_windup=anti_windup,
+        tracking_time=tracking_time,
     )

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE
 
-from .velocity import Velocity
+from .velocity import formed_velocity
 
 
 def cascade_pd(*, kp: float, kv: float, period: float, continuous: bool = False) -> ControlLaw:
@@ -57,7 +57,7 @@ def cascade_pd_difference(*, kp: float, kv: float, period: float) -> ControlLaw:
 
 def _cascade(how: str, said: str, *, kp: float, kv: float, period: float) -> ControlLaw:
     """The cascade with a velocity that is formed so."""
-    formed = Velocity(how=how).block
+    formed, _ = formed_velocity(how)
     return ControlLaw(
         name=f"cascade PD, {said}",
         period=period,

@@ -9,7 +9,7 @@ from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE
 
 from .arguments import in_range
 from .velocity import without_zeros
-from .windup import Integral
+from .windup import with_integral
 
 
 def dynamixel_position(
@@ -74,11 +74,13 @@ def dynamixel_position(
     read = output.free_symbols | ({before[1]} if before[2] in output.free_symbols else set())
     kept = [each for each in memory if each.symbol in read]
     output += gain("i") / 65536 * gain("integral") if i else 0
-    held = Integral(error=error / PERIOD, output=output, anti_windup=anti_windup, time=PERIOD)
-    return ControlLaw(
-        name="Dynamixel position",
+    return with_integral(
+        "Dynamixel position",
         period=period,
         output=output,
         gains=gains,
-        memory=(*kept, *held.memory),
+        memory=tuple(kept),
+        error=error / PERIOD,
+        time=PERIOD,
+        anti_windup=anti_windup,
     )

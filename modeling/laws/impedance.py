@@ -4,7 +4,7 @@ from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE
 
 from .arguments import Amount, added, positive_among
-from .velocity import Velocity, commanded, joined
+from .velocity import commanded, formed_velocity, joined
 
 
 def impedance(
@@ -47,15 +47,15 @@ def impedance(
     ----------
     [Hogan1985]_; [Pieper2024]_.
     """
-    formed = Velocity(how=velocity, filter_time=velocity_filter, bandwidth=pll_bandwidth)
+    formed, own = formed_velocity(velocity, velocity_filter, pll_bandwidth)
     along = commanded("velocity", reference_velocity)
     spring = gain("kp") * (REFERENCE - MEASURED_POSITION)
-    damper = gain("kd") * (along.value - formed.block.value)
+    damper = gain("kd") * (along.value - formed.value)
     return ControlLaw(
         name="impedance",
         period=period,
         output=spring + damper + added(feed_forward),
-        gains={"kp": kp, "kd": kd, **formed.gains},
-        memory=joined(formed.block.memory, along.memory),
-        positive=positive_among(formed.gains),
+        gains={"kp": kp, "kd": kd, **own},
+        memory=joined(formed.memory, along.memory),
+        positive=positive_among(own),
     )

@@ -5,9 +5,9 @@ import sympy
 from axisid.modeling.declaration import ControlLaw, Memory, gain
 from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE
 
-from .arguments import Amount, added, chosen, in_range, positive_among
+from .arguments import Amount, added, chosen, in_range
 from .blocks import Block
-from .windup import Integral
+from .windup import with_integral
 
 #: Of what the derivative may be.
 DERIVATIVES = ("error", "position")
@@ -70,21 +70,16 @@ def pid(
     output += gain("kd") * derivative.value if kd else 0
     memory = derivative.memory if kd else ()
     output += gain("ki") * gain("integral") if ki else 0
-    held = Integral(
-        error=_ERROR,
-        output=output,
-        anti_windup=anti_windup,
-        time=gain("kp") / gain("ki"),
-        tracking_time=tracking_time,
-    )
-    gains |= held.gains
-    return ControlLaw(
-        name=_name(ki, kd),
+    return with_integral(
+        _name(ki, kd),
         period=period,
         output=output,
         gains=gains,
-        memory=(*memory, *held.memory),
-        positive=positive_among(gains),
+        memory=memory,
+        error=_ERROR,
+        time=gain("kp") / gain("ki"),
+        anti_windup=anti_windup,
+        tracking_time=tracking_time,
     )
 
 
@@ -135,22 +130,16 @@ def pid_ideal(
     if ti is not None:
         gains["ti"] = in_range(ti, "the integral time ti", positive=True)
         output += gain("k") * gain("integral") / gain("ti")
-    held = Integral(
-        error=_ERROR,
-        output=output,
-        anti_windup=anti_windup,
-        time=gain("ti"),
-        tracking_time=tracking_time,
-    )
-    gains |= held.gains
-    name = f"{_name(0 if ti is None else 1, td)}, ideal form"
-    return ControlLaw(
-        name=name,
+    return with_integral(
+        f"{_name(0 if ti is None else 1, td)}, ideal form",
         period=period,
         output=output,
         gains=gains,
-        memory=(*memory, *held.memory),
-        positive=positive_among(gains),
+        memory=memory,
+        error=_ERROR,
+        time=gain("ti"),
+        anti_windup=anti_windup,
+        tracking_time=tracking_time,
     )
 
 

@@ -3,9 +3,9 @@
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE
 
-from .arguments import Amount, added, positive_among
-from .velocity import Velocity, joined
-from .windup import Integral
+from .arguments import Amount, added
+from .velocity import formed_velocity
+from .windup import with_integral
 
 
 def state_feedback(
@@ -51,31 +51,26 @@ def state_feedback(
     ----------
     [FranklinPowellWorkman1998]_, chapter 8.
     """
-    formed = Velocity(how=velocity, filter_time=velocity_filter, bandwidth=pll_bandwidth)
-    gains = {"k_position": k_position, "k_velocity": k_velocity, **formed.gains}
+    formed, own = formed_velocity(velocity, velocity_filter, pll_bandwidth)
+    gains = {"k_position": k_position, "k_velocity": k_velocity, **own}
     error = REFERENCE - MEASURED_POSITION
     if k_reference is None:
         output = gain("k_position") * error
     else:
         gains["k_reference"] = k_reference
         output = gain("k_reference") * REFERENCE - gain("k_position") * MEASURED_POSITION
-    output += added(feed_forward) - gain("k_velocity") * formed.block.value
+    output += added(feed_forward) - gain("k_velocity") * formed.value
     if k_integral:
         gains["k_integral"] = k_integral
         output += gain("k_integral") * gain("integral")
-    held = Integral(
-        error=error,
-        output=output,
-        anti_windup=anti_windup,
-        time=gain("k_position") / gain("k_integral"),
-        tracking_time=tracking_time,
-    )
-    gains |= held.gains
-    return ControlLaw(
-        name="state feedback",
+    return with_integral(
+        "state feedback",
         period=period,
         output=output,
         gains=gains,
-        memory=joined(formed.block.memory, held.memory),
-        positive=positive_among(gains),
+        memory=formed.memory,
+        error=error,
+        time=gain("k_position") / gain("k_integral"),
+        anti_windup=anti_windup,
+        tracking_time=tracking_time,
     )

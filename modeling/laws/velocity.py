@@ -1,6 +1,6 @@
 """How a drive forms its velocity, and the reference's, for the laws that take them."""
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 
 from axisid.modeling.declaration import Memory, gain
 from axisid.modeling.quantities import MEASURED_POSITION, MEASURED_VELOCITY, PERIOD, expression
@@ -20,11 +20,12 @@ from .blocks import (
 VELOCITIES = ("difference", "averaged", "pll", "ideal")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Velocity:
-    """How a law forms the measured velocity.
+def formed_velocity(
+    how: str = "difference", filter_time: float = 0.0, bandwidth: float = 0.0
+) -> tuple[Block, dict[str, float]]:
+    """How a law forms the measured velocity, and the numbers that it has, by name.
 
-    Attributes
+    Parameters
     ----------
     how : str
         ``difference`` of two encoder positions, ``averaged`` over two of these, ``pll`` (see
@@ -34,47 +35,34 @@ class Velocity:
     bandwidth : float
         Of the phase-locked loop, rad/s.
     """
-
-    how: str = "difference"
-    filter_time: float = 0.0
-    bandwidth: float = 0.0
-
-    def __post_init__(self) -> None:
-        chosen(self.how, "the velocity of a law", VELOCITIES)
-        in_range(self.filter_time, "the time constant velocity_filter")
-        in_range(self.bandwidth, "the bandwidth pll_bandwidth", positive=self.how == "pll")
-        if self.bandwidth and self.how != "pll":
-            raise ModelError(
-                f"pll_bandwidth is {self.bandwidth!r}, but the velocity is {self.how!r}; leave it "
-                "out, or give velocity='pll'.",
-                code="law",
-            )
-
-    @property
-    def gains(self) -> dict[str, float]:
-        """The numbers that it has, by name."""
-        given = {"pll_bandwidth": self.bandwidth, "velocity_filter": self.filter_time}
-        return {name: value for name, value in given.items() if value}
-
-    @property
-    def block(self) -> Block:
-        """What it computes."""
-        formed = self._formed()
-        if not self.filter_time:
-            return formed
+    chosen(how, "the velocity of a law", VELOCITIES)
+    in_range(filter_time, "the time constant velocity_filter")
+    in_range(bandwidth, "the bandwidth pll_bandwidth", positive=how == "pll")
+    if bandwidth and how != "pll":
+        raise ModelError(
+            f"pll_bandwidth is {bandwidth!r}, but the velocity is {how!r}; leave it out, or give "
+            "velocity='pll'.",
+            code="law",
+        )
+    formed = _FORMED[how]()
+    if filter_time:
         smooth = low_pass(formed.value, time_constant=gain("velocity_filter"), name="velocity1")
-        return Block(smooth.value, (*formed.memory, *smooth.memory))
+        formed = Block(smooth.value, (*formed.memory, *smooth.memory))
+    return formed, without_zeros({"pll_bandwidth": bandwidth, "velocity_filter": filter_time})
 
-    def _formed(self) -> Block:
-        if self.how == "ideal":
-            return Block(MEASURED_VELOCITY)
-        if self.how == "pll":
-            return pll_velocity(bandwidth=gain("pll_bandwidth"))
-        if self.how == "difference":
-            return difference(MEASURED_POSITION, name="q1", start=MEASURED_POSITION)
-        q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)
-        q2 = Memory("q2", following=q1.symbol, start=MEASURED_POSITION)
-        return Block((MEASURED_POSITION - q2.symbol) / (2 * PERIOD), (q1, q2))
+
+def _averaged() -> Block:
+    q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)
+    q2 = Memory("q2", following=q1.symbol, start=MEASURED_POSITION)
+    return Block((MEASURED_POSITION - q2.symbol) / (2 * PERIOD), (q1, q2))
+
+
+_FORMED: Mapping[str, Callable[[], Block]] = {
+    "difference": lambda: difference(MEASURED_POSITION, name="q1", start=MEASURED_POSITION),
+    "averaged": _averaged,
+    "pll": lambda: pll_velocity(bandwidth=gain("pll_bandwidth")),
+    "ideal": lambda: Block(MEASURED_VELOCITY),
+}
 
 
 def commanded(rate: str, recorded: Amount | None) -> Block:

@@ -3,15 +3,16 @@
 Anti-windup sees `LIMITED_OUTPUT`, the law's own output within the drive's limit.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
 
 import sympy
 
-from axisid.modeling.declaration import Memory, gain
+from axisid.modeling.declaration import ControlLaw, Memory, gain
 from axisid.modeling.quantities import BALANCED, LIMITED_OUTPUT, PERIOD
 from axisid.support.errors import ModelError
 
-from .arguments import Amount, amount, chosen, in_range
+from .arguments import Amount, amount, chosen, in_range, positive_among
+from .velocity import joined
 
 #: What an integral may do at the drive's limit, first what it does by default.
 ANTI_WINDUP = ("none", "clamping", "back_calculation")
@@ -65,63 +66,66 @@ def integral(
     return Memory(name, following=following, start=start)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Integral:
-    """The integral of a ready law, and what it does at the drive's limit.
+def with_integral(
+    name: str,
+    *,
+    period: float,
+    output: sympy.Expr,
+    gains: Mapping[str, float],
+    memory: tuple[Memory, ...],
+    error: sympy.Expr,
+    time: sympy.Expr,
+    anti_windup: str,
+    tracking_time: float | None = None,
+) -> ControlLaw:
+    """A ready law, with the memory of the integral that stands in its output, if one does.
 
-    Attributes
+    Parameters
     ----------
-    error : sympy.Expr
+    name, period, output, gains, memory
+        The law's, as far as they are not the integral's.
+    error : expression
         What is integrated.
-    output : sympy.Expr
-        The law's; it has no integral where ``integral`` does not stand in it.
+    time : expression
+        The law's own integral time.
     anti_windup : str
         One of `ANTI_WINDUP`.
-    time : sympy.Expr
-        The law's own integral time.
-    tracking_time : float or None
-        Of back-calculation, s; None for the law's own integral time.
+    tracking_time : float, optional
+        Of back-calculation, s; the law's own integral time by default.
+
+    Raises
+    ------
+    ModelError
+        There is anti-windup and no integral, or a tracking time that nothing has use for.
     """
-
-    error: sympy.Expr
-    output: sympy.Expr
-    anti_windup: str
-    time: sympy.Expr
-    tracking_time: float | None = None
-
-    def __post_init__(self) -> None:
-        how, time = self.anti_windup, self.tracking_time
-        if not self.slope and (how != "none" or time is not None):
+    slope, given = sympy.diff(output, gain("integral")), tracking_time is not None
+    if not slope and (anti_windup != "none" or given):
+        raise ModelError(
+            f"the law has no integral that could wind up, but anti_windup is {anti_windup!r}; "
+            "leave anti_windup and tracking_time out, or give the integral's gain.",
+            code="law",
+        )
+    chosen(anti_windup, "anti_windup", ANTI_WINDUP)
+    if tracking_time is not None:
+        if anti_windup != "back_calculation":
             raise ModelError(
-                f"the law has no integral that could wind up, but anti_windup is {how!r}; leave "
-                "anti_windup and tracking_time out, or give the integral's gain.",
+                f"the tracking time is {tracking_time!r}, but anti_windup is {anti_windup!r}; "
+                "leave it out, or give anti_windup='back_calculation'.",
                 code="law",
             )
-        chosen(how, "anti_windup", ANTI_WINDUP)
-        if time is None:
-            return
-        if how != "back_calculation":
-            raise ModelError(
-                f"the tracking time is {time!r}, but anti_windup is {how!r}; leave it out, or give "
-                "anti_windup='back_calculation'.",
-                code="law",
-            )
-        in_range(time, "the tracking time", positive=True)
-
-    @property
-    def slope(self) -> sympy.Expr:
-        """What the output gains by the integral; 0 without one."""
-        return sympy.diff(self.output, gain("integral"))
-
-    @property
-    def gains(self) -> dict[str, float]:
-        """The tracking time by its name, where it is given."""
-        return {} if self.tracking_time is None else {"tracking_time": self.tracking_time}
-
-    @property
-    def memory(self) -> tuple[Memory, ...]:
-        """What the law remembers of it; see the function `integral`."""
-        if not self.slope:
-            return ()
-        tracking = 1 / (self.slope * (gain("tracking_time") if self.gains else self.time))
-        return (integral(self.error, self.output, anti_windup=self.anti_windup, tracking=tracking),)
+        gains = {
+            **gains,
+            "tracking_time": in_range(tracking_time, "the tracking time", positive=True),
+        }
+    if slope:
+        tracking = 1 / (slope * (gain("tracking_time") if given else time))
+        held = integral(error, output, anti_windup=anti_windup, tracking=tracking)
+        memory = joined(memory, (held,))
+    return ControlLaw(
+        name=name,
+        period=period,
+        output=output,
+        gains=gains,
+        memory=memory,
+        positive=positive_among(gains),
+    )

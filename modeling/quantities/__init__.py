@@ -14,7 +14,11 @@ from .constants import (
     with_unit as with_unit,
 )
 from .expression_units import NUMBER as NUMBER, UnitReader as UnitReader, UnitsError as UnitsError
-from .kinks import extreme as extreme, within as within
+from .kinks import (
+    extreme as extreme,
+    replaced as replaced,
+    within as within,
+)
 from .names import (
     check_distinct as check_distinct,
     check_name as check_name,

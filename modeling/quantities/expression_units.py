@@ -59,8 +59,6 @@ class UnitReader:
     units : mapping of sympy.Symbol to Unit
     loose_numbers : bool
         Whether a plain number may carry a unit.
-    absolute : iterable of type
-        Functions that keep their argument's unit, beside SymPy's own ``Abs``.
     of_numbers : bool
         Whether only plain numbers can carry the unit, as there are no parameters and constants: it
         then is no matter which numbers they are.
@@ -76,12 +74,10 @@ class UnitReader:
         units: Mapping[sympy.Symbol, Unit],
         *,
         loose_numbers: bool = False,
-        absolute: Iterable[type] = (),
         of_numbers: bool = False,
     ) -> None:
         self._units = units
         self._loose_numbers = loose_numbers
-        self._absolute = (sympy.Abs, *absolute)
         self._pure = _is_sign if of_numbers else _is_pure
         self.excused: list[Unit] = []
 
@@ -171,7 +167,7 @@ class UnitReader:
         )
 
     def _applied(self, node: sympy.Basic) -> _ExpressionUnit:
-        if isinstance(node, self._absolute):
+        if isinstance(node, sympy.Abs):
             return self._read(node.args[0])
         if isinstance(node, _JUMPS):
             self._read(node.args[0])

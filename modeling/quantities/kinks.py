@@ -4,7 +4,7 @@ SymPy asks that of every pair, and of all that is nested in them, each time such
 made again. What was declared is in its final form already.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import sympy
@@ -27,37 +27,32 @@ def within(value: sympy.Expr, limit: sympy.Expr) -> sympy.Expr:
 
 def replaced(value: sympy.Basic, new: Mapping[sympy.Basic, sympy.Basic]) -> sympy.Basic:
     """The same as ``value.xreplace(new)``, but that ``Max`` and ``Min`` stay as they are."""
-    return _Replacement(new)(value)
 
+    def made(node: sympy.Basic, arguments: Sequence[sympy.Basic]) -> sympy.Basic:
+        is_extreme = isinstance(node, (Max, Min))
+        return extreme(node.func, arguments) if is_extreme else node.func(*arguments)
 
-class _Replacement:
-    """Replaces nodes, each once wherever it occurs."""
-
-    def __init__(self, new: Mapping[sympy.Basic, sympy.Basic]) -> None:
-        self._made = dict(new)
-
-    def __call__(self, node: sympy.Basic) -> sympy.Basic:
-        if node not in self._made:
-            arguments = [self(argument) for argument in node.args]
-            same = all(one is other for one, other in zip(arguments, node.args, strict=True))
-            self._made[node] = node if same else self._rebuilt(node, arguments)
-        return self._made[node]
-
-    def _rebuilt(self, node: sympy.Basic, arguments: Sequence[sympy.Basic]) -> sympy.Basic:
-        if isinstance(node, (Max, Min)):
-            return extreme(node.func, arguments)
-        return node.func(*arguments)
-
-
-class _Renaming(_Replacement):
-    """Replaces symbols by others, so that no function can come out another."""
-
-    def _rebuilt(self, node: sympy.Basic, arguments: Sequence[sympy.Basic]) -> sympy.Basic:
-        if isinstance(node, (sympy.Function, Max, Min)):
-            return node.func(*arguments, evaluate=False)
-        return node.func(*arguments)
+    return _rebuilt(value, dict(new), made)
 
 
 def renamed(value: sympy.Expr, new: Mapping[sympy.Basic, sympy.Basic]) -> sympy.Expr:
     """The same with other symbols or numbers, no function of them worked out."""
-    return _Renaming(new)(value)
+
+    def made(node: sympy.Basic, arguments: Sequence[sympy.Basic]) -> sympy.Basic:
+        plain = {"evaluate": False} if isinstance(node, (sympy.Function, Max, Min)) else {}
+        return node.func(*arguments, **plain)
+
+    return _rebuilt(value, dict(new), made)
+
+
+def _rebuilt(
+    node: sympy.Basic,
+    known: dict[sympy.Basic, sympy.Basic],
+    made: Callable[[sympy.Basic, Sequence[sympy.Basic]], sympy.Basic],
+) -> sympy.Basic:
+    """A node made again of what its arguments become, each once wherever it occurs."""
+    if node not in known:
+        arguments = [_rebuilt(argument, known, made) for argument in node.args]
+        same = all(one is other for one, other in zip(arguments, node.args, strict=True))
+        known[node] = node if same else made(node, arguments)
+    return known[node]

@@ -5,9 +5,10 @@ the traps of general unit parsers: `Nm` is a newton metre, and an angle is in ra
 counts as a number.
 """
 
+import ast
 import operator
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
@@ -36,7 +37,7 @@ _SYMBOLS: dict[str, _Exponents] = {
 }
 _NONE: _Exponents = (0, 0, 0, 0, 0)
 _LONGEST = 60
-_TOKEN = re.compile(r"\s*(\*\*|[*/^()·]|-?\d+|[A-Za-z]+)")
+_JOINED = re.compile(r"(?<=[\w)])\s+(?=[\w(])|(?<=[\w)])(?=\()|(?<=\))(?=\w)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,10 +86,7 @@ def parse_unit(text: str) -> Unit:
         )
     if len(text) > _LONGEST:
         raise ModelError(f"a unit has at most {_LONGEST} characters, not {len(text)}.")
-    exponents, rest = _product(_tokens(text), text)
-    if rest:
-        raise _malformed(text, rest[0])
-    return Unit(" ".join(text.split()), exponents)
+    return Unit(" ".join(text.split()), _exponents(text))
 
 
 def product_of_powers(powers: Iterable[tuple[str, int]]) -> Unit:
@@ -98,57 +96,40 @@ def product_of_powers(powers: Iterable[tuple[str, int]]) -> Unit:
 
 def angle_power(unit: Unit) -> Fraction | int:
     """Power of the radian in a unit as it is written, which its exponents count as a number."""
-    tokens = ["K" if each == "rad" else each for each in _tokens(unit.text)]
-    return _product(tokens, unit.text)[0][-1] - unit.exponents[-1]
+    turned = {**_SYMBOLS, "rad": _SYMBOLS["K"]}
+    return _exponents(unit.text, turned)[-1] - unit.exponents[-1]
 
 
-def _tokens(text: str) -> list[str]:
-    tokens, position = [], 0
-    while position < len(text.rstrip()):
-        match = _TOKEN.match(text, position)
-        if match is None:
-            raise _malformed(text, text[position])
-        tokens.append(match[1])
-        position = match.end()
-    return tokens
+def _exponents(text: str, symbols: Mapping[str, _Exponents] = _SYMBOLS) -> _Exponents:
+    """Exponents of a product of powers, read by Python's parser; a space multiplies."""
+    marked = _JOINED.sub("*", text.strip()).replace("^", "**").replace("·", "*")
+
+    def read(node: ast.AST) -> _Exponents:
+        match node:
+            case ast.BinOp(left=left, op=ast.Mult(), right=right):
+                return _combine(read(left), read(right), 1)
+            case ast.BinOp(left=left, op=ast.Div(), right=right):
+                return _combine(read(left), read(right), -1)
+            case ast.BinOp(left=left, op=ast.Pow(), right=right) if power := _power(right):
+                return _combine(_NONE, read(left), power)
+        name = ast.unparse(node)
+        if name not in symbols:
+            raise _malformed(text, name)
+        return symbols[name]
+
+    try:
+        tree = ast.parse(marked, mode="eval").body
+    except (SyntaxError, ValueError) as error:
+        raise _malformed(text, text) from error
+    return read(tree)
 
 
-def _product(tokens: list[str], text: str) -> tuple[_Exponents, list[str]]:
-    total, tokens = _factor(tokens, text)
-    while tokens and tokens[0] != ")":
-        operator, sign = tokens[0], 1
-        if operator in ("*", "·", "/"):
-            tokens, sign = tokens[1:], -1 if operator == "/" else 1
-        factor, tokens = _factor(tokens, text)
-        total = _combine(total, factor, sign)
-    return total, tokens
-
-
-def _factor(tokens: list[str], text: str) -> tuple[_Exponents, list[str]]:
-    if not tokens:
-        raise _malformed(text, "its end")
-    head, tokens = tokens[0], tokens[1:]
-    if head == "(":
-        base, tokens = _product(tokens, text)
-        if not tokens:
-            raise _malformed(text, "its end")
-        tokens = tokens[1:]
-    elif head in _SYMBOLS:
-        base = _SYMBOLS[head]
-    else:
-        raise _malformed(text, head)
-    power: Fraction | int = 1
-    if tokens and tokens[0] in ("^", "**"):
-        match tokens[1:]:
-            case [whole, *rest] if re.fullmatch(r"-?\d{1,2}", whole):
-                power, tokens = int(whole), rest
-            case ["(", above, "/", below, ")", *rest] if re.fullmatch(
-                r"-?\d/[1-9]", f"{above}/{below}"
-            ):
-                power, tokens = Fraction(int(above), int(below)), rest
-            case _:
-                raise _malformed(text, tokens[0])
-    return _combine(_NONE, base, power), tokens
+def _power(node: ast.AST) -> Fraction | int:
+    """A whole number of two digits, or a fraction of one-digit ones; else 0, which is no power."""
+    written = ast.unparse(node)
+    if re.fullmatch(r"-?\d{1,2}", written):
+        return int(written)
+    return Fraction(written.replace(" ", "")) if re.fullmatch(r"-?\d / [1-9]", written) else 0
 
 
 def _combine(left: _Exponents, right: _Exponents, power: Fraction | int) -> _Exponents:

@@ -4,8 +4,8 @@ A Python file is run; a TOML file never is.
 """
 
 import contextlib
+import os
 import runpy
-import stat
 import sys
 import traceback
 from pathlib import Path
@@ -52,28 +52,11 @@ def load_axis(name: str | Path) -> Axis:
             "starts one.",
             code="axis-file",
         )
-    if not _is_file(file):
-        raise ModelError(f"{_else_there(file)}; check the path.", code="axis-file")
+    if not os.path.isfile(file):  # which takes any name
+        raise ModelError(f"there is no axis file {str(file)!r}; check the path.", code="axis-file")
     if file.suffix == ".toml":
         return axis_from_toml(file)
     return _only_axis(_run(file), file, variable)
-
-
-def _is_file(file: Path) -> bool:
-    try:
-        return file.is_file()
-    except OSError:
-        return False
-
-
-def _else_there(file: Path) -> str:
-    """What is there in place of an axis file."""
-    try:
-        mode = file.stat().st_mode
-    except (OSError, ValueError):
-        return f"there is no axis file {str(file)!r}"
-    kind = "a folder" if stat.S_ISDIR(mode) else "a pipe, a device or a socket"
-    return f"{file} is {kind}, no axis file"
 
 
 def _run(file: Path) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 
 import sympy
 
+from axisid.modeling.algebra import plain_slope
 from axisid.modeling.quantities import (
     Symbolic,
     Unit,
@@ -22,7 +23,7 @@ from axisid.support.errors import UsageError
 
 from .constant_values import ConstantValues
 from .expression import read_expression
-from .grammar import Function, Grammar
+from .grammar import DYNAMICS, Grammar
 
 #: What may be given as a function of parameters.
 FunctionLike: TypeAlias = str | sympy.Expr | Symbolic | float
@@ -30,37 +31,12 @@ FunctionLike: TypeAlias = str | sympy.Expr | Symbolic | float
 _LONGEST_TEXT = 500
 
 
-class _Abs(sympy.Function):  # type: ignore[misc]
-    """Absolute value of a real argument; SymPy's own has no plain derivative for some."""
-
-    def fdiff(self, argindex: int = 1) -> sympy.Expr:
-        """The sign."""
-        del argindex
-        return _Sign(self.args[0])
-
-
-class _Sign(sympy.Function):  # type: ignore[misc]
-    """Sign of a real argument, with no slope."""
-
-    def fdiff(self, argindex: int = 1) -> sympy.Expr:
-        """Nowhere but at zero."""
-        del argindex
-        return sympy.S.Zero
-
-
 _FUNCTIONS = {
-    "sqrt": Function(sympy.sqrt, math.sqrt),
-    "abs": Function(_Abs, abs),
-    "exp": Function(sympy.exp, math.exp),
-    "log": Function(sympy.log, math.log),
-    "sin": Function(sympy.sin, math.sin),
-    "cos": Function(sympy.cos, math.cos),
-    "tan": Function(sympy.tan, math.tan),
-    "atan": Function(sympy.atan, math.atan),
+    name: DYNAMICS.functions[name] for name in "sqrt abs exp log sin cos tan atan".split()
 }
 _FLOATS: dict[Any, Callable[..., float]] = {
-    **{function.symbolic: function.number for function in _FUNCTIONS.values()},
-    _Sign: lambda x: float((x > 0) - (x < 0)),
+    function.symbolic: function.number
+    for function in (*_FUNCTIONS.values(), DYNAMICS.functions["sign"])
 }
 #: SymPy classes of a function.
 _NODES = frozenset({*_FLOATS, sympy.Add, sympy.Mul, sympy.Pow})
@@ -68,7 +44,7 @@ _GRAMMAR = Grammar(
     what="a function of the parameters",
     names="parameter",
     functions=_FUNCTIONS,
-    nodes=_NODES | {sympy.Abs},
+    nodes=_NODES,
     longest=_LONGEST_TEXT,
 )
 
@@ -92,11 +68,11 @@ class ParameterFunction:
     def at(self, values: Sequence[float]) -> tuple[float, list[float], list[list[float]]]:
         """Value, gradient (p,) and Hessian (p, p); NaN where one is no finite real number."""
         number = self._numbers(values)
-        slopes = [sympy.diff(self.expression, p) for p in self.parameters]
+        slopes = [plain_slope(self.expression, p) for p in self.parameters]
         return (
             number(self.expression),
             [number(slope) for slope in slopes],
-            [[number(sympy.diff(s, p)) for p in self.parameters] for s in slopes],
+            [[number(plain_slope(s, p)) for p in self.parameters] for s in slopes],
         )
 
     def value(self, values: Sequence[float]) -> float:
@@ -142,7 +118,6 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
             f"there is no parameter {', '.join(unknown)}; there are {', '.join(symbols)}."
         )
     function = written.xreplace({s: symbols[str(s)] for s in written.free_symbols})
-    function = function.replace(sympy.Abs, _Abs)
     for node in sympy.preorder_traversal(function):
         if not (node.is_Symbol or node.is_Number or node.is_NumberSymbol or node.func in _NODES):
             raise UsageError(
@@ -152,7 +127,7 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
             )
     by_symbol = {symbols[name]: parse_unit(unit) for name, unit in units.items()}
     try:
-        unit = UnitReader(by_symbol, absolute=(_Abs,)).unit(function)
+        unit = UnitReader(by_symbol).unit(function)
     except UnitsError as error:
         raise UsageError(str(error), code="formula") from error
     return ParameterFunction(function, unit, tuple(symbols.values()))

@@ -110,22 +110,12 @@ def _axis(root: Table) -> Axis | None:
         parameters=tuple(parameters.values()),
         signals=tuple(signals.values()),
         drive=drive,
+        **parts,
     )
-    axis = root.attempt("", lambda: declared(**parts))
+    axis = root.attempt("", declared)
     if axis is not None:
         _check_states(states, axis)
-    elif parts["control"] is not None:
-        _tell_without_law(root, declared)
     return axis
-
-
-def _tell_without_law(root: Table, declared: Callable[..., Axis]) -> None:
-    """Say what a name that the law shares hides: what is wrong with the equation of motion."""
-    try:
-        declared()
-    except ModelError as error:
-        if error.code != "unused-signals" and str(error) not in root.mistakes:
-            root.say("", str(error))
 
 
 def _coordinate(root: Table) -> tuple[Coordinate | None, Symbols]:

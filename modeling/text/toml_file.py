@@ -12,7 +12,7 @@ from axisid.support.files.regular_file import opened_regular
 
 from .toml_table import Table
 
-_LARGEST_FILE, _LONGEST_LINE = 50_000, 2500
+_LARGEST_FILE = 50_000
 
 T = TypeVar("T")
 
@@ -91,7 +91,7 @@ def _text(file: Path, error: type[FileError]) -> str:
             f"{file} is larger than such a file may be, {_LARGEST_FILE} bytes.", code="toml"
         )
     try:
-        text = content.decode("utf-8-sig").replace("\r\n", "\n")
+        return content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as wrong:
         line = content.count(b"\n", 0, wrong.start) + 1
         raise error(
@@ -99,7 +99,3 @@ def _text(file: Path, error: type[FileError]) -> str:
             "it as UTF-8.",
             code="toml",
         ) from wrong
-    for i, line_text in enumerate(text.split("\n"), 1):
-        if len(line_text) > _LONGEST_LINE:
-            raise error(f"{file}: line {i} is longer than {_LONGEST_LINE} characters.", code="toml")
-    return text

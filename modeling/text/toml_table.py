@@ -8,7 +8,7 @@ import inspect
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
-from itertools import combinations
+from functools import partial
 from types import MappingProxyType
 from typing import Any, TypeVar, get_args, get_origin
 
@@ -197,14 +197,13 @@ class Table:
         fields = {key: stand_ins[key] if value is None else value for key, value in found.items()}
         fields |= {"name": name} if name else {}
         neutral = {**{key: stand_ins[key] for key in needed}, **given}
-        try:
-            result = make(**{**neutral, **fields})
-        except ModelError as error:
-            whole = {"": error} if self.fine else {}
-            for key, reason in (_refused(make, neutral, fields, stand_ins) or whole).items():
-                if found.get(key, "") is not None:
-                    self.say(key if key in self.values else "", str(reason))
-            return None
+        error = _error(make, {**neutral, **fields})
+        result = make(**{**neutral, **fields}) if error is None else None
+        while error is not None:
+            key, fields = _without_guilty(make, neutral, fields, stand_ins, error)
+            if found.get(key, "") is not None and (key or self.fine):
+                self.say(key if key in self.values else "", str(error))
+            error = _error(make, {**neutral, **fields}) if key else None
         return result if self.fine else None
 
     def each(self, make: Callable[..., T], **how: Any) -> dict[str, T | None]:
@@ -215,36 +214,22 @@ class Table:
 _ABSENT = inspect.Parameter.empty
 
 
-def _refused(
+def _without_guilty(
     make: Callable[..., Any],
     neutral: Mapping[str, Any],
     fields: Mapping[str, Any],
     stand_ins: Mapping[str, Any],
-) -> dict[str, ModelError]:
-    """Fields that are not taken, each with the reason; none if neutral ones are not either.
-
-    They join neutral ones, alone or two at a time, for as long as one is taken. What would be taken
-    with stand-ins for the others that are not is no mistake: it lacks one of them.
-    """
-    taken, pending = dict(neutral), dict(fields)
-    reasons: dict[str, ModelError] = {}
-    if _error(make, neutral) is not None:
-        return reasons
-    while True:
-        for keys in (*combinations(pending, 1), *combinations(pending, 2)):
-            tried = {key: pending[key] for key in keys}
-            error = _error(make, {**taken, **tried})
-            if error is None:
-                taken |= {key: pending.pop(key) for key in keys}
-                break
-            reasons |= {keys[0]: error} if len(keys) == 1 else {}
-        else:
-            lacking = {**taken, **{key: stand_ins[key] for key in pending}}
-            return {
-                key: reasons[key]
-                for key, value in pending.items()
-                if _error(make, {**lacking, key: value}) is not None
-            }
+    error: ModelError,
+) -> tuple[str, dict[str, Any]]:
+    """The field without which all are taken; else one that is refused so beside neutral ones."""
+    for key in fields:
+        without = {name: value for name, value in fields.items() if name != key}
+        for others in (without, {**without, key: stand_ins[key]}):
+            if _error(make, {**neutral, **others}) is None:
+                return key, others
+    alone = (k for k in fields if str(_error(make, {**neutral, k: fields[k]})) == str(error))
+    guilty = next(alone, "")
+    return guilty, {name: value for name, value in fields.items() if name != guilty}
 
 
 def _error(make: Callable[..., Any], fields: Mapping[str, Any]) -> ModelError | None:
@@ -275,22 +260,14 @@ def checked_name(name: str, what: str) -> str:
     return name
 
 
-def _text(value: object) -> str:
-    if isinstance(value, str) and value.isprintable():
+def _plain(kind: type, value: object) -> Any:
+    """A text, a whole number or a switch."""
+    if type(value) is kind and (not isinstance(value, str) or value.isprintable()):
         return value
-    raise ModelError(f"it is {value!r}; give one line of text in quotes.", code="toml")
+    raise ModelError(f"it is {value!r}; give {_GIVE[kind]}.", code="toml")
 
 
-def _whole(value: object) -> int:
-    if isinstance(value, int) and not isinstance(value, bool):
-        return value
-    raise ModelError(f"it is {value!r}; give a whole number.", code="toml")
-
-
-def _switch(value: object) -> bool:
-    if isinstance(value, bool):
-        return value
-    raise ModelError(f"it is {value!r}; give true or false.", code="toml")
+_GIVE = {str: "one line of text in quotes", int: "a whole number", bool: "true or false"}
 
 
 def _number(value: object) -> float:
@@ -309,18 +286,11 @@ def _expression(value: Any, symbols: Symbols, elements: Elements) -> Any:
     return value
 
 
-def _as_it_is(value: Any) -> Any:
-    return value
-
-
 #: What reads a value, by the kind of its argument.
 _KINDS: Mapping[Any, Callable[[Any], Any]] = {
-    str: _text,
-    int: _whole,
-    bool: _switch,
+    **{kind: partial(_plain, kind) for kind in _GIVE},
     float: _number,
     float | None: _number,
     float | Any: _number,
-    str | int: _as_it_is,
-    float | str: _as_it_is,
+    **dict.fromkeys((str | int, float | str), lambda value: value),
 }

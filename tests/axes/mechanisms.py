@@ -1,4 +1,4 @@
-"""Eighteen mechanisms of the textbooks, each twice: by its energies, and by where its bodies are.
+"""Thirteen mechanisms of the textbooks, each twice: by its energies, and by where its bodies are.
 
 The energies are sums of squares of rates, written as a textbook writes them. The places are written
 again in plain numbers, by geometry (a linkage closes where two circles meet), so that what is
@@ -112,40 +112,7 @@ def _angle(at: Any) -> tuple[Any]:
     return (at,)
 
 
-def _connecting_rod(offset: sympy.Expr, by: Any) -> Mechanism:
-    """A crank, a rod that has a mass at two fifths of its length, a piston beside the crank's axle.
-
-    The places find the piston where a circle about the crank pin meets the piston's line.
-    """
-    lean = (R * sin(q) - offset) / L
-    share, root = sympy.Rational(2, 5), sqrt(1 - lean**2)
-    swing = R * cos(q) / (L * root) * dq
-    centre = (R * cos(q) + share * L * root, R * sin(q) - share * L * lean)
-
-    def piston(at: Any) -> Any:
-        return r * mp.cos(at) + mp.sqrt(l**2 - (r * mp.sin(at) - by) ** 2)
-
-    def middle(at: Any) -> tuple[Any, Any]:
-        pin = (r * mp.cos(at), r * mp.sin(at))
-        return pin[0] + (piston(at) - pin[0]) * 2 / 5, pin[1] + (by - pin[1]) * 2 / 5
-
-    return Mechanism(
-        kinetic=J1 * dq**2 / 2
-        + _half(M1, R * cos(q) + L * root)
-        + _half(M2, *centre)
-        + J2 * swing**2 / 2,
-        potential=M2 * g * centre[1],
-        moved={
-            J1: _angle,
-            M1: lambda at: (piston(at),),
-            M2: middle,
-            J2: lambda at: (mp.atan2(r * mp.sin(at) - by, piston(at) - r * mp.cos(at)),),
-        },
-        lifted={M2: lambda at: GRAVITY * middle(at)[1]},
-    )
-
-
-def _four_bar(*, whole: bool) -> Mechanism:
+def _four_bar() -> Mechanism:
     """A crank, a coupler and a rocker; the places find their joint where two circles meet."""
     numbers = (0.05, 0.16, 0.12, 0.18)
     a, b, c, f = (_m(value) for value in numbers)
@@ -154,7 +121,9 @@ def _four_bar(*, whole: bool) -> Mechanism:
     rocker = rocker - acos((across**2 + c**2 - b**2) / (2 * across * c))
     pin = (a * cos(q), a * sin(q))
     joint = (f + c * cos(rocker), c * sin(rocker))
-    kinetic = J1 * dq**2 / 2 + _half(J2, rocker)
+    middle = ((one + other) / 2 for one, other in zip(pin, joint, strict=True))
+    kinetic = J1 * dq**2 / 2 + _half(J2, rocker) + _half(M2, *middle)
+    kinetic += _half(J3, atan2(joint[1] - pin[1], joint[0] - pin[0]))
     ka, kb, kc, kf = (mp.mpf(str(value)) for value in numbers)
 
     def meeting(at: Any) -> tuple[Any, Any, Any, Any]:
@@ -169,35 +138,27 @@ def _four_bar(*, whole: bool) -> Mechanism:
         _, _, jx, jy = meeting(at)
         return (mp.atan2(jy, jx - kf),)
 
-    moved: dict[Parameter, _Places] = {J1: _angle, J2: swung}
-    potential, lifted = sympy.S.Zero, {}
-    if whole:  # its weight, as a coupler's mass alone is shared by the other inertias
-        kinetic += _half(M2, *((one + other) / 2 for one, other in zip(pin, joint, strict=True)))
-        kinetic += _half(J3, atan2(joint[1] - pin[1], joint[0] - pin[0]))
+    def centre(at: Any) -> tuple[Any, Any]:
+        px, py, jx, jy = meeting(at)
+        return (px + jx) / 2, (py + jy) / 2
 
-        def middle(at: Any) -> tuple[Any, Any]:
-            px, py, jx, jy = meeting(at)
-            return (px + jx) / 2, (py + jy) / 2
+    def coupler(at: Any) -> tuple[Any]:
+        px, py, jx, jy = meeting(at)
+        return (mp.atan2(jy - py, jx - px),)
 
-        def coupler(at: Any) -> tuple[Any]:
-            px, py, jx, jy = meeting(at)
-            return (mp.atan2(jy - py, jx - px),)
-
-        moved |= {M2: middle, J3: coupler}
-        potential = M2 * g * (pin[1] + joint[1]) / 2
-        lifted = {M2: lambda at: GRAVITY * middle(at)[1]}
     return Mechanism(
-        kinetic=kinetic, potential=potential, moved=moved, lifted=lifted, lowest=0.2, highest=2.9
+        kinetic=kinetic,
+        potential=M2 * g * (pin[1] + joint[1]) / 2,
+        moved={J1: _angle, J2: swung, M2: centre, J3: coupler},
+        lifted={M2: lambda at: GRAVITY * centre(at)[1]},
+        lowest=0.2,
+        highest=2.9,
     )
 
 
 def _lever(at: Any) -> Any:
     """The angle of a slotted lever that a pin on a crank drives."""
     return mp.atan2(r * mp.sin(at), d + r * mp.cos(at))
-
-
-def _wheel(at: Any) -> Any:
-    return mp.atan2(r * mp.sin(at), d - r * mp.cos(at))
 
 
 def _between(at: Any) -> Any:
@@ -225,16 +186,11 @@ ECCENTRICITY = sympy.Rational(1, 5)
 CRANK = J1 * dq**2 / 2
 
 MECHANISMS: Mapping[str, Callable[[], Mechanism]] = {
-    "crank_with_rod": lambda: _connecting_rod(sympy.S.Zero, mp.zero),
-    "offset_crank": lambda: _connecting_rod(E, e),
     "scotch_yoke": lambda: Mechanism(
         kinetic=CRANK + _half(M1, R * sin(q)),
         potential=M1 * g * R * sin(q),
         moved={J1: _angle, M1: lambda at: (r * mp.sin(at),)},
         lifted={M1: lambda at: GRAVITY * r * mp.sin(at)},
-    ),
-    "whitworth": lambda: Mechanism(
-        kinetic=CRANK + _half(J2, QUICK), moved={J1: _angle, J2: lambda at: (_lever(at),)}
     ),
     "shaper": lambda: Mechanism(
         kinetic=CRANK + _half(J2, QUICK) + _half(M1, RAM),
@@ -248,8 +204,7 @@ MECHANISMS: Mapping[str, Callable[[], Mechanism]] = {
         kinetic=CRANK + J2 * (cos(LEAN) / (1 - sin(LEAN) ** 2 * cos(q) ** 2) * dq) ** 2 / 2,
         moved={J1: _angle, J2: _driven_shaft},
     ),
-    "four_bar_rocker": lambda: _four_bar(whole=False),
-    "four_bar": lambda: _four_bar(whole=True),
+    "four_bar": _four_bar,
     "spring_between_points": lambda: Mechanism(
         kinetic=CRANK,
         potential=K * (ACROSS - L) ** 2 / 2,
@@ -261,10 +216,6 @@ MECHANISMS: Mapping[str, Callable[[], Mechanism]] = {
         potential=M2 * g * H * sin(q),
         moved={J1: _angle, M1: lambda at: (_between(at),)},
         lifted={M2: lambda at: GRAVITY * h * mp.sin(at)},
-    ),
-    "geneva": lambda: Mechanism(
-        kinetic=CRANK + _half(J2, atan(R * sin(q) / (D - R * cos(q)))),
-        moved={J1: _angle, J2: lambda at: (_wheel(at),)},
     ),
     "cam": lambda: Mechanism(
         kinetic=CRANK + _half(M1, RISE),

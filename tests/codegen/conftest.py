@@ -2,8 +2,7 @@
 
 import pytest
 
-from axisid.codegen.native.compiler import Compiler, find_compiler
-from axisid.codegen.native.errors import NativeUnavailableError
+from axisid.codegen.native.compiler import Compiler, NativeUnavailableError, find_compiler
 
 
 @pytest.fixture(scope="session")

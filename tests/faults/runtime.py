@@ -27,8 +27,7 @@ from axisid import (
 )
 from axisid.codegen import GeneratedAxis
 from axisid.codegen.artefacts.texts import axis_artefacts
-from axisid.codegen.native.compiler import find_compiler
-from axisid.codegen.native.errors import NativeUnavailableError
+from axisid.codegen.native.compiler import NativeUnavailableError, find_compiler
 from axisid.codegen.native.library_cache import _name
 from axisid.codegen.printers import with_c_loop
 from axisid.estimation import simulate_batch

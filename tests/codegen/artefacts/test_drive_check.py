@@ -39,9 +39,7 @@ class CubedDrive(Drive):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnSymbol(Drive):
-    """A gain by another symbol than that of `Drive`; `slope` times its slope."""
-
-    slope: float | None = None
+    """A gain by another symbol than that of `Drive`."""
 
     @property
     def force(self) -> sympy.Expr:
@@ -54,11 +52,6 @@ class OwnSymbol(Drive):
     @property
     def constants(self) -> Mapping[sympy.Symbol, float]:
         return {CUBE: self.gain}
-
-    @property
-    def force_by_gain(self) -> sympy.Expr:
-        own: sympy.Expr = Drive.force_by_gain.fget(self)  # type: ignore[attr-defined]
-        return own if self.slope is None else self.slope * self.force
 
 
 def driven(drive: Drive) -> Axis:
@@ -93,14 +86,8 @@ def test_a_plain_drive_of_any_size_is_right(gain: float, limit: float) -> None:
     assert axis.evaluate("drive_force", 1.0, 0.0, 0.0)[0][0, 0] == gain
 
 
-@pytest.mark.parametrize("slope", [None, 0.999, -1.0])
-def test_a_slope_that_is_not_what_another_gain_changes_is_refused(slope: float | None) -> None:
-    drive = OwnSymbol(gain=35.15, limit=10.0, relative_sd=0.01, slope=slope)
+def test_a_deviation_of_a_gain_that_is_not_in_the_force_is_refused() -> None:
+    drive = OwnSymbol(gain=35.15, limit=10.0, relative_sd=0.01)
     with refuses("generated-code", says="OwnSymbol"):
         build(driven(drive), native=False)
     build(driven(replace(drive, relative_sd=0.0)), native=False)
-
-
-def test_a_slope_that_is_what_another_gain_changes_is_taken() -> None:
-    drive = OwnSymbol(gain=-35.15, relative_sd=0.01, slope=1.0)
-    assert build(driven(drive), native=False).axis.drive == drive

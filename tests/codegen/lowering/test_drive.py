@@ -16,11 +16,6 @@ from tests.axes.lagging import TRUTH, lagging
 from tests.recipes import recipe_blocks
 
 
-@pytest.fixture(scope="module")
-def braked_emps(emps2015: GeneratedAxis) -> GeneratedAxis:
-    return build(braked(emps2015.declared))
-
-
 def states(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     first, q, dq = rng.normal(size=(3, 50))
     return 20 * first, q, dq
@@ -33,28 +28,10 @@ def test_control_that_makes_a_force_makes_it(name: str, rng: np.random.Generator
     beside = [rng.normal(size=len(q)) for _ in axis.axis.signals]
     force = axis.evaluate("drive_force", control, q, dq, *beside)[0][:, 0]
     np.testing.assert_array_equal(force, axis.axis.drive.gain * control)
+    # What the gain does to an estimate has no rounding of its own then.
+    np.testing.assert_array_equal(axis.force_by_gain(control, q, dq, beside), force)
     back = axis.evaluate("drive_control", force, q, dq, *beside)[0][:, 0]
     np.testing.assert_allclose(back, control, rtol=1e-15)
-
-
-@pytest.mark.parametrize("name", LIBRARY)
-def test_a_force_that_is_a_gain_is_its_own_slope_to_the_bit(
-    name: str, rng: np.random.Generator
-) -> None:
-    """What the gain does to an estimate has no rounding of its own then."""
-    axis = build(load_axis(name), native=False)
-    made, beside = states(rng), [rng.normal(size=50) for _ in axis.axis.signals]
-    np.testing.assert_array_equal(
-        axis.force_by_gain(*made, beside), axis.evaluate("drive_force", *made, *beside)[0][:, 0]
-    )
-
-
-def test_a_force_by_the_motion_has_the_slope_of_its_gain_alone(
-    braked_emps: GeneratedAxis, rng: np.random.Generator
-) -> None:
-    control, q, dq = states(rng)
-    slope = braked_emps.force_by_gain(control, q, dq)
-    np.testing.assert_array_equal(slope, braked_emps.axis.drive.gain * control)
 
 
 @pytest.mark.parametrize("native", [False, True])
@@ -64,7 +41,9 @@ def test_force_by_the_motion_is_generated_too(
     axis = build(braked(emps2015.declared), native=native)
     control, q, dq = states(rng)
     force = axis.evaluate("drive_force", control, q, dq)[0][:, 0]
-    np.testing.assert_allclose(force, axis.axis.drive.gain * control - BRAKE * dq, rtol=1e-13)
+    slope = axis.force_by_gain(control, q, dq)
+    np.testing.assert_array_equal(slope, axis.axis.drive.gain * control)
+    np.testing.assert_allclose(force, slope - BRAKE * dq, rtol=1e-13)
     back = axis.evaluate("drive_control", force, q, dq)[0][:, 0]
     np.testing.assert_allclose(back, control, rtol=1e-12, atol=1e-12)
 

@@ -10,9 +10,8 @@ import pytest
 from axisid import Axis, build, load_axis
 from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings, LoopStart
 from axisid.codegen.native.lanes import Decimation
-from axisid.codegen.native.library import LoadedLibrary, NativeLibrary
+from axisid.codegen.native.library import NativeLibrary
 from axisid.codegen.native.library_cache import compiled_library
-from axisid.codegen.native.trial import Trial
 from axisid.codegen.runtime import VirtualLoop, by_sample, is_continuous, recorded_values
 from axisid.codegen.runtime.arguments import VECTORS
 from axisid.modeling import LIBRARY
@@ -41,13 +40,11 @@ class Compiled:
     parameters: np.ndarray
 
 
-def compiled(name: str, right: str = "", wrong: str = "") -> Compiled:
-    """The library of an axis, with something wrong in its text."""
+def compiled(name: str) -> Compiled:
+    """The library of an axis."""
     axis = build(GRID[name])
-    functions = axis.loop.functions if axis.loop else axis.functions
-    assert right in axis.native.text
-    text = axis.native.text.replace(right, wrong) if right else axis.native.text
-    library = NativeLibrary(LoadedLibrary(compiled_library(text, Trial)), functions)
+    functions, text = axis.loop.functions if axis.loop else axis.functions, axis.native.text
+    library = NativeLibrary(compiled_library(text), functions)
     law = axis.axis.control
     gains = [*law.gains.values()] if law and axis.loop else []
     own = np.where(np.abs(axis.nominal) > 0, axis.nominal, 1.0)

@@ -1,49 +1,25 @@
 """Long native calls: interrupted at once, and with the results of short ones."""
 
-import os
-import signal
 import subprocess
 import sys
-import threading
 import time
-from collections.abc import Callable
 from importlib import import_module
 
 import numpy as np
 import pytest
 
 from axisid import UsageError, build, load_axis, simulate
-from axisid.codegen.native.slices import StoppableRuns
+from axisid.codegen.native.slices import stoppable
 
 pytestmark = pytest.mark.usefixtures("c_compiler")
 
 module = import_module("axisid.codegen.native.slices")
 
 
-def interrupted_after(run: Callable[[], object], seconds: float) -> float:
-    """Seconds of the processor between Ctrl-C and the end of the run, whoever else computes."""
-    sent = []
-
-    def interrupt() -> None:
-        sent.append(time.process_time())
-        os.kill(os.getpid(), signal.SIGINT)
-
-    timer = threading.Timer(seconds, interrupt)
-    # Whoever starts the tests in the background may have them ignore Ctrl-C.
-    usual = signal.signal(signal.SIGINT, signal.default_int_handler)
-    timer.start()
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            run()
-    finally:
-        timer.cancel()
-        signal.signal(signal.SIGINT, usual)
-    return time.process_time() - sent[0]
-
-
 REFERENCE = 0.1 * np.sin(np.arange(400_000) * 1e-3)
 
-#: A process of its own, as a user's is: how long after Ctrl-C a long simulation ends.
+#: A process of its own, as a user's is: how long after Ctrl-C a long simulation, or an evaluation
+#: at many samples, ends.
 LONG = """
 import os, signal, sys, threading, time
 import numpy as np
@@ -56,6 +32,7 @@ axis = build(load_axis("emps"))
 assert axis.native.library() is not None
 reference = 0.1 * np.sin(np.arange(400_000 // max(lanes, 1)) * 1e-3)
 simulate(axis, axis.nominal, reference[:10], 1e-3)
+motion = np.ones((4, 4_000_000 if lanes < 0 else 1))
 sent = []
 
 def interrupt():
@@ -64,8 +41,10 @@ def interrupt():
 
 threading.Timer(0.3, interrupt).start()
 try:
-    for _ in range(5):
-        if lanes:
+    for _ in range(5 if lanes >= 0 else 10**6):
+        if lanes < 0:
+            axis.evaluate("inverse_dynamics", *motion, axis.nominal)
+        elif lanes:
             parameters = np.tile(axis.nominal, (lanes, 1))
             simulate_batch(axis, parameters, reference, 1e-3, substeps=1024)
         else:
@@ -76,25 +55,12 @@ except KeyboardInterrupt:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lanes", [0, 1, 64])
-def test_long_simulation_ends_at_once_at_an_interrupt(lanes: int) -> None:
+@pytest.mark.parametrize("lanes", [-1, 0, 1, 64])
+def test_what_takes_long_ends_at_once_at_an_interrupt(lanes: int) -> None:
     done = subprocess.run(
         [sys.executable, "-c", LONG, str(lanes)], capture_output=True, text=True, check=True
     )
     assert float(done.stdout) < 1.0, done.stderr  # of two threads
-
-
-@pytest.mark.slow
-def test_long_evaluation_ends_at_once_at_an_interrupt() -> None:
-    axis = build(load_axis("crank"))
-    assert axis.native.library() is not None
-    motion = np.ones((4, 4_000_000))
-
-    def run() -> None:
-        while True:
-            axis.evaluate("inverse_dynamics", *motion, axis.nominal)
-
-    assert interrupted_after(run, 0.5) < 0.6
 
 
 @pytest.mark.slow
@@ -106,7 +72,7 @@ def test_slices_change_no_bit(
     assert (axis.native.library() is not None) == native
     arguments = (*rng.normal(size=(4, 5000)), axis.nominal)
     whole = axis.evaluate("idm_regressor", *arguments[:4])
-    monkeypatch.setattr(module, "_FIRST", 7)
+    monkeypatch.setattr(module, "_PART", 7)
     for a, b in zip(whole, axis.evaluate("idm_regressor", *arguments[:4]), strict=True):
         assert a.tobytes() == b.tobytes()
     assert axis.evaluate("inverse_dynamics", *arguments)[0].shape == (5000, 1)
@@ -125,7 +91,7 @@ def test_each_sample_may_have_parameters_of_its_own(
     alone = [
         axis.evaluate("inverse_dynamics", *m, p)[0] for m, p in zip(motion.T, sets, strict=True)
     ]
-    monkeypatch.setattr(module, "_FIRST", 7)
+    monkeypatch.setattr(module, "_PART", 7)
     together = axis.evaluate("inverse_dynamics", *motion, sets)[0]
     assert together.tobytes() == np.concatenate(alone).tobytes()
     with pytest.raises(UsageError, match="parameters has 19 values, not 20"):
@@ -153,5 +119,5 @@ def test_error_in_one_run_stops_the_others() -> None:
 
     begin = time.process_time()
     with pytest.raises(ValueError, match="no"):
-        StoppableRuns().run([fails, waits], 10**9)
+        stoppable([fails, waits], 10**9)
     assert time.process_time() - begin < 5

@@ -1,6 +1,5 @@
 """Filtering and decimation against SciPy, closed forms and the settings' own promises."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,21 +25,6 @@ def test_velocity_and_acceleration_of_a_slow_sine_are_its_derivatives() -> None:
     assert q[inner] == pytest.approx(np.sin(w * t[inner]), abs=1e-6)
     assert dq[inner] == pytest.approx(w * np.cos(w * t[inner]), abs=1e-4 * w)
     assert ddq[inner] == pytest.approx(-(w**2) * np.sin(w * t[inner]), abs=1e-4 * w**2)
-
-
-@pytest.mark.parametrize("shape", [(3000,), (3000, 4)])
-def test_compiled_code_filters_to_the_same_last_bits(
-    rng: np.random.Generator, shape: tuple[int, ...]
-) -> None:
-    values = np.cumsum(rng.normal(size=shape), axis=0)
-    plain = sampled(cutoff=60.0, decimate=10)
-    native = replace(plain, native=True)
-    for found, wanted in (
-        (native.low_passed(values), plain.low_passed(values)),
-        (native.reduce(values), plain.reduce(values)),
-    ):
-        assert found.shape == wanted.shape
-        np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-12 * np.abs(wanted).max())
 
 
 def test_scipy_alignment_is_scipys_decimate_away_from_the_ends(rng: np.random.Generator) -> None:

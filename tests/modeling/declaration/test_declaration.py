@@ -8,7 +8,6 @@ import pytest
 import sympy
 
 from axisid import (
-    Constant,
     Coordinate,
     ModelError,
     Parameter,
@@ -18,7 +17,7 @@ from axisid import (
     newton,
 )
 from axisid.control import REFERENCE, ControlLaw, Memory, cascade_pd, cascade_pd_averaged
-from axisid.elements import Drive, G, viscous
+from axisid.elements import Drive, viscous
 from axisid.modeling import Experiment, Move
 from axisid.modeling.declaration.control import gain
 from axisid.modeling.quantities.symbols import (
@@ -77,38 +76,6 @@ def test_a_gain_may_be_g_but_not_pi() -> None:
     assert law("G").gains == {"G": 2.0}
     with refuses("axis", says="'pi', which is the number pi"):
         law("pi")
-
-
-@pytest.mark.parametrize(
-    ("resistance", "code", "says"),
-    [
-        (
-            Fv * q.velocity * Constant(2.0, "1", "M").symbol,
-            "axis",
-            "parameter 'M'",
-        ),
-        (
-            Fv * q.velocity * Constant(2.0, "1", "dq").symbol,
-            "axis",
-            "coordinate 'dq'",
-        ),
-        (
-            M * G * Constant(2.0, "1", "n").symbol / Constant(3.0, "1", "n").symbol,
-            "axis",
-            "'n'",
-        ),
-    ],
-)
-def test_what_is_printed_alike_is_told_apart(resistance: sympy.Expr, code: str, says: str) -> None:
-    with refuses(code, says):
-        declare(resistance=(resistance, viscous(Fv, q)))
-
-
-def test_eulers_number_is_no_parameter() -> None:
-    young = Parameter("E", "N")
-    declare(parameters=(M, young), resistance=(young.symbol,))
-    with refuses("axis", says="parameter 'E'"):
-        declare(parameters=(M, young), resistance=(young * sympy.exp(1),))
 
 
 @pytest.mark.parametrize("factor", [sympy.I, sympy.sqrt(-2), (-1) ** sympy.Rational(1, 3)])

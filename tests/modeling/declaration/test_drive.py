@@ -1,12 +1,11 @@
 """A drive's lag and delay, and what a command passes on its way: what contradicts them."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from axisid import Axis, ModelError, load_axis
+from axisid import Axis, ModelError
 from axisid.control import cascade_pd
 from axisid.elements import Drive
 from axisid.modeling.declaration import CommandPath, Response
@@ -83,38 +82,6 @@ def test_a_name_that_generated_code_gives_to_the_drives_forces_is_refused(name: 
     assert replace(plain, force=force, experiment=None, **named).parameters[1].name == name
     with pytest.raises(ModelError, match=name):
         replace(late, force=force, experiment=None, **named)
-
-
-TOML = """
-name = "late"
-coordinate = { name = "q", unit = "m" }
-control = { law = "cascade_pd", kp = 50.0, kv = 60.0, period = 1e-3 }
-
-[drive]
-gain = 18.0
-unit = "A"
-lag = 0.8e-3
-delay = 0.35e-3
-logged = "applied"
-rate_limit = 200.0
-quantisation = 0.01
-deadband = 0.1
-
-[parameters]
-M = { unit = "kg", nominal = 10 }
-
-[newton]
-inertia = "M"
-resistance = []
-"""
-
-
-def test_toml_says_the_same(tmp_path: Path) -> None:
-    file = tmp_path / "late.toml"
-    file.write_text(TOML)
-    drive = load_axis(str(file)).drive
-    assert (drive.lag, drive.delay, drive.logged) == (0.8e-3, 0.35e-3, "applied")
-    assert drive.path == CommandPath(rate_limit=200.0, quantisation=0.01, deadband=0.1)
 
 
 PATH: dict[str, float] = {"rate_limit": 300.0, "quantisation": 0.05, "deadband": 0.3}

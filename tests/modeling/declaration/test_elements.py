@@ -14,7 +14,6 @@ from axisid import (
     Constant,
     Coordinate,
     Parameter,
-    build,
     derive,
 )
 from axisid.elements import (
@@ -151,31 +150,6 @@ def test_motor_inertia_is_the_energy_of_the_rotor() -> None:
 
 def composed(*resistance: sympy.Expr, parameters: tuple[Parameter, ...]) -> Axis:
     return body(*resistance, parameters=parameters, name="composed")
-
-
-@pytest.mark.parametrize("name", ELEMENTS)
-def test_element_is_a_regressor_column_in_generated_code(
-    name: str, rng: np.random.Generator
-) -> None:
-    element, closed = ELEMENTS[name]
-    names = {str(s) for s in element.free_symbols}
-    units = {
-        "viscous": "N/(m/s)",
-        "asymmetric viscous": "N/(m/s)",
-        "quadratic": "N/(m/s)^2",
-        "load-dependent": "1",
-        "gravity": "kg",
-        "spring": "N/m",
-        "spring at rest in 0": "N/m",
-        "cubic spring": "N/m^3",
-    }
-    found = [p(units.get(name, "N"), n) for n in ("a", "b") if n in names]
-    axis = build(composed(element, parameters=tuple(found)), native=False)
-    x, v = rng.uniform(-1, 1, (2, 50))
-    theta = [0.0, *[{"a": A, "b": B}[f.name] for f in found]]
-    force = axis.evaluate("inverse_dynamics", x, v, 0.0 * x, np.sign(v), theta)[0][:, 0]
-    expected = [closed(xi, vi) for xi, vi in zip(x, v, strict=True)]
-    assert force == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize(

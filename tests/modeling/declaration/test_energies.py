@@ -1,7 +1,6 @@
 """Energies depend on what they may, and inertias are positive."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 import sympy
@@ -14,7 +13,6 @@ from axisid import (
     Parameter,
     derive,
     lagrange,
-    load_axis,
     newton,
 )
 from axisid.elements import Drive
@@ -133,34 +131,3 @@ def test_an_inertia_that_may_be_positive_is_not(
 )
 def test_half_an_inertia_times_a_square_is_right_however_it_is_written(kinetic: sympy.Expr) -> None:
     assert derive(axis((m, n, b), kinetic=kinetic)).inertia != 0
-
-
-DECLARATION = """
-name = "t"
-coordinate = {{ name = "x" }}
-drive = {{ gain = 1.0 }}
-[parameters]
-m = {{ unit = "kg", nominal = 6.2 }}
-b = {{ unit = "N/(m/s)" }}
-[lagrange]
-kinetic = "{kinetic}"
-potential = "{potential}"
-dissipation = "b*dx**2/2"
-"""
-
-
-@pytest.mark.parametrize(
-    ("kinetic", "potential", "message"),
-    [
-        ("m*dx**2/2", "m*x*ddx", "potential energy ddx[*]m[*]x depends on ddx"),
-        ("-m*dx**2/2", "0", "is negative with the nominal values"),
-        ("m*ddx*x", "0", "kinetic energy .* depends on ddx"),
-    ],
-)
-def test_a_text_is_held_to_the_same(
-    kinetic: str, potential: str, message: str, tmp_path: Path
-) -> None:
-    file = tmp_path / "axis.toml"
-    file.write_text(DECLARATION.format(kinetic=kinetic, potential=potential))
-    with refuses("declaration", says=message):
-        load_axis(file)

@@ -78,7 +78,6 @@ def test_a_ladder_keeps_the_terms_of_signals() -> None:
         ({"columns": {"pressur": "p"}}, "axis", "injected, pressure"),
         ({"experiment": {"flow": 1.0}}, "twin", "'flow'; the signals are press"),
         ({"experiment": {"pressure": q.symbol}}, "twin", "may use time"),
-        ({"experiment": 3.0}, "twin", "the signals of an experiment are 3.0"),
     ],
 )
 def test_what_is_wrong_with_signals_is_refused(parts: dict[str, Any], code: str, said: str) -> None:

@@ -110,22 +110,3 @@ def test_what_is_admitted_is_derived_and_shown_in_time(name: str) -> None:
             assert "jumps with" in str(refusal)  # an energy with a bend in a parameter
         else:
             assert "Inverse regressor" in page
-
-
-REFUSED = {
-    "more terms than allowed": (
-        lambda: axis(
-            UNIT * sum(p * Heaviside(x - i) for i, p in enumerate(P[:40]))
-            * sum(p * Heaviside(x + i) for i, p in enumerate(P[:10]))
-        ),
-        "too many",
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", REFUSED)
-def test_what_would_take_longer_is_refused_with_the_reason(name: str) -> None:
-    make, message = REFUSED[name]
-    with within(_CALLS), pytest.raises(ModelError, match=rf"^axis 't': .*{message}"):
-        derive(make())

@@ -5,21 +5,12 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import build, derive
+from axisid import derive
 from axisid.modeling.quantities import with_numbers
 from axisid.modeling.quantities.symbols import DIRECTION
-from tests.axes.mechanisms import MECHANISMS, Mechanism
+from tests.axes.mechanisms import MECHANISMS
 
-_POINTS = 12
 _FAST = ("cardan", "oval_gears", "governor", "toggle", "spring_between_points", "scotch_yoke")
-
-
-def _motions(mechanism: Mechanism, seed: int = 3) -> list[tuple[float, float, float]]:
-    rng = np.random.default_rng(seed)
-    return [
-        (float(rng.uniform(mechanism.lowest, mechanism.highest)), *map(float, rng.normal(size=2)))
-        for _ in range(_POINTS)
-    ]
 
 
 @pytest.mark.parametrize(
@@ -34,9 +25,11 @@ def test_force_is_that_of_the_places_in_as_few_parameters_as_these_tell_apart(na
     columns = sympy.lambdify(motion, list(map(with_numbers, model.idm.columns)), "mpmath")
     theta = [mpmath.mpf(2 * i + 3) / (i + 2) for i in range(len(model.base.declared.parameters))]
     beta = model.base.at(list(map(float, theta)))
-    rows = []
+    rows, rng = [], np.random.default_rng(3)
     with mpmath.workdps(40):
-        for position, velocity, acceleration in _motions(mechanism):
+        for _ in range(12):
+            position = float(rng.uniform(mechanism.lowest, mechanism.highest))
+            velocity, acceleration = map(float, rng.normal(size=2))
             expected = mechanism.columns(mpmath.mpf(position), velocity, acceleration)
             row = columns(position, velocity, acceleration, np.sign(velocity))
             force = mpmath.fsum(map(float.__mul__, beta, map(float, row)))
@@ -45,18 +38,3 @@ def test_force_is_that_of_the_places_in_as_few_parameters_as_these_tell_apart(na
             rows.append([float(c) for c in expected])
     scaled = np.array(rows) / np.linalg.norm(rows, axis=0)
     assert len(model.axis.parameters) == np.linalg.matrix_rank(scaled, tol=1e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["offset_crank", "whitworth", "cardan", "four_bar"])
-def test_what_is_generated_gives_the_force_of_the_places(name: str) -> None:
-    mechanism = MECHANISMS[name]()
-    axis = build(mechanism.axis(name), native=False)
-    theta = [p.nominal for p in axis.axis.parameters]
-    force = axis.functions["inverse_dynamics"]
-    for position, velocity, acceleration in _motions(mechanism):
-        columns = mechanism.columns(mpmath.mpf(position), velocity, acceleration)
-        expected = float(mpmath.fdot(theta, columns))
-        size = float(mpmath.fsum(abs(t * c) for t, c in zip(theta, columns, strict=True)))
-        got = float(force(position, velocity, acceleration, np.sign(velocity), theta))
-        assert got == pytest.approx(expected, abs=1e-10 * size)

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 import sympy
 
-from axisid import Constant, Coordinate, Parameter, build
+from axisid import Constant, Coordinate, Parameter
 from axisid.elements import (
     CONTROL,
     DIRECTION,
@@ -166,14 +166,6 @@ def test_the_inverse_of_a_straight_line_follows() -> None:
     assert drive.constants == {DRIVE_GAIN: 12.0}
 
 
-def test_an_inverse_that_undoes_another_force_is_refused_by_its_numbers() -> None:
-    own = 3 * CONTROL * sympy.Abs(CONTROL)
-    root = sympy.sign(FORCE) * sympy.sqrt(sympy.Abs(FORCE) / 3)
-    build(body(drive=formula_drive(own, root, limit=3.0)), native=False)
-    with refuses("generated-code", says="FormulaDrive"):
-        build(body(drive=formula_drive(own, 1.01 * root, limit=3.0)), native=False)
-
-
 def test_the_motion_is_the_axiss_own_or_that_of_any() -> None:
     for velocity in (VELOCITY, x.velocity):
         axis = body(coordinate=x, drive=formula_drive(3 * CONTROL - 2 * velocity))
@@ -196,10 +188,3 @@ def test_symbols_and_units_of_the_formulas_are_checked() -> None:
     assert body(drive=formula_drive(Constant(3.0, "N/V").symbol * CONTROL)).drive.force == (
         3.0 * CONTROL
     )
-
-
-@pytest.mark.parametrize("control", [-0.3, 0.7])
-def test_a_formula_is_generated(control: float) -> None:
-    axis = build(body(drive=formula_drive(BRAKED, gain=12.0)), native=False)
-    (force,) = axis.evaluate("drive_force", control, 0.2, 0.5)
-    assert force[0, 0] == pytest.approx(12 * control - 20, rel=1e-14)

@@ -12,18 +12,13 @@ from axisid.control import (
     REFERENCE,
     Block,
     ControlLaw,
-    difference,
     gain,
     low_pass,
     notch,
-    pll_velocity,
     rate_limit,
-    reference_acceleration,
-    reference_velocity,
 )
 from axisid.estimation.loops import LawTicks, control_along, state_at_rest
 from axisid.support.arrays import Array
-from tests.refusals import refuses
 
 PERIOD, SAMPLES = 1e-3, 400
 
@@ -71,18 +66,6 @@ def test_a_gain_may_be_the_number_of_a_block() -> None:
     np.testing.assert_array_equal(_along(plain), _along(named, f=80.0))
 
 
-def test_phase_locked_loop_predicts_and_corrects() -> None:
-    _, position = _values()
-    place, speed, wanted = position[0], 0.0, []
-    for measured in position:
-        place += PERIOD * speed
-        off = measured - place
-        place += PERIOD * 600.0 * off
-        speed += PERIOD * 0.25 * 600.0**2 * off
-        wanted.append(speed)
-    np.testing.assert_allclose(_along(pll_velocity(bandwidth=300.0)), wanted, rtol=1e-9, atol=1e-9)
-
-
 def test_rate_limit_follows_no_faster() -> None:
     reference, _ = _values()
     along = _along(rate_limit(REFERENCE, rate=50.0, start=REFERENCE))
@@ -92,23 +75,3 @@ def test_rate_limit_follows_no_faster() -> None:
         wanted.append(last)
     np.testing.assert_allclose(along, wanted, rtol=1e-12)
     assert np.abs(np.diff(along)).max() <= 0.05 + 1e-12
-
-
-def test_differences_are_rates() -> None:
-    reference, position = _values()
-    first = np.diff(reference, prepend=reference[0]) / PERIOD
-    np.testing.assert_allclose(_along(reference_velocity()), first, rtol=1e-9, atol=1e-9)
-    second = np.diff(first, prepend=0.0) / PERIOD
-    np.testing.assert_allclose(_along(reference_acceleration()), second, rtol=1e-8, atol=1e-6)
-    along = _along(difference(MEASURED_POSITION, start=MEASURED_POSITION))
-    np.testing.assert_allclose(along, np.diff(position, prepend=position[0]) / PERIOD, atol=1e-9)
-
-
-def test_numbers_out_of_range_are_refused() -> None:
-    for make in (
-        lambda: low_pass(REFERENCE, time_constant=-1.0),
-        lambda: notch(REFERENCE, frequency=50.0, quality=0.0),
-        lambda: rate_limit(REFERENCE, rate=0.0),
-    ):
-        with refuses("law"):
-            make()

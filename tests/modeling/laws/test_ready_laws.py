@@ -7,7 +7,18 @@ import numpy as np
 import pytest
 
 from axisid import Signal
-from axisid.control import ControlLaw, cascade_p_pi, dynamixel_position, pid, pid_ideal
+from axisid.control import (
+    REFERENCE,
+    Block,
+    ControlLaw,
+    cascade_p_pi,
+    dynamixel_position,
+    low_pass,
+    notch,
+    pid,
+    pid_ideal,
+    rate_limit,
+)
 from axisid.estimation.loops import LawTicks, control_along, state_at_rest
 from axisid.support.arrays import Array
 from tests.axes.ready_laws import KP, KV, LAWS, PERIOD, with_law
@@ -189,10 +200,13 @@ def test_a_ready_law_is_its_difference_equation(name: str) -> None:
         (lambda: pid(kp=1.0, kd=1.0, period=T, filter_time=-1.0), "law"),
         (lambda: pid(kp=1.0, kd=1.0, period=T, derivative_of="r"), "law"),
         (lambda: pid_ideal(k=1.0, ti=-1.0, period=T), "law"),
+        (lambda: low_pass(REFERENCE, time_constant=-1.0), "law"),
+        (lambda: notch(REFERENCE, frequency=50.0, quality=0.0), "law"),
+        (lambda: rate_limit(REFERENCE, rate=0.0), "law"),
         (lambda: dynamixel_position(p=1.0, counts=0.0, period=T), "law"),
     ],
 )
-def test_contradictions_have_a_sentence(make: Callable[[], ControlLaw], code: str) -> None:
+def test_contradictions_have_a_sentence(make: Callable[[], ControlLaw | Block], code: str) -> None:
     with refuses(code):
         make()
 

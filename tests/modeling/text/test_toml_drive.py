@@ -56,6 +56,19 @@ def declared(folder: Path, drive: str) -> Axis:
             current_drive(kt=0.05, supply=24.0, resistance=1.25, delay=1e-3),
         ),
         ("gain = 2.0", Drive(gain=2.0)),
+        (
+            "gain = 18.0, lag = 8e-4, delay = 3.5e-4, logged = 'applied', rate_limit = 200.0, "
+            "quantisation = 0.01, deadband = 0.1",
+            Drive(
+                gain=18.0,
+                lag=8e-4,
+                delay=3.5e-4,
+                logged="applied",
+                rate_limit=200.0,
+                quantisation=0.01,
+                deadband=0.1,
+            ),
+        ),
     ],
 )
 def test_a_drive_is_that_of_python(tmp_path: Path, text: str, drive: Drive) -> None:
