@@ -9,21 +9,22 @@ as after one of the last that the forward pass made.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.codegen.lowering import LoopStart
+from axisid.codegen.lowering import SIGNALS, LoopStart
 from axisid.codegen.native import Decimation, LaneLibrary
 from axisid.estimation.regression import Equations
 from axisid.estimation.signals import DECIMATION_PADDING, FilteredRecord, Motion, SampledFilter
+from axisid.estimation.simulation import LoopInputs, simulate_lanes
 from axisid.estimation.thresholds import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array
 
-from .lanes import RecordLanes, lane_starts, simulated_lanes
+from .lanes import RecordLanes, lane_starts
 
 _Modes = NDArray[np.complex128]
 _Filter = tuple[_Modes, _Modes, _Modes, float]
@@ -231,8 +232,14 @@ class Block:
     def simulated(self, physical: Array, chosen: Chosen) -> tuple[dict[str, Array], Chosen]:
         """Loops of some lanes with parameters (B, p), and which of them went well."""
         start, _ = self.starts
-        own = replace(start, position=start.position[chosen], velocity=start.velocity[chosen])
-        return simulated_lanes(self.axis, physical, self.lanes, own)
+        inputs = LoopInputs(
+            reference=self.lanes.reference,
+            period=self.lanes.period,
+            start=LoopStart(position=start.position[chosen], velocity=start.velocity[chosen]),
+        )
+        made = simulate_lanes(self.axis, physical, inputs, wanted=SIGNALS, threads=1)
+        well = np.array([lane not in made.failures for lane in range(len(physical))])
+        return made.signals, well
 
 
 def _kept(found: Array, rows: Chosen | None) -> Array:

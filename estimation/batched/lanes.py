@@ -1,13 +1,13 @@
 """Records side by side, and what is estimated of each."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.codegen.lowering import SIGNALS, LoopSettings, LoopStart
+from axisid.codegen.lowering import LoopStart
 from axisid.estimation.loops import (
     START_SAMPLES,
     at_rest_misses,
@@ -17,14 +17,6 @@ from axisid.estimation.loops import (
     loop_starts,
 )
 from axisid.estimation.records import Record
-from axisid.estimation.simulation import (
-    allowed_distance,
-    at_rest,
-    has_constant_substeps,
-    most_substeps,
-    simulate_batch,
-    substeps_at_start,
-)
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
 
@@ -168,53 +160,3 @@ def _at_rest(axis: GeneratedAxis, reference: Array, position: Array, samples: in
         control, state = axis.evaluate("control_law", *read, state)
         made[k] = control[:, 0]
     return made
-
-
-def simulated_lanes(
-    axis: GeneratedAxis,
-    physical: Array,
-    lanes: RecordLanes,
-    start: LoopStart,
-) -> tuple[dict[str, Array], NDArray[np.bool_]]:
-    """Signals by name, (N, B) each, of loops with parameters (B, p), and which went well."""
-    nothing = np.zeros(0)  # of recorded signals
-    well = at_rest(axis, physical, start.position, nothing)[0]
-    shape = (len(lanes.reference), len(physical))
-    if not well.any():
-        return {name: np.full(shape, np.nan) for name in SIGNALS}, well
-    # What cannot be simulated repeats a lane that can.
-    physical = np.where(well[:, None], physical, physical[np.argmax(well)])
-    counts = substeps_at_start(axis, physical, start.position, lanes.period, nothing)
-    alike = has_constant_substeps(axis) and bool(np.all(counts == counts[0]))
-    library = axis.native.library()
-    if library is None or not alike or counts[0] > most_substeps(len(lanes.reference)):
-        batch = simulate_batch(
-            axis,
-            physical,
-            lanes.reference,
-            lanes.period,
-            start=start.position,
-            start_velocity=start.velocity,
-            wanted=SIGNALS,
-            threads=1,
-        )
-        return batch.signals, well & [lane not in batch.failures for lane in range(len(well))]
-    reach = float(np.ptp(lanes.reference))
-    away = np.abs(start.position - lanes.reference[0])
-    settings = LoopSettings(
-        period=lanes.period,
-        resolution=0.0,
-        allowed=np.array([allowed_distance(reach, each) for each in away]),
-        substeps=int(counts[0]),
-    )
-    status, _, signals = library.simulate_batch(
-        lanes.reference,
-        None,
-        None,
-        np.ascontiguousarray(physical),
-        replace(start, position=np.ascontiguousarray(start.position)),
-        settings,
-        SIGNALS,
-        1,
-    )
-    return signals, well & (status == 0)

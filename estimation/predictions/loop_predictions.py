@@ -154,10 +154,9 @@ class Stretch:
         return simulate_lanes(
             self.axis,
             own,
-            inputs,
+            replace(inputs, gains=gains_by_lane(self.axis, gains, len(own))),
             substeps=self.substeps,
             wanted=wanted or self.outputs,
-            gains=gains_by_lane(self.axis, gains, len(own)),
         )
 
     def rows(self, values: Callable[[str], Array]) -> Array:

@@ -198,7 +198,7 @@ def test_what_balances_stands_alone() -> None:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"start_velocity": np.nan}, "the start velocity is nan; give a velocity"),
+        ({"start_velocity": np.nan}, "the start velocity is nan; give one number"),
         (
             {"memory": [1.0]},
             r"the memory \(last, total\) has the shape \(1,\); give \(2,\)",

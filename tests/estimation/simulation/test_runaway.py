@@ -13,7 +13,7 @@ from axisid.codegen.lowering import LoopStart
 from axisid.control import MEASURED_VELOCITY, ControlLaw, cascade_pd
 from axisid.elements import Drive, gravity, viscous
 from axisid.estimation import simulate_batch
-from axisid.estimation.simulation.inputs import LoopInputs, allowed_distance, widened_distance
+from axisid.estimation.simulation.inputs import LoopInputs, widened_distance
 from tests.axes.bodies import M, b, body, q
 from tests.refusals import refuses
 
@@ -40,7 +40,7 @@ def vertical(sign: float = 1.0, kind: str = "cascade") -> GeneratedAxis:
 @pytest.mark.slow
 def test_an_axis_that_sags_further_than_its_reference_moves_is_simulated() -> None:
     loop = simulate(vertical(), THETA, SMALL, PERIOD)
-    assert np.abs(loop.position - SMALL).max() > allowed_distance(np.ptp(SMALL), 0.0)
+    assert np.abs(loop.position - SMALL).max() > 100 * np.ptp(SMALL)
     assert loop.position[500:] == pytest.approx(-SAG, abs=3e-5)
     batch = simulate_batch(vertical(), np.array([THETA, THETA * 1.1]), SMALL, PERIOD)
     assert not batch.failures
