@@ -16,6 +16,7 @@ from axisid.estimation.simulation.simulated import (
 )
 from tests.axes.bodies import body, force_law, x
 from tests.axes.lagging import GAIN, PERIOD, THETA, integrated, lagging
+from tests.estimation.simulation.agreement import LANES, agree
 from tests.refusals import refuses
 
 TIME = PERIOD * np.arange(420)
@@ -74,20 +75,10 @@ def test_a_command_passes_rate_limit_steps_and_dead_band_before_it_acts(
 
 @pytest.mark.parametrize(("lag", "delay"), TIMINGS)
 def test_lanes_of_a_batch_are_the_single_simulations(lag: float, delay: float) -> None:
-    made, lanes = axis(lag, delay, native=True), 35
-    sizes = np.linspace(0.2, 1.5, lanes)
-    thetas = THETA * (0.8 + 0.4 * sizes[:, None] / 1.5)
-    references = REFERENCE[:, None] * sizes
+    sizes = np.linspace(0.2, 1.5, LANES)
+    thetas, references = THETA * (0.8 + 0.4 * sizes[:, None] / 1.5), REFERENCE[:, None] * sizes
     for substeps in (1, 3):
-        batch = simulate_batch(made, thetas, references, PERIOD, substeps=substeps)
-        assert not batch.failures
-        for lane in (0, 17, 34):
-            one = simulate(made, thetas[lane], references[:, lane], PERIOD, substeps=substeps)
-            for name in ("position", "force", "control"):
-                wanted = getattr(one, name)
-                assert np.allclose(
-                    batch[name][:, lane], wanted, rtol=0, atol=1e-9 * np.max(np.abs(wanted))
-                )
+        agree(axis(lag, delay, native=True), thetas, references, PERIOD, substeps=substeps)
 
 
 def test_the_mean_force_is_what_changes_the_momentum() -> None:

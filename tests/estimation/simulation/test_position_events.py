@@ -123,18 +123,6 @@ def test_random_jumps_are_crossed_or_rested_in_as_in_closed_form() -> None:
     assert rested > 5
 
 
-@pytest.mark.slow
-def test_axis_is_held_in_a_jump_until_the_drive_overcomes_it() -> None:
-    """A force of 5 N to either side, and nothing else: it slides along the jump, then leaves."""
-    reference = np.r_[np.linspace(0, 0.012, 400), np.full(100, 0.012)]
-    loop = simulate(axis("jump"), [1.0, 2.0, 0.0, 5.0], reference, PERIOD)
-    held = np.abs(KV * KP * reference) < 5.0
-    assert np.all(loop.position[held] == 0)
-    assert np.all(loop.mode[held] == 0)
-    assert loop.direction[held] == pytest.approx(loop.force[held] / 5.0)
-    assert loop.position[~held].max() > 1e-3
-
-
 def without_feedback(name: str, *resistance: sympy.Expr, native: bool = True) -> GeneratedAxis:
     """The reference is the drive's force."""
     law, offered = force_law(PERIOD), (Fv, J, k)

@@ -18,6 +18,7 @@ from axisid.support.arrays import Array
 from benchmarks.event_integrator import EventIntegrator
 from tests.axes.bodies import body, c, m, x
 from tests.axes.recorded import MOVES, TRUTH, recorded_axis, recorded_values
+from tests.estimation.simulation.agreement import LANES, agree
 from tests.refusals import refuses
 
 KINDS = [("pressure", "linear"), ("pressure", "held"), ("supply", "linear"), ("feed", "held")]
@@ -50,37 +51,6 @@ def pushed(
     axis = free_axis(between, native=native)
     still = np.zeros(len(push))
     return simulate(axis, [2.0, 3.0, 1.0], still, T, signals={"p": push}, start_velocity=velocity)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("native", [True, False])
-def test_a_stuck_axis_leaves_rest_within_a_sample_when_a_straight_signal_overcomes_friction(
-    native: bool,
-) -> None:
-    time = T * np.arange(400)
-    rate, mass, friction = 20.0, 2.0, 3.0
-    leaves = friction / rate + 0.3 * T  # between two samples
-    push = rate * (time - 0.3 * T)
-    loop = pushed(push, native=native)
-    beyond = np.maximum(time - leaves, 0.0)
-    assert loop.position == pytest.approx(rate * beyond**3 / (6 * mass), abs=1e-13)
-    assert loop.velocity == pytest.approx(rate * beyond**2 / (2 * mass), abs=1e-12)
-    stuck = time < leaves
-    assert loop.direction[stuck] == pytest.approx(push[stuck] / friction, abs=1e-12)
-    assert loop.direction_before[stuck][1:] == pytest.approx(push[stuck][1:] / friction, abs=1e-12)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("native", [True, False])
-def test_a_held_signal_jumps_at_its_sample_and_the_motion_with_it(native: bool) -> None:
-    time, jump = T * np.arange(300), 100
-    push = np.where(np.arange(300) < jump, 2.9, 5.0)
-    loop = pushed(push, between="held", native=native)
-    moving = np.maximum(time - jump * T, 0.0)
-    assert loop.position == pytest.approx((5.0 - 3.0) / 2.0 * moving**2 / 2, abs=1e-13)
-    assert loop.acceleration[jump - 1] == 0.0
-    assert loop.acceleration[jump] == pytest.approx(1.0, abs=1e-12)
-    assert loop.direction_before[jump] == pytest.approx(2.9 / 3.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("native", [True, False])
@@ -226,26 +196,15 @@ def test_a_continuous_law_reads_its_signal_between_samples() -> None:
 @pytest.mark.parametrize(("kind", "between"), KINDS)
 def test_native_loops_batches_and_the_virtual_machine_agree(kind: str, between: str) -> None:
     axis = build(recorded_axis(kind, between))
-    reference = trajectory(MOVES, T)[:1500]
-    (values,) = recorded_values(kind).values()
-    signals = {kind: values[:1500]}
-    theta = np.array([TRUTH[name] for name in axis.names])
-    one = simulate(axis, theta, reference, T, signals=signals)
-    virtual = simulate(build(axis.declared, native=False), theta, reference, T, signals=signals)
-    scales = np.linspace(1.0, 1.2, 35)
-    lanes = {kind: signals[kind][:, None] * scales}
-    batch = simulate_batch(
-        axis, np.tile(theta, (35, 1)), reference, T, signals=lanes, wanted=FIELDS
+    machine, (values,) = build(axis.declared, native=False), recorded_values(kind).values()
+    given = (
+        np.tile([TRUTH[name] for name in axis.names], (LANES, 1)),
+        trajectory(MOVES, T)[:1500],
+        T,
     )
-    shared = simulate_batch(
-        axis, np.tile(theta, (35, 1)), reference, T, signals=signals, wanted=FIELDS
-    )
-    other = simulate(axis, theta, reference, T, signals={kind: lanes[kind][:, 33]})
-    for name in FIELDS:
-        size = np.abs(getattr(one, name)).max()
-        assert getattr(virtual, name) == pytest.approx(getattr(one, name), abs=1e-9 * size)
-        assert np.array_equal(shared[name][:, 34], getattr(one, name))
-        assert batch[name][:, 33] == pytest.approx(getattr(other, name), abs=1e-9 * size)
+    shared = values[:1500]
+    for signal in (shared, shared[:, None] * np.linspace(1.0, 1.2, LANES)):
+        agree(axis, *given, machine=machine, signals={kind: signal})
 
 
 @pytest.mark.parametrize(("kind", "between"), KINDS)

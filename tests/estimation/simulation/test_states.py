@@ -22,6 +22,7 @@ from tests.axes.remembering import (
     stack,
     virtual,
 )
+from tests.estimation.simulation.agreement import LANES, agree
 from tests.refusals import refuses
 
 PERIOD = 1e-3
@@ -165,17 +166,9 @@ def test_a_bristle_moves_as_an_independent_integrator_has_it() -> None:
 @pytest.mark.parametrize("declare", [bristle, stack])
 def test_native_code_and_lanes_are_the_virtual_machine(declare: object) -> None:
     axis = build(declare())  # type: ignore[operator]
-    assert axis.native.library() is not None
-    other = virtual(axis.axis.name)
     reference = 3e-4 * np.sin(2 * np.pi * 2 * PERIOD * np.arange(700))
-    lanes = axis.nominal * np.linspace(0.8, 1.2, 35)[:, None]
-    batch = simulate_batch(axis, lanes, reference, PERIOD)
-    for lane in (0, 17, 34):
-        one = simulate(axis, lanes[lane], reference, PERIOD)
-        np.testing.assert_array_equal(batch["position"][:, lane], one.position)
-    wanted = simulate(other, lanes[0], reference, PERIOD)
-    one = simulate(axis, lanes[0], reference, PERIOD)
-    np.testing.assert_allclose(one.position, wanted.position, rtol=0, atol=1e-15)
+    lanes = axis.nominal * np.linspace(0.8, 1.2, LANES)[:, None]
+    agree(axis, lanes, reference, PERIOD, machine=virtual(axis.axis.name))
 
 
 def test_a_log_between_the_samples_of_the_law_is_refused() -> None:

@@ -14,7 +14,6 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.codegen.lowering import SIGNALS, LoopStart
-from axisid.estimation import simulate_batch
 from axisid.estimation.simulation import (
     LoopInputs,
     TwoClocks,
@@ -26,6 +25,7 @@ from axisid.estimation.simulation.inputs import lines
 from axisid.estimation.simulation.two_clocks import at_log_samples
 from axisid.modeling import Experiment, back_and_forth
 from tests.estimation.loops.test_two_clocks import LOG, cascade, cascade_p_pi, stage
+from tests.estimation.simulation.agreement import LANES, agree
 from tests.estimation.simulation.test_loop_start import THETA, by_events
 
 WAVE = 0.01 * np.sin(2 * np.pi * 6 * LOG * np.arange(160))
@@ -120,18 +120,13 @@ def test_just_before_an_evaluation_an_axis_is_where_it_is_found_then(
 @pytest.mark.slow
 @pytest.mark.parametrize("ratio", [4.0, 0.4])
 def test_lanes_of_another_period_are_single_loops(ratio: float) -> None:
-    axis = stage(cascade_p_pi(LOG / ratio))
-    lanes = np.array([THETA, 1.1 * np.array(THETA)])
-    noise = 1e-6 * np.random.default_rng(0).normal(size=(160, 2))
-    references = np.column_stack([WAVE, 0.5 * WAVE])
-    batch = simulate_batch(
-        axis, lanes, references, LOG, position_noise=noise, wanted=("position", "force", "control")
+    sizes = np.linspace(0.5, 1.0, LANES)
+    lanes, noise = (
+        np.outer(1.1 * sizes, THETA),
+        1e-6 * np.random.default_rng(0).normal(size=(160, LANES)),
     )
-    assert batch["position"].shape == (160, 2)
-    for lane in range(2):
-        alone = simulate(axis, lanes[lane], references[:, lane], LOG, position_noise=noise[:, lane])
-        for name in ("position", "force", "control"):
-            assert np.allclose(batch[name][:, lane], getattr(alone, name), rtol=1e-12, atol=1e-15)
+    axis = stage(cascade_p_pi(LOG / ratio))
+    agree(axis, lanes, np.outer(WAVE, sizes), LOG, position_noise=noise)
 
 
 @pytest.mark.parametrize("between", ["linear", "held"])
