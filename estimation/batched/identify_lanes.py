@@ -17,9 +17,8 @@ from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
-from .block import Block
+from .block import ALONE, FAILED, SIDE_BY_SIDE, Block, LaneEstimates, RecordLanes
 from .iteration import LaneFits, combined, fitted_lanes, inverse_products
-from .lanes import ALONE, FAILED, SIDE_BY_SIDE, LaneEstimates, RecordLanes
 
 #: The method of which lanes go side by side.
 METHOD = "idm-iv"

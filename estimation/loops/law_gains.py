@@ -18,8 +18,7 @@ from axisid.estimation.records import Record
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
-from .law_run import as_logged, commands_as_logged, late_in_log, least_step, limit_in_log
-from .law_ticks import LawTicks
+from .law_run import LawTicks, as_logged, commands_as_logged, late_in_log, least_step, limit_in_log
 from .start import MIN_MEMORY_EFFECT
 
 # of the limit: a control that near may have been cut off, as the log has a converter's noise; a

@@ -28,9 +28,12 @@ from axisid.estimation.thresholds import LIMIT_TOLERANCE
 from axisid.support.arrays import Array, covered, frozen
 
 from .law_run import (
+    LawTicks,
+    RecordCache,
     as_logged,
     control_along,
     law_memory,
+    law_ticks,
     least_step,
     limit_in_log,
     slopes_along,
@@ -38,7 +41,6 @@ from .law_run import (
     states_along,
     with_drive,
 )
-from .law_ticks import LawTicks, RecordCache, law_ticks
 
 _KNOWN: RecordCache[GeneratedAxis, tuple[LoopStart, ...]] = RecordCache()
 

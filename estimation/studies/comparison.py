@@ -44,7 +44,7 @@ from axisid.support.quoting import is_among, quoted
 
 from .candidate import Candidate, NestedTest, candidate, nested_tests
 from .held_out import contiguous_blocks, regression_rows
-from .recommendation import checks_of
+from .sweep import checks_of
 
 # of the least held-out error, however precise both are: it is not worth a parameter
 _EQUAL_ERROR = 1.01

@@ -10,8 +10,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import BALANCED
 from axisid.estimation import check_law
 from axisid.estimation.diagnostics.law.control_law import LawCheck
-from axisid.estimation.loops.law_run import control_along, state_at_rest
-from axisid.estimation.loops.law_ticks import law_ticks
+from axisid.estimation.loops.law_run import control_along, law_ticks, state_at_rest
 from axisid.estimation.loops.start import START_SAMPLES, first_memory, first_velocity, loop_starts
 from axisid.estimation.regression.simulated_rows import simulated_loops
 from axisid.estimation.simulation.twin import trajectory

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import ModelError, UsageError, build, newton, simulate
+from axisid import UsageError, build, newton, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import (
     BALANCED,
@@ -21,7 +21,6 @@ from axisid.estimation import simulate_batch
 from benchmarks.event_integrator import EventIntegrator
 from tests.axes.simulated import AXES, F0, Fc, Fv, M, q
 from tests.estimation.simulation.agreement import LANES, agree
-from tests.refusals import refuses
 
 T = 1e-3
 THETA = np.array([100.2, 236.9, 24.8, 300.0])
@@ -171,13 +170,6 @@ def test_a_drive_that_rounds_begins_with_the_force_of_a_command(path: dict[str, 
     # 300 N are 8.53 A, and the nearest command that acts 8.5 A.
     assert loop.control[0] == pytest.approx(300.0 / 35.15)
     assert loop.force[:3] == pytest.approx(8.5 * 35.15)
-
-
-def test_what_balances_stands_alone() -> None:
-    with refuses("law"):
-        p_pi(1 + BALANCED)
-    with pytest.raises(ModelError, match="unknown symbols period"):
-        p_pi(PERIOD)
 
 
 @pytest.mark.parametrize(

@@ -56,21 +56,6 @@ def moved(parameters: list[float], place: Array, push: Array, **others: Any) -> 
     return simulate(axis(native=native), parameters, push, T, signals=signals, **start).position
 
 
-@pytest.mark.slow
-def test_a_mass_bounces_off_a_stop_that_comes_towards_it() -> None:
-    """In the stop's frame contact is half a period of its spring: 2 w faster it comes back."""
-    speed, comes, first = 0.1, 0.3, 0.0213
-    place, start = first - comes * TIME, {"start_velocity": speed}
-    found = moved(theta(stop=STIFFNESS), place, 0 * TIME, **start)
-    meets = first / (speed + comes)
-    leaves = meets + np.pi * np.sqrt(MASS / STIFFNESS)
-    back = speed * meets - comes * (leaves - meets) - (speed + 2 * comes) * (TIME - leaves)
-    expected = np.where(meets > TIME, speed * TIME, back)
-    free = (meets > TIME) | (leaves < TIME)
-    assert free.sum() > 395
-    assert found[free] == pytest.approx(expected[free], abs=1e-9)
-
-
 @pytest.mark.parametrize("native", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_a_stop_that_comes_and_goes_within_a_sample_is_met(native: bool) -> None:
     """In its frame a push throws the mass back into it, on a parabola from a half wave to a third.

@@ -138,18 +138,6 @@ def test_a_twin_s_set_point_runs_between_samples_as_its_law_declares(between: st
     assert np.array_equal(loop.control, record.control)
 
 
-@pytest.mark.slow
-def test_a_log_that_is_faster_than_its_loop_has_noise_of_its_own_in_each_sample() -> None:
-    axis = build(stage(cascade(LOG)).declared)
-    declared = twin_axis(1.0).declared
-    axis = build(replace(declared, control=cascade(LOG)))
-    record = twin_record(axis, sample_period=LOG / 4, position_noise=1e-5)
-    exact = twin_record(axis, sample_period=LOG / 4)
-    noise = record.position - exact.position
-    changes = np.diff(noise[:200])
-    assert np.std(changes) == pytest.approx(np.sqrt(2) * 1e-5, rel=0.2)
-
-
 def test_a_measured_velocity_and_acceleration_are_those_at_the_samples_of_the_log() -> None:
     record = twin_record(
         twin_axis(4.0), sample_period=LOG, velocity_noise=0.0, acceleration_noise=0.0
