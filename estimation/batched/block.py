@@ -394,7 +394,6 @@ class Block:
 
 
 def _kept(found: Array, rows: Chosen | None) -> Array:
-    """Columns (n, c, L), zero in rows that lanes do not have."""
     if rows is not None:
         found *= rows[:, None, :]
     return found

@@ -139,7 +139,6 @@ def inverse_products(library: LaneLibrary, columns: Array) -> Array:
 
 
 def _applied(matrices: Array, vectors: Array) -> Array:
-    """``M v`` of lanes, (L, p)."""
     return np.asarray((matrices * vectors[:, None, :]).sum(axis=2))
 
 
@@ -226,7 +225,6 @@ def fitted_lanes(block: Block, asked: Prefilter) -> LaneFits:
 
 
 def _first_fit(block: Block, excluded: Chosen | None, rows: Chosen | None) -> _FirstFit:
-    """Least squares of all lanes, with the samples and rows that they have."""
     measured = block.rows(excluded, rows)
     left = measured.left - measured.intercept
     found = solved(block.library, left, measured.regressor, measured.regressor)

@@ -227,7 +227,6 @@ class LawAlong:
         return tuple(np.pad(values.ravel(), rest, "edge") for values in every)
 
     def _sizes(self, point: LawPoint) -> Array:
-        """How large each memory is along the record, (m,)."""
         _, states = self._run(point)
         sizes = np.abs(states).max(axis=0, initial=0.0)
         return np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)

@@ -45,9 +45,6 @@ class RecordCache(Generic[K, V]):
             found = self._known[id(record)] = (alive, {})
         return found[1]
 
-    def __len__(self) -> int:
-        return len(self._known)
-
     def _forget(self, record: int, _: object) -> None:
         self._known.pop(record, None)
 

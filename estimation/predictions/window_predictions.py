@@ -304,13 +304,11 @@ def default_horizon(records: Sequence[Record]) -> float:
 
 
 def _count(records: Sequence[Record], horizon: float) -> int:
-    """How many windows records are cut into."""
     sizes = [(last - first, record.period) for record in records for first, last in record.spans]
     return sum(max(samples // _size(horizon, period), 1) for samples, period in sizes)
 
 
 def _size(horizon: float, period: float) -> int:
-    """Samples of a window."""
     return max(round(horizon / period), FEWEST_IN_WINDOW)
 
 
@@ -432,7 +430,6 @@ def _windows(
 
 
 def _control(axis: GeneratedAxis, record: Record) -> Array:
-    """The control that acted, (N,)."""
     drive = axis.axis.drive
     if record.control is not None:
         starts = [start for start, _ in record.spans]

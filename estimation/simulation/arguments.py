@@ -21,8 +21,6 @@ from .inputs import LoopInputs
 from .steps import MOST_SUBSTEPS
 from .two_clocks import clocks_of
 
-_MOST_THREADS = 1024
-
 
 def no_control_law(name: str) -> ModelError:
     """The error of an axis whose loop cannot be closed."""
@@ -48,7 +46,7 @@ def checked_loop(
     *,
     many: bool = False,
     start: ArrayLike | None = None,
-    start_velocity: ArrayLike = 0.0,
+    start_velocity: ArrayLike | None = None,
     memory: ArrayLike | None = None,
     position_noise: ArrayLike | None = None,
     injected: ArrayLike | None = None,
@@ -90,21 +88,20 @@ def checked_loop(
             "which takes no samples.",
             code="simulation-input",
         )
-    _check_whole("the substeps", substeps, MOST_SUBSTEPS)
-    begin = np.broadcast_to(ref[0], lanes) if start is None else start
-    velocity = np.zeros(lanes) if many and np.ndim(start_velocity) == 0 else start_velocity
-    response = axis.axis.response
-    drive = () if response is None else response.remembered
-    names = [*(each.name for each in law.memory), *law.delay_line, *drive]
-    remembers = f"the memory ({', '.join(names) or 'the law remembers nothing'})"
-    kept = optional_array(memory, remembers, (*lanes, len(names)))
+    check_whole("the substeps", substeps, MOST_SUBSTEPS)
+    begin = optional_array(start, "the start", lanes)
+    if begin is None:
+        begin = np.broadcast_to(ref[0], lanes) if many else ref[0]
+    moving = optional_array(start_velocity, "the start velocity", lanes)
+    if moving is None and many:
+        moving = np.zeros(lanes)
     inputs = LoopInputs(
         reference=ref,
         period=period,
         start=LoopStart(
-            position=checked_array(begin, "the start", [lanes])[()],
-            velocity=checked_array(velocity, "the start velocity", [lanes])[()],
-            memory=None if kept is None else np.ascontiguousarray(kept),
+            position=begin[()],
+            velocity=0.0 if moving is None else moving[()],
+            memory=None if memory is None else _remembered(axis, memory, lanes),
         ),
         noise=optional_array(position_noise, "the noise", (samples, *lanes)),
         injected=optional_array(injected, "the injected signal", *shapes),
@@ -115,12 +112,16 @@ def checked_loop(
     return theta, inputs.at_law(axis, clocks_of(law, samples, period))
 
 
-def check_threads(threads: int | None) -> None:
-    """Refuse what is no number of threads."""
-    _check_whole("the threads", threads, _MOST_THREADS)
+def _remembered(axis: GeneratedAxis, memory: ArrayLike, lanes: tuple[int, ...]) -> Array:
+    law, response = law_of(axis), axis.axis.response
+    drive = () if response is None else response.remembered
+    names = [*(each.name for each in law.memory), *law.delay_line, *drive]
+    what = f"the memory ({', '.join(names) or 'the law remembers nothing'})"
+    return np.ascontiguousarray(checked_array(memory, what, [(*lanes, len(names))]))
 
 
-def _check_whole(what: str, value: int | None, most: int) -> None:
+def check_whole(what: str, value: int | None, most: int) -> None:
+    """Refuse what is given and is no whole number from 1 on."""
     if value is not None and not (is_whole(value) and 1 <= value <= most):
         raise UsageError(
             f"{what} are {quoted(value)}; give a whole number from 1 to {most}.",
@@ -168,18 +169,13 @@ def checked_signals(
             code="simulation-input",
         )
     found, names = dict(signals or {}), [signal.name for signal in axis.axis.signals]
-    if missing := [name for name in names if name not in found]:
+    if {*found} != {*names}:
+        missing = ", ".join(name for name in names if name not in found)
+        unknown = ", ".join(str(name) for name in found if name not in names)
         raise UsageError(
-            f"axis {axis.axis.name!r} has the recorded signals {', '.join(names)}, of which "
-            f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} not given; give "
-            f"signals={{{missing[0]!r}: values}}, one for each sample of the reference.",
-            code="simulation-input",
-        )
-    if unknown := [name for name in found if name not in names]:
-        listed = ", ".join(names) or "none"
-        raise UsageError(
-            f"axis {axis.axis.name!r} declares no signal {', '.join(map(str, unknown))}; its "
-            f"signals are {listed}.",
+            f"axis {axis.axis.name!r} has the recorded signals {', '.join(names) or 'none'}; "
+            f"{missing and f'not given: {missing}. '}{unknown and f'not declared: {unknown}. '}"
+            "Give signals={'name': values} with one value for each sample of the reference.",
             code="simulation-input",
         )
     return tuple(checked_array(found[name], f"the signal {name!r}", shapes) for name in names)
@@ -188,14 +184,10 @@ def checked_signals(
 def check_wanted(signals: Sequence[str]) -> None:
     """Refuse what are no names of signals of a simulation."""
     several = isinstance(signals, Iterable) and not isinstance(signals, str)
-    if not several or not all(isinstance(name, str) for name in signals):
+    if not several or any(name not in SIGNALS for name in signals):
         raise UsageError(
-            f"the wanted signals are {quoted(signals)}; give a list of names.",
-            code="simulation-input",
-        )
-    if unknown := set(signals) - set(SIGNALS):
-        raise UsageError(
-            f"there is no signal {', '.join(sorted(unknown))}; there are {', '.join(SIGNALS)}.",
+            f"the wanted signals are {quoted(signals)}; give a list of names, of "
+            f"{', '.join(SIGNALS)}.",
             code="simulation-input",
         )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations  # as they are written, in what help() prints
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -21,8 +21,8 @@ from .arguments import (
     Reducer,
     axes_by_gains,
     check_reducer,
-    check_threads,
     check_wanted,
+    check_whole,
     checked_loop,
     reduced,
 )
@@ -43,6 +43,7 @@ from .two_clocks import at_log_samples
 
 #: What is needed between the evaluations of a law.
 _OF_THE_LAW = tuple(name for name in SIGNALS if name != "control")
+_MOST_THREADS = 1024
 _KEPT = 2**23  # values of signals that lie in memory while a batch is reduced
 
 
@@ -143,7 +144,7 @@ def simulate_batch(
     lane gives would depend on its company.
     """
     axis = as_generated(axis)
-    check_threads(threads)
+    check_whole("the threads", threads, _MOST_THREADS)
     check_wanted(wanted)
     theta, inputs = checked_loop(
         axis,
@@ -152,7 +153,7 @@ def simulate_batch(
         period,
         many=True,
         start=start,
-        start_velocity=0.0 if start_velocity is None else start_velocity,
+        start_velocity=start_velocity,
         memory=memory,
         position_noise=position_noise,
         injected=injected,
@@ -167,8 +168,10 @@ def simulate_batch(
     check_reducer(reduce, wanted)
     failures: dict[int, str] = {}
     blocks: list[dict[str, Array]] = []
-    values = len(inputs.logged.reference) * len(wanted)
-    for chosen in _blocks(len(theta), values, _count(threads)):
+    values = len(inputs.logged.reference) * len(wanted)  # of a lane, that lie in memory
+    size = BLOCK * max(_KEPT // (BLOCK * values), _count(threads))
+    for first in range(0, len(theta), size):
+        chosen = slice(first, min(first + size, len(theta)))
         some = inputs.lanes(chosen)
         batch = simulate_lanes(axis, theta[chosen], some, **how)
         failures |= {chosen.start + lane: why for lane, why in batch.failures.items()}
@@ -182,13 +185,6 @@ def simulate_batch(
         blocks.append(reduced(reduce, block, blocks[0] if blocks else {}))
     kept = {name: np.concatenate([each[name] for each in blocks]) for name in blocks[0]}
     return BatchSimulation(signals={}, failures=failures, reduced=kept)
-
-
-def _blocks(lanes: int, values: int, threads: int) -> Iterator[slice]:
-    """Lanes in parts whose signals, so many values of each lane, lie in memory together."""
-    size = BLOCK * max(_KEPT // (BLOCK * values), threads)
-    for first in range(0, lanes, size):
-        yield slice(first, min(first + size, lanes))
 
 
 def simulate_lanes(
@@ -259,10 +255,10 @@ def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
         rates = at_rest(axis, parameters[None, :], position, own.first_signals)[2]
         return min(int(steps_by_rate(axis, rates, own.period)[0]), most)
     try:
-        loop = settled_loop(axis, parameters, own, bounded=True)
+        _, steps, failed = settled_loop(axis, parameters, own, bounded=True)
     except AxisidError:
         return None
-    return None if loop.failure else min(loop.substeps, most)
+    return None if failed else min(steps, most)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -304,10 +300,9 @@ class _Batch:
         out = out or self._nothing()
         failures: dict[int, str] = {}
         for lane in map(int, np.flatnonzero(~well)):
-            loop = self._alone(lane, substeps)
-            counts[lane], failures[lane] = loop.substeps, loop.failure
+            own, counts[lane], failures[lane] = self._alone(lane, substeps)
             for name, values in out.items():
-                values[:, lane] = loop.signals.get(name, np.nan)
+                values[:, lane] = own.get(name, np.nan)
         if self.inputs.clocks is not None:
             sampled = [self._at_log_samples(out, lane, int(counts[lane])) for lane in lanes]
             out = {name: np.column_stack([lane[name] for lane in sampled]) for name in out}
@@ -324,7 +319,6 @@ class _Batch:
         return well, steps_by_rate(axis, np.where(well, rates, 0.0), self.inputs.period)
 
     def _needed(self, out: Mapping[str, Array], lane: int) -> int:
-        """Steps in a sample that a lane asks for, wherever it went."""
         own, names = self.inputs.lanes(lane), visited_signals(self.axis)
         visited = {name: np.ascontiguousarray(out[name][:, lane]) for name in names}
         return substeps_along(self.axis, self.parameters[lane], visited, own.period, own.signals)[0]
@@ -347,7 +341,7 @@ class _Batch:
         try:
             return settled_loop(axis, theta, inputs, substeps=substeps, bounded=True)
         except AxisidError as error:
-            return SettledLoop(signals={}, substeps=1, failure=str(error))
+            return {}, 1, str(error)
 
     def _nothing(self) -> dict[str, Array]:
         shape = len(self.inputs.reference), len(self.parameters)

@@ -10,7 +10,7 @@ a(-) for both friction directions, the axis sticks if and only if ``a(+) <= 0 <=
 from __future__ import annotations  # as they are written, in what help() prints
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -118,7 +118,7 @@ def simulate(
         reference,
         period,
         start=start,
-        start_velocity=start_velocity,
+        start_velocity=start_velocity or None,
         memory=memory,
         position_noise=position_noise,
         injected=injected,
@@ -168,13 +168,14 @@ def simulate_loop(
             "law's samples such a loop is not known. Give the law's period.",
             code="loop-period",
         )
-    loop = settled_loop(axis, parameters, inputs, substeps=substeps, budget=budget, bounded=bounded)
-    if loop.failure:
-        raise EstimationError(loop.failure, code="simulation")
-    out = loop.signals
+    out, steps, failed = settled_loop(
+        axis, parameters, inputs, substeps=substeps, budget=budget, bounded=bounded
+    )
+    if failed:
+        raise EstimationError(failed, code="simulation")
     if clocks is not None:
         recorded = lines(axis, inputs.signals, inputs.period)
-        out = at_log_samples(axis, parameters, out, clocks, recorded, loop.substeps)
+        out = at_log_samples(axis, parameters, out, clocks, recorded, steps)
     return Simulation(
         time=logged.period * _counted(len(out["position"])),
         measured_position=measured_positions(out["position"], logged.noise, inputs.resolution),
@@ -183,22 +184,9 @@ def simulate_loop(
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SettledLoop:
-    """A loop at the evaluations of its law, its steps and range enough for wherever it went.
-
-    Attributes
-    ----------
-    signals : dict of str to (M,) array
-        By name; not a number from the evaluation on at which it ended early.
-    substeps : int
-    failure : str
-        Why and where it ended early; empty where it did not.
-    """
-
-    signals: dict[str, Array]
-    substeps: int
-    failure: str
+#: Signals by name, (M,) each, not a number from where the loop ended early; the steps in a sample;
+#: and why and where it ended early, empty where it did not.
+SettledLoop = tuple[dict[str, Array], int, str]
 
 
 def settled_loop(
@@ -210,7 +198,9 @@ def settled_loop(
     budget: StepBudget | None = None,
     bounded: bool = False,
 ) -> SettledLoop:
-    """The loop at the evaluations of its law; arguments as of `simulate_loop`.
+    """The loop at the evaluations of its law, its steps and range enough for wherever it went.
+
+    Arguments as of `simulate_loop`.
 
     Raises
     ------
@@ -219,7 +209,8 @@ def settled_loop(
     """
     theta = np.ascontiguousarray(parameters)
     first = tuple(map(float, inputs.first_signals))
-    inputs = replace(inputs, start=loop_start(axis, theta, inputs))
+    start = loop_start(axis, theta, inputs)
+    inputs = inputs if start is inputs.start else replace(inputs, start=start)
     rate = checked_rate(axis, theta, float(inputs.start.position), first, bounded=bounded)
     period, samples, constant = inputs.period, len(inputs.reference), has_constant_substeps(axis)
     budget, recorded = budget or StepBudget(), lines(axis, inputs.signals, period)
@@ -249,7 +240,7 @@ def settled_loop(
         failed = failure(axis, theta, status, stopped, period, at)
         for values in out.values():
             values[stopped:] = np.nan
-    return SettledLoop(signals=out, substeps=settings.substeps, failure=failed)
+    return out, settings.substeps, failed
 
 
 def _first_steps(

@@ -36,15 +36,14 @@ def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array
     """
     if not signals:
         return None
-    shape = np.broadcast_shapes(*(s.shape + (1,) * (2 - s.ndim) for s in signals))
-    wide = max(s.ndim for s in signals) > 1
-    columns = []
-    for declared, values in zip(axis.axis.signals, signals, strict=True):
-        here = np.broadcast_to(values if values.ndim > 1 else values[:, None], shape)
-        following = here if declared.is_held else np.concatenate([here[1:], here[-1:]])
-        columns += [here, (following - here) / period]
-    stacked = np.stack(columns, axis=1)
-    return np.ascontiguousarray(stacked if wide else stacked[:, :, 0])
+    here = np.stack(np.broadcast_arrays(*(s.reshape(len(s), -1) for s in signals)), axis=1)
+    following = np.concatenate([here[1:], here[-1:]])
+    held = [declared.is_held for declared in axis.axis.signals]
+    following[:, held] = here[:, held]
+    pairs = np.stack([here, (following - here) / period], axis=2)
+    stacked = pairs.reshape(len(here), -1, here.shape[2])
+    shared = all(s.ndim == 1 for s in signals)
+    return np.ascontiguousarray(stacked[:, :, 0] if shared else stacked)
 
 
 def at_law(axis: GeneratedAxis, signals: Sequence[Array], clocks: TwoClocks) -> tuple[Array, ...]:

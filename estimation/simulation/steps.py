@@ -75,32 +75,25 @@ def at_rest(
     array
         Rates of damping and stiffness, 0 where the loop looks for them on its way.
     """
-    native = _native_rest(axis, parameters, position, recorded)
-    cases = _from_rest(axis, parameters, position, recorded) if native is None else native[0].T
+    library = axis.native.evaluator("from_rest")
+    if library is None:
+        cases = _from_rest(axis, parameters, position, recorded)
+    else:
+        beside = [np.broadcast_to(values, len(position)) for values in recorded]
+        signals = np.array(beside, dtype=float).reshape(-1, len(position)).T
+        found, rates = library.from_rest(
+            *map(np.ascontiguousarray, (position, signals, parameters))
+        )
+        cases = found.T
     if axis.has_sides:
         rates = np.zeros((len(position), 1))
-    elif native is None or axis.states:  # the compiled start has no rates of internal states
+    elif library is None or axis.states:  # the compiled start has no rates of internal states
         rates = _rates_at_start(axis, parameters, position, recorded)
-    else:
-        rates = native[1]
     with np.errstate(invalid="ignore"):
         push, rest, forward, backward = cases
         pushed, rounding = push - rest, _ROUNDING * (abs(forward) + abs(backward))
         has_mass = (pushed > 0) & (pushed < np.inf) & np.isfinite(parameters).all(axis=1)
         return has_mass, ~(forward - backward > rounding), rates.max(axis=1)
-
-
-def _native_rest(
-    axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded
-) -> tuple[Array, Array] | None:
-    """As `NativeLibrary.from_rest`; None where there is no compiled loop."""
-    library = axis.native.evaluator("from_rest")
-    if library is None:
-        return None
-    beside = [np.broadcast_to(values, len(position)) for values in recorded]
-    signals = np.array(beside, dtype=float).reshape(-1, len(position)).T
-    contiguous = map(np.ascontiguousarray, (position, signals, parameters))
-    return library.from_rest(*contiguous)
 
 
 def _from_rest(
@@ -294,7 +287,6 @@ def _is_continuous(axis: GeneratedAxis) -> bool:
 
 
 def _by_rate(axis: GeneratedAxis, rates: Array, period: float) -> Array:
-    """Steps in a sample that rates ask for, as broken numbers."""
     return rates * period / (_UNIFORM * RESOLVED if axis.uniform else RESOLVED)
 
 

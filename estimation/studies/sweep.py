@@ -163,7 +163,6 @@ _ENDS = "; it is at the end of the range, so sweep further"
 
 
 def _of_least_squares(result: Identification) -> Estimate | None:
-    """The estimate that is judged without instruments, if its rows are enough."""
     estimate = result.estimates.get("idm-ls") or result.preferred
     enough = len(estimate.y) >= MIN_ROWS_PER_PARAMETER.value * len(estimate.theta)
     return estimate if enough else None
@@ -213,7 +212,6 @@ def _is_strong(iv: Estimate | None) -> bool:
 
 
 def _is_unbiased(iv: Estimate) -> bool:
-    """Whether the prefilter moves no parameter by more than its deviation."""
     shifts = [value.shift for value in iv.parameters.values()]
     return iv.filter_bias is not None and max(shifts) <= _MAX_FILTER_BIAS
 
@@ -442,7 +440,6 @@ def sweep(
 
 
 def _checked(cutoffs: Sequence[float]) -> Sequence[float]:
-    """Cut-offs that a user gave."""
     several = isinstance(cutoffs, Iterable) and not isinstance(cutoffs, str)
     if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
         raise UsageError(f"the cut-offs are {quoted(cutoffs)}; give positive numbers, in Hz.")

@@ -117,28 +117,6 @@ def test_instruments_are_within_a_fifth_of_a_percent(law: ControlLaw, log: float
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "law", [cascade(0.25e-3), cascade_p_pi(1 / 16e3)], ids=["4 kHz", "P-PI of 16 kHz"]
-)
-def test_a_set_point_that_is_held_between_the_samples_misleads_nobody(law: ControlLaw) -> None:
-    """Its control is a sawtooth, of which the log sees one edge: Fv is then 217 and 42 % off."""
-    axis = stage(replace(law, reference_between="held"))
-    reference = trajectory(MOVES, LOG)
-    ratio = round(LOG / law.period)
-    loop = simulate(axis, THETA, np.repeat(reference, ratio), law.period)
-    record = Record(
-        time=LOG * np.arange(len(reference)),
-        position=loop.position[::ratio],
-        reference=reference,
-        control=loop.control[::ratio],
-    )
-    estimate = identify(axis, record, methods=["idm-iv"])["idm-iv"]
-    assert estimate.physical == pytest.approx(THETA, rel=3e-3)
-    result = check_law(axis, record)
-    assert result.passed
-
-
-@pytest.mark.slow
 def test_the_law_check_says_what_the_log_leaves_open_and_finds_a_wrong_law() -> None:
     law = cascade_p_pi(1 / 16e3)
     axis = stage(law)

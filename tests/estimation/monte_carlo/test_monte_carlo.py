@@ -14,10 +14,10 @@ import pytest
 from pyarrow.parquet import read_schema as parquet_schema
 from statsmodels.stats.proportion import proportion_confint
 
-from axisid import build, fix, identify, load_axis, monte_carlo
+from axisid import EstimationError, UsageError, build, fit, fix, identify, load_axis, monte_carlo
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Chain, MonteCarlo
-from axisid.estimation.monte_carlo import declared_chain, declared_figures
+from axisid.estimation.monte_carlo import COLOURED, declared_chain, declared_figures, runs
 from axisid.estimation.monte_carlo.figures import Mean, Share
 from axisid.estimation.monte_carlo.plan import DrawnChain, twins
 from axisid.estimation.monte_carlo.result import write_runs
@@ -31,23 +31,29 @@ from axisid.estimation.monte_carlo.runs import (
 )
 from axisid.estimation.records.record import Record
 from axisid.estimation.simulation.twin import twin_plan
-from axisid.modeling.declaration import Move
-from axisid.support.errors import EstimationError
+from axisid.modeling.declaration import Move, back_and_forth
 from tests.estimation.monte_carlo.short import FILTER, MOVES, axis, judged, study
 from tests.refusals import refuses
 
+#: Long enough to tell three parameters.
+LONG_MOVES = back_and_forth(speeds=(0.1, 0.3), acceleration=1.5, seconds=0.3)
+
 
 @pytest.mark.slow
-def test_numbers_are_the_same_in_any_blocks_and_threads() -> None:
-    whole = study(3)
-    assert study(3, block=2) == whole
+@pytest.mark.parametrize(
+    ("methods", "how"),
+    [
+        (("idm-ls", "idm-iv"), {}),
+        (("idm-ls", "fit:control", "fit:position"), {"moves": LONG_MOVES, "checks": 1}),
+    ],
+)
+def test_numbers_are_the_same_in_any_blocks_threads_and_processes(
+    methods: tuple[str, ...], how: dict[str, Any]
+) -> None:
+    whole = study(3, methods, **how)
+    assert study(3, methods, block=2, jobs=2, **how) == whole
     with ThreadPoolExecutor(2) as executor:
-        assert study(3, block=1, executor=executor) == whole
-
-
-@pytest.mark.slow
-def test_numbers_are_the_same_in_processes() -> None:
-    assert study(block=2, jobs=2) == study()
+        assert study(3, methods, block=1, executor=executor, **how) == whole
 
 
 @pytest.mark.slow
@@ -380,13 +386,9 @@ def test_npz_and_parquet_have_the_same_columns(tmp_path: Path) -> None:
         for name in frame.columns:
             assert np.array_equal(arrays[name].astype(str), frame[name].to_numpy().astype(str))
         told = json.loads(str(arrays["axisid.monte_carlo"]))
-    assert told["seed"] == 1
-    assert told["truth"]["idm-iv.M"] == 100.2
-    assert told["noise"]["correlation_time"] == 0
+    assert (told["seed"], told["truth"]["idm-iv.M"], told["checks"]) == (1, 100.2, 1)
     assert told["chain"]["position"] == told["noise"]["position"] == 3.8e-6
-    assert told["prefilter"]["cutoff"] == 60
-    assert told["settings"]["covariance"] == "hac"
-    assert told["checks"] == 1
+    assert (told["prefilter"]["cutoff"], told["settings"]["covariance"]) == (60, "hac")
     units = {f.name: (f.metadata or {}).get(b"unit", b"") for f in parquet_schema(parquet)}
     assert {name: unit.decode() for name, unit in units.items() if unit} == told["units"]
     assert (units["idm-iv.M"], units["idm-iv.Fc.hac.low"], units["run"]) == (b"kg", b"N", b"")
@@ -403,3 +405,42 @@ def test_a_file_that_cannot_be_written_is_the_users(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with refuses("usage"):
         write_runs(judged(), tmp_path / "file" / "runs.npz")
+
+
+FITS = ("fit:control", "fit:position")
+
+
+@pytest.fixture(scope="module")
+def made() -> MonteCarlo:
+    return study(3, ("idm-ls", *FITS), moves=LONG_MOVES, checks=1)
+
+
+@pytest.mark.slow
+def test_a_run_is_what_fit_makes_of_its_twin(made: MonteCarlo) -> None:
+    (_, record), *_ = twins(made.plan, [2])
+    assert isinstance(record, Record)
+    alone = fit(axis(), record, "position")
+    places = [i for i, each in enumerate(made.estimands) if each.method == "fit:position"]
+    assert made.values[2, places].tolist() == alone.physical.tolist()
+    wanted = [value.interval for value in alone.values.values()]
+    np.testing.assert_array_equal(made.intervals(COLOURED)[2, places], wanted)
+    iid = made.deviations("iid")[2, places]
+    np.testing.assert_allclose(iid, np.sqrt(np.diag(alone.covariances["iid"])))
+
+
+def test_what_a_fit_refuses_is_a_failure_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object, **__: object) -> None:
+        raise EstimationError("no end.")
+
+    monkeypatch.setattr(runs, "fit", refused)
+    found = study(2, ("idm-ls", "fit:control"), moves=LONG_MOVES)
+    assert found.lost == {"fit:control": {"no end.": 2}}
+    assert {found.status(run) for run in range(2)} == {"partly"}
+    assert {each.method for each in found} == {"idm-ls"}
+
+
+def test_fits_of_no_such_output_are_refused() -> None:
+    with pytest.raises(UsageError, match="choose from fit:control, fit:position"):
+        study(1, "fit:speed")
+    with pytest.raises(UsageError, match="there is no fit 'fit:force'"):
+        study(1, "fit:force")  # twins log none

@@ -6,15 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Parameter, build, simulate
+from axisid import build, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.elements import Drive, end_stop
 from axisid.estimation.signals import through_path
 from axisid.estimation.simulation.batch import simulate_batch
 from axisid.estimation.simulation.simulated import (
     mean_force,
 )
-from tests.axes.bodies import body, force_law, x
 from tests.axes.lagging import GAIN, PERIOD, THETA, integrated, lagging
 from tests.estimation.simulation.agreement import LANES, agree
 from tests.refusals import refuses
@@ -104,33 +102,3 @@ def test_a_simulation_goes_on_from_what_the_drive_remembers() -> None:
     loop = simulate(made, THETA, np.zeros(5), PERIOD, memory=pushed)
     assert loop.force[0] == 100.0
     assert loop.position[2] > 0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("timing", [{"lag": 6e-4}, {"delay": 4e-4}, {"lag": 6e-4, "delay": 1.4e-3}])
-def test_an_end_stop_under_a_force_with_a_lag_is_met_where_the_closed_form_says(
-    timing: dict[str, float],
-) -> None:
-    mass, stiffness, stop, push = 2.0, 8e4, 0.01, 30.0
-    m = Parameter("m", "kg", nominal=mass)
-    stops = end_stop(x, lower=-1.0, upper=stop, stiffness=stiffness)
-    made = body(
-        stops,
-        coordinate=x,
-        inertia=m,
-        name="stopped",
-        control=force_law(PERIOD),
-        drive=Drive(gain=1.0, **timing),
-    )
-    force = np.where(TIME[:200] < 0.02, push, 0.0)
-    loops = [
-        simulate(build(made, native=native), [mass], force, PERIOD, start=0.0, memory=memory)
-        for native in (True, False)
-        for memory in [np.zeros(len(made.response.remembered if made.response else ()))]
-    ]
-    native, virtual = (loop.position for loop in loops)
-    assert np.max(np.abs(native - virtual)) < 1e-13
-    # What a push adds to the momentum is not changed by when it acts; the stop turns it round.
-    assert np.min(loops[0].velocity) == pytest.approx(-push * 0.02 / mass, rel=1e-4)
-    deepest = push * 0.02 / mass * np.sqrt(mass / stiffness)
-    assert stop + 0.9 * deepest < np.max(native) <= stop + deepest * (1 + 1e-6)

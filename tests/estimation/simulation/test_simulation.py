@@ -176,19 +176,6 @@ def test_continuous_law_is_the_differential_equation() -> None:
     assert np.abs(loop.position - positions).max() < 2e-9
 
 
-@pytest.mark.slow
-def test_delay_applies_a_control_whole_samples_later() -> None:
-    axis = AXES["delayed"]
-    at_once = build(replace(axis, control=replace(axis.control, delay=0)))
-    reference = np.r_[np.zeros(5), np.full(20, 1e-4)]
-    theta = np.array([100.0, 0.0, 1e9])  # so much friction that it never moves
-    prompt = simulate(at_once, theta, reference, PERIOD).control
-    late = simulate(built("delayed"), theta, reference, PERIOD).control
-    assert late[2:] == pytest.approx(prompt[:-2], abs=1e-12)
-    assert prompt[5] > 0
-    assert np.all(late[:7] == 0)
-
-
 def test_encoder_counts_are_what_the_law_measures() -> None:
     axis, resolution = built("offset"), 1e-5
     loop = simulate(axis, axis.nominal, sine(1.0, 0.01, 0.5), PERIOD, resolution=resolution)

@@ -1,9 +1,7 @@
 """The steps that a simulation chooses by itself."""
 
-import time
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -256,13 +254,3 @@ def test_simulations_of_one_search_share_their_steps_and_the_last_is_refused_by_
     with pytest.raises(EstimationError, match=said):
         simulate_loop(axis, axis.nominal, inputs, budget=budget)
     simulate_loop(axis, axis.nominal, inputs)
-
-
-@pytest.mark.slow
-def test_an_axis_that_takes_many_steps_is_compiled_without_taking_them(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("AXISID_CACHE", str(tmp_path))
-    axis, before = wavy(*WAVES["p*sin(3000000.0*q/x0)"]), time.process_time()
-    assert axis.native.library() is not None, axis.native.refusal
-    assert time.process_time() - before < 10

@@ -8,21 +8,14 @@ import pytest
 from axisid import (
     UsageError,
     build,
-    load_axis,
     simulate,
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.codegen.lowering import SIGNALS, LoopStart
 from axisid.estimation.simulation import (
-    LoopInputs,
     TwoClocks,
-    settled_substeps,
     signals_about,
-    twin_plan,
 )
-from axisid.estimation.simulation.inputs import lines
-from axisid.estimation.simulation.two_clocks import at_log_samples
 from axisid.modeling import Experiment, back_and_forth
 from tests.estimation.loops.test_two_clocks import LOG, cascade, cascade_p_pi, stage
 from tests.estimation.simulation.agreement import LANES, agree
@@ -90,31 +83,6 @@ def test_a_log_between_evaluations_knows_of_every_stop(native: bool) -> None:
     assert len(rests) > 50
     assert np.all(loop.velocity[rests] == 0)
     assert np.all(loop.acceleration[rests] == 0)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["crank", "linear_motor", "balanced_slide", "valve"])
-@pytest.mark.parametrize("native", [True, False])
-def test_just_before_an_evaluation_an_axis_is_where_it_is_found_then(
-    name: str, native: bool
-) -> None:
-    plan = twin_plan(build(load_axis(name), native=native))
-    rows, period = slice(2000 if native else 600), plan.period
-    recorded = {key: np.asarray(values)[rows] for key, values in plan.signals.items()}
-    loop = simulate(plan.axis, plan.truth, plan.reference[rows], period, signals=recorded)
-    count = len(loop.time) - 2
-    clocks = TwoClocks(samples=count, log_period=period, law_period=period, first=-0.9999 * period)
-    signals = {each: getattr(loop, each) for each in SIGNALS}
-    held = lines(plan.axis, loop.recorded, period)
-    start = LoopStart(position=float(plan.reference[0]))
-    inputs = LoopInputs(
-        reference=plan.reference[rows], period=period, start=start, signals=loop.recorded
-    )
-    substeps = settled_substeps(plan.axis, plan.truth, inputs)
-    between = at_log_samples(plan.axis, plan.truth, signals, clocks, held, substeps)
-    left = 1e-4 * period * loop.velocity[1 : count + 1]
-    assert np.ptp(loop.position) > 0
-    assert np.allclose(between["position"] + left, loop.position[1 : count + 1], rtol=0, atol=1e-9)
 
 
 @pytest.mark.slow
