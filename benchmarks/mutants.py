@@ -37,7 +37,7 @@ _MOVED = f"{_SIM}/test_moved_places.py::test_"
 _PLACE = f"{_SIM}/test_position_events.py::test_"
 _SWING = f"{_SIM}/test_states.py::test_a_light_stack_swings_within_a_sample_as_small_leaps_have_it"
 _LINEAR, _SANDWICH = f"{_REG}/test_linear.py", f"{_REG}/test_covariance.py"
-_ALONG = "tests/estimation/loops/test_law_run.py"
+_ALONG = "tests/estimation/loops/test_start.py"
 
 #: By name: a file, what it has once, what stands there instead, and the tests that ought to fail.
 MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
@@ -292,7 +292,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         (f"{_ALONG}::test_a_late_law_with_an_integral_is_the_sum_by_hand",),
     ),
     "what is added to a late law is in time": (
-        "estimation/loops/law_ticks.py",
+        "estimation/loops/law_run.py",
         "late = self.held - delay",
         "late = self.held - 0 * delay",
         (f"{_ALONG}::test_what_is_added_to_a_late_law_is_as_late",),

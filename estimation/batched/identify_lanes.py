@@ -4,10 +4,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.estimates import COVARIANCES, Estimate
+from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.identification import identify
 from axisid.estimation.records import is_same_period
 from axisid.estimation.regression import CovarianceEstimate, Hac, Solution, most_lags
@@ -17,9 +16,8 @@ from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
-from .block import Block
+from .block import ALONE, FAILED, SIDE_BY_SIDE, Block, LaneEstimates, RecordLanes
 from .iteration import LaneFits, combined, fitted_lanes, inverse_products
-from .lanes import ALONE, FAILED, SIDE_BY_SIDE, LaneEstimates, RecordLanes
 
 #: The method of which lanes go side by side.
 METHOD = "idm-iv"
@@ -88,7 +86,9 @@ def identify_lanes(
     """
     generated = as_generated(axis)
     asked = Prefilter.given(prefilter)
-    found = _no_estimates(len(lanes), len(generated.parameters))
+    # Of each lane values, then deviations and their degrees of freedom by covariance.
+    numbers = np.full((len(lanes), 1 + 2 * len(COVARIANCES), len(generated.parameters)), np.nan)
+    iterations = np.zeros(len(lanes), dtype=np.int64)
     how, errors = [SIDE_BY_SIDE] * len(lanes), dict[int, str]()
     served = not (settings or lanes.resolution) and is_served(generated, lanes.period, method)
     for first in range(0, len(lanes), _BLOCK):
@@ -97,28 +97,30 @@ def identify_lanes(
         well = np.zeros(len(part), dtype=bool)
         if block is not None:
             with np.errstate(all="ignore"):  # what is not finite goes alone, and is told there
-                well = _add_block(found, first, block, asked, lags)
-        for lane in map(int, np.flatnonzero(~well)):
-            how[first + lane], chosen = ALONE, {"lags": lags, "bootstrap": 0, **settings}
+                fits = fitted_lanes(block, asked)
+                made = _lane_numbers(block, fits, lags)
+            well = fits.sound & block.starts[1]
+            beside = first + np.flatnonzero(well)
+            numbers[beside], iterations[beside] = made[well], fits.iterations[well]
+        for lane in map(int, first + np.flatnonzero(~well)):
+            how[lane], chosen = ALONE, {"lags": lags, "bootstrap": 0, **settings}
             try:
-                alone = identify(generated, part.record(lane), asked, [method], **chosen)[method]
-                _add(found, first + lane, alone)
+                alone = identify(generated, lanes.record(lane), asked, [method], **chosen)[method]
+                variances = [np.diag(alone.covariances[name]) for name in COVARIANCES]
+                freedom = [alone.freedom[name] for name in COVARIANCES]
+                deviations = np.sqrt(np.maximum(variances, 0.0))
+                numbers[lane] = [alone.physical, *deviations, *freedom]
+                iterations[lane] = max(len(alone.iterates) - 1, 0)
             except AxisidError as error:
-                how[first + lane], errors[first + lane] = FAILED, str(error)
-    return replace(found, how=tuple(how), errors=errors)
-
-
-def _no_estimates(lanes: int, parameters: int) -> LaneEstimates:
-    """Of so many lanes, to be filled in."""
-    nothing = np.full((1 + 2 * len(COVARIANCES), lanes, parameters), np.nan)
-    values, *rest = nothing
+                how[lane], errors[lane] = FAILED, str(error)
+    values, *rest = np.ascontiguousarray(numbers.transpose(1, 0, 2))
     return LaneEstimates(
         values=values,
         deviations=dict(zip(COVARIANCES, rest, strict=False)),
         freedom=dict(zip(COVARIANCES, rest[len(COVARIANCES) :], strict=True)),
-        iterations=np.zeros(lanes, dtype=np.int64),
-        how=(),
-        errors={},
+        iterations=iterations,
+        how=tuple(how),
+        errors=errors,
     )
 
 
@@ -131,35 +133,8 @@ def _block(axis: GeneratedAxis, part: RecordLanes, asked: Prefilter) -> Block | 
     return Block(axis=axis, lanes=part, template=template)
 
 
-def _add_block(
-    found: LaneEstimates, first: int, block: Block, asked: Prefilter, lags: int | None
-) -> NDArray[np.bool_]:
-    """Identify a block side by side; returns which of its lanes went well, (L,)."""
-    fits = fitted_lanes(block, asked)
-    deviations, freedom = _lane_deviations(block, fits, lags)
-    well = fits.sound & block.starts[1]
-    lanes = first + np.flatnonzero(well)
-    found.values[lanes] = fits.theta[well]
-    found.iterations[lanes] = fits.iterations[well]
-    for name in COVARIANCES:
-        found.deviations[name][lanes] = deviations[name][well]
-        found.freedom[name][lanes] = freedom[name][well]
-    return well
-
-
-def _add(found: LaneEstimates, lane: int, alone: Estimate) -> None:
-    """Add the estimate of a record of its own."""
-    found.values[lane] = alone.physical
-    found.iterations[lane] = max(len(alone.iterates) - 1, 0)
-    for name, matrix in alone.covariances.items():
-        found.deviations[name][lane] = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-        found.freedom[name][lane] = alone.freedom[name]
-
-
-def _lane_deviations(
-    block: Block, fits: LaneFits, lags: int | None
-) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Deviations and their degrees of freedom, (L, p) each, of lanes that ended well.
+def _lane_numbers(block: Block, fits: LaneFits, lags: int | None) -> Array:
+    """Values, deviations and their degrees of freedom, (L, 1 + 2 c, p), of lanes that ended well.
 
     Of no meaning for the others.
     """
@@ -180,11 +155,11 @@ def _lane_deviations(
         if lags is None and applied.freedom.min() < FEW_SCORES.value:
             applied = model.applied(_lane_solution(block, fits, lane, inverse[lane]))
         variances["hac"][lane], freedom["hac"][lane] = np.diag(applied.matrix), applied.freedom
-    return {name: np.sqrt(np.maximum(each, 0.0)) for name, each in variances.items()}, freedom
+    deviations = [np.sqrt(np.maximum(variances[name], 0.0)) for name in COVARIANCES]
+    return np.stack([fits.theta, *deviations, *(freedom[name] for name in COVARIANCES)], axis=1)
 
 
 def _by_products(model: Hac, lagged: Array, rows: int) -> CovarianceEstimate:
-    """By the products of each parameter's scores alone, (lags + 1, k)."""
     k = lagged.shape[1]
     products = lagged[:, :, None] * np.eye(k)
     return model.of_scores(lambda lags: products[: lags + 1], (rows, k))

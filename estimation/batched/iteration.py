@@ -139,7 +139,6 @@ def inverse_products(library: LaneLibrary, columns: Array) -> Array:
 
 
 def _applied(matrices: Array, vectors: Array) -> Array:
-    """``M v`` of lanes, (L, p)."""
     return np.asarray((matrices * vectors[:, None, :]).sum(axis=2))
 
 
@@ -177,8 +176,9 @@ class LaneFits(LaneSolutions):
 
 @dataclass(slots=True, kw_only=True)
 class _Loops:
-    """Loops of all lanes simulated with one estimate each, and their reduced right sides."""
+    """Loops of some lanes, one estimate each, their reduced right sides, and which went well."""
 
+    lanes: NDArray[np.intp]
     position: Array
     Z: Array
     intercept: Array | float
@@ -225,7 +225,6 @@ def fitted_lanes(block: Block, asked: Prefilter) -> LaneFits:
 
 
 def _first_fit(block: Block, excluded: Chosen | None, rows: Chosen | None) -> _FirstFit:
-    """Least squares of all lanes, with the samples and rows that they have."""
     measured = block.rows(excluded, rows)
     left = measured.left - measured.intercept
     found = solved(block.library, left, measured.regressor, measured.regressor)
@@ -297,12 +296,7 @@ def _loops_of(
     Z, intercept = block.simulated_rows(raw, physical[chosen], own, there)
     well = np.zeros(len(chosen), dtype=bool)
     well[lanes[fine]] = True
-    return _Loops(
-        position=raw["position"],
-        Z=Z,
-        intercept=intercept,
-        well=well,
-    )
+    return _Loops(lanes=lanes, position=raw["position"], Z=Z, intercept=intercept, well=well)
 
 
 def _unexplained(whole: Array, simulated: Array) -> Array:
@@ -338,10 +332,8 @@ def _iterated(
     physical, size = physical.copy(), np.full(lanes, np.inf)
     active = active.copy()
     for step in range(1, _MOST + 2):
-        at = np.flatnonzero(active)
         active &= loops.well
-        inside = loops.well[at]  # of the lanes that were simulated
-        at = at[inside]
+        at = np.flatnonzero(active)
         done = size[at] <= CONVERGED.value
         if done.any():
             end.sound[at[done]], end.iterations[at[done]] = True, step - 1
@@ -349,10 +341,10 @@ def _iterated(
         if not active.any() or step > _MOST:
             break
         going = at[~done]
-        Z = np.ascontiguousarray(loops.Z[..., np.flatnonzero(inside)[~done]])
         left, regressor = (
             np.ascontiguousarray(each[..., going]) for each in (net, measured.regressor)
         )
+        Z = np.ascontiguousarray(loops.Z[..., np.searchsorted(loops.lanes, going)])
         found = solved(block.library, left, regressor, Z)
         inverse = inverse_products(block.library, Z)
         sigma = found.power / (end.counts[going] - 1)

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from axisid.estimation.checks import Check, first_case
+from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Checked
+from axisid.estimation.loops import LawTicks
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MAX_LAW_RESIDUAL
 from axisid.modeling.declaration import ControlLaw
@@ -38,7 +39,7 @@ class LawForm:
     words : mapping of str to str
         Its arguments that are no numbers.
     columns : tuple of str
-        Signals of which the control is a sum, by which the search starts; see `LawSignals`.
+        Signals of which the control is a sum, by which the search starts; see `signals`.
     gains : callable
         Gains by name from the coefficients of the columns.
     extra : str
@@ -82,66 +83,65 @@ class LawForm:
         times = [period * each for each in _FILTERS]
         return [1 / time / 2 for time in times] if self.extra == "pll_bandwidth" else times
 
+    def signals(self, ticks: LawTicks, period: float, extra: float | None) -> dict[str, Array]:
+        """The columns by name, (N,) each, at the samples of a record.
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LawSignals:
-    """What controls are made of, at the samples of a record, (N,) each."""
-
-    reference: Array
-    position: Array
-    ideal_velocity: Array
-    period: float
-
-    def columns(self, form: LawForm, extra: float | None) -> dict[str, Array]:
-        """The columns of a form by name, its filter with a value of the extra gain."""
-        error, rate = self.reference - self.position, self._rate(self.reference)
-        velocity = self._velocity(form, extra)
-        derivative = self._smooth(self._rate(error), extra if form.extra == "filter_time" else None)
+        Parameters
+        ----------
+        ticks : LawTicks
+            At the samples; the velocity is an ideal one.
+        period : float
+            s
+        extra : float or None
+            The extra gain, of the filter.
+        """
+        error, rate = ticks.reference - ticks.position, _rate(ticks.reference, period)
+        velocity = self._velocity(ticks, period, extra)
+        filtered = extra if self.extra == "filter_time" else None
         known = {
             "error": error,
             "velocity": velocity,
             "rate": rate,
-            "acceleration": self._rate(rate),
-            "derivative": derivative,
-            "sum of error": self._sum(error),
-            "sum of velocity": self._sum(velocity),
-            "sum of rate": self._sum(rate),
+            "acceleration": _rate(rate, period),
+            "derivative": _smooth(_rate(error, period), period, filtered),
+            "sum of error": _sum(error, period),
+            "sum of velocity": _sum(velocity, period),
+            "sum of rate": _sum(rate, period),
             "constant": np.ones_like(error),
         }
-        return {name: known[name] for name in form.columns}
+        return {name: known[name] for name in self.columns}
 
-    def _velocity(self, form: LawForm, extra: float | None) -> Array:
-        how, rate = form.words.get("velocity", "difference"), self._rate(self.position)
-        before = np.concatenate([self.position[:1], self.position[:1], self.position[:-2]])
-        bandwidth = extra if how == "pll" else None
-        filtered = extra if form.extra == "velocity_filter" else None
-        return first_case(
-            (how == "ideal" or form.law == "cascade_pd", self.ideal_velocity),
-            (
-                how == "averaged" or form.law == "cascade_pd_averaged",
-                np.asarray((self.position - before) / (2 * self.period)),
-            ),
-            (True, self._smooth(rate, 2 / bandwidth if bandwidth else filtered)),
-        )
+    def _velocity(self, ticks: LawTicks, period: float, extra: float | None) -> Array:
+        how, position = self.words.get("velocity", "difference"), ticks.position
+        if how == "ideal" or self.law == "cascade_pd":
+            return ticks.velocity
+        if how == "averaged" or self.law == "cascade_pd_averaged":
+            before = np.concatenate([position[:1], position[:1], position[:-2]])
+            return np.asarray((position - before) / (2 * period))
+        filtered = extra if self.extra == "velocity_filter" else None
+        time = 2 / extra if how == "pll" and extra else filtered
+        return _smooth(_rate(position, period), period, time)
 
-    def _rate(self, values: Array) -> Array:
-        return np.asarray(np.diff(values, prepend=values[0]) / self.period)
 
-    def _sum(self, values: Array) -> Array:
-        return self.period * np.concatenate([[0.0], np.cumsum(values)[:-1]])
+def _rate(values: Array, period: float) -> Array:
+    return np.asarray(np.diff(values, prepend=values[0]) / period)
 
-    def _smooth(self, values: Array, time: float | None) -> Array:
-        """A low-pass of first order, as `low_pass` computes it."""
-        if not time:
-            return values
-        from scipy.signal import lfilter
 
-        share = self.period / (self.period + time)
-        return np.asarray(lfilter([share], [1.0, share - 1.0], values))
+def _sum(values: Array, period: float) -> Array:
+    return period * np.concatenate([[0.0], np.cumsum(values)[:-1]])
+
+
+def _smooth(values: Array, period: float, time: float | None) -> Array:
+    """A low-pass of first order, as `low_pass` computes it."""
+    if not time:
+        return values
+    from scipy.signal import lfilter
+
+    share = period / (period + time)
+    return np.asarray(lfilter([share], [1.0, share - 1.0], values))
 
 
 def _over(above: float, below: float) -> float:
-    """A quotient; 0 where there is none."""
     return above / below if below else 0.0
 
 

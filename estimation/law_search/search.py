@@ -29,7 +29,7 @@ from axisid.modeling.laws import ANTI_WINDUP
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, ModelError
 
-from .forms import FORMS, ExplainedLaw, LawForm, LawSearch, LawSignals
+from .forms import FORMS, ExplainedLaw, LawForm, LawSearch
 
 # of the least that a law leaves on held-out rows; on the EMPS record four larger laws leave the
 # same 0.234 % as the drive's own
@@ -119,8 +119,6 @@ class _AlongRecord:
     record : Record
     used, held_out : (N,) array of bool
         Samples that gains are found from, and those that a law is judged by.
-    signals : LawSignals
-        What controls are made of.
     ticks : LawTicks
         What a law reads.
     """
@@ -129,7 +127,6 @@ class _AlongRecord:
     record: Record
     used: NDArray[np.bool_]
     held_out: NDArray[np.bool_]
-    signals: LawSignals
     ticks: LawTicks
 
     @classmethod
@@ -147,12 +144,6 @@ class _AlongRecord:
             record=record,
             used=told & ~odd,
             held_out=told & odd,
-            signals=LawSignals(
-                reference=reference,
-                position=record.position,
-                ideal_velocity=velocity,
-                period=record.period,
-            ),
             ticks=LawTicks.at_samples(reference, record.position, velocity, recorded, added),
         )
 
@@ -173,7 +164,7 @@ class _AlongRecord:
         self, form: LawForm, extra: float | None, delay: int, *, apart: bool
     ) -> tuple[float, ControlLaw] | None:
         """What a regression leaves, and the law that it starts with."""
-        columns = self.signals.columns(form, extra)
+        columns = form.signals(self.ticks, self.record.period, extra)
         if apart:
             columns.pop("constant")
         late = np.column_stack([*columns.values()])
@@ -202,7 +193,6 @@ class _AlongRecord:
         return float(np.linalg.norm(control - regressor @ (values / sizes))), law
 
     def _by_gains(self, law: ControlLaw) -> LawByGains:
-        """A law beside the control of the rows that gains are found from."""
         smooth = compared_as(law, self.record)
         along = LawAlong.of(self.axis, law, self.ticks, self.record)
         return LawByGains(

@@ -5,6 +5,8 @@ In: `Record`, axis. Out: `LawTicks`, `LoopStart`. Knows nothing of rows and para
 
 from .law_gains import Compared as Compared, LawAlong as LawAlong, LawPoint as LawPoint
 from .law_run import (
+    LawTicks as LawTicks,
+    RecordCache as RecordCache,
     applied_terms as applied_terms,
     as_logged as as_logged,
     control_along as control_along,
@@ -12,17 +14,13 @@ from .law_run import (
     hides_command as hides_command,
     late_in_log as late_in_log,
     law_memory as law_memory,
+    law_ticks as law_ticks,
     limit_in_log as limit_in_log,
+    measured_velocity as measured_velocity,
     state_at_rest as state_at_rest,
     terms_along as terms_along,
-    with_drive as with_drive,
-)
-from .law_ticks import (
-    LawTicks as LawTicks,
-    RecordCache as RecordCache,
-    law_ticks as law_ticks,
-    measured_velocity as measured_velocity,
     two_clocks as two_clocks,
+    with_drive as with_drive,
 )
 from .start import (
     START_SAMPLES as START_SAMPLES,

@@ -18,8 +18,7 @@ from axisid.estimation.records import Record
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
-from .law_run import as_logged, commands_as_logged, late_in_log, least_step, limit_in_log
-from .law_ticks import LawTicks
+from .law_run import LawTicks, as_logged, commands_as_logged, late_in_log, least_step, limit_in_log
 from .start import MIN_MEMORY_EFFECT
 
 # of the limit: a control that near may have been cut off, as the log has a converter's noise; a
@@ -228,7 +227,6 @@ class LawAlong:
         return tuple(np.pad(values.ravel(), rest, "edge") for values in every)
 
     def _sizes(self, point: LawPoint) -> Array:
-        """How large each memory is along the record, (m,)."""
         _, states = self._run(point)
         sizes = np.abs(states).max(axis=0, initial=0.0)
         return np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)

@@ -13,7 +13,7 @@ much noise there is shows in differences of fourth order, in which no motion of 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -28,9 +28,12 @@ from axisid.estimation.thresholds import LIMIT_TOLERANCE
 from axisid.support.arrays import Array, covered, frozen
 
 from .law_run import (
+    LawTicks,
+    RecordCache,
     as_logged,
     control_along,
     law_memory,
+    law_ticks,
     least_step,
     limit_in_log,
     slopes_along,
@@ -38,7 +41,6 @@ from .law_run import (
     states_along,
     with_drive,
 )
-from .law_ticks import LawTicks, RecordCache, law_ticks
 
 _KNOWN: RecordCache[GeneratedAxis, tuple[LoopStart, ...]] = RecordCache()
 
@@ -120,7 +122,8 @@ def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopSt
     record, rows = placed(axis, record, span), slice(*span)
     position = record.position[rows]
     if record.integrated:
-        velocity = _first_value(np.asarray(record.velocity)[rows])
+        # Straight lines are fitted to velocities that were measured.
+        velocity = _begun(np.asarray(record.velocity)[rows], degree=1, power=0)
     else:
         velocity = first_velocity(position, record.period)
     start = LoopStart(
@@ -218,14 +221,14 @@ def first_memory(
     found = _solved(axis, ticks, wanted, seen, at_rest)
     if np.any(seen & ~below_limit(axis, made)):  # where nothing shows what moves it
         moving = _solved(axis, ticks, wanted, seen, _state_in_motion(axis, ticks))
-        found = min(found, moving, key=lambda each: float(np.linalg.norm(each.left)))
-    off = off[seen]
-    left, noise = float(np.linalg.norm(found.left)), float(found.left @ found.left)
-    gained = (float(off @ off) - noise) / max(found.shown, 1)
-    noise /= max(len(off) - found.shown, 1)
+        found = min(found, moving, key=lambda each: float(np.linalg.norm(each[1])))
+    off, (memory, missed, shown) = off[seen], found
+    left, noise = float(np.linalg.norm(missed)), float(missed @ missed)
+    gained = (float(off @ off) - noise) / max(shown, 1)
+    noise /= max(len(off) - shown, 1)
     explained = left < _MAX_START_LEFT * float(np.linalg.norm(off))
     clear = explained and gained > _MIN_START_DISTANCE**2 * noise
-    return found.state if law.balanced or clear else None
+    return memory if law.balanced or clear else None
 
 
 def at_rest_misses(
@@ -280,19 +283,13 @@ def _state_in_motion(axis: GeneratedAxis, ticks: LawTicks) -> Array:
     return states_along(axis, way, state_at_rest(axis, way))[:, -1]
 
 
-@dataclass(frozen=True, slots=True)
-class _Memory:
-    """A memory, what it leaves of the controls, and in how many directions they show it."""
-
-    state: Array
-    left: Array
-    shown: int
-
-
 def _solved(
     axis: GeneratedAxis, ticks: LawTicks, wanted: Array, seen: NDArray[np.bool_], state: Array
-) -> _Memory:
-    """The memory that gives the controls, from one that does not."""
+) -> tuple[Array, Array, int]:
+    """The memory that gives the controls, from one that does not.
+
+    With what it leaves of them, and in how many directions they show it.
+    """
     off, shown = (wanted - control_along(axis, ticks, state))[seen], 0
     for _ in range(_STEPS):
         slopes = slopes_along(axis, ticks, state)[seen]
@@ -303,7 +300,7 @@ def _solved(
         off = (wanted - control_along(axis, ticks, state))[seen]
         if np.linalg.norm(off - expected) <= _LINEAR * np.linalg.norm(wanted):
             break
-    return _Memory(state, off, shown)
+    return state, off, shown
 
 
 def first_velocity(position: Array, period: float) -> float:
@@ -328,11 +325,6 @@ def first_velocity(position: Array, period: float) -> float:
     (root mean square); none of 540 starts at rest was taken for a motion.
     """
     return _begun(position - position[0], degree=_DEGREE, power=1) / period
-
-
-def _first_value(velocity: Array) -> float:
-    """The same of velocities that were measured, (N,), to which straight lines are fitted."""
-    return _begun(velocity, degree=1, power=0)
 
 
 def first_velocities(position: Array, period: float) -> Array:
@@ -369,7 +361,6 @@ def position_noise(position: Array) -> float:
 
 
 def _coefficient(values: Array, noise: float, degree: int, power: int) -> tuple[float, float]:
-    """Coefficient of a polynomial at its first sample, and its deviation."""
     weights, size = _weights(len(values), degree, power)
     return float(weights @ values), noise * size
 

@@ -26,7 +26,6 @@ from axisid.estimation.twins import DEFAULT_COUNT, Chain, check_count
 from axisid.modeling.declaration import Axis, Move
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, EstimationError, UsageError
-from axisid.support.jobs.outcome import Outcome
 from axisid.support.jobs.run import pace, run_jobs
 from axisid.support.progress import Progress
 from axisid.support.quoting import quoted
@@ -237,7 +236,6 @@ def monte_carlo(
 
 
 def _methods(methods: object) -> tuple[str, ...]:
-    """The methods of `identify` and the fits that are asked for, in that order."""
     if methods is not None and (isinstance(methods, str) or not isinstance(methods, Iterable)):
         methods = (methods,)
     others, fits = split_methods(("all",) if methods is None else tuple(methods))
@@ -280,20 +278,16 @@ def _numbers_of(
     work = partial(block_numbers, plan, threads=None if alone else 1)
     jobs = 0 if alone else jobs
     for outcome in run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=executor):
-        yield _numbers(outcome, blocks[outcome.place])
-
-
-def _numbers(outcome: Outcome[BlockNumbers], block: range) -> BlockNumbers:
-    """What a worker gave; of one that was killed, which runs are lost."""
-    if outcome.value is not None:
-        return outcome.value
-    reason = "" if outcome.failure is None else outcome.failure.reason
-    if outcome.failure is not None and outcome.failure.kind == "error":
-        raise EstimationError(
-            f"the runs {block[0]} to {block[-1]} failed: {reason}.",
-            code="study",
-        )
-    return lost_block(block, reason)
+        some, failure = blocks[outcome.place], outcome.failure
+        if outcome.value is not None:
+            yield outcome.value
+            continue
+        reason = "" if failure is None else failure.reason
+        if failure is not None and failure.kind == "error":
+            raise EstimationError(
+                f"the runs {some[0]} to {some[-1]} failed: {reason}.", code="study"
+            )
+        yield lost_block(some, reason)  # whoever worked on it was killed
 
 
 def _run(

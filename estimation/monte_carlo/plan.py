@@ -74,15 +74,19 @@ class MonteCarloPlan:
     levels: Levels = DEFAULT_LEVELS
 
     def __post_init__(self) -> None:
-        _check_count("runs", self.runs, least=1)
-        if self.runs > _MOST_RUNS:
-            raise UsageError(
-                f"the runs of a Monte-Carlo study are {quoted(self.runs)}, whose numbers "
-                f"would be in memory together; give at most {_MOST_RUNS:,}.",
-                code="study",
-            )
-        _check_count("seed", self.seed, least=0)
-        _check_count("checks", self.checks, least=0)
+        counts = (
+            ("runs are", self.runs, 1),
+            ("seed is", self.seed, 0),
+            ("checks are", self.checks, 0),
+        )
+        for what, value, least in counts:
+            if not (is_whole(value) and value >= least) or self.runs > _MOST_RUNS:
+                raise UsageError(
+                    f"the {what} {quoted(value)}; give a study a whole number of {least} or "
+                    f"more, and of runs {_MOST_RUNS:,} at most, whose numbers are in memory "
+                    "together.",
+                    code="study",
+                )
         object.__setattr__(self, "settings", FrozenMapping(self.settings))
 
     @property
@@ -261,15 +265,6 @@ def twin_of(axis: GeneratedAxis, truth: object, moves: object) -> GeneratedAxis:
     except ModelError as error:
         raise UsageError(str(error), code=error.code) from error
     return build(declared, native=axis.native.enabled)
-
-
-def _check_count(what: str, value: object, *, least: int) -> None:
-    if not (is_whole(value) and value >= least):
-        raise UsageError(
-            f"the {what} of a Monte-Carlo study {'is' if what == 'seed' else 'are'} "
-            f"{quoted(value)}; give a whole number of {least} or more.",
-            code="study",
-        )
 
 
 _POSITION, _SENSORS, _CONTROL, _DISTURBANCE, _OFFSET = range(5)  # each a stream of its own

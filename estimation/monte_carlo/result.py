@@ -295,7 +295,6 @@ def run_columns(result: MonteCarlo) -> dict[str, NDArray[Any]]:
 
 
 def _of_estimand(result: MonteCarlo, place: int) -> dict[str, NDArray[Any]]:
-    """The columns of an estimand, which have its unit."""
     name = column_name(result.estimands[place])
     columns = {name: result.values[:, place], f"{name}.corrected": result.corrected[:, place]}
     for of in INTERVALS:

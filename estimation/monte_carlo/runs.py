@@ -170,7 +170,6 @@ def block_numbers(plan: MonteCarloPlan, block: range, threads: int | None = None
 
 
 def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterator[_Run]:
-    """Runs that are identified side by side."""
     (method,) = plan.methods
     drawn = [DrawnChain(chain=plan.noise, seed=plan.seed, run=run) for run in runs]
     lanes, unsimulated = twin_lanes(plan.twin, drawn, threads)
@@ -284,7 +283,6 @@ def estimand_numbers(
 
 
 def _numbers(value: Value, freedom: Mapping[str, float]) -> Array:
-    """What there is of a value: of the interval that is printed, and of those that could be."""
     intervals: dict[str, Interval] = {}
     for of in COVARIANCES:
         if of == value.chosen:
@@ -296,7 +294,6 @@ def _numbers(value: Value, freedom: Mapping[str, float]) -> Array:
 
 
 def _row(value: float, corrected: float, intervals: Mapping[str, Interval]) -> Array:
-    """The numbers of an estimand in one run, as of `BlockNumbers`."""
     row = np.full(_WIDTH, np.nan)
     row[:2] = value, corrected
     for of, (deviation, bounds) in intervals.items():

@@ -12,8 +12,6 @@ from axisid.estimation.regression import Form
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
-#: The code of an error where no loop can be simulated.
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lanes:
@@ -219,7 +217,9 @@ def jacobian_at(
     pending, failed = list(chosen), Lanes(errors=np.empty((0, 0)), failures={})
     for _ in range(_TRIES):
         offsets = np.array([_offsets(j, physical, steps, lower, upper, sides) for j in pending])
-        lanes = _lanes(physical, pending, offsets)
+        lanes = np.tile(physical, (1 + 2 * len(pending), 1))
+        for k, j in enumerate(pending):
+            lanes[1 + 2 * k : 3 + 2 * k, j] += offsets[k]
         found = predictions(lanes)
         if 0 in found.failures:
             raise EstimationError(found.failures[0], code="simulation")
@@ -260,13 +260,6 @@ def _offsets(
     if above < h or (sides[j] < 0 and below >= 2 * h):
         return -h, -2 * h
     return -h, h
-
-
-def _lanes(physical: Array, chosen: list[int], offsets: Array) -> Array:
-    lanes = np.tile(physical, (1 + 2 * len(chosen), 1))
-    for k, j in enumerate(chosen):
-        lanes[1 + 2 * k : 3 + 2 * k, j] += offsets[k]
-    return lanes
 
 
 def _slope(here: Array, first: Array, second: Array, a: float, b: float) -> Array:

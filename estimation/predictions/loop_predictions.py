@@ -83,28 +83,17 @@ def measured_output(output: str, axis: GeneratedAxis, record: Record) -> Measure
         The record has no such column.
     """
     q, drive = axis.axis.coordinate, axis.axis.drive
-    if output == CONTROL:
-        return MeasuredOutput(
-            signal=CONTROL, unit=drive.unit, values=_column(record, "control", record.control)
+    name, unit, values = {
+        CONTROL: (CONTROL, drive.unit, record.control),
+        FORCE: (FORCE, q.force_unit, record.force),
+    }.get(output, ("position", q.unit, None if record.integrated else record.position))
+    if values is None:
+        raise DataError(
+            f"{record.provenance.source} has no {name} column, which the fit is to follow; "
+            f"name it with columns {name}=NAME, or choose another output.",
+            code="missing-column",
         )
-    if output == FORCE:
-        return MeasuredOutput(
-            signal=FORCE, unit=str(q.force_unit), values=_column(record, "force", record.force)
-        )
-    position = None if record.integrated else record.position
-    return MeasuredOutput(
-        signal="position", unit=str(q.unit), values=_column(record, "position", position)
-    )
-
-
-def _column(record: Record, role: str, values: Array | None) -> Array:
-    if values is not None:
-        return np.asarray(values)
-    raise DataError(
-        f"{record.provenance.source} has no {role} column, which the fit is to follow; "
-        f"name it with columns {role}=NAME, or choose another output.",
-        code="missing-column",
-    )
+    return MeasuredOutput(signal=name, unit=str(unit), values=np.asarray(values))
 
 
 @dataclass(slots=True, kw_only=True)
@@ -138,11 +127,6 @@ class Stretch:
     counted: NDArray[np.bool_]
     substeps: int | None = None
 
-    @property
-    def samples(self) -> int:
-        """How many."""
-        return len(self.measured) // len(self.outputs)
-
     def simulated(
         self,
         own: Array,
@@ -154,10 +138,9 @@ class Stretch:
         return simulate_lanes(
             self.axis,
             own,
-            inputs,
+            replace(inputs, gains=gains_by_lane(self.axis, gains, len(own))),
             substeps=self.substeps,
             wanted=wanted or self.outputs,
-            gains=gains_by_lane(self.axis, gains, len(own)),
         )
 
     def rows(self, values: Callable[[str], Array]) -> Array:
@@ -267,12 +250,9 @@ class LoopPredictions(Predictions):
         axis, inputs = axis_at(stretch.axis, self._form, physical), stretch.inputs
         if axis is not stretch.axis:
             inputs = inputs_at(axis, self._records[stretch.record], stretch.segment, inputs)
-        inputs = self._started(stretch, physical, inputs)
+        inputs = started_at(self._form, physical, stretch.record, stretch.segment, inputs)
         same = inputs is stretch.inputs
         return stretch if same else replace(stretch, axis=axis, inputs=inputs)
-
-    def _started(self, stretch: Stretch, physical: Array, inputs: LoopInputs) -> LoopInputs:
-        return started_at(self._form, physical, stretch.record, stretch.segment, inputs)
 
     def slopes_by_start(self, physical: Array) -> tuple[tuple[slice, Array], ...]:
         """See `Predictions.slopes_by_start`."""
@@ -322,7 +302,7 @@ class LoopPredictions(Predictions):
         if gains:
             memories = [self._at(stretch, lane).inputs.start.memory for lane in physical]
             inputs = replace(inputs, start=replace(inputs.start, memory=np.array(memories)))
-        inputs = self._started(stretch, physical, inputs)
+        inputs = started_at(self._form, physical, stretch.record, stretch.segment, inputs)
         with np.errstate(all="ignore"):
             batch = stretch.simulated(own, inputs, gains=gains)
         errors = stretch.rows(batch.__getitem__) - stretch.measured[:, None]

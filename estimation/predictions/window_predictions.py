@@ -96,15 +96,6 @@ class _Windows:
         own = values[self.first : self.first + self.position.size]
         return np.ascontiguousarray(own.reshape(self.count, -1).T)
 
-    def velocities(self) -> Array:
-        """First velocities by straight lines through fewer samples, (m, w)."""
-        lines = [
-            polyfit(self.period * np.arange(n), self.position[:n], 1)[1]
-            for n in _OF_FEW
-            if n <= len(self.position)
-        ]
-        return np.asarray(lines)
-
     def alone(self, k: int) -> LoopInputs:
         """Of one parameter set along one window."""
         position, velocity = self.first_states[:, k : k + 1]
@@ -180,8 +171,13 @@ class WindowPredictions(Predictions):
         records: Sequence[Record],
         horizon: float,
     ) -> None:
-        for axis in axes:
-            _check_begins(axis)
+        if remembers := [axis.axis.name for axis in axes if axis.states]:
+            raise UsageError(
+                f"what the friction of axis {remembers[0]!r} remembers where a window begins is in "
+                "no record; follow the control or the position, whose loops begin as the record "
+                "does.",
+                code="equation",
+            )
         super().__init__(form, records)
         self._axes, self.horizon = tuple(axes), horizon
         self.units: tuple[str, ...] = (str(axes[0].axis.coordinate.unit),)
@@ -308,13 +304,11 @@ def default_horizon(records: Sequence[Record]) -> float:
 
 
 def _count(records: Sequence[Record], horizon: float) -> int:
-    """How many windows records are cut into."""
     sizes = [(last - first, record.period) for record in records for first, last in record.spans]
     return sum(max(samples // _size(horizon, period), 1) for samples, period in sizes)
 
 
 def _size(horizon: float, period: float) -> int:
-    """Samples of a window."""
     return max(round(horizon / period), FEWEST_IN_WINDOW)
 
 
@@ -350,7 +344,12 @@ def _begin_elsewhere(w: _Windows, own: Array) -> bool:
 
     Near rest the errors have several least values. Whether one has changed.
     """
-    other = np.vstack([w.velocities(), np.zeros(w.count)])
+    lines = [  # through fewer samples
+        polyfit(w.period * np.arange(n), w.position[:n], 1)[1]
+        for n in _OF_FEW
+        if n <= len(w.position)
+    ]
+    other = np.vstack([*lines, np.zeros(w.count)])
     sets = 1 + len(other)
     tried = np.tile(w.first_states[:, None, :], (1, sets, 1))
     tried[1, 1:] = other
@@ -431,7 +430,6 @@ def _windows(
 
 
 def _control(axis: GeneratedAxis, record: Record) -> Array:
-    """The control that acted, (N,)."""
     drive = axis.axis.drive
     if record.control is not None:
         starts = [start for start, _ in record.spans]
@@ -443,13 +441,3 @@ def _control(axis: GeneratedAxis, record: Record) -> Array:
         "move; name it with columns control=NAME.",
         code="missing-column",
     )
-
-
-def _check_begins(axis: GeneratedAxis) -> None:
-    """Refuse windows of an axis whose friction remembers."""
-    if axis.states:
-        raise UsageError(
-            f"what the friction of axis {axis.axis.name!r} remembers where a window begins is in "
-            "no record; follow the control or the position, whose loops begin as the record does.",
-            code="equation",
-        )

@@ -237,20 +237,16 @@ class Search:
 
     def _residuals(self, at: Array) -> Array:
         """Weighted errors, then those of what was known before; large ones for a lost loop."""
-        if not self._largest or self._is_at(at):
-            return self._rows(at, self._slopes_at(at).errors)
+        known = self._slopes is not None and np.array_equal(self._slopes[0], at)
+        if known or not self._largest:
+            errors = self._slopes_at(at).errors
+            return weighed_rows(at, errors, self._unknowns, self._weighing)
         lanes = self._predictions(at[None, :])
         if lanes.failures:
             self._lost, self._why = self._lost + 1, next(iter(lanes.failures.values()))
             rows = len(self._weighing.weights) + int(self._unknowns.has_prior.sum())
             return np.full(rows, _LOST * self._largest)
-        return self._rows(at, lanes.errors[:, 0])
-
-    def _rows(self, at: Array, errors: Array) -> Array:
-        return weighed_rows(at, errors, self._unknowns, self._weighing)
-
-    def _is_at(self, at: Array) -> bool:
-        return self._slopes is not None and np.array_equal(self._slopes[0], at)
+        return weighed_rows(at, lanes.errors[:, 0], self._unknowns, self._weighing)
 
     def _jacobian(self, at: Array) -> Array:
         jacobian = self._weighing.weights[:, None] * self._slopes_at(at).jacobian
@@ -263,9 +259,8 @@ class Search:
         u = self._unknowns
         slopes = jacobian_at(self._predictions, at, self._scale, u.lower, u.upper, self._free)
         self._slopes = at.copy(), slopes
-        self._largest = self._largest or max(
-            float(np.abs(self._rows(at, slopes.errors)).max()), 1.0
-        )
+        rows = weighed_rows(at, slopes.errors, u, self._weighing)
+        self._largest = self._largest or max(float(np.abs(rows).max()), 1.0)
         first = slopes.errors[:: len(self._predictions.units)]
         error = float(np.sqrt(np.mean(first**2)))
         self._steps.append(FitStep(physical=at.copy(), error=error))
@@ -281,7 +276,7 @@ class Search:
         are now.
         """
         slopes, u = self._slopes_at(at), self._unknowns
-        rows, jacobian = self._rows(at, slopes.errors), self._jacobian(at)
+        rows, jacobian = weighed_rows(at, slopes.errors, u, self._weighing), self._jacobian(at)
         n, c = len(self._weighing.weights), self._weighing.tuning
         counts = self._weighing.counted((rows[:n] / c) ** 2)[1]
         left = np.sqrt(np.sum(counts * rows[:n] ** 2) / max(np.count_nonzero(rows[:n]), 1))

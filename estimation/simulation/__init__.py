@@ -4,6 +4,12 @@ In: a reference, parameters. Out: `Simulation`.
 Knows nothing of filters and estimates.
 """
 
+from .arguments import (
+    LaneBlock as LaneBlock,
+    gains_by_lane as gains_by_lane,
+    law_of as law_of,
+    no_control_law as no_control_law,
+)
 from .batch import (
     BatchSimulation as BatchSimulation,
     settled_substeps as settled_substeps,
@@ -11,11 +17,9 @@ from .batch import (
     simulate_lanes as simulate_lanes,
 )
 from .closed_loop import simulate as simulate, simulate_loop as simulate_loop
-from .inputs import LoopInputs as LoopInputs, allowed_distance as allowed_distance, at_law as at_law
-from .lane_arguments import LaneBlock as LaneBlock, gains_by_lane as gains_by_lane
+from .inputs import LoopInputs as LoopInputs, at_law as at_law
 from .simulated import (
     Simulation as Simulation,
-    law_of as law_of,
     logged_control as logged_control,
     measured_positions as measured_positions,
     signals_about as signals_about,
@@ -23,10 +27,7 @@ from .simulated import (
 from .steps import (
     StepBudget as StepBudget,
     at_rest as at_rest,
-    has_constant_substeps as has_constant_substeps,
     most_substeps as most_substeps,
-    no_control_law as no_control_law,
-    substeps_at_start as substeps_at_start,
 )
 from .twin import TwinPlan as TwinPlan, twin_plan as twin_plan, twin_record as twin_record
 from .two_clocks import TwoClocks as TwoClocks

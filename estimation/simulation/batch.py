@@ -3,55 +3,47 @@
 from __future__ import annotations  # as they are written, in what help() prints
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings
-from axisid.codegen.native import Native
+from axisid.codegen.lowering import BLOCK, SIGNALS
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError
-from axisid.support.real_numbers import real_array
 
-from .closed_loop import SettledLoop, settled_loop
-from .inputs import LoopInputs, allowed_distance, checked_signals, lines
-from .lane_arguments import (
+from .arguments import (
     LaneBlock,
     Reducer,
-    aligned,
     axes_by_gains,
-    check_lanes,
     check_reducer,
-    check_threads,
     check_wanted,
-    gains_by_lane,
-    in_order,
-    joined,
-    optional_array,
+    check_whole,
+    checked_loop,
     reduced,
 )
-from .simulated import checked_starts, lane_starts
+from .closed_loop import SettledLoop, settled_loop
+from .inputs import LoopInputs, lines
+from .simulated import lane_starts
 from .steps import (
     MOST_SUBSTEPS,
     at_rest,
-    check_loop,
     has_constant_substeps,
     most_substeps,
     states_refusal,
     steps_by_rate,
     substeps_along,
-    substeps_at_start,
     visited_signals,
 )
-from .two_clocks import at_log_samples, clocks_of
+from .two_clocks import at_log_samples
 
 #: What is needed between the evaluations of a law.
 _OF_THE_LAW = tuple(name for name in SIGNALS if name != "control")
+_MOST_THREADS = 1024
 _KEPT = 2**23  # values of signals that lie in memory while a batch is reduced
 
 
@@ -152,35 +144,36 @@ def simulate_batch(
     lane gives would depend on its company.
     """
     axis = as_generated(axis)
-    given = in_order(axis, parameters)
-    theta = np.ascontiguousarray(real_array(given, "the parameters"))
-    ref = aligned(reference, "the reference")
-    check_loop(axis, theta.shape[1:], ref, period, resolution, substeps)
-    check_lanes(theta, ref)
-    check_threads(threads)
+    check_whole("the threads", threads, _MOST_THREADS)
     check_wanted(wanted)
-    samples, lanes = len(ref), len(theta)
-    begin = np.broadcast_to(ref[0], lanes) if start is None else start
-    inputs = LoopInputs(
-        reference=ref,
-        period=period,
-        start=checked_starts(axis, begin, start_velocity, memory, lanes),
-        noise=optional_array(position_noise, "the noise", (samples, lanes)),
-        injected=optional_array(injected, "the injected signal", (samples,), (samples, lanes)),
-        signals=checked_signals(axis, signals, samples, lanes),
+    theta, inputs = checked_loop(
+        axis,
+        parameters,
+        reference,
+        period,
+        many=True,
+        start=start,
+        start_velocity=start_velocity,
+        memory=memory,
+        position_noise=position_noise,
+        injected=injected,
+        signals=signals,
+        gains=gains,
         resolution=resolution,
-    ).at_law(axis, clocks_of(axis.axis.control, samples, period))
-    run = partial(simulate_lanes, axis, substeps=substeps, threads=threads)
-    own = gains_by_lane(axis, gains, lanes)
+        substeps=substeps,
+    )
+    how: dict[str, Any] = {"substeps": substeps, "wanted": wanted, "threads": threads}
     if reduce is None:
-        return run(theta, inputs, wanted=wanted, gains=own)
+        return simulate_lanes(axis, theta, inputs, **how)
     check_reducer(reduce, wanted)
     failures: dict[int, str] = {}
-    blocks = []
-    for chosen in _blocks(lanes, samples * len(wanted), _count(threads)):
+    blocks: list[dict[str, Array]] = []
+    values = len(inputs.logged.reference) * len(wanted)  # of a lane, that lie in memory
+    size = BLOCK * max(_KEPT // (BLOCK * values), _count(threads))
+    for first in range(0, len(theta), size):
+        chosen = slice(first, min(first + size, len(theta)))
         some = inputs.lanes(chosen)
-        of_lanes = None if own is None else own[chosen]
-        batch = run(theta[chosen], some, wanted=wanted, gains=of_lanes)
+        batch = simulate_lanes(axis, theta[chosen], some, **how)
         failures |= {chosen.start + lane: why for lane, why in batch.failures.items()}
         block = LaneBlock(
             first=chosen.start,
@@ -189,15 +182,9 @@ def simulate_batch(
             period=period,
             signals=batch.signals,
         )
-        blocks.append(reduced(reduce, block))
-    return BatchSimulation(signals={}, failures=failures, reduced=joined(blocks))
-
-
-def _blocks(lanes: int, values: int, threads: int) -> Iterator[slice]:
-    """Lanes in parts whose signals, so many values of each lane, lie in memory together."""
-    size = BLOCK * max(_KEPT // (BLOCK * values), threads)
-    for first in range(0, lanes, size):
-        yield slice(first, min(first + size, lanes))
+        blocks.append(reduced(reduce, block, blocks[0] if blocks else {}))
+    kept = {name: np.concatenate([each[name] for each in blocks]) for name in blocks[0]}
+    return BatchSimulation(signals={}, failures=failures, reduced=kept)
 
 
 def simulate_lanes(
@@ -207,7 +194,6 @@ def simulate_lanes(
     *,
     substeps: int | None = None,
     wanted: Sequence[str],
-    gains: Array | None = None,
     threads: int | None = None,
 ) -> BatchSimulation:
     """Loops with parameters (B, p), the signals that are wanted at the samples of the log.
@@ -221,26 +207,18 @@ def simulate_lanes(
     substeps : int, optional
         As in `simulate`.
     wanted : sequence of str
-    gains : (B, g) array, optional
-        Of the law, by lane; as declared by default.
     threads : int, optional
         As in `simulate_batch`.
     """
     fixed = has_constant_substeps(axis) or substeps is not None
     looked_at = () if fixed else visited_signals(axis)
     between = () if inputs.clocks is None else _OF_THE_LAW
-    start = lane_starts(axis, parameters, inputs, gains)
-    away = np.abs(start.position - inputs.reference[0])
-    spans = np.broadcast_to(np.ptp(inputs.reference, axis=0), len(parameters))
     batch = _Batch(
         axis=axis,
         parameters=np.ascontiguousarray(parameters),
-        inputs=replace(inputs, start=start, log=None),
-        recorded=lines(axis, inputs.signals, inputs.period),
-        allowed=np.array([allowed_distance(*each) for each in zip(spans, away, strict=True)]),
+        inputs=replace(inputs, start=lane_starts(axis, parameters, inputs), log=None),
         wanted=list(dict.fromkeys([*wanted, *looked_at, *between])),
         threads=_count(threads),
-        gains=gains,
     )
     out, failures = batch.run(substeps)
     return BatchSimulation(
@@ -274,13 +252,13 @@ def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
     most = most_substeps(len(own.reference))
     if has_constant_substeps(axis):
         position = np.array([own.start.position])
-        given = parameters[None, :], position, own.period, own.first_signals
-        return min(int(substeps_at_start(axis, *given)[0]), most)
+        rates = at_rest(axis, parameters[None, :], position, own.first_signals)[2]
+        return min(int(steps_by_rate(axis, rates, own.period)[0]), most)
     try:
-        loop = settled_loop(axis, parameters, own, bounded=True)
+        _, steps, failed = settled_loop(axis, parameters, own, bounded=True)
     except AxisidError:
         return None
-    return None if loop.failure else min(loop.substeps, most)
+    return None if failed else min(steps, most)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -290,11 +268,8 @@ class _Batch:
     axis: GeneratedAxis
     parameters: Array
     inputs: LoopInputs
-    recorded: Array | None
-    allowed: Array
     wanted: Sequence[str]
     threads: int
-    gains: Array | None
 
     def run(self, substeps: int | None) -> tuple[dict[str, Array], dict[int, str]]:
         """Simulate every lane; its signals at the samples of the log, (N, B) each, and failures.
@@ -325,23 +300,11 @@ class _Batch:
         out = out or self._nothing()
         failures: dict[int, str] = {}
         for lane in map(int, np.flatnonzero(~well)):
-            loop = self._alone(lane, substeps)
-            counts[lane], failures[lane] = loop.substeps, loop.failure
+            own, counts[lane], failures[lane] = self._alone(lane, substeps)
             for name, values in out.items():
-                values[:, lane] = loop.signals.get(name, np.nan)
-        clocks = self.inputs.clocks
-        if clocks is not None:
-            sampled = [
-                at_log_samples(
-                    axis,
-                    self.parameters[lane],
-                    {name: np.ascontiguousarray(values[:, lane]) for name, values in out.items()},
-                    clocks,
-                    _lines_of(self.recorded, lane),
-                    int(counts[lane]),
-                )
-                for lane in lanes
-            ]
+                values[:, lane] = own.get(name, np.nan)
+        if self.inputs.clocks is not None:
+            sampled = [self._at_log_samples(out, lane, int(counts[lane])) for lane in lanes]
             out = {name: np.column_stack([lane[name] for lane in sampled]) for name in out}
         return out, {lane: why for lane, why in failures.items() if why}
 
@@ -356,57 +319,55 @@ class _Batch:
         return well, steps_by_rate(axis, np.where(well, rates, 0.0), self.inputs.period)
 
     def _needed(self, out: Mapping[str, Array], lane: int) -> int:
-        """Steps in a sample that a lane asks for, wherever it went."""
         own, names = self.inputs.lanes(lane), visited_signals(self.axis)
         visited = {name: np.ascontiguousarray(out[name][:, lane]) for name in names}
-        return substeps_along(self.axis, self.parameters[lane], visited, own.period, own.signals)
+        return substeps_along(self.axis, self.parameters[lane], visited, own.period, own.signals)[0]
+
+    def _at_log_samples(
+        self, out: Mapping[str, Array], lane: int, substeps: int
+    ) -> dict[str, Array]:
+        own = self.inputs.lanes(lane)
+        recorded = lines(self.axis, own.signals, own.period)
+        signals = {name: np.ascontiguousarray(values[:, lane]) for name, values in out.items()}
+        theta, clocks = self.parameters[lane], own.clocks
+        assert clocks is not None  # noqa: S101
+        return at_log_samples(self.axis, theta, signals, clocks, recorded, substeps)
 
     def _alone(self, lane: int, substeps: int | None) -> SettledLoop:
         """A lane as it is simulated by itself; without signals where it is refused."""
-        own = None if self.gains is None else self.gains[lane : lane + 1]
-        (axis,) = axes_by_gains(self.axis, own, 1)
         theta, inputs = self.parameters[lane], self.inputs.lanes(lane)
+        gains = None if inputs.gains is None else inputs.gains[None]
+        (axis,) = axes_by_gains(self.axis, gains, 1)
         try:
             return settled_loop(axis, theta, inputs, substeps=substeps, bounded=True)
         except AxisidError as error:
-            return SettledLoop(signals={}, substeps=1, failure=str(error))
+            return {}, 1, str(error)
 
     def _nothing(self) -> dict[str, Array]:
         shape = len(self.inputs.reference), len(self.parameters)
         return {name: np.full(shape, np.nan) for name in self.wanted}
 
-    @property
-    def _native(self) -> Native:
-        """What the loop is compiled from."""
-        code = self.axis.loop if self.gains is not None and self.axis.loop else self.axis
-        return code.native
-
     def _run_into(
         self, out: dict[str, Array], group: NDArray[np.intp], substeps: int
     ) -> NDArray[np.bool_]:
         """Simulate a group of lanes into the signals of all; which of them came to the end."""
-        library, every = self._native.library(), len(group) == len(self.parameters)
+        inputs, every = self.inputs, len(group) == len(self.parameters)
+        code = self.axis if inputs.gains is None else self.axis.loop or self.axis
+        library = code.native.library()
         if library is None:
             return np.zeros(len(group), dtype=bool)
-        inputs = self.inputs if every else self.inputs.lanes(group)
-        recorded = self.recorded if every else _lines_of(self.recorded, group)
-        settings = LoopSettings(
-            period=inputs.period,
-            resolution=inputs.resolution,
-            allowed=np.ascontiguousarray(self.allowed[group]),
-            substeps=substeps,
-        )
         theta = self.parameters[group]
+        inputs = inputs if every else inputs.lanes(group)
         status, _, made = library.simulate_batch(
             inputs.reference,
             inputs.noise,
             inputs.injected,
-            theta if self.gains is None else np.hstack([theta, self.gains[group]]),
+            theta if inputs.gains is None else np.hstack([theta, inputs.gains]),
             inputs.start,
-            settings,
+            inputs.settings(substeps),
             self.wanted,
             self.threads,
-            recorded,
+            lines(self.axis, inputs.signals, inputs.period),
         )
         if every:
             out.update(made)
@@ -415,8 +376,3 @@ class _Batch:
             for name, values in made.items():
                 out[name][:, group] = values
         return np.asarray(status == 0)
-
-
-def _lines_of(recorded: Array | None, lanes: NDArray[np.intp] | int) -> Array | None:
-    """Recorded signals of some lanes, or of one; what all share as it is."""
-    return recorded if recorded is None or recorded.ndim == 2 else recorded[:, :, lanes]

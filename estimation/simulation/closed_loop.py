@@ -10,7 +10,7 @@ a(-) for both friction directions, the axis sticks if and only if ``a(+) <= 0 <=
 from __future__ import annotations  # as they are written, in what help() prints
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -22,22 +22,22 @@ from axisid.codegen.runtime import VirtualLoop
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
-from axisid.support.real_numbers import real_array
 
-from .inputs import LoopInputs, allowed_distance, checked_signals, lines, widened_distance
-from .lane_arguments import in_order, optional_array
-from .simulated import Simulation, checked_start, loop_start, measured_positions
+from .arguments import checked_loop
+from .inputs import LoopInputs, lines, widened_distance
+from .simulated import Simulation, loop_start, measured_positions
 from .steps import (
     StepBudget,
-    check_bounded,
-    check_inertia,
-    check_loop,
+    checked_rate,
     failure,
-    first_substeps,
-    further_substeps,
+    has_constant_substeps,
+    most_substeps,
     place_at,
+    steps_by_rate,
+    substeps_along,
+    too_stiff,
 )
-from .two_clocks import at_log_samples, clocks_of
+from .two_clocks import at_log_samples
 
 
 def simulate(
@@ -111,20 +111,22 @@ def simulate(
         The inertia is not positive, friction drives the axis, or the loop diverges, chatters or is
         too fast to follow; the sample is named.
     """
-    axis, ref = as_generated(axis), _vector(reference, "the reference")
-    theta = _vector(in_order(axis, parameters), "the parameters")
-    check_loop(axis, theta.shape, ref, period, resolution, substeps)
-    inputs = LoopInputs(
-        reference=ref,
-        period=period,
-        start=checked_start(axis, ref[0] if start is None else start, start_velocity, memory),
-        noise=optional_array(position_noise, "the noise", ref.shape),
-        injected=optional_array(injected, "the injected signal", ref.shape),
-        signals=checked_signals(axis, signals, len(ref)),
+    axis = as_generated(axis)
+    theta, inputs = checked_loop(
+        axis,
+        parameters,
+        reference,
+        period,
+        start=start,
+        start_velocity=start_velocity or None,
+        memory=memory,
+        position_noise=position_noise,
+        injected=injected,
+        signals=signals,
         resolution=resolution,
+        substeps=substeps,
     )
-    clocks = clocks_of(axis.axis.control, len(ref), period)
-    return simulate_loop(axis, theta, inputs.at_law(axis, clocks), substeps=substeps, bounded=True)
+    return simulate_loop(axis, theta, inputs, substeps=substeps, bounded=True)
 
 
 def simulate_loop(
@@ -166,13 +168,14 @@ def simulate_loop(
             "law's samples such a loop is not known. Give the law's period.",
             code="loop-period",
         )
-    loop = settled_loop(axis, parameters, inputs, substeps=substeps, budget=budget, bounded=bounded)
-    if loop.failure:
-        raise EstimationError(loop.failure, code="simulation")
-    out = loop.signals
+    out, steps, failed = settled_loop(
+        axis, parameters, inputs, substeps=substeps, budget=budget, bounded=bounded
+    )
+    if failed:
+        raise EstimationError(failed, code="simulation")
     if clocks is not None:
         recorded = lines(axis, inputs.signals, inputs.period)
-        out = at_log_samples(axis, parameters, out, clocks, recorded, loop.substeps)
+        out = at_log_samples(axis, parameters, out, clocks, recorded, steps)
     return Simulation(
         time=logged.period * _counted(len(out["position"])),
         measured_position=measured_positions(out["position"], logged.noise, inputs.resolution),
@@ -181,22 +184,9 @@ def simulate_loop(
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SettledLoop:
-    """A loop at the evaluations of its law, its steps and range enough for wherever it went.
-
-    Attributes
-    ----------
-    signals : dict of str to (M,) array
-        By name; not a number from the evaluation on at which it ended early.
-    substeps : int
-    failure : str
-        Why and where it ended early; empty where it did not.
-    """
-
-    signals: dict[str, Array]
-    substeps: int
-    failure: str
+#: Signals by name, (M,) each, not a number from where the loop ended early; the steps in a sample;
+#: and why and where it ended early, empty where it did not.
+SettledLoop = tuple[dict[str, Array], int, str]
 
 
 def settled_loop(
@@ -208,7 +198,9 @@ def settled_loop(
     budget: StepBudget | None = None,
     bounded: bool = False,
 ) -> SettledLoop:
-    """The loop at the evaluations of its law; arguments as of `simulate_loop`.
+    """The loop at the evaluations of its law, its steps and range enough for wherever it went.
+
+    Arguments as of `simulate_loop`.
 
     Raises
     ------
@@ -218,34 +210,23 @@ def settled_loop(
     theta = np.ascontiguousarray(parameters)
     first = tuple(map(float, inputs.first_signals))
     start = loop_start(axis, theta, inputs)
-    held, rate = check_inertia(axis, theta, start.position, first)
-    if bounded:
-        check_bounded(axis, theta, held=held)
-    reference, period, samples = inputs.reference, inputs.period, len(inputs.reference)
-    budget, recorded = budget or StepBudget(), lines(axis, inputs.signals, period)
-    if fixed := substeps is not None:
-        steps = substeps
-    else:
-        still = (start.position, 0.0), first
-        steps = first_substeps(axis, theta, rate, still, period, samples, budget.left)
-    away = abs(start.position - reference[0])
-    settings = LoopSettings(
-        period=period,
-        resolution=inputs.resolution,
-        allowed=allowed_distance(reference.max() - reference.min(), away),
-        substeps=steps,
-    )
     inputs = inputs if start is inputs.start else replace(inputs, start=start)
+    rate = checked_rate(axis, theta, float(inputs.start.position), first, bounded=bounded)
+    period, samples, constant = inputs.period, len(inputs.reference), has_constant_substeps(axis)
+    budget, recorded = budget or StepBudget(), lines(axis, inputs.signals, period)
+    settings = inputs.settings(substeps or _first_steps(axis, theta, inputs, rate, budget.left))
     while True:
         left = budget.left
         budget.left -= samples * settings.substeps
         status, stopped, out = _run(axis, theta, settings, inputs, recorded)
-        if not fixed:
+        if substeps is None and not constant:
             visited = {name: values[:stopped] if status else values for name, values in out.items()}
-            had = settings.substeps, visited, period, inputs.signals
-            enough = further_substeps(axis, theta, *had, samples, left)
-            if enough != settings.substeps:
-                settings = replace(settings, substeps=enough)
+            needed, at = substeps_along(axis, theta, visited, period, inputs.signals)
+            most = most_substeps(samples, left)
+            if needed > settings.substeps >= most:
+                raise too_stiff(axis, theta, at, period, samples, left)
+            if needed > settings.substeps:
+                settings = replace(settings, substeps=min(needed, most))
                 continue
         if STATUSES[status] != "out of range":
             break
@@ -259,7 +240,28 @@ def settled_loop(
         failed = failure(axis, theta, status, stopped, period, at)
         for values in out.values():
             values[stopped:] = np.nan
-    return SettledLoop(signals=out, substeps=settings.substeps, failure=failed)
+    return out, settings.substeps, failed
+
+
+def _first_steps(
+    axis: GeneratedAxis, parameters: Array, inputs: LoopInputs, rate: float, left: int
+) -> int:
+    """Steps in a sample that the rate at the start asks for, with so many left.
+
+    Raises
+    ------
+    EstimationError
+        It would need more wherever it goes.
+    """
+    period, samples = inputs.period, len(inputs.reference)
+    steps, most = (
+        int(steps_by_rate(axis, np.array([rate]), period)[0]),
+        most_substeps(samples, left),
+    )
+    if steps > most and has_constant_substeps(axis):
+        still = (float(inputs.start.position), 0.0), tuple(map(float, inputs.first_signals))
+        raise too_stiff(axis, parameters, still, period, samples, left)
+    return min(steps, most)
 
 
 def _run(
@@ -287,15 +289,3 @@ def _run(
 def _counted(samples: int) -> Array:
     """0, 1, 2 and so on; making them takes longer than what is made of them."""
     return np.arange(samples, dtype=np.float64)
-
-
-def _vector(values: ArrayLike, what: str) -> Array:
-    vector = real_array(values, what)
-    if not (vector.flags.c_contiguous and vector.flags.aligned):
-        vector = np.require(vector, requirements=["C", "A"])
-    if vector.ndim != 1 or not len(vector):
-        raise UsageError(
-            f"{what}: the shape is {vector.shape}; give one row of numbers.",
-            code="simulation-input",
-        )
-    return vector

@@ -7,55 +7,20 @@ until its control holds it.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.codegen.lowering import LoopStart
+from axisid.codegen.lowering import LoopSettings, LoopStart
 from axisid.support.arrays import Array
-from axisid.support.errors import UsageError
-from axisid.support.quoting import quoted
 
-from .lane_arguments import checked_array
 from .two_clocks import TwoClocks
 
-
-def checked_signals(
-    axis: GeneratedAxis, signals: Mapping[str, ArrayLike] | None, samples: int, lanes: int = 0
-) -> tuple[Array, ...]:
-    """The signals that an axis declares, in its order, (N,) each, or (N, B) in a batch.
-
-    Raises
-    ------
-    UsageError
-        One is missing, is not declared, or has another length.
-    """
-    if not (signals is None or isinstance(signals, Mapping)):
-        raise UsageError(
-            f"the signals are {quoted(signals)}; give arrays by name, such as "
-            "{'pressure': values}. What is wanted of a batch is `wanted`.",
-            code="simulation-input",
-        )
-    found, names = dict(signals or {}), [signal.name for signal in axis.axis.signals]
-    if missing := [name for name in names if name not in found]:
-        raise UsageError(
-            f"axis {axis.axis.name!r} has the recorded signals {', '.join(names)}, of which "
-            f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} not given; give "
-            f"signals={{{missing[0]!r}: values}}, one for each sample of the reference.",
-            code="simulation-input",
-        )
-    if unknown := [name for name in found if name not in names]:
-        listed = ", ".join(names) or "none"
-        raise UsageError(
-            f"axis {axis.axis.name!r} declares no signal {', '.join(map(str, unknown))}; its "
-            f"signals are {listed}.",
-            code="simulation-input",
-        )
-    shapes = [(samples,), *([(samples, lanes)] if lanes else [])]
-    return tuple(checked_array(found[name], f"the signal {name!r}", shapes) for name in names)
+_RUNAWAY_RATIO = 100.0  # distance from the reference, by what a loop is asked to move
+_OFF = 1e-6  # of the reference from the position, for the loop's stiffness
 
 
 def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array | None:
@@ -71,15 +36,14 @@ def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array
     """
     if not signals:
         return None
-    shape = np.broadcast_shapes(*(s.shape + (1,) * (2 - s.ndim) for s in signals))
-    wide = max(s.ndim for s in signals) > 1
-    columns = []
-    for declared, values in zip(axis.axis.signals, signals, strict=True):
-        here = np.broadcast_to(values if values.ndim > 1 else values[:, None], shape)
-        following = here if declared.is_held else np.concatenate([here[1:], here[-1:]])
-        columns += [here, (following - here) / period]
-    stacked = np.stack(columns, axis=1)
-    return np.ascontiguousarray(stacked if wide else stacked[:, :, 0])
+    here = np.stack(np.broadcast_arrays(*(s.reshape(len(s), -1) for s in signals)), axis=1)
+    following = np.concatenate([here[1:], here[-1:]])
+    held = [declared.is_held for declared in axis.axis.signals]
+    following[:, held] = here[:, held]
+    pairs = np.stack([here, (following - here) / period], axis=2)
+    stacked = pairs.reshape(len(here), -1, here.shape[2])
+    shared = all(s.ndim == 1 for s in signals)
+    return np.ascontiguousarray(stacked[:, :, 0] if shared else stacked)
 
 
 def at_law(axis: GeneratedAxis, signals: Sequence[Array], clocks: TwoClocks) -> tuple[Array, ...]:
@@ -95,14 +59,6 @@ def at_law(axis: GeneratedAxis, signals: Sequence[Array], clocks: TwoClocks) -> 
         else clocks.held(values)
         if declared.name in read
         else clocks.mean_held(values)
-        for declared, values in zip(axis.axis.signals, signals, strict=True)
-    )
-
-
-def before(axis: GeneratedAxis, signals: Sequence[Array]) -> tuple[Array, ...]:
-    """Signals just before each sample: what was held until then."""
-    return tuple(
-        np.concatenate([values[:1], values[:-1]]) if declared.is_held else values
         for declared, values in zip(axis.axis.signals, signals, strict=True)
     )
 
@@ -128,6 +84,8 @@ class LoopInputs:
         Added to the control.
     signals : tuple of (M,) or (M, B) array
         The recorded signals that the axis declares, in its order.
+    gains : (g,) or (B, g) array or None
+        Of the law; None as declared.
     resolution : float
         Of the encoder; 0 for none.
     clocks : TwoClocks or None
@@ -142,6 +100,7 @@ class LoopInputs:
     noise: Array | None = None
     injected: Array | None = None
     signals: tuple[Array, ...] = ()
+    gains: Array | None = None
     resolution: float = 0.0
     clocks: TwoClocks | None = None
     log: "LoopInputs | None" = None
@@ -151,16 +110,27 @@ class LoopInputs:
         if clocks is None:
             return self
         start = self.start
-        return LoopInputs(
+        return replace(
+            self,
             reference=clocks.reference(self.reference),
             period=clocks.law_period,
             start=replace(start, position=start.position + start.velocity * clocks.first),
             noise=None if self.noise is None else clocks.held(self.noise),
             injected=None if self.injected is None else clocks.held(self.injected),
             signals=at_law(axis, self.signals, clocks),
-            resolution=self.resolution,
             clocks=clocks,
             log=self,
+        )
+
+    def settings(self, substeps: int) -> LoopSettings:
+        """How the loops are run: beyond 100 times of what they are asked to move, they run away."""
+        away = np.abs(self.start.position - self.reference[0])
+        most = _RUNAWAY_RATIO * np.maximum(np.ptp(self.reference, axis=0), away)
+        return LoopSettings(
+            period=self.period,
+            resolution=self.resolution,
+            allowed=np.where(most > 0, most, np.inf),
+            substeps=substeps,
         )
 
     @property
@@ -175,13 +145,19 @@ class LoopInputs:
 
     def lanes(self, chosen: Chosen) -> "LoopInputs":
         """Those of some lanes, or of one, where the start has a value for each."""
+        start = self.start
+        memory = None if start.memory is None else np.ascontiguousarray(start.memory[chosen])
+        own = LoopStart(
+            position=start.position[chosen], velocity=start.velocity[chosen], memory=memory
+        )
         return replace(
             self,
             reference=_of_lanes(self.reference, chosen),
-            start=_start_of(self.start, chosen),
+            start=own,
             noise=None if self.noise is None else _of_lanes(self.noise, chosen),
             injected=None if self.injected is None else _of_lanes(self.injected, chosen),
             signals=tuple(_of_lanes(values, chosen) for values in self.signals),
+            gains=None if self.gains is None else self.gains[chosen],
             log=None if self.log is None else self.log.lanes(chosen),
         )
 
@@ -191,33 +167,8 @@ def _of_lanes(values: Array, chosen: Chosen) -> Array:
     return values if values.ndim == 1 else values[:, chosen]
 
 
-def _start_of(start: LoopStart, chosen: Chosen) -> LoopStart:
-    memory = None if start.memory is None else np.ascontiguousarray(start.memory[chosen])
-    return LoopStart(
-        position=start.position[chosen], velocity=start.velocity[chosen], memory=memory
-    )
-
-
-_RUNAWAY_RATIO = 100.0  # distance from the reference, by what a loop is asked to move
-
-_OFF = 1e-6  # of the reference from the position, for the loop's stiffness
-
-
-def allowed_distance(span: float, away: float) -> float:
-    """Distance from the reference beyond which the loop has run away.
-
-    Parameters
-    ----------
-    span : float
-        Of the reference.
-    away : float
-        From the start to the first reference.
-    """
-    return _RUNAWAY_RATIO * max(float(span), float(away)) or math.inf
-
-
 def widened_distance(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> float:
-    """The same for what moves one loop but its reference: load, noise, counts, test signals.
+    """Where one loop runs away that more than its reference moves: load, noise, test signals.
 
     Parameters
     ----------

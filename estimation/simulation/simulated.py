@@ -6,19 +6,15 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.signals import Signals, acting_along, drive_force, through_path
-from axisid.modeling.declaration import ControlLaw, Response
+from axisid.modeling.declaration import Response
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import UsageError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
 
-from .inputs import LoopInputs, before
-from .lane_arguments import axes_by_gains, checked_array
+from .arguments import axes_by_gains, law_of
+from .inputs import LoopInputs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -106,7 +102,10 @@ def signals_about(
     earlier = replace(
         simulation.signals,
         direction=simulation.direction_before,
-        recorded=before(axis, simulation.recorded),
+        recorded=tuple(
+            _one_later(values) if declared.is_held else values
+            for declared, values in zip(axis.axis.signals, simulation.recorded, strict=True)
+        ),
     )
     return after, _under(axis, parameters, earlier, held)
 
@@ -174,46 +173,6 @@ _STEPS = 20  # of Newton's method; a law that is linear in its memory takes one
 _CLOSE = 1e-14  # of the control
 
 
-def checked_start(
-    axis: GeneratedAxis, position: float, velocity: float, memory: ArrayLike | None
-) -> LoopStart:
-    """Where one simulation is to start, as `simulate` takes it.
-
-    Raises
-    ------
-    UsageError
-        A value is no finite number, or the memory has another length.
-    """
-    for value, what in ((position, "start"), (velocity, "start velocity")):
-        if not (is_real(value) and math.isfinite(value)):
-            kind = "position" if what == "start" else "velocity"
-            raise UsageError(
-                f"the {what} is {quoted(value)}; give a {kind}, or leave it out.",
-                code="simulation-input",
-            )
-    return LoopStart(
-        position=float(position),
-        velocity=float(velocity),
-        memory=_remembered(axis, memory, None),
-    )
-
-
-def checked_starts(
-    axis: GeneratedAxis,
-    position: ArrayLike,
-    velocity: ArrayLike | None,
-    memory: ArrayLike | None,
-    lanes: int,
-) -> LoopStart:
-    """The same of the lanes of a batch: (B,), memory (B, m)."""
-    moving = np.zeros(lanes) if velocity is None else velocity
-    return LoopStart(
-        position=np.ascontiguousarray(checked_array(position, "the start", [(lanes,)])),
-        velocity=np.ascontiguousarray(checked_array(moving, "the start velocity", [(lanes,)])),
-        memory=_remembered(axis, memory, lanes),
-    )
-
-
 def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> LoopStart:
     """Where one loop with parameters (p,) starts: in balance where its law says so."""
     start, noise = inputs.start, inputs.noise
@@ -226,10 +185,8 @@ def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> Lo
     return replace(start, memory=balanced_memory(axis, parameters, *motion, *read))
 
 
-def lane_starts(
-    axis: GeneratedAxis, parameters: Array, inputs: LoopInputs, gains: Array | None
-) -> LoopStart:
-    """The same of lanes with parameters (B, p), and gains of the law (B, g) if they have own."""
+def lane_starts(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> LoopStart:
+    """The same of lanes with parameters (B, p)."""
     lanes, start = len(parameters), inputs.start
     memory = start.memory
     if memory is not None:
@@ -241,32 +198,15 @@ def lane_starts(
     )
     if memory is not None or not law_of(axis).balanced:
         return starts
-    every, owners = replace(inputs, start=starts, log=None), axes_by_gains(axis, gains, lanes)
+    every, owners = (
+        replace(inputs, start=starts, log=None),
+        axes_by_gains(axis, inputs.gains, lanes),
+    )
     alone = (
         loop_start(own, theta, every.lanes(lane))
         for lane, (own, theta) in enumerate(zip(owners, parameters, strict=True))
     )
     return replace(starts, memory=np.array([each.memory for each in alone]))
-
-
-def law_of(axis: GeneratedAxis) -> ControlLaw:
-    """The control law of an axis that is known to have one."""
-    law = axis.axis.control
-    assert law is not None  # noqa: S101  # whoever asks has refused an axis without one
-    return law
-
-
-def _remembered(axis: GeneratedAxis, memory: ArrayLike | None, lanes: int | None) -> Array | None:
-    """What is given of the memory, (m,) or (B, m)."""
-    if memory is None:
-        return None
-    law = law_of(axis)
-    response = axis.axis.response
-    drive = () if response is None else response.remembered
-    names = [*(each.name for each in law.memory), *law.delay_line, *drive]
-    shape = (len(names),) if lanes is None else (lanes, len(names))
-    what = f"the memory ({', '.join(names) or 'the law remembers nothing'})"
-    return np.ascontiguousarray(checked_array(memory, what, [shape]))
 
 
 def balanced_memory(

@@ -20,13 +20,10 @@ from axisid.codegen.lowering import (
     STEPS_OF_SEARCH,
     demanding_term,
 )
-from axisid.estimation.records import check_sample_period
 from axisid.estimation.thresholds import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
 from axisid.modeling.derivation import forces_at_rest, state_limits
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, ModelError, UsageError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real, is_whole
+from axisid.support.errors import EstimationError, UsageError
 
 #: Position and velocity, and the recorded signals there.
 Place = tuple[tuple[float, float], tuple[float, ...]]
@@ -48,79 +45,6 @@ _VISITED = ("position", "velocity", "force", "direction")
 def visited_signals(axis: GeneratedAxis) -> tuple[str, ...]:
     """The signals that `substeps_along` looks at."""
     return (*_VISITED, "acceleration") if axis.states else _VISITED
-
-
-def no_control_law(name: str) -> ModelError:
-    """The error of an axis whose loop cannot be closed."""
-    return ModelError(
-        f"axis {name!r} has no control law, so its closed loop cannot be simulated. Declare one "
-        "(the table [control] in TOML, control=... in Python).",
-        code="no-control-law",
-    )
-
-
-def check_loop(
-    axis: GeneratedAxis,
-    shape: tuple[int, ...],
-    reference: Array,
-    period: float,
-    resolution: float,
-    substeps: int | None,
-) -> None:
-    """Refuse what no simulation can start from; `shape` is that of one parameter set."""
-    law = axis.axis.control
-    if law is None:
-        raise no_control_law(axis.axis.name)
-    if shape != (len(axis.parameters),):
-        given = f"{shape[0]} were given" if shape else "give several sets as rows of an array"
-        raise UsageError(
-            f"axis {axis.axis.name!r} has {len(axis.parameters)} parameters "
-            f"({', '.join(axis.names)}); {given}.",
-            code="simulation-input",
-        )
-    if reference.ndim not in (1, 2) or not len(reference) or not np.all(np.isfinite(reference)):
-        raise UsageError(
-            "the reference is empty or not finite; give finite positions.", code="simulation-input"
-        )
-    check_sample_period(period)
-    measurable = is_real(resolution) and 0 <= resolution < math.inf
-    if not measurable or (resolution and law.continuous):
-        raise UsageError(
-            f"the resolution is {quoted(resolution)}; give 0 or more, and 0 with a continuous law, "
-            "which takes no samples.",
-            code="simulation-input",
-        )
-    if substeps is not None and not (is_whole(substeps) and 1 <= substeps <= MOST_SUBSTEPS):
-        raise UsageError(
-            f"the substeps are {quoted(substeps)}; give 1 to {MOST_SUBSTEPS}.",
-            code="simulation-input",
-        )
-
-
-def check_bounded(axis: GeneratedAxis, parameters: Array, *, held: bool) -> None:
-    """Refuse parameters, (p,), beyond their declared bounds, and friction that drives the axis.
-
-    Raises
-    ------
-    UsageError
-        One is beyond a bound.
-    EstimationError
-        The axis is not `held` by its friction where it starts.
-    """
-    for p, value in zip(axis.axis.parameters, parameters, strict=True):
-        if not p.allows(value):
-            side, bound = ("above", p.upper) if value > p.upper else ("below", p.lower)
-            raise UsageError(
-                f"{p.name} = {value:.6g} {p.unit} is {side} its declared bound of {bound:g} "
-                f"{p.unit}, so axis {axis.axis.name!r} is not simulated with it: friction beyond "
-                "its bounds drives the axis. Give a value within them, or declare others."
-            )
-    if not held:
-        raise EstimationError(
-            f"the friction of axis {axis.axis.name!r} drives it with {axis.describe(parameters)}: "
-            "it would accelerate the axis in the direction of its motion. Check the signs of the "
-            "friction."
-        )
 
 
 def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
@@ -151,32 +75,25 @@ def at_rest(
     array
         Rates of damping and stiffness, 0 where the loop looks for them on its way.
     """
-    native = _native_rest(axis, parameters, position, recorded)
-    cases = _from_rest(axis, parameters, position, recorded) if native is None else native[0].T
+    library = axis.native.evaluator("from_rest")
+    if library is None:
+        cases = _from_rest(axis, parameters, position, recorded)
+    else:
+        beside = [np.broadcast_to(values, len(position)) for values in recorded]
+        signals = np.array(beside, dtype=float).reshape(-1, len(position)).T
+        found, rates = library.from_rest(
+            *map(np.ascontiguousarray, (position, signals, parameters))
+        )
+        cases = found.T
     if axis.has_sides:
         rates = np.zeros((len(position), 1))
-    elif native is None or axis.states:  # the compiled start has no rates of internal states
+    elif library is None or axis.states:  # the compiled start has no rates of internal states
         rates = _rates_at_start(axis, parameters, position, recorded)
-    else:
-        rates = native[1]
     with np.errstate(invalid="ignore"):
         push, rest, forward, backward = cases
         pushed, rounding = push - rest, _ROUNDING * (abs(forward) + abs(backward))
         has_mass = (pushed > 0) & (pushed < np.inf) & np.isfinite(parameters).all(axis=1)
         return has_mass, ~(forward - backward > rounding), rates.max(axis=1)
-
-
-def _native_rest(
-    axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded
-) -> tuple[Array, Array] | None:
-    """As `NativeLibrary.from_rest`; None where there is no compiled loop."""
-    library = axis.native.evaluator("from_rest")
-    if library is None:
-        return None
-    beside = [np.broadcast_to(values, len(position)) for values in recorded]
-    signals = np.array(beside, dtype=float).reshape(-1, len(position)).T
-    contiguous = map(np.ascontiguousarray, (position, signals, parameters))
-    return library.from_rest(*contiguous)
 
 
 def _from_rest(
@@ -195,29 +112,6 @@ def _from_rest(
     return np.asarray(accelerations.reshape(cases, lanes))
 
 
-def no_inertia(
-    axis: GeneratedAxis, parameters: Array, position: float, recorded: Sequence[float]
-) -> str:
-    """What to say of a parameter set that no motion starts with: it has no inertia, or no force."""
-    endless = [
-        f"{name} = {value}"
-        for name, value in zip(axis.names, parameters, strict=True)
-        if not math.isfinite(value)
-    ]
-    if endless:
-        return (
-            f"axis {axis.axis.name!r} cannot be simulated with {', '.join(endless)}. Give finite "
-            "parameters."
-        )
-    if refusal := _no_force(axis, parameters, position, recorded):
-        return refusal
-    return (
-        f"axis {axis.axis.name!r} has no positive inertia with {axis.describe(parameters)}, so it "
-        "cannot be simulated. Give its inertial parameters a positive nominal value, or check the "
-        "signs of force and position in the record."
-    )
-
-
 def has_constant_substeps(axis: GeneratedAxis) -> bool:
     """Whether no motion asks for more steps than the start does.
 
@@ -225,42 +119,6 @@ def has_constant_substeps(axis: GeneratedAxis) -> bool:
     time loop itself takes as many steps as the motion asks for.
     """
     return axis.uniform or axis.has_sides
-
-
-def _no_force(
-    axis: GeneratedAxis, parameters: Array, position: float, recorded: Sequence[float]
-) -> str:
-    """What to say of a force that is not finite at rest, or beyond any other; empty if it is."""
-    forces = forces_at_rest(axis.axis, parameters.tolist(), float(position), recorded)
-    q = axis.axis.coordinate
-    where = f"at rest at {q.name} = {position:g} {q.unit} with {axis.describe(parameters)}"
-    endless = [term for term, force in forces if math.isnan(force)]
-    if endless:
-        return (
-            f"axis {axis.axis.name!r} cannot be simulated: its force has no finite value {where}; "
-            f"see the term {endless[0]}. Write one that is finite wherever the axis can be and at "
-            "rest: b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive."
-        )
-    term, force = max(forces, key=lambda pair: abs(pair[1]))
-    if abs(force) * _EPSILON > 1:
-        return (
-            f"axis {axis.axis.name!r} cannot be simulated: its force is {force:.3g} {q.force_unit} "
-            f"{where}, beside which no drive counts; see the term {term}. Correct its factor, its "
-            "units, or the parameters in it."
-        )
-    return ""
-
-
-def substeps_at_start(
-    axis: GeneratedAxis, parameters: Array, start: Array, period: float, recorded: Recorded
-) -> NDArray[np.int64]:
-    """Runge-Kutta steps in a sample that resolve each lane's rates where it starts, (B,).
-
-    The rates are the plant's damping and stiffness, and a continuous law's. For a uniform axis
-    they are the same everywhere; for others see `substeps_along`.
-    """
-    rates = at_rest(axis, parameters, start, recorded)[2]
-    return steps_by_rate(axis, rates, period)
 
 
 def _rates_at_start(
@@ -283,7 +141,7 @@ def substeps_along(
     visited: Mapping[str, Array],
     period: float,
     recorded: Sequence[Array],
-) -> int:
+) -> tuple[int, Place | None]:
     """Steps in a sample that resolve the rates wherever a simulation went.
 
     Parameters
@@ -296,39 +154,40 @@ def substeps_along(
     period : float
     recorded : sequence of (N,) array
         The recorded signals, of at least as many samples.
+
+    Returns
+    -------
+    int
+    Place or None
+        That asks for the shortest steps.
     """
-    if not len(visited["position"]):
-        return 1
-    _, rates, passing = _demands(axis, parameters, visited, recorded)
-    return int(steps_by_rate(axis, rates.max(keepdims=True), period, float(passing.max()))[0])
-
-
-def _demands(
-    axis: GeneratedAxis, parameters: Array, visited: Mapping[str, Array], recorded: Sequence[Array]
-) -> tuple[NDArray[np.intp], Array, Array]:
-    """Samples, rates there or at a turn behind them, and waves that pass, 1/s, (n,) each."""
     q, dq, force = visited["position"], visited["velocity"], visited["force"]
-    samples, signals = np.arange(len(q)), [values[: len(q)] for values in recorded]
+    if not len(q):
+        return 1, None
+    looked_at, signals = np.arange(len(q)), [values[: len(q)] for values in recorded]
     if axis.states:
-        return samples, _rates_with_states(axis, parameters, visited), np.zeros(len(q))
-    turns = np.flatnonzero(dq[:-1] * dq[1:] <= 0)
-    rows, speeds = (turns[:0], dq[:0]) if axis.evenly_damped else _between(dq)
-    s = np.where(visited["direction"] < 0, -1.0, 1.0)
-    looked_at = np.concatenate([samples, turns, turns, rows])
-    rates = _probed(
-        axis,
-        q[looked_at],
-        np.concatenate([dq, np.zeros(2 * len(turns)), speeds]),
-        np.concatenate([s, np.full(len(turns), -1.0), np.ones(len(turns)), np.sign(speeds)]),
-        parameters,
-        force[looked_at],
-        [v[looked_at] for v in signals],
-    )
-    waves = _wave_numbers(axis, q, parameters, signals)
-    passing = np.zeros(len(rates))
-    if waves is not None:
-        passing[: len(q)] = waves * np.abs(dq)
-    return looked_at, rates, passing
+        rates, passing = _rates_with_states(axis, parameters, visited), np.zeros(len(q))
+    else:
+        turns = np.flatnonzero(dq[:-1] * dq[1:] <= 0)
+        rows, speeds = (turns[:0], dq[:0]) if axis.evenly_damped else _between(dq)
+        s = np.where(visited["direction"] < 0, -1.0, 1.0)
+        looked_at = np.concatenate([looked_at, turns, turns, rows])
+        rates = _probed(
+            axis,
+            q[looked_at],
+            np.concatenate([dq, np.zeros(2 * len(turns)), speeds]),
+            np.concatenate([s, np.full(len(turns), -1.0), np.ones(len(turns)), np.sign(speeds)]),
+            parameters,
+            force[looked_at],
+            [v[looked_at] for v in signals],
+        )
+        waves, passing = _wave_numbers(axis, q, parameters, signals), np.zeros(len(rates))
+        if waves is not None:
+            passing[: len(q)] = waves * np.abs(dq)
+    shortest = np.maximum(_by_rate(axis, rates, period), passing * period / PASSED).argmax()
+    at = place_at(visited, int(looked_at[shortest]), recorded)
+    steps = steps_by_rate(axis, rates.max(keepdims=True), period, float(passing.max()))
+    return int(steps[0]), at
 
 
 def _between(dq: Array) -> tuple[NDArray[np.intp], Array]:
@@ -428,7 +287,6 @@ def _is_continuous(axis: GeneratedAxis) -> bool:
 
 
 def _by_rate(axis: GeneratedAxis, rates: Array, period: float) -> Array:
-    """Steps in a sample that rates ask for, as broken numbers."""
     return rates * period / (_UNIFORM * RESOLVED if axis.uniform else RESOLVED)
 
 
@@ -466,29 +324,85 @@ def steps_by_rate(
     return np.where(beyond, 2 * MOST_SUBSTEPS, 2**powers).astype(np.int64)
 
 
-def check_inertia(
-    axis: GeneratedAxis, parameters: Array, position: float, recorded: tuple[float, ...]
-) -> tuple[bool, float]:
-    """Refuse parameters, (p,), with which no motion starts at a position.
+def checked_rate(
+    axis: GeneratedAxis,
+    parameters: Array,
+    position: float,
+    recorded: tuple[float, ...],
+    *,
+    bounded: bool,
+) -> float:
+    """The rate of damping and stiffness at a start, 0 where the loop looks for it on its way.
 
-    Returns
-    -------
-    bool
-        Whether no friction drives the axis from rest there.
-    float
-        The rate of damping and stiffness, 0 where the loop looks for it on its way.
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    position : float
+    recorded : tuple of float
+    bounded : bool
+        Whether parameters beyond their bounds are refused, and friction that drives the axis.
 
     Raises
     ------
+    UsageError
+        A parameter is beyond a bound.
     EstimationError
-        There is no inertia, or no force, or a state of friction is declared by what cannot be.
+        There is no inertia, or no force, friction drives the axis, or a state of friction is
+        declared by what cannot be.
     """
     if refusal := states_refusal(axis, parameters):
         raise EstimationError(refusal, code="simulation")
     has_mass, held, rate = _rest(axis, parameters.tobytes(), position, recorded)
     if not has_mass:
-        raise EstimationError(no_inertia(axis, parameters, position, recorded), code="simulation")
-    return held, rate
+        raise _no_inertia(axis, parameters, position, recorded)
+    for p, value in zip(axis.axis.parameters, parameters, strict=True):
+        if bounded and not p.allows(value):
+            side, bound = ("above", p.upper) if value > p.upper else ("below", p.lower)
+            raise UsageError(
+                f"{p.name} = {value:.6g} {p.unit} is {side} its declared bound of {bound:g} "
+                f"{p.unit}, so axis {axis.axis.name!r} is not simulated with it: friction beyond "
+                "its bounds drives the axis. Give a value within them, or declare others."
+            )
+    if bounded and not held:
+        raise EstimationError(
+            f"the friction of axis {axis.axis.name!r} drives it with {axis.describe(parameters)}: "
+            "it would accelerate the axis in the direction of its motion. Check the signs of the "
+            "friction."
+        )
+    return rate
+
+
+def _no_inertia(
+    axis: GeneratedAxis, parameters: Array, position: float, recorded: Sequence[float]
+) -> EstimationError:
+    """The error of a parameter set that no motion starts with: it has no inertia, or no force."""
+    q, given = axis.axis.coordinate, axis.describe(parameters)
+    why = f"has no positive inertia with {given}, so it cannot be simulated"
+    todo = (
+        "Give its inertial parameters a positive nominal value, or check the signs of force and "
+        "position in the record"
+    )
+    if not np.isfinite(parameters).all():
+        why, todo = f"cannot be simulated with {given}", "Give finite parameters"
+    else:
+        forces = forces_at_rest(axis.axis, parameters.tolist(), float(position), recorded)
+        # What is no number is the largest.
+        term, force = max(forces, key=lambda pair: (math.isnan(pair[1]), abs(pair[1])))
+        where = f"at rest at {q.name} = {position:g} {q.unit} with {given}"
+        if math.isnan(force):
+            why = f"cannot be simulated: its force has no finite value {where}; see the term {term}"
+            todo = (
+                "Write one that is finite wherever the axis can be and at rest: "
+                "b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive"
+            )
+        elif abs(force) * _EPSILON > 1:
+            why = (
+                f"cannot be simulated: its force is {force:.3g} {q.force_unit} {where}, beside "
+                f"which no drive counts; see the term {term}"
+            )
+            todo = "Correct its factor, its units, or the parameters in it"
+    return EstimationError(f"axis {axis.axis.name!r} {why}. {todo}.", code="simulation")
 
 
 @lru_cache(maxsize=_REMEMBERED)
@@ -504,75 +418,6 @@ def _rest(
     return bool(has_mass[0]), bool(held[0]), float(rates[0])
 
 
-def first_substeps(
-    axis: GeneratedAxis,
-    parameters: Array,
-    rate: float,
-    still: Place,
-    period: float,
-    samples: int,
-    left: int,
-) -> int:
-    """Steps in a sample that a rate where one simulation starts asks for, see `most_substeps`.
-
-    Raises
-    ------
-    EstimationError
-        It would need more wherever it goes.
-    """
-    most = most_substeps(samples, left)
-    steps = int(steps_by_rate(axis, np.array([rate]), period)[0])
-    if steps > most and has_constant_substeps(axis):
-        raise EstimationError(
-            too_stiff(axis, parameters, still, period, samples, left), code="simulation"
-        )
-    return min(steps, most)
-
-
-def further_substeps(
-    axis: GeneratedAxis,
-    parameters: Array,
-    substeps: int,
-    visited: Mapping[str, Array],
-    period: float,
-    recorded: Sequence[Array],
-    samples: int,
-    left: int,
-) -> int:
-    """The steps that a simulation had if they were enough wherever it went, or as many as are.
-
-    Of so many samples, with so many steps left when it began, see `most_substeps`.
-
-    Raises
-    ------
-    EstimationError
-        It had as many as there may be.
-    """
-    if has_constant_substeps(axis):
-        return substeps
-    most = most_substeps(samples, left)
-    needed = substeps_along(axis, parameters, visited, period, recorded)
-    if needed > substeps and substeps >= most:
-        at = fastest_place(axis, parameters, visited, period, recorded)
-        raise EstimationError(
-            too_stiff(axis, parameters, at, period, samples, left), code="simulation"
-        )
-    return max(substeps, min(needed, most))
-
-
-def fastest_place(
-    axis: GeneratedAxis,
-    parameters: Array,
-    visited: Mapping[str, Array],
-    period: float,
-    recorded: Sequence[Array],
-) -> Place:
-    """Where a simulation asks for the shortest steps; arguments as of `substeps_along`."""
-    samples, rates, passing = _demands(axis, parameters, visited, recorded)
-    steps = np.maximum(_by_rate(axis, rates, period), passing * period / PASSED)
-    return place_at(visited, int(samples[steps.argmax()]), recorded)
-
-
 def place_at(signals: Mapping[str, Array], sample: int, recorded: Sequence[Array]) -> Place:
     """Motion and recorded signals at a sample."""
     motion = (float(signals["position"][sample]), float(signals["velocity"][sample]))
@@ -580,22 +425,18 @@ def place_at(signals: Mapping[str, Array], sample: int, recorded: Sequence[Array
 
 
 def too_stiff(
-    axis: GeneratedAxis,
-    parameters: Array,
-    at: Place,
-    period: float,
-    samples: int,
-    left: int = STEPS_IN_ALL,
-) -> str:
-    """What to say of a parameter set that `most_substeps` in a sample do not resolve."""
+    axis: GeneratedAxis, parameters: Array, at: Place | None, period: float, samples: int, left: int
+) -> EstimationError:
+    """The error of a parameter set that `most_substeps` in a sample do not resolve."""
     most = most_substeps(samples, left)
     alone = most == most_substeps(samples)
     whose = "so many samples may take" if alone else "other simulations of its search leave to it"
-    return (
+    return EstimationError(
         f"axis {axis.axis.name!r} is too stiff to simulate with {axis.describe(parameters)}: "
         f"{_why(axis, parameters, at, period)} asks for more than {most} steps in a sample, the "
         f"most that {whose}. Check the nominal values and units, or leave so fast a motion out of "
-        "the model."
+        "the model.",
+        code="simulation",
     )
 
 

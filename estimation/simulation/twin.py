@@ -22,15 +22,9 @@ from axisid.support.errors import ModelError, UsageError
 from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_real, is_whole
 
+from .arguments import checked_loop, optional_array
 from .closed_loop import simulate_loop
-from .inputs import LoopInputs, checked_signals
-from .lane_arguments import checked_array, optional_array
-from .simulated import (
-    Simulation,
-    logged_control,
-    signals_about,
-)
-from .steps import check_loop
+from .simulated import Simulation, logged_control, signals_about
 from .two_clocks import TwoClocks, clocks_of
 
 _MOST_SAMPLES = 2e6
@@ -247,32 +241,33 @@ class TwinPlan:
         Of a law with a clock of its own it is drawn for each evaluation, or for each sample where
         these are more.
         """
-        axis, clocks, commanded, period = self.axis, self.clocks, self.reference, self.period
-        resolution = self.experiment.resolution
-        check_loop(axis, self.truth.shape, commanded, period, resolution, None)
+        clocks, commanded = self.clocks, self.reference
         if clocks is not None and clocks.law_period < clocks.log_period:
             drawn = noise(len(clocks.times))
             logged = drawn[clocks.elapsed[0]]
         else:
             drawn = logged = noise(len(commanded))
         added = self.added.get("reference")
-        inputs = LoopInputs(
-            reference=commanded if added is None else commanded + added,
-            period=period,
-            start=LoopStart(position=float(commanded[0])),
-            noise=checked_array(logged, "the noise", [commanded.shape]),
+        truth, inputs = checked_loop(
+            self.axis,
+            self.truth,
+            commanded if added is None else commanded + added,
+            self.period,
+            start=float(commanded[0]),
+            position_noise=logged,
             injected=self.added.get("control"),
-            signals=checked_signals(axis, self.signals, len(commanded)),
-            resolution=resolution,
-        ).at_law(axis, clocks)
+            signals=self.signals,
+            resolution=self.experiment.resolution,
+        )
         if clocks is not None:
+            reference = self._commanded(clocks, added)
             inputs = replace(
                 inputs,
-                reference=self._commanded(clocks, added),
+                reference=reference,
+                start=LoopStart(position=float(reference[0])),
                 noise=inputs.noise if drawn is logged else drawn,
             )
-            inputs = replace(inputs, start=LoopStart(position=float(inputs.reference[0])))
-        return simulate_loop(axis, self.truth, inputs, bounded=True)
+        return simulate_loop(self.axis, truth, inputs, bounded=True)
 
     def _commanded(self, clocks: TwoClocks, added: Array | None) -> Array:
         """What a law with a clock of its own is to follow, at its evaluations."""

@@ -211,7 +211,9 @@ def _checked(
         excess, deviation = without.excess(equation)
     # Where it is zero, these may be fitted to noise: the held-out error alone tells.
     lost = " and ".join(each for each in rows.nonlinear if each not in poorer.names)
-    p_value = 0.0 if lost else _p_value(estimate, column)
+    deviation_hac = float(np.sqrt(estimate.covariances["hac"][column, column]))
+    distance = abs(estimate.corrected[column]) / deviation_hac if deviation_hac else math.inf
+    p_value = 0.0 if lost else float(2 * stdtr(estimate.freedom["hac"][column], -distance))
     return ParameterCheck(
         name=name,
         p_value=None if lost else p_value,
@@ -219,14 +221,6 @@ def _checked(
         informed=p_value < SIGNIFICANCE_LEVEL.value and excess > (deviation if lost else 0.0),
         not_tested=f"at zero, {lost} would mean nothing" if lost else None,
     )
-
-
-def _p_value(estimate: Estimate, column: int) -> float:
-    """That a parameter is zero."""
-    value = estimate.corrected[column]
-    deviation = float(np.sqrt(estimate.covariances["hac"][column, column]))
-    freedom = float(estimate.freedom["hac"][column])
-    return float(2 * stdtr(freedom, -abs(value) / deviation)) if deviation else 0.0
 
 
 def _without(column: int, problem: Problem, estimate: Estimate, rows: Regression) -> Regression:
@@ -281,19 +275,9 @@ class NestedTest:
     not_tested: str | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Embedding:
-    """``X_small theta + known_small = X_large (T theta + start) + known_large``.
-
-    Attributes
-    ----------
-    matrix : (l, k) array
-        T.
-    start : (l,) array
-    """
-
-    matrix: Array
-    start: Array
+#: T, (l, k), and start, (l,), of ``X_small theta + known_small = X_large (T theta + start) +
+#: known_large``.
+Embedding = tuple[Array, Array]
 
 
 def nested_tests(
@@ -360,7 +344,7 @@ def embedding(small: Regression, large: Regression) -> Embedding | None:
     if np.any(missed > allowed):
         return None
     weights = np.linalg.solve(triangle, shares) / size[:, None]
-    return Embedding(matrix=weights[:, :-1], start=weights[:, -1])
+    return weights[:, :-1], weights[:, -1]
 
 
 def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple[float, float]:
@@ -374,13 +358,13 @@ def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple
         Of the smaller model in it.
     covariance : Covariance
     """
-    k = how.matrix.shape[1]
+    (matrix, start), k = how, how[0].shape[1]
     # Units must not enter: parameters are measured in their own deviations.
     spread = covariance.matrix(larger)
     size = np.sqrt(np.diag(spread))
-    inside = how.matrix / size[:, None]
+    inside = matrix / size[:, None]
     across = np.linalg.qr(inside / np.linalg.norm(inside, axis=0), mode="complete")[0][:, k:].T
-    departure = across @ ((larger.theta - how.start) / size)
+    departure = across @ ((larger.theta - start) / size)
     square, restrictions = wald(departure, across @ (spread / np.outer(size, size)) @ across.T)
     freedom = float(np.min(covariance.freedom(larger)))
     chance = joint_p(square, restrictions, freedom, one_variance=covariance.has_one_variance)

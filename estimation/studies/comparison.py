@@ -4,9 +4,8 @@ Held-out error comes first and parsimony second: of the candidates within one st
 percent, of the smallest held-out error, the one with the fewest parameters.
 """
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
@@ -34,7 +33,6 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import NO_RELATION
 from axisid.modeling.declaration import Axis
-from axisid.modeling.quantities import written
 from axisid.support.arrays import Exact
 from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.missing import Missing
@@ -44,7 +42,7 @@ from axisid.support.quoting import is_among, quoted
 
 from .candidate import Candidate, NestedTest, candidate, nested_tests
 from .held_out import contiguous_blocks, regression_rows
-from .recommendation import checks_of
+from .sweep import checks_of
 
 # of the least held-out error, however precise both are: it is not worth a parameter
 _EQUAL_ERROR = 1.01
@@ -239,7 +237,6 @@ def _with_own(
 
 
 def _problem_of(axis: GeneratedAxis, problem: Problem, shared: JointRecords) -> Problem:
-    """The same rows as a candidate's."""
     layout = shared.layout(axis)
     pairs = zip(problem.data, shared.axes(axis, layout), strict=True)
     data = tuple(replace(each, axis=of_record) for each, of_record in pairs)
@@ -249,7 +246,6 @@ def _problem_of(axis: GeneratedAxis, problem: Problem, shared: JointRecords) -> 
 def _named(
     axes: Mapping[str, Axis | GeneratedAxis] | Sequence[Axis | GeneratedAxis],
 ) -> dict[str, GeneratedAxis]:
-    """Generated axes by name, each of them once."""
     if isinstance(axes, (Axis, GeneratedAxis)):
         axes = (axes,)
     if not isinstance(axes, Iterable):
@@ -295,29 +291,23 @@ def _check_comparable(named: Mapping[str, GeneratedAxis]) -> None:
                 code="comparison",
             )
         if axis.drive != reference.drive:
+            pairs = (
+                (each.name, *(getattr(of.drive, each.name, None) for of in (axis, reference)))
+                for each in fields(axis.drive)
+            )
+            told = ", ".join(
+                f"{of} {one} against {other}" for of, one, other in pairs if one != other
+            )
             raise UsageError(
-                f"{name!r} and {first!r} have different drives ({_drive(axis)} against "
-                f"{_drive(reference)}), so they would explain different forces; declare them with "
-                "the same one.",
+                f"{name!r} and {first!r} have different drives ({told or 'of other kinds'}), so "
+                "they would explain different forces; declare them with the same one.",
                 code="comparison",
             )
-
-
-def _drive(axis: Axis) -> str:
-    """The drive by all that may tell it from another."""
-    drive, q = axis.drive, axis.coordinate
-    force = drive.gain_text(q) if drive.is_gain else drive.force_text(q)
-    limit = "" if math.isinf(drive.limit) else f" up to {drive.limit:g} {drive.unit}"
-    spread = f", the gain known to {100 * drive.relative_sd:g} %" if drive.relative_sd else ""
-    timing = f", {drive.timing_text}" if drive.timing_text else ""
-    profile = "" if drive.profile == 1 else f", over the profile {written(drive.profile, q)}"
-    return f"{force}{limit}{spread}{timing}{profile}"
 
 
 def _recommend(
     candidates: Sequence[Candidate], blocks: int
 ) -> tuple[str | None, tuple[str, ...], str]:
-    """The simplest candidate that is as good as the best on held-out rows."""
     best = min(candidates, key=lambda c: (c.equation.error_percent, c.size))
     tied = [c for c in candidates if c is best or _is_as_good(c, best)]
     chosen = min(tied, key=lambda c: (c.size, c.equation.error_percent))
@@ -351,7 +341,6 @@ def _is_as_good(candidate: Candidate, best: Candidate) -> bool:
 
 
 def _tied(chosen: Candidate, tied: Sequence[Candidate], blocks: int) -> str:
-    """Why one of several that cannot be told apart is recommended."""
     names = [c.name for c in tied]
     fewest = sum(c.size == chosen.size for c in tied) == 1
     why = "the fewest parameters" if fewest else "the smallest error at the fewest parameters"
@@ -363,7 +352,6 @@ def _tied(chosen: Candidate, tied: Sequence[Candidate], blocks: int) -> str:
 
 
 def _clear(chosen: Candidate, candidates: Sequence[Candidate], blocks: int) -> str:
-    """Why a candidate that nothing comes near is recommended."""
     others = [c for c in candidates if c is not chosen]
     second = min(others, key=lambda c: c.equation.error_percent)
     excess, error = second.equation.excess(chosen.equation)

@@ -348,10 +348,26 @@ def validate_fit(
         The record cannot be simulated with these parameters.
     """
     check_record(record)
-    length = _horizon(result, horizon)
-    followed = _output(result, output)
+    if not isinstance(result, OutputFit):
+        raise UsageError(f"the result is {quoted(result)}; give what fit gave.", code="validation")
+    if {*result.local} - {*START_PARAMETERS} or result.known:
+        raise UsageError(
+            "the fit has parameters or known values for each of its records, and nothing says "
+            "which are those of another record; fit without them.",
+            code="validation",
+        )
+    length = result.horizon if horizon is None else checked_horizon(horizon, result.outputs)
+    followed = result.outputs[0] if output is None else str(output)
+    check_among(("output of the fit", followed, result.outputs))
     axis = result.axes[0]
-    _check_signals(axis, record)
+    declared = [signal.name for signal in axis.axis.signals]
+    if others := [name for name in record.signals if name not in declared]:
+        raise UsageError(
+            f"{record.provenance.source} has the signal {others[0]!r}, which the fit's axis "
+            f"{axis.axis.name!r} does not declare: it is of another axis. Read the record for "
+            "this one, or fit that one.",
+            code="validation",
+        )
     form = InverseForm(axis)
     # Gains of the law are in the axis, and where a loop starts is the record's.
     physical = result.physical[: len(form.physical_quantities)]
@@ -388,18 +404,6 @@ def validate_fit(
     )
 
 
-def _check_signals(axis: GeneratedAxis, record: Record) -> None:
-    """Refuse a record with signals of another axis."""
-    declared = [signal.name for signal in axis.axis.signals]
-    if others := [name for name in record.signals if name not in declared]:
-        raise UsageError(
-            f"{record.provenance.source} has the signal {others[0]!r}, which the fit's axis "
-            f"{axis.axis.name!r} does not declare: it is of another axis. Read the record for "
-            "this one, or fit that one.",
-            code="validation",
-        )
-
-
 def _checks(
     result: OutputFit, axis: GeneratedAxis, record: Record, output: str, percent: float
 ) -> Iterator[Check]:
@@ -420,24 +424,3 @@ def _checks(
     near = is_as_small(percent, own, MAX_VALIDATION_ERROR)
     held = f"{told} at most in the fit's own"
     yield Check.unless("simulation", None if near else lost, held, percent, MAX_VALIDATION_ERROR)
-
-
-def _horizon(result: object, asked: object) -> float | None:
-    """Length of the windows, s; None for a loop without."""
-    if not isinstance(result, OutputFit):
-        raise UsageError(f"the result is {quoted(result)}; give what fit gave.", code="validation")
-    if {*result.local} - {*START_PARAMETERS} or result.known:
-        raise UsageError(
-            "the fit has parameters or known values for each of its records, and nothing says "
-            "which are those of another record; fit without them.",
-            code="validation",
-        )
-    return result.horizon if asked is None else checked_horizon(asked, result.outputs)
-
-
-def _output(result: OutputFit, asked: object) -> str:
-    """Which output is held against the record."""
-    if asked is None:
-        return result.outputs[0]
-    check_among(("output of the fit", asked, result.outputs))
-    return str(asked)

@@ -185,8 +185,8 @@ _WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
         _many(period="a"),
         "the sampling period is 'a'; give a positive",
     ),
-    ("substeps as a truth value", _one(substeps=True), "the substeps are True; give 1 to 1024"),
-    ("a start that is no number", _one(start=np.nan), "the start is nan; give a position"),
+    ("substeps as a truth value", _one(substeps=True), "the substeps are True; give a whole"),
+    ("a start that is no number", _one(start=np.nan), "the start is nan; give one number"),
     ("starts that are no numbers", _many(start=[np.nan]), "the start has the shape .* all finite"),
     ("a masked reference", _one(reference=_MASKED), "the reference: 10 of the values are masked"),
     ("a masked reference of a batch", _many(reference=_MASKED), "10 of the values are masked"),
@@ -272,7 +272,7 @@ MISUSES: tuple[Misuse, ...] = (
             name=f"{name} that is {value}",
             call=_one(parameters=parameters),
             error=EstimationError,
-            says=f"axis 'emps2015' cannot be simulated with {name} = {value}. Give finite",
+            says=f"axis 'emps2015' cannot be simulated with .*{name} = {value} .*Give finite",
         )
         for name, value, parameters in (
             ("Fc", "nan", [100.0, 200.0, np.nan]),

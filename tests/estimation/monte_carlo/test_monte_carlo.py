@@ -1,18 +1,26 @@
-"""Many twins: the same numbers whoever runs them, and what they tell of a method."""
+"""Many twins: the same numbers whoever runs them, their noise, figures and files."""
 
+import json
+import math
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import polars as pl
 import pytest
+from pyarrow.parquet import read_schema as parquet_schema
+from statsmodels.stats.proportion import proportion_confint
 
-from axisid import build, fix, identify, load_axis, monte_carlo
+from axisid import EstimationError, UsageError, build, fit, fix, identify, load_axis, monte_carlo
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Chain, MonteCarlo
-from axisid.estimation.monte_carlo.figures import Share
+from axisid.estimation.monte_carlo import COLOURED, declared_chain, declared_figures, runs
+from axisid.estimation.monte_carlo.figures import Mean, Share
 from axisid.estimation.monte_carlo.plan import DrawnChain, twins
+from axisid.estimation.monte_carlo.result import write_runs
 from axisid.estimation.monte_carlo.runs import (
     INTERVALS,
     PARAMETER,
@@ -23,23 +31,29 @@ from axisid.estimation.monte_carlo.runs import (
 )
 from axisid.estimation.records.record import Record
 from axisid.estimation.simulation.twin import twin_plan
-from axisid.modeling.declaration import Move
-from axisid.support.errors import EstimationError
-from tests.estimation.monte_carlo.short import FILTER, MOVES, axis, study
+from axisid.modeling.declaration import Move, back_and_forth
+from tests.estimation.monte_carlo.short import FILTER, MOVES, axis, judged, study
 from tests.refusals import refuses
 
+#: Long enough to tell three parameters.
+LONG_MOVES = back_and_forth(speeds=(0.1, 0.3), acceleration=1.5, seconds=0.3)
+
 
 @pytest.mark.slow
-def test_numbers_are_the_same_in_any_blocks_and_threads() -> None:
-    whole = study(3)
-    assert study(3, block=2) == whole
+@pytest.mark.parametrize(
+    ("methods", "how"),
+    [
+        (("idm-ls", "idm-iv"), {}),
+        (("idm-ls", "fit:control", "fit:position"), {"moves": LONG_MOVES, "checks": 1}),
+    ],
+)
+def test_numbers_are_the_same_in_any_blocks_threads_and_processes(
+    methods: tuple[str, ...], how: dict[str, Any]
+) -> None:
+    whole = study(3, methods, **how)
+    assert study(3, methods, block=2, jobs=2, **how) == whole
     with ThreadPoolExecutor(2) as executor:
-        assert study(3, block=1, executor=executor) == whole
-
-
-@pytest.mark.slow
-def test_numbers_are_the_same_in_processes() -> None:
-    assert study(block=2, jobs=2) == study()
+        assert study(3, methods, block=1, executor=executor, **how) == whole
 
 
 @pytest.mark.slow
@@ -52,12 +66,6 @@ def test_numbers_are_the_same_on_a_cluster_of_dask() -> None:
         distributed.Client(local) as client,
     ):
         assert study(block=2, executor=client.get_executor()) == study()
-
-
-def test_more_runs_begin_with_the_same_ones() -> None:
-    few = study(1, "idm-ls")
-    assert np.array_equal(few.values, study(2, "idm-ls").values[:1])
-    assert not np.array_equal(few.values, study(1, "idm-ls", seed=2).values)
 
 
 def test_a_run_is_what_identify_makes_of_its_twin() -> None:
@@ -94,16 +102,6 @@ def test_twins_of_the_first_runs_tell_the_bias_and_scale_of_all() -> None:
     alone = identify(axis(), record, FILTER, ["idm-ls"])["idm-ls"]
     deviations = np.sqrt(np.diag(alone.covariance))
     assert alone.filter_bias == pytest.approx(bias[0], abs=float(deviations.max()))
-
-
-def test_a_twin_is_the_loop_under_its_own_noise() -> None:
-    made = study(2)
-    plan = twin_plan(made.plan.twin)
-    (_, record), *_ = twins(made.plan, [1])
-    drawn = DrawnChain(chain=made.plan.noise, seed=made.plan.seed, run=1)
-    alone = plan.loop(drawn.position)
-    assert np.array_equal(record.position, alone.measured_position)
-    assert np.array_equal(record.control, alone.control)
 
 
 def test_a_disturbance_acts_and_is_not_in_the_record() -> None:
@@ -263,43 +261,186 @@ def test_a_disturbance_that_the_drive_would_log_is_refused() -> None:
         study(1, twin=logging, noise=Chain(disturbances=((0.0, 0.1),)))
 
 
-def test_a_study_of_which_nothing_comes_says_why() -> None:
-    with pytest.raises(EstimationError) as refused:
-        study(2, truth={"M": -1.0})
-    assert refused.value.code == "no-twin-identified"
-    assert "simulation" in str(refused.value)
+@pytest.mark.parametrize(
+    ("methods", "truth", "says"),
+    [
+        ("idm-iv", {"M": -1.0}, "simulation"),
+        ("idm-iv", {"Fc": 1e5}, "does not move with .* Fc = 100000 N"),
+        ("fit:control", {"Fc": 1e5}, "does not move with .* Fc = 100000 N"),
+    ],
+)
+def test_a_study_of_which_nothing_comes_says_why(
+    methods: str, truth: dict[str, float], says: str
+) -> None:
+    with refuses("no-twin-identified", says=says):
+        study(2, methods, truth=truth)
 
 
-@pytest.mark.parametrize("methods", ["idm-iv", "fit:control"])
-def test_a_study_in_which_nothing_moves_says_so(methods: str) -> None:
-    with refuses("no-twin-identified", says="does not move with .* Fc = 100000 N"):
-        study(2, methods, truth={"Fc": 1e5})
-
-
-def test_what_is_done_is_kept_when_a_study_is_interrupted() -> None:
-    kept: list[MonteCarlo] = []
-
-    def interrupt(done: int, total: int, what: str) -> None:
-        if done >= 2:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        study(4, "idm-ls", block=1, progress=interrupt, keep=kept.append)
-    (partial,) = kept
-    assert len(partial) == 2
-    assert np.array_equal(partial.values, study(2, "idm-ls").values)
-
-
-def test_what_is_done_is_kept_whatever_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = sys.modules["axisid.estimation.monte_carlo.monte_carlo"]
+@pytest.mark.parametrize("error", [KeyboardInterrupt, MemoryError])
+def test_what_is_done_is_kept_whatever_ends_a_study(
+    monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
+) -> None:
+    module, kept = sys.modules["axisid.estimation.monte_carlo.monte_carlo"], list[MonteCarlo]()
 
     def failing(plan: Any, block: range, threads: int | None = None) -> BlockNumbers:
-        if block.start:
-            raise MemoryError
+        if block.start == 2:
+            raise error
         return block_numbers(plan, block, threads)
 
     monkeypatch.setattr(module, "block_numbers", failing)
-    kept: list[MonteCarlo] = []
+    with pytest.raises((EstimationError, KeyboardInterrupt)):
+        study(3, "idm-ls", block=1, keep=kept.append)
+    (partial,) = kept
+    assert np.array_equal(partial.values, study(2, "idm-ls").values)
+
+
+@pytest.mark.parametrize(("count", "of"), [(0, 1), (0, 20), (1, 20), (19, 20), (57, 60), (60, 60)])
+def test_share_has_wilsons_interval(count: int, of: int) -> None:
+    expected = proportion_confint(count, of, alpha=0.05, method="wilson")
+    assert Share(count, of).interval == pytest.approx(expected, abs=1e-12)
+
+
+def test_share_of_no_time_is_not_a_number_and_may_be_anything() -> None:
+    assert math.isnan(Share(0, 0).value)
+    assert Share(0, 0).interval == (0.0, 1.0)
+
+
+def test_mean_and_scatter_have_the_errors_that_they_show_when_repeated() -> None:
+    many = np.random.default_rng(1).normal(size=(1000, 50))
+    means = [Mean.of_values(values) for values in many]
+    scatters = [Mean.of_scatter(values) for values in many]
+    for found in (means, scatters):
+        stated = np.sqrt(np.mean([each.error**2 for each in found]))
+        assert stated == pytest.approx(np.std([each.value for each in found]), rel=0.06)
+
+
+def test_too_few_runs_have_no_error() -> None:
+    assert math.isnan(Mean.of_values(np.array([1.0])).error)
+    assert math.isnan(Mean.of_scatter(np.array([1.0])).value)
+
+
+EVERY = {
+    "position": 2e-6,
+    "resolution": 1e-5,
+    "anywhere": True,
+    "velocity": 1e-4,
+    "acceleration": 0.0,
+    "control": 0.1,
+    "disturbance": 0.2,
+    "correlation_time": 0.02,
+}
+
+
+def drawn(run: int = 3, **noise: Any) -> DrawnChain:
+    return DrawnChain(chain=Chain(**noise), seed=7, run=run)
+
+
+def test_one_source_of_noise_does_not_change_another() -> None:
+    beside = drawn(
+        position=1e-6,
+        position_step=1e-5,
+        anywhere=True,
+        control=((0.0, 0.1),),
+        disturbances=((0.0, 0.2),),
+    )
+    alone, plan = drawn(position=1e-6), twin_plan(axis())
+    assert np.array_equal(alone.position(50), beside.position(50))
+    assert not np.array_equal(alone.position(50), drawn(run=4, position=1e-6).position(50))
+    assert abs(alone.position(5000).std() / 1e-6 - 1) < 0.05
+    assert np.array_equal(alone.own(plan).reference, plan.reference)
+    assert not alone.own(plan).added
+    own = beside.own(plan)
+    assert 0 < own.reference[0] - plan.reference[0] < 1e-5
+    assert abs(own.added["control"].std() / 0.2 - 1) < 0.05
+
+
+def test_a_chain_has_what_options_give_and_the_rest_of_the_experiment() -> None:
+    experiment = Chain.of_experiment(axis().axis)
+    assert declared_chain(experiment) == experiment == Chain(position=3.8e-6)
+    chain = declared_chain(experiment, **EVERY)
+    assert chain.disturbances == ((0.02, 0.2),)
+    assert declared_figures(chain) == EVERY
+
+
+def test_figures_of_several_disturbances_are_of_their_sum() -> None:
+    figures = declared_figures(Chain(disturbances=((0.0, 3.0), (0.1, 4.0))))
+    assert (figures["disturbance"], figures["correlation_time"]) == (5.0, 0.1)
+
+
+def test_a_study_takes_the_chain_of_a_record() -> None:
+    (_, record), *_ = twins(study(1, "idm-ls").plan, [0])
+    assert isinstance(record, Record)
+    (chain,) = identify(axis(), record, FILTER, "idm-iv")["idm-iv"].inference.chains
+    found = study(2, "idm-iv", noise=chain)
+    assert found.plan.noise == chain.likeliest
+    assert found.of("idm-iv", "M").runs == 2
+
+
+def test_npz_and_parquet_have_the_same_columns(tmp_path: Path) -> None:
+    npz, parquet = tmp_path / "runs.npz", tmp_path / "runs.parquet"
+    for file in (npz, parquet):
+        write_runs(judged(), file)
+    frame = pl.read_parquet(parquet)
+    with np.load(npz) as arrays:
+        assert frame.columns == [name for name in arrays if name != "axisid.monte_carlo"]
+        for name in frame.columns:
+            assert np.array_equal(arrays[name].astype(str), frame[name].to_numpy().astype(str))
+        told = json.loads(str(arrays["axisid.monte_carlo"]))
+    assert (told["seed"], told["truth"]["idm-iv.M"], told["checks"]) == (1, 100.2, 1)
+    assert told["chain"]["position"] == told["noise"]["position"] == 3.8e-6
+    assert (told["prefilter"]["cutoff"], told["settings"]["covariance"]) == (60, "hac")
+    units = {f.name: (f.metadata or {}).get(b"unit", b"") for f in parquet_schema(parquet)}
+    assert {name: unit.decode() for name, unit in units.items() if unit} == told["units"]
+    assert (units["idm-iv.M"], units["idm-iv.Fc.hac.low"], units["run"]) == (b"kg", b"N", b"")
+    assert units["ddm-ls.direct.theta1"] == b"1/kg"
+
+
+@pytest.mark.parametrize("name", ["runs.csv", "runs"])
+def test_other_endings_are_refused(tmp_path: Path, name: str) -> None:
     with refuses("study"):
-        study(2, "idm-ls", block=1, keep=kept.append)
-    assert [len(partial) for partial in kept] == [1]
+        write_runs(judged(), tmp_path / name)
+
+
+def test_a_file_that_cannot_be_written_is_the_users(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with refuses("usage"):
+        write_runs(judged(), tmp_path / "file" / "runs.npz")
+
+
+FITS = ("fit:control", "fit:position")
+
+
+@pytest.fixture(scope="module")
+def made() -> MonteCarlo:
+    return study(3, ("idm-ls", *FITS), moves=LONG_MOVES, checks=1)
+
+
+@pytest.mark.slow
+def test_a_run_is_what_fit_makes_of_its_twin(made: MonteCarlo) -> None:
+    (_, record), *_ = twins(made.plan, [2])
+    assert isinstance(record, Record)
+    alone = fit(axis(), record, "position")
+    places = [i for i, each in enumerate(made.estimands) if each.method == "fit:position"]
+    assert made.values[2, places].tolist() == alone.physical.tolist()
+    wanted = [value.interval for value in alone.values.values()]
+    np.testing.assert_array_equal(made.intervals(COLOURED)[2, places], wanted)
+    iid = made.deviations("iid")[2, places]
+    np.testing.assert_allclose(iid, np.sqrt(np.diag(alone.covariances["iid"])))
+
+
+def test_what_a_fit_refuses_is_a_failure_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object, **__: object) -> None:
+        raise EstimationError("no end.")
+
+    monkeypatch.setattr(runs, "fit", refused)
+    found = study(2, ("idm-ls", "fit:control"), moves=LONG_MOVES)
+    assert found.lost == {"fit:control": {"no end.": 2}}
+    assert {found.status(run) for run in range(2)} == {"partly"}
+    assert {each.method for each in found} == {"idm-ls"}
+
+
+def test_fits_of_no_such_output_are_refused() -> None:
+    with pytest.raises(UsageError, match="choose from fit:control, fit:position"):
+        study(1, "fit:speed")
+    with pytest.raises(UsageError, match="there is no fit 'fit:force'"):
+        study(1, "fit:force")  # twins log none

@@ -30,26 +30,17 @@ def _predictions(axis: GeneratedAxis, output: str, *records: Record) -> LoopPred
     return LoopPredictions(InverseForm(axis), [axis] * len(records), records, output)
 
 
-def _alone(axis: GeneratedAxis, record: Record, theta: Array, signal: str) -> Array:
-    loops = simulated_loops(axis, record, theta)
-    return np.concatenate([getattr(loop, signal) for loop in loops])
-
-
-@pytest.mark.parametrize("output", ["control", "position"])
-def test_lanes_are_loops(emps2015: GeneratedAxis, twin: Record, output: str) -> None:
-    found = _predictions(emps2015, output, twin)(SETS)
-    for lane, theta in enumerate(SETS):
-        own = _alone(emps2015, twin, theta, output) - getattr(twin, output)
-        np.testing.assert_allclose(found.errors[:, lane], own, rtol=0, atol=1e-9)
-
-
-def test_a_law_with_another_clock_is_sampled_as_the_log_is(emps2015: GeneratedAxis) -> None:
+@pytest.mark.parametrize(("output", "every"), [("control", 1), ("position", 1), ("control", 2)])
+def test_lanes_are_loops_also_of_a_law_with_another_clock(
+    emps2015: GeneratedAxis, output: str, every: int
+) -> None:
     twin = twin_record(emps2015, position_noise=0.0)
-    columns = {name: values[::2] for name, values in twin.channels().items()}
-    slow = Record(**columns, sample_period=2e-3)
-    found = _predictions(emps2015, "control", slow)(SETS)
+    columns = {name: values[::every] for name, values in twin.channels().items()}
+    record = Record(**columns, sample_period=every * twin.period)
+    found = _predictions(emps2015, output, record)(SETS)
     for lane, theta in enumerate(SETS):
-        own = _alone(emps2015, slow, theta, "control") - slow.control
+        loops = simulated_loops(emps2015, record, theta)
+        own = np.concatenate([getattr(loop, output) for loop in loops]) - getattr(record, output)
         np.testing.assert_allclose(found.errors[:, lane], own, rtol=0, atol=1e-9)
 
 

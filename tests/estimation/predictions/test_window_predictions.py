@@ -91,42 +91,18 @@ def test_windows_are_shorter_where_friction_drives_the_motion_away() -> None:
 
 
 @pytest.mark.slow
-def test_from_a_poor_start_an_open_loop_goes_on_with_the_windows_of_its_end() -> None:
+def test_an_open_loop_of_falling_friction_is_as_sure_as_it_says_also_from_a_poor_start() -> None:
     """Without the friction that falls with the velocity, windows of a second look short enough."""
     axis = build(load_axis(SLOW_SCREW))
-    record = twin_record(axis, seed=1)
-    experiment = axis.declared.experiment
-    smooth = {**experiment.truth, "fs": 0.0}
-    found = fit(axis, record, "open-loop", start=smooth)
-    assert found.horizon == 0.0625
-    for name, value in found.parameters.items():
-        assert abs(value.value - experiment.truth[name]) < 3 * value.deviation
-    assert found.started == "given"
-    assert found.start[found.names.index("fs")] == 0.0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("loss", ["squares", "huber"])
-def test_what_was_known_counts_beside_windows_too(
-    emps2015: GeneratedAxis, twin: Record, loss: str
-) -> None:
-    found = fit(emps2015, twin, "open-loop", prior={"M": (100.2, 0.1)}, loss=loss)
-    assert found.believed
-    assert abs(found["M"].value - 100.2) < 3 * found["M"].deviation
-
-
-@pytest.mark.slow
-def test_an_open_loop_of_falling_friction_is_as_sure_as_it_says() -> None:
-    axis = build(load_axis(SLOW_SCREW))
-    experiment = axis.declared.experiment
-    truth = experiment.truth
-    record = twin_record(axis, seed=3)
-    found = fit(axis, record, "open-loop", start=truth)
-    assert found.believed
-    assert found.horizon == 0.0625
-    values = found.parameters.items()
-    off = np.array([(each.value - truth[name]) / each.deviation for name, each in values])
-    assert np.sqrt(np.mean(off**2)) < 1.8
+    truth, record = axis.declared.experiment.truth, twin_record(axis, seed=3)
+    for start in (truth, {**truth, "fs": 0.0}):
+        found = fit(axis, record, "open-loop", start=start)
+        assert found.believed
+        assert found.horizon == 0.0625
+        assert (found.started, found.start[found.names.index("fs")]) == ("given", start["fs"])
+        values = found.parameters.items()
+        off = np.array([(each.value - truth[name]) / each.deviation for name, each in values])
+        assert np.sqrt(np.mean(off**2)) < 1.8
     long = fit(axis, record, "open-loop", horizon=1.0, start=truth)
     failed = {check.name: check for check in long.checks if check.status == "fail"}
     assert "horizon=" in failed["windows"].meaning

@@ -6,16 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Parameter, build, simulate
+from axisid import build, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.elements import Drive, end_stop
 from axisid.estimation.signals import through_path
 from axisid.estimation.simulation.batch import simulate_batch
 from axisid.estimation.simulation.simulated import (
     mean_force,
 )
-from tests.axes.bodies import body, force_law, x
 from tests.axes.lagging import GAIN, PERIOD, THETA, integrated, lagging
+from tests.estimation.simulation.agreement import LANES, agree
 from tests.refusals import refuses
 
 TIME = PERIOD * np.arange(420)
@@ -74,20 +73,10 @@ def test_a_command_passes_rate_limit_steps_and_dead_band_before_it_acts(
 
 @pytest.mark.parametrize(("lag", "delay"), TIMINGS)
 def test_lanes_of_a_batch_are_the_single_simulations(lag: float, delay: float) -> None:
-    made, lanes = axis(lag, delay, native=True), 35
-    sizes = np.linspace(0.2, 1.5, lanes)
-    thetas = THETA * (0.8 + 0.4 * sizes[:, None] / 1.5)
-    references = REFERENCE[:, None] * sizes
+    sizes = np.linspace(0.2, 1.5, LANES)
+    thetas, references = THETA * (0.8 + 0.4 * sizes[:, None] / 1.5), REFERENCE[:, None] * sizes
     for substeps in (1, 3):
-        batch = simulate_batch(made, thetas, references, PERIOD, substeps=substeps)
-        assert not batch.failures
-        for lane in (0, 17, 34):
-            one = simulate(made, thetas[lane], references[:, lane], PERIOD, substeps=substeps)
-            for name in ("position", "force", "control"):
-                wanted = getattr(one, name)
-                assert np.allclose(
-                    batch[name][:, lane], wanted, rtol=0, atol=1e-9 * np.max(np.abs(wanted))
-                )
+        agree(axis(lag, delay, native=True), thetas, references, PERIOD, substeps=substeps)
 
 
 def test_the_mean_force_is_what_changes_the_momentum() -> None:
@@ -113,33 +102,3 @@ def test_a_simulation_goes_on_from_what_the_drive_remembers() -> None:
     loop = simulate(made, THETA, np.zeros(5), PERIOD, memory=pushed)
     assert loop.force[0] == 100.0
     assert loop.position[2] > 0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("timing", [{"lag": 6e-4}, {"delay": 4e-4}, {"lag": 6e-4, "delay": 1.4e-3}])
-def test_an_end_stop_under_a_force_with_a_lag_is_met_where_the_closed_form_says(
-    timing: dict[str, float],
-) -> None:
-    mass, stiffness, stop, push = 2.0, 8e4, 0.01, 30.0
-    m = Parameter("m", "kg", nominal=mass)
-    stops = end_stop(x, lower=-1.0, upper=stop, stiffness=stiffness)
-    made = body(
-        stops,
-        coordinate=x,
-        inertia=m,
-        name="stopped",
-        control=force_law(PERIOD),
-        drive=Drive(gain=1.0, **timing),
-    )
-    force = np.where(TIME[:200] < 0.02, push, 0.0)
-    loops = [
-        simulate(build(made, native=native), [mass], force, PERIOD, start=0.0, memory=memory)
-        for native in (True, False)
-        for memory in [np.zeros(len(made.response.remembered if made.response else ()))]
-    ]
-    native, virtual = (loop.position for loop in loops)
-    assert np.max(np.abs(native - virtual)) < 1e-13
-    # What a push adds to the momentum is not changed by when it acts; the stop turns it round.
-    assert np.min(loops[0].velocity) == pytest.approx(-push * 0.02 / mass, rel=1e-4)
-    deepest = push * 0.02 / mass * np.sqrt(mass / stiffness)
-    assert stop + 0.9 * deepest < np.max(native) <= stop + deepest * (1 + 1e-6)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import ModelError, UsageError, build, newton, simulate
+from axisid import UsageError, build, newton, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import (
     BALANCED,
@@ -20,7 +20,7 @@ from axisid.elements import Drive, coulomb, offset, viscous
 from axisid.estimation import simulate_batch
 from benchmarks.event_integrator import EventIntegrator
 from tests.axes.simulated import AXES, F0, Fc, Fv, M, q
-from tests.refusals import refuses
+from tests.estimation.simulation.agreement import LANES, agree
 
 T = 1e-3
 THETA = np.array([100.2, 236.9, 24.8, 300.0])
@@ -103,30 +103,14 @@ def test_a_loop_that_starts_in_motion_follows_an_independent_integrator(velocity
 
 @pytest.mark.parametrize("name", AXES)
 def test_lanes_start_each_in_its_own_way(name: str) -> None:
-    axis = build(AXES[name])
+    axis, rng = build(AXES[name]), np.random.default_rng(3)
     law = axis.axis.control
-    remembered = len(law.memory) + law.delay
-    rng = np.random.default_rng(3)
-    lanes = 35
     reference = 0.01 * np.sin(30 * law.period * np.arange(60))
-    velocity = np.where(np.arange(lanes) % 3, 0.05 * rng.normal(size=lanes), 0.0)
-    memory = 1e-4 * rng.normal(size=(lanes, remembered))
-    together = simulate_batch(
-        axis,
-        np.tile(axis.nominal, (lanes, 1)),
-        reference,
-        law.period,
-        start_velocity=velocity,
-        memory=memory,
-    )
-    machine = build(AXES[name], native=False)
-    for lane in (0, 1, 34):
-        options = {"start_velocity": velocity[lane], "memory": memory[lane]}
-        alone = simulate(axis, axis.nominal, reference, law.period, **options)
-        virtual = simulate(machine, axis.nominal, reference, law.period, **options)
-        assert together["velocity"][0, lane] == velocity[lane]
-        for other in (together["position"][:, lane], virtual.position):
-            assert np.abs(alone.position - other).max() < 1e-12
+    velocity = np.where(np.arange(LANES) % 3, 0.05 * rng.normal(size=LANES), 0.0)
+    memory = 1e-4 * rng.normal(size=(LANES, len(law.memory) + law.delay))
+    given = np.tile(axis.nominal, (LANES, 1)), reference, law.period
+    own = {"start_velocity": velocity, "memory": memory}
+    agree(axis, *given, machine=build(AXES[name], native=False), **own)
 
 
 def test_the_state_that_a_motion_has_continues_it() -> None:
@@ -188,17 +172,10 @@ def test_a_drive_that_rounds_begins_with_the_force_of_a_command(path: dict[str, 
     assert loop.force[:3] == pytest.approx(8.5 * 35.15)
 
 
-def test_what_balances_stands_alone() -> None:
-    with refuses("law"):
-        p_pi(1 + BALANCED)
-    with pytest.raises(ModelError, match="unknown symbols period"):
-        p_pi(PERIOD)
-
-
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"start_velocity": np.nan}, "the start velocity is nan; give a velocity"),
+        ({"start_velocity": np.nan}, "the start velocity is nan; give one number"),
         (
             {"memory": [1.0]},
             r"the memory \(last, total\) has the shape \(1,\); give \(2,\)",

@@ -8,10 +8,10 @@ import pytest
 from axisid import build, simulate
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import CONTROL, DRIVE_GAIN, VELOCITY, Drive, current_drive, formula_drive
-from axisid.estimation.simulation.batch import simulate_batch
 from axisid.estimation.simulation.simulated import signals_about
 from benchmarks.motor_joint import MOTOR, OHMS, PERIOD, TRUTH, Motor, integrated, joint, on_voltage
 from tests.axes.bodies import body, force_law, x
+from tests.estimation.simulation.agreement import LANES, agree
 from tests.refusals import refuses
 
 THETA = np.array(list(TRUTH.values()))
@@ -92,13 +92,5 @@ def test_a_loop_whose_drive_follows_the_motion_runs_at_its_own_clock() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_native_code_and_batches_are_the_virtual_machine(name: str) -> None:
-    native = build(joint(CASES[name][1]))
-    one = simulate(native, THETA, REFERENCE, PERIOD)
-    other = simulate(made(name), THETA, REFERENCE, PERIOD)
-    thetas = THETA * np.linspace(0.8, 1.2, 35)[:, None]
-    batch = simulate_batch(native, thetas, REFERENCE, PERIOD)
-    alone = simulate(native, thetas[3], REFERENCE, PERIOD)
-    for signal in ("position", "force", "control"):
-        size = np.max(np.abs(getattr(one, signal)))
-        assert np.max(np.abs(getattr(one, signal) - getattr(other, signal))) < 1e-9 * size
-        assert np.max(np.abs(batch[signal][:, 3] - getattr(alone, signal))) < 1e-9 * size
+    thetas = THETA * np.linspace(0.8, 1.2, LANES)[:, None]
+    agree(build(joint(CASES[name][1])), thetas, REFERENCE, PERIOD, machine=made(name))

@@ -10,9 +10,9 @@ import sympy
 from axisid import Parameter, Signal, build, newton, simulate
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import Drive, coulomb
-from axisid.estimation.simulation import simulate_batch
 from axisid.support.arrays import Array
 from tests.axes.bodies import force_law, x
+from tests.estimation.simulation.agreement import LANES, agree
 
 T = 1e-3
 TIME = T * np.arange(400)
@@ -56,21 +56,6 @@ def moved(parameters: list[float], place: Array, push: Array, **others: Any) -> 
     return simulate(axis(native=native), parameters, push, T, signals=signals, **start).position
 
 
-@pytest.mark.slow
-def test_a_mass_bounces_off_a_stop_that_comes_towards_it() -> None:
-    """In the stop's frame contact is half a period of its spring: 2 w faster it comes back."""
-    speed, comes, first = 0.1, 0.3, 0.0213
-    place, start = first - comes * TIME, {"start_velocity": speed}
-    found = moved(theta(stop=STIFFNESS), place, 0 * TIME, **start)
-    meets = first / (speed + comes)
-    leaves = meets + np.pi * np.sqrt(MASS / STIFFNESS)
-    back = speed * meets - comes * (leaves - meets) - (speed + 2 * comes) * (TIME - leaves)
-    expected = np.where(meets > TIME, speed * TIME, back)
-    free = (meets > TIME) | (leaves < TIME)
-    assert free.sum() > 395
-    assert found[free] == pytest.approx(expected[free], abs=1e-9)
-
-
 @pytest.mark.parametrize("native", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_a_stop_that_comes_and_goes_within_a_sample_is_met(native: bool) -> None:
     """In its frame a push throws the mass back into it, on a parabola from a half wave to a third.
@@ -99,16 +84,12 @@ KINDS = {"stop": 2e4, "slip": 50.0, "jump": 1.5, "gate": 200.0}
 def test_steps_lanes_and_the_virtual_machine_agree(kind: str) -> None:
     parameters, push = theta(friction=FRICTION, **{kind: KINDS[kind]}), 3.0 * np.sin(9 * TIME)
     place = 0.004 * np.cos(31 * TIME)
-    one, fine, virtual = (
-        moved(parameters, place, push, **how) for how in ({}, {"substeps": 32}, {"native": False})
-    )
-    signals = {"place": place, "belt": 0.03 * np.cos(17 * TIME)}
-    start = np.zeros(34)
-    lanes = simulate_batch(axis(), [parameters] * 34, push, T, start=start, signals=signals)
+    one, fine = moved(parameters, place, push), moved(parameters, place, push, substeps=32)
     assert np.ptp(one) > 1e-4
     assert one == pytest.approx(fine, abs=1e-9)
-    assert virtual == pytest.approx(one, abs=1e-12)
-    assert lanes["position"][:, 33] == pytest.approx(one, abs=1e-12)
+    signals, start = {"place": place, "belt": 0.03 * np.cos(17 * TIME)}, np.zeros(LANES)
+    given = np.tile(parameters, (LANES, 1)), push, T
+    agree(axis(), *given, machine=axis(native=False), start=start, signals=signals)
 
 
 def test_an_axis_rests_in_a_jump_while_it_stands_still_and_not_while_it_moves() -> None:

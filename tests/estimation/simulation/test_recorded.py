@@ -2,22 +2,23 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 import sympy
-from scipy.integrate import solve_ivp
 
 from axisid import Coordinate, Parameter, Signal, build, newton, simulate
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.control import MEASURED_POSITION, MEASURED_VELOCITY, REFERENCE, ControlLaw, gain
+from axisid.control import REFERENCE, ControlLaw, gain
 from axisid.elements import TIME, Drive, coulomb
-from axisid.estimation.simulation import Simulation, simulate_batch, twin_record
+from axisid.estimation.simulation import Simulation, twin_record
 from axisid.estimation.simulation.twin import trajectory
 from axisid.support.arrays import Array
 from benchmarks.event_integrator import EventIntegrator
 from tests.axes.bodies import body, c, m, x
 from tests.axes.recorded import MOVES, TRUTH, recorded_axis, recorded_values
+from tests.estimation.simulation.agreement import LANES, agree
 from tests.refusals import refuses
 
 KINDS = [("pressure", "linear"), ("pressure", "held"), ("supply", "linear"), ("feed", "held")]
@@ -50,37 +51,6 @@ def pushed(
     axis = free_axis(between, native=native)
     still = np.zeros(len(push))
     return simulate(axis, [2.0, 3.0, 1.0], still, T, signals={"p": push}, start_velocity=velocity)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("native", [True, False])
-def test_a_stuck_axis_leaves_rest_within_a_sample_when_a_straight_signal_overcomes_friction(
-    native: bool,
-) -> None:
-    time = T * np.arange(400)
-    rate, mass, friction = 20.0, 2.0, 3.0
-    leaves = friction / rate + 0.3 * T  # between two samples
-    push = rate * (time - 0.3 * T)
-    loop = pushed(push, native=native)
-    beyond = np.maximum(time - leaves, 0.0)
-    assert loop.position == pytest.approx(rate * beyond**3 / (6 * mass), abs=1e-13)
-    assert loop.velocity == pytest.approx(rate * beyond**2 / (2 * mass), abs=1e-12)
-    stuck = time < leaves
-    assert loop.direction[stuck] == pytest.approx(push[stuck] / friction, abs=1e-12)
-    assert loop.direction_before[stuck][1:] == pytest.approx(push[stuck][1:] / friction, abs=1e-12)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("native", [True, False])
-def test_a_held_signal_jumps_at_its_sample_and_the_motion_with_it(native: bool) -> None:
-    time, jump = T * np.arange(300), 100
-    push = np.where(np.arange(300) < jump, 2.9, 5.0)
-    loop = pushed(push, between="held", native=native)
-    moving = np.maximum(time - jump * T, 0.0)
-    assert loop.position == pytest.approx((5.0 - 3.0) / 2.0 * moving**2 / 2, abs=1e-13)
-    assert loop.acceleration[jump - 1] == 0.0
-    assert loop.acceleration[jump] == pytest.approx(1.0, abs=1e-12)
-    assert loop.direction_before[jump] == pytest.approx(2.9 / 3.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("native", [True, False])
@@ -180,85 +150,18 @@ def test_a_loop_is_that_of_another_integrator(between: str) -> None:
 
 
 @pytest.mark.slow
-def test_a_continuous_law_reads_its_signal_between_samples() -> None:
-    q, wanted = Coordinate("q"), Signal("wanted", "m/s")
-    mass, drag = Parameter("M", "kg", nominal=1.0), Parameter("Fv", "N/(m/s)", nominal=1.0)
-    law = ControlLaw(
-        name="speed",
-        period=T,
-        gains={"kv": 40.0, "kp": 5.0},
-        output=gain("kp") * (REFERENCE - MEASURED_POSITION)
-        + gain("kv") * (wanted - MEASURED_VELOCITY),
-        continuous=True,
-    )
-    axis = build(
-        newton(
-            "follower",
-            coordinate=q,
-            parameters=(mass, drag),
-            signals=(wanted,),
-            inertia=mass,
-            resistance=(drag * q.velocity,),
-            drive=Drive(gain=2.0),
-            control=law,
-        )
-    )
-    time = 0.01 * np.arange(100)
-    speed, still = np.sin(3 * time), np.zeros(100)
-    virtual = build(axis.declared, native=False)
-    loops = [
-        simulate(each, [1.5, 4.0], still, 0.01, signals={"wanted": speed})
-        for each in (axis, virtual)
-    ]
-
-    def slopes(t: float, x: Array) -> list[float]:
-        control = -5.0 * x[0] + 40.0 * (np.interp(t, time, speed) - x[1])
-        return [x[1], (2.0 * control - 4.0 * x[1]) / 1.5]
-
-    expected = solve_ivp(
-        slopes, (0, time[-1]), [0.0, 0.0], t_eval=time, rtol=1e-10, atol=1e-13, max_step=0.005
-    )
-    for loop in loops:
-        assert loop.position == pytest.approx(expected.y[0], abs=2e-8)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "between"), KINDS)
 def test_native_loops_batches_and_the_virtual_machine_agree(kind: str, between: str) -> None:
     axis = build(recorded_axis(kind, between))
-    reference = trajectory(MOVES, T)[:1500]
-    (values,) = recorded_values(kind).values()
-    signals = {kind: values[:1500]}
-    theta = np.array([TRUTH[name] for name in axis.names])
-    one = simulate(axis, theta, reference, T, signals=signals)
-    virtual = simulate(build(axis.declared, native=False), theta, reference, T, signals=signals)
-    scales = np.linspace(1.0, 1.2, 35)
-    lanes = {kind: signals[kind][:, None] * scales}
-    batch = simulate_batch(
-        axis, np.tile(theta, (35, 1)), reference, T, signals=lanes, wanted=FIELDS
+    machine, (values,) = build(axis.declared, native=False), recorded_values(kind).values()
+    given = (
+        np.tile([TRUTH[name] for name in axis.names], (LANES, 1)),
+        trajectory(MOVES, T)[:1500],
+        T,
     )
-    shared = simulate_batch(
-        axis, np.tile(theta, (35, 1)), reference, T, signals=signals, wanted=FIELDS
-    )
-    other = simulate(axis, theta, reference, T, signals={kind: lanes[kind][:, 33]})
-    for name in FIELDS:
-        size = np.abs(getattr(one, name)).max()
-        assert getattr(virtual, name) == pytest.approx(getattr(one, name), abs=1e-9 * size)
-        assert np.array_equal(shared[name][:, 34], getattr(one, name))
-        assert batch[name][:, 33] == pytest.approx(getattr(other, name), abs=1e-9 * size)
-
-
-@pytest.mark.parametrize(("kind", "between"), KINDS)
-def test_rows_of_a_loop_satisfy_the_model(kind: str, between: str) -> None:
-    axis = build(recorded_axis(kind, between))
-    record = twin_record(axis, signals=recorded_values(kind), position_noise=0.0)
-    theta = np.array([TRUTH[name] for name in axis.names])
-    loop = simulate(axis, theta, record.reference, T, signals=dict(record.signals))
-    motion = (loop.position, loop.velocity, loop.acceleration, loop.direction)
-    row, known = axis.evaluate("idm_regressor", *motion, *loop.recorded)
-    assert row @ theta + known[:, 0] == pytest.approx(loop.force, abs=1e-9)
-    made = axis.evaluate("drive_force", loop.control, *motion[:2], *loop.recorded)[0][:, 0]
-    assert made == pytest.approx(loop.force, abs=1e-10)
+    shared = values[:1500]
+    for signal in (shared, shared[:, None] * np.linspace(1.0, 1.2, LANES)):
+        agree(axis, *given, machine=machine, signals={kind: signal})
 
 
 @pytest.mark.slow
@@ -294,21 +197,20 @@ def test_a_twin_takes_its_signals_from_the_experiment() -> None:
     assert record.signals["pressure"] == pytest.approx(expected, rel=1e-14)
 
 
-def test_signals_that_do_not_fit_the_axis_are_refused() -> None:
+@pytest.mark.parametrize(
+    ("signals", "says"),
+    [
+        (None, "not given: pressure"),
+        ({"pressure": np.zeros(50), "temperature": np.zeros(50)}, "not declared: temperature"),
+        ({"pressure": np.zeros(49)}, r"\(49,\)"),
+        ({"pressure": np.r_[np.zeros(49), np.nan]}, "all finite"),
+        (["position"], "wanted"),
+    ],
+)
+def test_signals_that_do_not_fit_the_axis_are_refused(signals: Any, says: str) -> None:
     axis = build(recorded_axis("pressure"))
-    reference = trajectory(MOVES, T)[:50]
     theta = [TRUTH[name] for name in axis.names]
-    with refuses("simulation-input", "pressure is not given"):
-        simulate(axis, theta, reference, T)
-    with refuses("simulation-input", "temperature"):
-        simulate(
-            axis, theta, reference, T, signals={"pressure": reference, "temperature": reference}
-        )
-    with refuses("simulation-input", "(49,)"):
-        simulate(axis, theta, reference, T, signals={"pressure": reference[1:]})
-    with refuses("simulation-input", "all finite"):
-        simulate(axis, theta, reference, T, signals={"pressure": np.r_[reference[1:], np.nan]})
-    with refuses("simulation-input", "wanted"):
-        simulate_batch(axis, [theta], reference, T, signals=["position"])  # type: ignore[arg-type]
+    with refuses("simulation-input", says):
+        simulate(axis, theta, trajectory(MOVES, T)[:50], T, signals=signals)
     with refuses("twin", "pressure"):
         twin_record(axis)

@@ -1,7 +1,7 @@
 """Friction that remembers: against closed forms, an independent integrator, and at rest."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -22,6 +22,7 @@ from tests.axes.remembering import (
     stack,
     virtual,
 )
+from tests.estimation.simulation.agreement import LANES, agree
 from tests.refusals import refuses
 
 PERIOD = 1e-3
@@ -101,37 +102,6 @@ def test_below_breakaway_a_constant_load_does_not_creep(kind: str, share: float)
     assert _friction(loop, 500.0)[-1] == pytest.approx(share * most, rel=1e-9)
 
 
-def _swung(theta: Sequence[float], forces: Array, count: int = 1000) -> tuple[Array, list[int]]:
-    """The stack under held forces by many small leaps of Verlet's; reversals in each sample."""
-    mass, stiffness, limits = theta[0], np.array(theta[2::2]), np.array(theta[3::2])
-    limits, h = limits / stiffness, PERIOD / count
-    q, v, stretched, found, reversals = 0.0, 0.0, np.zeros(3), [], []
-    for force in forces:
-        found.append(q)
-        turned, rate = 0, (force - stiffness @ stretched) / mass
-        for _ in range(count):
-            before, v = v, v + h / 2 * rate
-            q += h * v
-            stretched = np.minimum(np.maximum(stretched + h * v, -limits), limits)
-            rate = (force - stiffness @ stretched) / mass
-            v += h / 2 * rate
-            turned += before * v < 0
-        reversals.append(turned)
-    return np.array(found), reversals
-
-
-@pytest.mark.parametrize("native", [pytest.param(True, marks=pytest.mark.slow), False])
-def test_a_light_stack_swings_within_a_sample_as_small_leaps_have_it(native: bool) -> None:
-    axis = build(stack(control=FORCED, drive=Drive(gain=1.0)), native=native)
-    light = {"M": 0.005, "Fv": 0.0}
-    theta = [light.get(name, value) for name, value in zip(axis.names, axis.nominal, strict=True)]
-    forces = np.array([15.0, -8.0, 3.0, 3.0, 17.0, -19.0, -5.0, 6.0])
-    loop = simulate(axis, theta, forces, PERIOD, start=0.0)
-    position, reversals = _swung(theta, forces)
-    assert max(reversals) > 1
-    assert np.abs(loop.position - position).max() < 2e-5 * np.ptp(position)
-
-
 def _exact(axis: GeneratedAxis, reference: Array) -> Array:
     """Position and velocity of the LuGre axis by another integrator, sample by sample."""
     mass, s0, s1, viscous, slides, sticks, speed = axis.nominal
@@ -165,17 +135,9 @@ def test_a_bristle_moves_as_an_independent_integrator_has_it() -> None:
 @pytest.mark.parametrize("declare", [bristle, stack])
 def test_native_code_and_lanes_are_the_virtual_machine(declare: object) -> None:
     axis = build(declare())  # type: ignore[operator]
-    assert axis.native.library() is not None
-    other = virtual(axis.axis.name)
     reference = 3e-4 * np.sin(2 * np.pi * 2 * PERIOD * np.arange(700))
-    lanes = axis.nominal * np.linspace(0.8, 1.2, 35)[:, None]
-    batch = simulate_batch(axis, lanes, reference, PERIOD)
-    for lane in (0, 17, 34):
-        one = simulate(axis, lanes[lane], reference, PERIOD)
-        np.testing.assert_array_equal(batch["position"][:, lane], one.position)
-    wanted = simulate(other, lanes[0], reference, PERIOD)
-    one = simulate(axis, lanes[0], reference, PERIOD)
-    np.testing.assert_allclose(one.position, wanted.position, rtol=0, atol=1e-15)
+    lanes = axis.nominal * np.linspace(0.8, 1.2, LANES)[:, None]
+    agree(axis, lanes, reference, PERIOD, machine=virtual(axis.axis.name))
 
 
 def test_a_log_between_the_samples_of_the_law_is_refused() -> None:

@@ -8,24 +8,17 @@ import pytest
 from axisid import (
     UsageError,
     build,
-    load_axis,
     simulate,
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.codegen.lowering import SIGNALS, LoopStart
-from axisid.estimation import simulate_batch
 from axisid.estimation.simulation import (
-    LoopInputs,
     TwoClocks,
-    settled_substeps,
     signals_about,
-    twin_plan,
 )
-from axisid.estimation.simulation.inputs import lines
-from axisid.estimation.simulation.two_clocks import at_log_samples
 from axisid.modeling import Experiment, back_and_forth
 from tests.estimation.loops.test_two_clocks import LOG, cascade, cascade_p_pi, stage
+from tests.estimation.simulation.agreement import LANES, agree
 from tests.estimation.simulation.test_loop_start import THETA, by_events
 
 WAVE = 0.01 * np.sin(2 * np.pi * 6 * LOG * np.arange(160))
@@ -93,45 +86,15 @@ def test_a_log_between_evaluations_knows_of_every_stop(native: bool) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["crank", "linear_motor", "balanced_slide", "valve"])
-@pytest.mark.parametrize("native", [True, False])
-def test_just_before_an_evaluation_an_axis_is_where_it_is_found_then(
-    name: str, native: bool
-) -> None:
-    plan = twin_plan(build(load_axis(name), native=native))
-    rows, period = slice(2000 if native else 600), plan.period
-    recorded = {key: np.asarray(values)[rows] for key, values in plan.signals.items()}
-    loop = simulate(plan.axis, plan.truth, plan.reference[rows], period, signals=recorded)
-    count = len(loop.time) - 2
-    clocks = TwoClocks(samples=count, log_period=period, law_period=period, first=-0.9999 * period)
-    signals = {each: getattr(loop, each) for each in SIGNALS}
-    held = lines(plan.axis, loop.recorded, period)
-    start = LoopStart(position=float(plan.reference[0]))
-    inputs = LoopInputs(
-        reference=plan.reference[rows], period=period, start=start, signals=loop.recorded
-    )
-    substeps = settled_substeps(plan.axis, plan.truth, inputs)
-    between = at_log_samples(plan.axis, plan.truth, signals, clocks, held, substeps)
-    left = 1e-4 * period * loop.velocity[1 : count + 1]
-    assert np.ptp(loop.position) > 0
-    assert np.allclose(between["position"] + left, loop.position[1 : count + 1], rtol=0, atol=1e-9)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [4.0, 0.4])
 def test_lanes_of_another_period_are_single_loops(ratio: float) -> None:
-    axis = stage(cascade_p_pi(LOG / ratio))
-    lanes = np.array([THETA, 1.1 * np.array(THETA)])
-    noise = 1e-6 * np.random.default_rng(0).normal(size=(160, 2))
-    references = np.column_stack([WAVE, 0.5 * WAVE])
-    batch = simulate_batch(
-        axis, lanes, references, LOG, position_noise=noise, wanted=("position", "force", "control")
+    sizes = np.linspace(0.5, 1.0, LANES)
+    lanes, noise = (
+        np.outer(1.1 * sizes, THETA),
+        1e-6 * np.random.default_rng(0).normal(size=(160, LANES)),
     )
-    assert batch["position"].shape == (160, 2)
-    for lane in range(2):
-        alone = simulate(axis, lanes[lane], references[:, lane], LOG, position_noise=noise[:, lane])
-        for name in ("position", "force", "control"):
-            assert np.allclose(batch[name][:, lane], getattr(alone, name), rtol=1e-12, atol=1e-15)
+    axis = stage(cascade_p_pi(LOG / ratio))
+    agree(axis, lanes, np.outer(WAVE, sizes), LOG, position_noise=noise)
 
 
 @pytest.mark.parametrize("between", ["linear", "held"])
@@ -141,18 +104,6 @@ def test_a_twin_s_set_point_runs_between_samples_as_its_law_declares(between: st
     loop = simulate(axis, THETA, record.reference, LOG)
     assert np.array_equal(loop.position, record.position)
     assert np.array_equal(loop.control, record.control)
-
-
-@pytest.mark.slow
-def test_a_log_that_is_faster_than_its_loop_has_noise_of_its_own_in_each_sample() -> None:
-    axis = build(stage(cascade(LOG)).declared)
-    declared = twin_axis(1.0).declared
-    axis = build(replace(declared, control=cascade(LOG)))
-    record = twin_record(axis, sample_period=LOG / 4, position_noise=1e-5)
-    exact = twin_record(axis, sample_period=LOG / 4)
-    noise = record.position - exact.position
-    changes = np.diff(noise[:200])
-    assert np.std(changes) == pytest.approx(np.sqrt(2) * 1e-5, rel=0.2)
 
 
 def test_a_measured_velocity_and_acceleration_are_those_at_the_samples_of_the_log() -> None:

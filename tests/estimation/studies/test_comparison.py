@@ -20,16 +20,13 @@ from axisid import (
     compare,
     friction_ladder,
     load_axis,
-    read_record,
     simulate,
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive, spring
 from axisid.estimation import Comparison
-from axisid.estimation.signals import SampledFilter
 from axisid.estimation.studies.held_out import contiguous_blocks
-from benchmarks.machines import Machine, records, white
 from tests.axes.bodies import body
 from tests.refusals import refuses
 
@@ -64,13 +61,6 @@ def test_symmetric_friction_is_not_taken_for_a_directional_one(symmetric: Compar
     assert all(t.wald_p > 0.05 and t.f_p > 0.05 for t in symmetric.tests[1:])
     assert symmetric.tests[0].wald_p < 1e-16
     assert "viscous" not in symmetric.tied
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(4))
-def test_parsimony_holds_whatever_the_noise(ladder: dict[str, GeneratedAxis], seed: int) -> None:
-    record = twin_record(ladder["Coulomb"], seed=seed)
-    assert compare(ladder, record, ZOH).recommended == "Coulomb"
 
 
 @pytest.mark.slow
@@ -191,7 +181,7 @@ def test_axes_that_cannot_be_compared_are_refused(twin: Record) -> None:
         ([axis, axis], "'one' is the same axis as 'one'"),
         ([axis, another("two", Coordinate("x"), drive)], "the coordinate x in m, 'one' q in m"),
         ([axis, another("two", Coordinate("q", "rad"), drive)], "the coordinate q in rad"),
-        ([axis, another("two", q, Drive(gain=1.0))], "different drives .1 N/V against 35.15 N/V"),
+        ([axis, another("two", q, Drive(gain=1.0))], "different drives .gain 1.0 against 35.15"),
         ([axis, replace(load_axis("emps2015"), name="one")], "two candidates are named 'one'"),
     ]
     for axes, message in cases:
@@ -218,37 +208,10 @@ def test_records_that_serve_no_candidate_are_refused(
     assert set(found.failures) == set(richest)
     assert found.recommended is None
     assert "recommended: none; the smallest held-out error" in found.summary()
-    short = Record(
-        time=twin.time[:900],
-        position=twin.position[:900],
-        control=twin.control[:900] if twin.control is not None else None,
-        sample_period=1e-3,
-    )
     with refuses("too-short", says="43"):
-        compare(ladder, short, ZOH)
-    silent = Record(time=twin.time, position=twin.position, sample_period=1e-3)
+        compare(ladder, twin.windowed((None, 0.899)), ZOH)
     with refuses("missing-column"):
-        compare(ladder, silent, ZOH)
-
-
-def test_a_record_without_any_noise_is_compared(ladder: dict[str, GeneratedAxis]) -> None:
-    """Residuals of rounding alone: every figure is still a number or left out."""
-    axis = another("smooth", Coordinate("q"), Drive(gain=1.0))
-    q = axis.coordinate
-    b = Parameter("b", "N/(m/s)")
-    smooth = replace(axis, parameters=(axis.parameters[0], b),
-                     force=axis.parameters[0] * q.acceleration + b * q.velocity)  # fmt: skip
-    rich = replace(smooth, name="rich", parameters=(*smooth.parameters, axis.parameters[1]),
-                   force=smooth.force + axis.parameters[1].symbol)  # fmt: skip
-    t = np.arange(4000) * 1e-3
-    position = np.sin(9 * t) + 0.3 * np.sin(23 * t)
-    unfiltered = Prefilter(cutoff=200.0, decimate=1, hold="raw", reversals="keep")
-    _, dq, ddq = SampledFilter(unfiltered, 1e-3).motion(position)
-    record = Record(time=t, position=position, force=2 * ddq + 3 * dq, sample_period=1e-3)
-    found = compare([smooth, rich], record, unfiltered)
-    assert found.recommended == "smooth"
-    assert "nan" not in found.summary()
-    json.dumps(found.to_dict(), allow_nan=False)
+        compare(ladder, replace(twin, control=None), ZOH)
 
 
 @pytest.mark.slow
@@ -273,10 +236,8 @@ def test_real_record_gives_the_published_directional_friction(
     assert f"{by_name['offset']['estimate']['equation_error_percent']:.4f}" == "4.0834"
     assert result["recommended"] == "directional"
     assert result["tied"] == ["directional"]
-    assert by_name["directional"]["held_out_equation"]["error_percent"] < 3.3
-    assert by_name["offset"]["held_out_equation"]["error_percent"] > 4.0
-    simulated = {n: c["held_out_simulation"]["error_percent"] for n, c in by_name.items()}
-    assert min(simulated, key=lambda name: simulated[name]) == "directional"
+    held_out = {name: c["held_out_equation"]["error_percent"] for name, c in by_name.items()}
+    assert held_out["directional"] < 3.3 < 4.0 < held_out["offset"]
     assert result["tests"][-1]["wald_p"] < 1e-10
 
 
@@ -338,19 +299,16 @@ def test_a_parameter_is_left_out_of_every_candidate_that_has_it(run: Run, files:
     candidates = json.loads((files / "out.json").read_text())["candidates"]
     assert [[*c["estimate"]["parameters"]] for c in candidates] == [["M"], ["M", "Fc"], ["M", "Fc"]]
     assert [c["left_out"] for c in candidates] == [{"Fv": 0.0}] * 3
-    arguments = arguments.replace("Fv", "Fc")
-    assert run("compare", *arguments.replace("d.py", "").split())[0] == 2  # one axis twice
-    code, out, err = run("compare", *arguments.replace("a.py", "").split())
+    arguments = arguments.replace("Fv", "Fc").replace("a.py", "")
+    code, out, err = run("compare", *arguments.split())
     assert code == 0, err
     assert "stage and poor are the same model in different parameters, on these rows." in out
-    code, out, err = run("compare", *"log.csv --ladder b.py --leave-out Fc".split())
-    assert (code, out) == (2, "")
-    assert "the ladder's rung 'Coulomb' is with Fc, which is friction" in err
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        ("log.csv --ladder b.py --leave-out Fc", "the ladder's rung 'Coulomb' is with Fc"),
         ("log.csv --axes a.py b.py --leave-out Fz", "--leave-out Fz: none of the candidates has"),
         ("log.csv", "name the candidates: --axes AXIS AXIS..., or --ladder AXIS"),
         ("log.csv --axes", "requires an argument"),
@@ -379,18 +337,3 @@ def test_ladder_and_axes_together(run: Run, files: Path) -> None:
     names = [c["name"] for c in result["candidates"]]
     assert names == ["viscous", "Coulomb", "offset", "directional", "quadratic", "stage"]
     assert result["same"] == [["Coulomb", "stage"]]
-
-
-@pytest.mark.slow
-def test_least_squares_that_noise_moves_is_corrected(ladder: dict[str, GeneratedAxis]) -> None:
-    axis = ladder["Coulomb"]
-    rough = Machine(mass=100.2, viscous=236.9, coulomb=24.8, position_noise=white(5e-6))
-    time = 1e-3 * np.arange(8000)
-    waves = np.minimum(1.0, time / 0.5) * 0.02 * np.sin(2 * np.pi * time)
-    (columns,) = records(rough, waves, 1, 3)
-    two = {name: ladder[name] for name in ("viscous", "Coulomb")}
-    record = read_record(columns, axis)
-    found = compare(two, record)
-    assert found.recommended == "Coulomb"
-    mass = found["Coulomb"].estimate.parameters["M"]
-    assert abs(mass.filter_bias) > 3 * mass.deviation

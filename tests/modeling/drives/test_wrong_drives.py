@@ -12,7 +12,7 @@ from axisid import Axis, Constant, Parameter
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.control import cascade_p_pi
 from axisid.elements import VELOCITY, Drive, current_drive, formula_drive, voltage_drive
-from axisid.estimation.simulation.lane_arguments import gains_by_lane
+from axisid.estimation.simulation import gains_by_lane
 from tests.axes.lagging import PERIOD, lagging
 from tests.refusals import refuses
 
@@ -73,7 +73,6 @@ def cascaded() -> GeneratedAxis:
 @pytest.mark.parametrize(
     ("code", "says", "gains"),
     [
-        ("simulation-input", "kp is True", {"kp": True}),
         ("simulation-input", "shape", {"kp": [1.0, 2.0]}),
         ("simulation-input", "kp of lane 1 is nan", {"kp": [1.0, math.nan, 2.0]}),
         ("simulation-input", "kp is inf", {"kp": math.inf}),

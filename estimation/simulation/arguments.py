@@ -1,0 +1,363 @@
+"""What simulations are given, checked, and what is kept of lanes in place of their signals."""
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.lowering import SIGNALS, LoopStart
+from axisid.estimation.records import check_sample_period
+from axisid.modeling.declaration import ControlLaw
+from axisid.support.arrays import Array, Exact
+from axisid.support.errors import ModelError, UsageError
+from axisid.support.quoting import first_of, quoted
+from axisid.support.real_numbers import is_real, is_whole, real_array
+
+from .inputs import LoopInputs
+from .steps import MOST_SUBSTEPS
+from .two_clocks import clocks_of
+
+
+def no_control_law(name: str) -> ModelError:
+    """The error of an axis whose loop cannot be closed."""
+    return ModelError(
+        f"axis {name!r} has no control law, so its closed loop cannot be simulated. Declare one "
+        "(the table [control] in TOML, control=... in Python).",
+        code="no-control-law",
+    )
+
+
+def law_of(axis: GeneratedAxis) -> ControlLaw:
+    """The control law of an axis that is known to have one."""
+    law = axis.axis.control
+    assert law is not None  # noqa: S101  # whoever asks has refused an axis without one
+    return law
+
+
+def checked_loop(
+    axis: GeneratedAxis,
+    parameters: ArrayLike | Mapping[str, ArrayLike],
+    reference: ArrayLike,
+    period: float,
+    *,
+    many: bool = False,
+    start: ArrayLike | None = None,
+    start_velocity: ArrayLike | None = None,
+    memory: ArrayLike | None = None,
+    position_noise: ArrayLike | None = None,
+    injected: ArrayLike | None = None,
+    signals: Mapping[str, ArrayLike] | None = None,
+    gains: Mapping[str, ArrayLike] | None = None,
+    resolution: float = 0.0,
+    substeps: int | None = None,
+) -> tuple[Array, LoopInputs]:
+    """Parameters, (p,) or (B, p) of many, and what loops are given at the law's evaluations.
+
+    Raises
+    ------
+    UsageError, ModelError
+        As in `simulate` and `simulate_batch`.
+    """
+    if axis.axis.control is None:
+        raise no_control_law(axis.axis.name)
+    given = in_order(axis, parameters)
+    theta, ref = aligned(given, "the parameters"), aligned(reference, "the reference")
+    lanes, samples = theta.shape[:many], len(ref) if ref.ndim else 0
+    shapes = tuple(dict.fromkeys(((samples,), (samples, *lanes))))
+    if (
+        theta.shape != (*lanes, len(axis.parameters))
+        or ref.shape not in shapes
+        or not (ref.size and theta.size and np.isfinite(ref).all())
+    ):
+        wanted = "(B, p) and (N,) or (N, B)" if many else "(p,) and (N,)"
+        raise UsageError(
+            f"axis {axis.axis.name!r} has {len(axis.parameters)} parameters "
+            f"({', '.join(axis.names)}); those that are given have the shape {theta.shape}, the "
+            f"reference {ref.shape}. Give {wanted}, the reference finite.",
+            code="simulation-input",
+        )
+    check_sample_period(period)
+    law, counts = law_of(axis), is_real(resolution) and 0 <= resolution < math.inf
+    if not counts or (resolution and law.continuous):
+        raise UsageError(
+            f"the resolution is {quoted(resolution)}; give 0 or more, and 0 with a continuous law, "
+            "which takes no samples.",
+            code="simulation-input",
+        )
+    check_whole("the substeps", substeps, MOST_SUBSTEPS)
+    begin = optional_array(start, "the start", lanes)
+    if begin is None:
+        begin = np.broadcast_to(ref[0], lanes) if many else ref[0]
+    moving = optional_array(start_velocity, "the start velocity", lanes)
+    if moving is None and many:
+        moving = np.zeros(lanes)
+    inputs = LoopInputs(
+        reference=ref,
+        period=period,
+        start=LoopStart(
+            position=begin[()],
+            velocity=0.0 if moving is None else moving[()],
+            memory=None if memory is None else _remembered(axis, memory, lanes),
+        ),
+        noise=optional_array(position_noise, "the noise", (samples, *lanes)),
+        injected=optional_array(injected, "the injected signal", *shapes),
+        signals=checked_signals(axis, signals, shapes),
+        gains=gains_by_lane(axis, gains, len(theta)),
+        resolution=resolution,
+    )
+    return theta, inputs.at_law(axis, clocks_of(law, samples, period))
+
+
+def _remembered(axis: GeneratedAxis, memory: ArrayLike, lanes: tuple[int, ...]) -> Array:
+    law, response = law_of(axis), axis.axis.response
+    drive = () if response is None else response.remembered
+    names = [*(each.name for each in law.memory), *law.delay_line, *drive]
+    what = f"the memory ({', '.join(names) or 'the law remembers nothing'})"
+    return np.ascontiguousarray(checked_array(memory, what, [(*lanes, len(names))]))
+
+
+def check_whole(what: str, value: int | None, most: int) -> None:
+    """Refuse what is given and is no whole number from 1 on."""
+    if value is not None and not (is_whole(value) and 1 <= value <= most):
+        raise UsageError(
+            f"{what} are {quoted(value)}; give a whole number from 1 to {most}.",
+            code="simulation-input",
+        )
+
+
+def checked_array(values: ArrayLike, what: str, shapes: Sequence[tuple[int, ...]]) -> Array:
+    """What is given for the samples or the lanes of loops: finite numbers of one of some shapes.
+
+    Raises
+    ------
+    UsageError
+        It has another shape, or a number is not finite.
+    """
+    array = aligned(values, what)
+    if array.shape not in shapes or not np.all(np.isfinite(array)):
+        said = f"has the shape {array.shape}" if array.ndim else f"is {array}"
+        wanted = " or ".join(str(shape) if shape else "one number" for shape in shapes)
+        raise UsageError(f"{what} {said}; give {wanted}, all finite.", code="simulation-input")
+    return array
+
+
+def optional_array(values: ArrayLike | None, what: str, *shapes: tuple[int, ...]) -> Array | None:
+    """The same of what may be left out."""
+    return None if values is None else checked_array(values, what, shapes)
+
+
+def checked_signals(
+    axis: GeneratedAxis,
+    signals: Mapping[str, ArrayLike] | None,
+    shapes: Sequence[tuple[int, ...]],
+) -> tuple[Array, ...]:
+    """The signals that an axis declares, in its order, (N,) each, or (N, B) in a batch.
+
+    Raises
+    ------
+    UsageError
+        One is missing, is not declared, or has another length.
+    """
+    if not (signals is None or isinstance(signals, Mapping)):
+        raise UsageError(
+            f"the signals are {quoted(signals)}; give arrays by name, such as "
+            "{'pressure': values}. What is wanted of a batch is `wanted`.",
+            code="simulation-input",
+        )
+    found, names = dict(signals or {}), [signal.name for signal in axis.axis.signals]
+    if {*found} != {*names}:
+        missing = ", ".join(name for name in names if name not in found)
+        unknown = ", ".join(str(name) for name in found if name not in names)
+        raise UsageError(
+            f"axis {axis.axis.name!r} has the recorded signals {', '.join(names) or 'none'}; "
+            f"{missing and f'not given: {missing}. '}{unknown and f'not declared: {unknown}. '}"
+            "Give signals={'name': values} with one value for each sample of the reference.",
+            code="simulation-input",
+        )
+    return tuple(checked_array(found[name], f"the signal {name!r}", shapes) for name in names)
+
+
+def check_wanted(signals: Sequence[str]) -> None:
+    """Refuse what are no names of signals of a simulation."""
+    several = isinstance(signals, Iterable) and not isinstance(signals, str)
+    if not several or any(name not in SIGNALS for name in signals):
+        raise UsageError(
+            f"the wanted signals are {quoted(signals)}; give a list of names, of "
+            f"{', '.join(SIGNALS)}.",
+            code="simulation-input",
+        )
+
+
+def aligned(values: ArrayLike, what: str) -> Array:
+    """The array itself, unless its floats do not lie on whole multiples of their size."""
+    array = np.require(real_array(values, what), requirements=["A"])
+    whole = all(stride % array.itemsize == 0 for stride in array.strides)
+    return array if whole else array.copy()
+
+
+def gains_by_lane(
+    axis: GeneratedAxis, gains: Mapping[str, ArrayLike] | None, lanes: int
+) -> Array | None:
+    """All gains of the law for each lane, (B, g); None where no lane has another.
+
+    Raises
+    ------
+    ModelError
+        The axis has no law whose gains could change, or not that gain.
+    UsageError
+        There are not as many values as lanes, or they are not finite.
+    """
+    if not gains:
+        return None
+    _, law = axis.loop_with(gains)
+    found, names = np.tile([*law.gains.values()], (lanes, 1)), [*law.gains]
+    for name, given in gains.items():
+        values = real_array(given, f"the gain {name}")
+        positive = name in law.positive
+        bad = np.flatnonzero(~np.isfinite(values) | (positive & (values <= 0)))
+        if values.shape not in ((), (lanes,)) or bad.size:
+            said = f"has the shape {values.shape}" if values.shape else f"is {values}"
+            if bad.size and values.shape:
+                said = f"of lane {bad[0]} is {values.flat[bad[0]]:g}"
+            raise UsageError(
+                f"the gain {name} {said}; give a finite number{' above 0' * positive}, or one for "
+                f"each of {lanes} lanes.",
+                code="simulation-input",
+            )
+        found[:, names.index(name)] = values
+    return found
+
+
+def axes_by_gains(axis: GeneratedAxis, gains: Array | None, lanes: int) -> list[GeneratedAxis]:
+    """The axis of each lane, with its gains, (B, g); lanes with the same gains share one."""
+    if gains is None or axis.axis.control is None:
+        return [axis] * lanes
+    names, made = [*axis.axis.control.gains], dict[tuple[float, ...], GeneratedAxis]()
+    for own in map(tuple, gains.tolist()):
+        if own not in made:
+            made[own] = axis.with_gains(dict(zip(names, own, strict=True)))
+    return [made[own] for own in map(tuple, gains.tolist())]
+
+
+def in_order(
+    axis: GeneratedAxis, parameters: ArrayLike | Mapping[str, ArrayLike]
+) -> ArrayLike | Array:
+    """Parameters that are given by name, in the axis's order; others as they are.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : array_like or mapping of str to array_like
+        Of names a number each, or one for each lane, (B,).
+
+    Returns
+    -------
+    (p,) or (B, p) array
+
+    Raises
+    ------
+    UsageError
+        A name is of no parameter, or a parameter has none.
+    """
+    if not isinstance(parameters, Mapping):
+        return parameters
+    names = tuple(p.name for p in axis.axis.parameters)
+    if {*parameters} != {*names}:
+        unknown = [quoted(name) for name in parameters if name not in names]
+        missing = [name for name in names if name not in parameters]
+        wrong = f"{first_of(unknown)} is no parameter" if unknown else ""
+        left = f"{first_of(missing)} is missing" if missing else ""
+        raise UsageError(
+            f"the parameters of axis {axis.axis.name!r} by name: "
+            f"{' and '.join(filter(None, (wrong, left)))}; give a value of each of "
+            f"{', '.join(names)}.",
+            code="simulation-input",
+        )
+    values = [real_array(parameters[name], f"the values of {name}") for name in names]
+    try:
+        return np.stack(np.broadcast_arrays(*values), axis=-1)
+    except ValueError as error:
+        shapes = ", ".join(f"{n} {v.shape}" for n, v in zip(names, values, strict=True))
+        raise UsageError(
+            f"the parameters by name have the shapes {shapes}; give each one number, or one for "
+            "each lane.",
+            code="simulation-input",
+        ) from error
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LaneBlock(Exact):
+    """Some of the lanes of a batch, simulated.
+
+    Attributes
+    ----------
+    first : int
+        The first of them, counted in the batch.
+    parameters : (b, p) array
+    reference : (N,) or (N, b) array
+        Shared, or one column a lane.
+    period : float
+        Of the samples, s.
+    signals : dict of str to (N, b) array
+        What is wanted, by name; NaN from the sample on at which a simulation ended early.
+    """
+
+    first: int
+    parameters: Array
+    reference: Array
+    period: float
+    signals: dict[str, Array]
+
+    @property
+    def lanes(self) -> int:
+        """How many."""
+        return len(self.parameters)
+
+
+#: Makes of a block arrays by name, (b, ...) each: one row a lane, and the same names each time.
+Reducer: TypeAlias = Callable[[LaneBlock], Mapping[str, ArrayLike]]
+
+
+def check_reducer(reducer: object, wanted: Sequence[str]) -> None:
+    """Refuse what makes nothing of lanes, or of no signal.
+
+    Raises
+    ------
+    UsageError
+        It is no function, or no signal is wanted.
+    """
+    if not (callable(reducer) and wanted):
+        raise UsageError(
+            f"the batch is to be reduced by {quoted(reducer)}, with the signals {list(wanted)}; "
+            "give a function that takes a LaneBlock and gives arrays by name, and name signals.",
+            code="simulation-input",
+        )
+
+
+def reduced(reducer: Reducer, block: LaneBlock, before: Mapping[str, Array]) -> dict[str, Array]:
+    """What a reducer makes of a block, (b, ...) arrays by name, as of the block before, if any.
+
+    Raises
+    ------
+    UsageError
+        It gives what is no array for each lane by name, or others than of the block before.
+    """
+    given = reducer(block)
+    named = isinstance(given, Mapping) and all(isinstance(name, str) for name in given)
+    items = given.items() if named else ()
+    # A view would keep the signals of the block in memory.
+    made = {name: real_array(values, f"the reduced {name}").copy() for name, values in items}
+    shapes, others = ({n: v.shape[1:] for n, v in each.items()} for each in (made, before))
+    by_lane = named and all(v.shape[:1] == (block.lanes,) for v in made.values())
+    if not by_lane or (before and shapes != others):
+        told = {name: values.shape for name, values in made.items()} if named else quoted(given)
+        raise UsageError(
+            f"the reducer gives {told} of {block.lanes} lanes; let it give arrays by name, such as "
+            "{'overshoot': values}, the lanes first, and the same names and shapes of all lanes.",
+            code="simulation-input",
+        )
+    return made

@@ -1,0 +1,49 @@
+"""Lanes of a batch, and the virtual machine, against the same loops one by one."""
+
+from typing import Any
+
+import numpy as np
+
+from axisid import simulate
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.lowering import SIGNALS
+from axisid.estimation import simulate_batch
+from axisid.support.arrays import Array
+
+LANES = 35  # more than a block has
+
+
+def _of_lane(value: Any, lane: int) -> Any:
+    """What a lane has of an option: its column or row, or what all share."""
+    if isinstance(value, dict):
+        return {name: _of_lane(each, lane) for name, each in value.items()}
+    shape = np.shape(value)
+    if shape[-1:] == (LANES,):
+        return value[..., lane]
+    return value[lane] if shape[:1] == (LANES,) else value
+
+
+def agree(
+    axis: GeneratedAxis,
+    thetas: Array,
+    reference: Array,
+    period: float,
+    *,
+    machine: GeneratedAxis | None = None,
+    rel: float = 1e-9,
+    **options: Any,
+) -> None:
+    """Fail unless lanes (and one in the virtual machine) are what each is alone, by its largest."""
+    batch = simulate_batch(axis, thetas, reference, period, wanted=SIGNALS, **options)
+    assert not batch.failures
+    for lane in (0, 17, LANES - 1):
+        own = {name: _of_lane(value, lane) for name, value in options.items()}
+        given = thetas[lane], np.ascontiguousarray(_of_lane(reference, lane)), period
+        alone = simulate(axis, *given, **own)
+        other = None if machine is None or lane else simulate(machine, *given, **own)
+        for name in SIGNALS:
+            found = getattr(alone, name)
+            allowed = rel * max(np.abs(found).max(), 1e-12)
+            assert np.abs(batch[name][:, lane] - found).max() <= allowed, (lane, name)
+            if other is not None:
+                assert np.abs(getattr(other, name) - found).max() <= allowed, name
