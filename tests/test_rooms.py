@@ -14,7 +14,7 @@ from tests.rooms import FACES, Import, graph_of, imports_of, modules_of, room_of
 #: list. Rooms of one line know nothing of each other.
 FLOORS = (
     ("support",),
-    ("support.files", "support.jobs"),
+    ("support.files",),
     ("modeling.quantities",),
     ("modeling.algebra",),
     ("modeling.declaration",),
@@ -72,7 +72,7 @@ FLOORS = (
     ("presentation.monte_carlo",),
     ("presentation",),
     ("exports",),
-    ("populations", "fleets.items"),
+    ("populations",),
     ("fleets",),
     ("trends", "twins", "candidates"),
     ("paper",),
@@ -84,7 +84,6 @@ FLOORS = (
 BY_NAME = (
     "support",
     "support.files",
-    "support.jobs",
     "codegen.thresholds",
     "presentation",
     "exports",

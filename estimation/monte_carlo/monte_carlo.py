@@ -26,8 +26,7 @@ from axisid.estimation.twins import DEFAULT_COUNT, Chain, check_count
 from axisid.modeling.declaration import Axis, Move
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, EstimationError, UsageError
-from axisid.support.jobs.outcome import Outcome
-from axisid.support.jobs.run import pace, run_jobs
+from axisid.support.jobs import Failure, pace, run_jobs
 from axisid.support.progress import Progress
 from axisid.support.quoting import quoted
 from axisid.support.real_numbers import is_whole
@@ -279,21 +278,20 @@ def _numbers_of(
     # In one thread with others beside it: there are as many as processors can serve.
     work = partial(block_numbers, plan, threads=None if alone else 1)
     jobs = 0 if alone else jobs
-    for outcome in run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=executor):
-        yield _numbers(outcome, blocks[outcome.place])
+    for place, made in run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=executor):
+        yield _numbers(made, blocks[place])
 
 
-def _numbers(outcome: Outcome[BlockNumbers], block: range) -> BlockNumbers:
+def _numbers(made: BlockNumbers | Failure, block: range) -> BlockNumbers:
     """What a worker gave; of one that was killed, which runs are lost."""
-    if outcome.value is not None:
-        return outcome.value
-    reason = "" if outcome.failure is None else outcome.failure.reason
-    if outcome.failure is not None and outcome.failure.kind == "error":
+    if not isinstance(made, Failure):
+        return made
+    if made.kind == "error":
         raise EstimationError(
-            f"the runs {block[0]} to {block[-1]} failed: {reason}.",
+            f"the runs {block[0]} to {block[-1]} failed: {made.reason}.",
             code="study",
         )
-    return lost_block(block, reason)
+    return lost_block(block, made.reason)
 
 
 def _run(

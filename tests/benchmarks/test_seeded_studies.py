@@ -101,3 +101,14 @@ def test_fits_are_right_where_the_law_is_and_say_so_where_it_is_not(figures: Fig
     assert wrong["position"]["bias_percent"]["Fv"] > 30
     assert wrong["position"]["checks_failed"]["law's factors"] == 2
     assert abs(wrong["control"]["bias_percent"]["Fv"]) < 1
+
+
+def test_output_error_bears_an_encoder_that_biases_least_squares(figures: Figures) -> None:
+    cases = figures("encoder", "--runs", "2", "--counts", "1000", "20")["cases"]
+    assert [case["counts"] for case in cases] == [1000, 1000, 20, 20]
+    fine, coarse = (case for case in cases if case["filter"] == "inappropriate")
+    assert abs(fine["methods"]["idm-ls"]["bias_percent"][0]) < 2  # mass, half without its bias
+    assert max(map(abs, fine["methods"]["didim"]["bias_percent"])) < 1
+    assert min(fine["methods"]["didim"]["held"]) > 0.5
+    assert coarse["methods"]["idm-iv"]["estimated"] < 1  # the loop hunts, and shows no parameters
+    assert coarse["clean"] == 0

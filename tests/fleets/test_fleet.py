@@ -22,9 +22,8 @@ from axisid import (
     read_record,
 )
 from axisid.estimation.monte_carlo import twin_of
-from axisid.fleets import Fleet
-from axisid.fleets.items import gather_items
-from axisid.fleets.table import columns_of
+from axisid.fleets import Fleet, gather_items
+from axisid.fleets.result import columns_of
 from axisid.modeling.declaration import back_and_forth
 from axisid.twins import TwinMachines, write_twins
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from axisid import DataError, FleetItem, fleet
-from axisid.fleets import Fleet, read_ledger
-from axisid.fleets.items import gather_items
+from axisid.fleets import Fleet, gather_items, read_ledger
 from axisid.fleets.ledger import LEDGER, FleetRow, ledger_of, write_row
 from axisid.fleets.one_log import Named, Settings, log_digest, result_file
 from axisid.trends.gathering import last_results

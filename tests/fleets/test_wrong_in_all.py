@@ -22,7 +22,6 @@ from tests.refusals import refuses
         ({"fixed": {"K": 3.0}}, "parameters"),
         ({"left_out": ["K"]}, "parameters"),
         ({"methods": ["nosuch"]}, "method"),
-        ({"covariance": "nosuch"}, "method"),
         ({"method": ["idm-ls"]}, "fleet"),
         ({"reading": {"column": {}}}, "fleet"),
     ],

@@ -12,7 +12,7 @@ from axisid import Record, UsageError, build, load_axis, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Chain
 from axisid.estimation.monte_carlo import monte_carlo, twin_of, twins
-from axisid.fleets.items import gather_items
+from axisid.fleets import gather_items
 from axisid.modeling.declaration import back_and_forth
 from axisid.twins import TwinMachines, twin_files, write_twins
 from tests.refusals import refuses

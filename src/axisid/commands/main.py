@@ -22,7 +22,7 @@ from axisid.commands.many.trend import trend
 from axisid.commands.many.twin import twin
 from axisid.commands.options import completion
 from axisid.support.errors import AxisidError, asks_for_tracebacks
-from axisid.support.jobs.one_thread import one_thread, without_arithmetic_warnings
+from axisid.support.one_thread import one_thread, without_arithmetic_warnings
 from axisid.support.version import __version__
 
 from .compare import compare, compare_results

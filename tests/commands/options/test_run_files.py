@@ -10,7 +10,7 @@ import pytest
 
 from axisid import Record, fleet, load_axis
 from axisid.commands.main import cli
-from axisid.fleets.items import gather_items
+from axisid.fleets import gather_items
 from tests.run_files import run_file
 
 Run = Callable[..., tuple[int, str, str]]

@@ -93,7 +93,7 @@ def write_file(path: Path, content: str | bytes) -> Path:
     try:
         replace_file(path, content)
     except OSError as error:
-        raise UsageError(f"{path} cannot be written: {error.strerror}.") from error
+        raise UsageError(f"{path} cannot be written: {error.strerror}.", code="file") from error
     return path
 
 

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from axisid.support.jobs.one_thread import one_thread, started_with_one_thread
+from axisid.support.one_thread import one_thread, started_with_one_thread
 
 COMMAND = """
 import os, sys
