@@ -72,10 +72,6 @@ def spread_of(points: Array) -> Array:
     return np.asarray(np.where(apart > 0, apart, np.std(points, axis=0)))
 
 
-def _half(count: int, size: int) -> int:
-    return (count + size + 1) // 2
-
-
 def _closest(points: Array) -> Places:
     """Which of the points are the half of least determinant."""
     count, size = points.shape
@@ -100,7 +96,7 @@ def _concentrated(points: Array, chosen: Array) -> tuple[Places, Array]:
     """The halves, (s, h), that are closest to chosen points, (s, m, p), and their determinants."""
     centre, covariance = _moments(chosen)
     distances = squared_distances(points, centre, covariance)
-    half = _half(*points.shape)
+    half = (sum(points.shape) + 1) // 2
     nearest = np.argpartition(distances, half - 1, axis=1)[:, :half]
     return nearest, np.linalg.det(_moments(points[nearest])[1])
 

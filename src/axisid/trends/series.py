@@ -12,6 +12,7 @@ from axisid.estimation.thresholds import TREND_LEVEL
 from axisid.fleets import FleetRow
 from axisid.populations import Change, Drift, Step, alike_points, change_in, limit_of_a_new_point
 from axisid.support.arrays import Array, Exact
+from axisid.support.mappings import grouped
 from axisid.support.missing import Missing
 from axisid.support.quoting import first_of
 
@@ -136,10 +137,9 @@ def _limits(
     """Limits for all from the results that count before the first step, about a drift's line."""
     first = change.steps[0].place if change.steps else len(values)
     before = counted[counted < first]
-    least = int(_MIN_SERIES)
-    if len(before) < least:
+    if len(before) < _MIN_SERIES:
         few = "1 result tells" if len(before) == 1 else f"{len(before)} results tell"
-        return Missing(f"{few} no limits; {least} or more do"), ()
+        return Missing(f"{few} no limits; {_MIN_SERIES} or more do"), ()
     variances = deviations**2
     line = np.zeros(len(values)) if change.drift is None else change.drift.line
     apart = (values - line)[before]
@@ -203,7 +203,7 @@ class Series(Checked):
         """Whether a parameter changes or is beyond its limits, and whether results are believed."""
         changed = ", ".join(chart.parameter for chart in self.charts if chart.has_changed)
         beyond = ", ".join(chart.parameter for chart in self.charts if chart.beyond)
-        failing = dict.fromkeys(name for point in self.points for name in point.failing)
+        found = grouped((name, point.name) for point in self.points for name in point.failing)
         rows = (
             ("changes", changed and f"step or drift of {changed}", "no step and no drift"),
             ("limits", beyond and f"beyond the limits: {beyond}", "nothing beyond the limits"),
@@ -211,12 +211,11 @@ class Series(Checked):
         of = f"{self.title}: "
         return (
             *(Check.unless(name, bad and of + bad, of + good) for name, bad, good in rows),
-            *(Check.unless(name, f"{of}fails in {self._failing(name)}") for name in failing),
+            *(
+                Check.unless(name, f"{of}fails in {first_of(of_it)}")
+                for name, of_it in found.items()
+            ),
         )
-
-    def _failing(self, check: str) -> str:
-        """The results that a check fails in."""
-        return first_of([point.name for point in self.points if check in point.failing])
 
     @property
     def has_changed(self) -> bool:
