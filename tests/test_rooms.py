@@ -77,7 +77,6 @@ FLOORS = (
     ("trends", "twins", "candidates"),
     ("paper",),
     ("commands.options",),
-    ("commands.many",),
     ("commands",),
 )
 #: Rooms without a face: their modules are imported by name, so that nothing unused is loaded.
@@ -87,7 +86,6 @@ BY_NAME = (
     "codegen.thresholds",
     "presentation",
     "exports",
-    "commands.many",
     "commands",
 )
 #: Folders of tests that are no room's: the whole, results and texts that are kept, what goes wrong,

@@ -17,9 +17,6 @@ from typing import Any, NoReturn, TextIO
 
 import click
 
-from axisid.commands.many.fleet import fleet
-from axisid.commands.many.trend import trend
-from axisid.commands.many.twin import twin
 from axisid.commands.options import completion
 from axisid.support.errors import AxisidError, asks_for_tracebacks
 from axisid.support.one_thread import one_thread, without_arithmetic_warnings
@@ -27,14 +24,14 @@ from axisid.support.version import __version__
 
 from .compare import compare, compare_results
 from .export import export
-from .fit import fit
+from .fit_sweep_law import fit, law, sweep
+from .fleet_and_trend import fleet, trend
 from .generate import generate
 from .identify import identify
-from .law import law
-from .many.study import study
 from .new_and_show import new, show
 from .paper import paper
-from .sweep import sweep
+from .study import study
+from .twin import twin
 
 _USAGE, _DATA, _INTERRUPTED = 2, 3, 130
 
@@ -112,13 +109,15 @@ def _failed(error: Exception) -> int:
     if isinstance(error, MemoryError):
         return _fail(_NO_MEMORY, _DATA)
     if isinstance(error, OSError):
-        return _fail(_unusable(error), _USAGE)
+        place = error.filename or "standard output, or a file that is written to,"
+        return _fail(f"{place} cannot be used: {error.strerror or error}.", _USAGE)
     if isinstance(error, AxisidError):
         headline = getattr(error, "headline", str(error))
         return _fail(headline, error.exit_code, getattr(error, "mistakes", ()))
     if asks_for_tracebacks():
         raise error
-    return _fail(_fault(error), 1)
+    fault = f"internal fault: {type(error).__name__}: {error}"
+    return _fail(f"{fault}. Set AXISID_DEBUG=1 for the traceback and report it.", 1)
 
 
 def _fill_closed() -> None:
@@ -164,15 +163,3 @@ def _fail(message: str, code: int, listed: Iterable[str] = ()) -> int:
         for mistake in listed:
             click.echo(indent(mistake, "  "), err=True)
     return code
-
-
-def _unusable(error: OSError) -> str:
-    place = error.filename or "standard output, or a file that is written to,"
-    return f"{place} cannot be used: {error.strerror or error}."
-
-
-def _fault(error: Exception) -> str:
-    return (
-        f"internal fault: {type(error).__name__}: {error}. Set AXISID_DEBUG=1 for the traceback "
-        "and report it."
-    )

@@ -42,7 +42,7 @@ def paper(output: Path | None, runs: int | None, jobs: int, force: bool) -> None
         import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
 
     files = {**stages.STUDY_FILES, **(stages.DISTRIBUTION_FILES if runs else {})}
-    check_folder(output, "--output", files, deep=True, force=force)
+    check_folder(output, "--output", files, force=force)
     with ProgressLine("the paper's study") as line:
         study = stages.run_study(line)
     print_document(stages.study_document(study))

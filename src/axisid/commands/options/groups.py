@@ -2,25 +2,29 @@
 
 A field stands once for what the option is called, what it says, its default, its type and how its
 text is read; a command with the group takes the object that is made of them. Options that would be
-ignored are refused: the user meant something by them.
+ignored are refused: the user meant something by them. Shells complete commands, axes and files.
 """
 
 import functools
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import click
 from click.core import ParameterSource
+from click.shell_completion import CompletionItem, get_completion_class
 
 from axisid.estimation.choices import LOG_KEYS
 
 
 def option(
-    said: str,
+    said: str = "",
     default: Any = None,
     *,
+    key: str = "",
     name: str = "",
     read: Callable[[Any], Any] | None = None,
     **how: Any,
@@ -31,6 +35,8 @@ def option(
     ----------
     said : str
         Its help.
+    key : str
+        Of a run.toml, which says the help, the name and the form of the value.
     default : optional
         Given, it is in the help; True or False make a flag.
     name : str
@@ -41,6 +47,9 @@ def option(
     **how
         Further arguments of `click.option`, such as its type.
     """
+    if key:
+        row = LOG_KEYS[key]
+        said, name, how = row.said, row.option, {"metavar": row.metavar, **how}
     is_flag = isinstance(default, bool)
     shown = {"is_flag": True} if is_flag else {"show_default": default is not None}
     asked = {"help": said, "default": default, **shown, **how}
@@ -197,3 +206,42 @@ def check_idle(option: str, why: str) -> None:
     """Refuse an option that has no effect, for a reason that goes on after its name."""
     if option in given_options():
         raise click.UsageError(f"{option} {why}; leave one of them out.")
+
+
+def complete_file(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Let the shell complete a file's name."""
+    return [CompletionItem(incomplete, type="file")]
+
+
+def complete_axis(
+    ctx: click.Context, param: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Axes of the library and declarations in this folder; elsewhere any file."""
+    # By their files: importing the library would bring SymPy.
+    spec = find_spec("axisid.modeling")
+    places = [*((spec.submodule_search_locations if spec else None) or [])]
+    library = sorted(p.stem for place in places for p in Path(place, "library").glob("[!_]*.py"))
+    here = (p.name for p in sorted(Path().glob("*")) if p.suffix in (".toml", ".py"))
+    names = [*library, *here]
+    found = [CompletionItem(name) for name in names if name.startswith(incomplete)]
+    return found or complete_file(ctx, param, incomplete)
+
+
+@click.command(
+    cls=Command,
+    short_help="Print a completion script for the shell.",
+    epilog='Example: axisid completion bash. In ~/.bashrc: eval "$(axisid completion bash)"',
+)
+@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+@click.pass_context
+def completion(ctx: click.Context, shell: str) -> None:
+    """Print the script that completes commands, options, axes and files in a SHELL.
+
+    In ~/.zshrc it is the same with zsh; for fish write it into
+    ~/.config/fish/completions/axisid.fish.
+    """
+    kind = get_completion_class(shell)
+    if kind is None:  # click has lost a shell
+        raise click.UsageError(f"there is no completion for {shell}.")
+    made = kind(ctx.find_root().command, {}, "axisid", "_AXISID_COMPLETE")
+    click.echo(made.source_template % made.source_vars())

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid.commands.many import study as command
+from axisid.commands import study as command
 from tests.estimation.monte_carlo.short import MOVES
 
 Run = Callable[..., tuple[int, str, str]]
