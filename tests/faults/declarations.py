@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.faults.fault import Fault, Misuse
+from tests.faults.fault import Fault
 
 Make = Callable[[Path], list[object]]
 
@@ -221,4 +221,3 @@ _NO_NUMBER = (
 )
 
 FAULTS: tuple[Fault, ...] = (*_LONG, *_ENERGIES, *_NAMES, *_NO_NUMBER)
-MISUSES: tuple[Misuse, ...] = ()

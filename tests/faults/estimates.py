@@ -66,28 +66,14 @@ def _write(file: Path, record: Record) -> None:
     np.savetxt(file, table, delimiter=",", header=names, comments="")
 
 
-def _scaled_force(folder: Path) -> list[object]:
-    record = twin_record(load_axis("emps2015"))
-    _write(folder / "log.csv", replace(record, force=1.1 * _GAIN * record.control))
-    return ["identify", "emps2015", "log.csv"]
+def _spoilt(change: Callable[[Record], Record]) -> Callable[[Path], list[object]]:
+    """A log of the twin, changed."""
 
+    def make(folder: Path) -> list[object]:
+        _write(folder / "log.csv", change(twin_record(load_axis("emps2015"))))
+        return ["identify", "emps2015", "log.csv"]
 
-def _shifted_force(folder: Path) -> list[object]:
-    record = twin_record(load_axis("emps2015"))
-    _write(folder / "log.csv", replace(record, force=_GAIN * record.control + 3.0))
-    return ["identify", "emps2015", "log.csv"]
-
-
-def _beyond_the_limit(folder: Path) -> list[object]:
-    record = twin_record(load_axis("emps2015"))
-    _write(folder / "log.csv", replace(record, control=4 * record.control))
-    return ["identify", "emps2015", "log.csv"]
-
-
-def _offset(folder: Path) -> list[object]:
-    record = twin_record(load_axis("emps2015"))
-    _write(folder / "log.csv", replace(record, control=record.control + 0.1))
-    return ["identify", "emps2015", "log.csv"]
+    return make
 
 
 def _rests(folder: Path, *options: object) -> list[object]:
@@ -170,28 +156,28 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         name="a force column that is the control times 1.1",
-        make=_scaled_force,
+        make=_spoilt(lambda r: replace(r, force=1.1 * _GAIN * r.control)),
         code=0,
         says=r"FAIL law: the force column is 1\.1 \+- 0\.0001 times .* which "
         r"would be 38\.66 N/V for 35\.15",
     ),
     Fault(
         name="a force column with a constant error",
-        make=_shifted_force,
+        make=_spoilt(lambda r: replace(r, force=_GAIN * r.control + 3.0)),
         code=0,
         says=r"FAIL law: the force column is \+3 \+- \S+ N beside what the "
         r"drive's gain makes of the control",
     ),
     Fault(
         name="a control beyond the drive's limit",
-        make=_beyond_the_limit,
+        make=_spoilt(lambda r: replace(r, control=4 * r.control)),
         code=0,
         says=r"FAIL loop: the control is beyond the drive's limit of 10 V in "
         r"\S+ % of the samples, up to",
     ),
     Fault(
         name="a control with a constant error",
-        make=_offset,
+        make=_spoilt(lambda r: replace(r, control=r.control + 0.1)),
         code=0,
         says=r"with a constant of 0\.1 V off the control.*FAIL model: a constant force, "
         r"\+3\.5\d? \+- \S+ N",

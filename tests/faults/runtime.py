@@ -66,10 +66,6 @@ def _pipes(folder: Path) -> list[object]:
     return _RUN
 
 
-def _virtual(_: Path, out: str) -> None:
-    assert "IDM-IV" in out
-
-
 _PUBLISHED = """
 from dataclasses import replace
 
@@ -100,16 +96,14 @@ FAULTS: tuple[Fault, ...] = (
         make=_compiler(f"head -c 5000 {shlex.quote(sys.executable)} > $target"),
         environment={**_OWN, "CC": "{folder}/cc"},
         code=0,
-        says="no native code: the compiled library does not load",
-        after=_virtual,
+        says="IDM-IV.*no native code: the compiled library does not load",
     ),
     Fault(
         name="no library from a compiler that says all is well",
         make=_compiler("true"),
         environment={**_OWN, "CC": "{folder}/cc"},
         code=0,
-        says="no native code: .*cc failed: exit code 0",
-        after=_virtual,
+        says="IDM-IV.*no native code: .*cc failed: exit code 0",
     ),
     Fault(
         name="pipes in the cache of libraries",

@@ -5,20 +5,24 @@ A case is drawn from the seed, the kind of the fuzz and its number, so that it c
     make fuzz SEED=7 TIMES=100
 """
 
+import io
 import os
 import signal
+import sys
 import time
 import traceback
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
+from unittest import mock
 
 import numpy as np
 
 from axisid import AxisidError
+from axisid.commands.main import main
 
 SEED = int(os.environ.get("AXISID_FUZZ_SEED", "1"))
 TIMES = float(os.environ.get("AXISID_FUZZ_TIMES", "1"))
@@ -71,8 +75,6 @@ class Fuzz(Generic[Case]):
         A case from a generator of random numbers.
     check : callable
         Raises `WrongError` where the result is wrong. An `AxisidError` is right if it says why.
-    smaller : callable
-        Cases that are a little smaller, the smallest first.
     shown : callable
         A case as what reproduces it.
     """
@@ -81,8 +83,7 @@ class Fuzz(Generic[Case]):
     count: int
     draw: Callable[[np.random.Generator], Case]
     check: Callable[[Case], None]
-    smaller: Callable[[Case], Iterable[Case]]
-    shown: Callable[[Case], str]
+    shown: Callable[[Case], str] = repr
 
     def run(self) -> None:
         """Try all cases; fail with the smallest input of each class of failures."""
@@ -122,18 +123,12 @@ class Fuzz(Generic[Case]):
         return f"{self.name}, case {number}: {kind}: {said[:600]}\n{self.shown(smallest)}"
 
     def _shrunk(self, case: Case, kind: str) -> Case:
-        """A case that fails alike and that no smaller one of its kind does, if time allows."""
-        until = time.monotonic() + _SHRINKING
-        going = True
-        while going:
-            going = False
-            for smaller in self.smaller(case):
-                if time.monotonic() > until:
-                    return case
-                failure = self._failure(smaller)
-                if failure is not None and failure[0] == kind:
-                    case, going = smaller, True
-                    break
+        """A text that fails alike and of which no piece can be left out, if time allows."""
+        until, smaller = time.monotonic() + _SHRINKING, _pieces_left_out(case)
+        while time.monotonic() < until and (fewer := next(smaller, None)) is not None:
+            failure = self._failure(fewer)
+            if failure is not None and failure[0] == kind:
+                case, smaller = fewer, _pieces_left_out(fewer)
         return case
 
 
@@ -150,22 +145,76 @@ def _place(error: Exception) -> str:
     return f"{Path(last.filename).name}:{last.name}"
 
 
-def pieces_left_out(text: str) -> Iterator[str]:
+def _pieces_left_out(case: Any) -> Iterator[Any]:
     """A text without some of its lines, then without some of its letters; large pieces first."""
-    lines = text.splitlines(keepends=True)
-    yield from ("".join(kept) for kept in _without(lines))
-    if len(text) <= 3000:
-        yield from ("".join(kept) for kept in _without(list(text)))
+    letters = list(case) if isinstance(case, str) and len(case) <= 3000 else []
+    for items in (case.splitlines(keepends=True) if isinstance(case, str) else [], letters):
+        size = len(items) // 2
+        while size:
+            for start in range(0, len(items), size):
+                yield "".join(items[:start] + items[start + size :])
+            size //= 2
 
 
-def _without(items: list[str]) -> Iterator[list[str]]:
-    size = len(items) // 2
-    while size:
-        for start in range(0, len(items), size):
-            yield items[:start] + items[start + size :]
-        size //= 2
+def places(value: Any, level: int = 1) -> Iterator[tuple[int, Any, Any]]:
+    """Every place of a tree that holds something: how deep, in what, and under which key."""
+    for key in list(value) if isinstance(value, dict) else range(len(value)):
+        yield level, value, key
+        if isinstance(value[key], (dict, list)):
+            yield from places(value[key], level + 1)
 
 
-def one_of(rng: np.random.Generator, items: "list[Case] | tuple[Case, ...]") -> Case:
+def spoilt(text: str, rng: np.random.Generator, junk: "Sequence[str]", most: int = 4) -> str:
+    """A text with letters lost, doubled or put in, in so many places at most."""
+    for _ in range(int(rng.integers(1, most))):
+        at, kind, length = int(rng.integers(len(text) + 1)), rng.integers(3), rng.integers(1, 40)
+        if kind == 0:
+            text = text[:at] + text[at + int(length) :]
+        elif kind == 1:
+            text = text[:at] + one_of(rng, junk) + text[at:]
+        else:
+            text = text[:at] + text[at : at + int(length)] + text[at:]
+    return text
+
+
+def one_of(rng: np.random.Generator, items: "Sequence[Case]") -> Case:
     """One of some things, which need not be numbers."""
     return items[int(rng.integers(len(items)))]
+
+
+def run(*arguments: object) -> tuple[int, str, str]:
+    """Run the command line: exit code, standard output, standard error."""
+    out, err, code = io.StringIO(), io.StringIO(), 0
+    argv = ["axisid", *map(str, arguments)]
+    with (
+        mock.patch.object(sys, "argv", argv),
+        redirect_stdout(out),
+        redirect_stderr(err),
+    ):
+        try:
+            main()
+        except SystemExit as stop:
+            code = stop.code if isinstance(stop.code, int) else 0 if stop.code is None else 1
+    return code, out.getvalue(), err.getvalue()
+
+
+def kept_to(*arguments: object, output: Path) -> tuple[int, str]:
+    """Run a command that writes a file; exit code and what it wrote.
+
+    It ends with a documented exit code and one sentence, and writes the file whole or not at all.
+
+    Raises
+    ------
+    WrongError
+        It does not.
+    """
+    output.unlink(missing_ok=True)
+    before = set(output.parent.iterdir())
+    code, _, err = run(*arguments)
+    if code not in (0, 2, 3, 4, 6) or "internal fault" in err or "Traceback" in err:
+        raise WrongError(f"exit code {code}: {err}")
+    if code and not err.startswith("axisid: "):
+        raise WrongError(f"no sentence: {err}")
+    if left := set(output.parent.iterdir()) - before - ({output} if code == 0 else set()):
+        raise WrongError(f"left behind: {sorted(map(str, left))}")
+    return code, output.read_text(encoding="utf-8") if code == 0 else ""

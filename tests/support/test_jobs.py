@@ -1,4 +1,4 @@
-"""Jobs on processes and executors: none harms another."""
+"""Jobs on processes and executors: none harms another, and each has one thread of algebra."""
 
 import math
 import os
@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 
 from axisid.support.jobs import Failure, pace, run_jobs
+from axisid.support.one_thread import one_thread, started_with_one_thread
 from tests.support.work import FAILS, HANGS, KILLS, double, double_at_second_attempt, square
 
 
@@ -120,3 +121,38 @@ def _hanging(root: Path) -> "subprocess.Popen[str]":
 )
 def test_progress_tells_the_rate_and_what_remains(done: int, seconds: float, said: str) -> None:
     assert pace(done, 100, seconds) == said
+
+
+COMMAND = """
+import os, sys
+from axisid.commands.main import main
+sys.argv = ["axisid", "--version"]
+try:
+    main()
+finally:
+    print(os.environ["OPENBLAS_NUM_THREADS"], "numpy" in sys.modules)
+"""
+
+
+@pytest.mark.parametrize(("said", "taken"), [(None, "1"), ("3", "3")])
+def test_commands_say_so_before_numpy_is_imported(said: str | None, taken: str) -> None:
+    environment = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
+    if said is not None:
+        environment["OPENBLAS_NUM_THREADS"] = said
+    done = subprocess.run(
+        [sys.executable, "-c", COMMAND], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines()[-1] == f"{taken} False"
+
+
+def test_what_the_user_said_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "4")
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    monkeypatch.delenv("BLIS_NUM_THREADS", raising=False)
+    with started_with_one_thread():
+        assert (os.environ["OMP_NUM_THREADS"], os.environ["MKL_NUM_THREADS"]) == ("4", "1")
+    assert "MKL_NUM_THREADS" not in os.environ
+    assert one_thread() == ["MKL_NUM_THREADS", "BLIS_NUM_THREADS"]
+    for name in ("MKL_NUM_THREADS", "BLIS_NUM_THREADS"):
+        monkeypatch.delenv(name)

@@ -72,18 +72,29 @@ class TwinMachines:
     sample_period: float | None = None
 
     def __post_init__(self) -> None:
-        _check_whole("number of machines", self.count, 1, _MOST)
-        _check_whole("number of days", self.days, 1, _MOST_DAYS)
-        _check_whole("seed", self.seed, 0, None)
+        for what, given, least, most in (
+            ("number of machines", self.count, 1, _MOST),
+            ("number of days", self.days, 1, _MOST_DAYS),
+            ("seed", self.seed, 0, math.inf),
+        ):
+            if not (is_whole(given) and least <= given <= most):
+                span = f"from {least} to {most}" if most < math.inf else f"of {least} or more"
+                raise UsageError(
+                    f"the {what} of twins is {quoted(given)}; give a whole number {span}.",
+                    code="twin",
+                )
         true = self.true_values
-        for what, shares in (("scatter", self.scatter), ("drift", self.drift)):
-            for name, share in shares.items():
-                _check_share(what, name, share, true)
-        if least := [name for name in self.scatter if self.scatter[name] < 0]:
-            raise UsageError(
-                f"the scatter of {least[0]} is {self.scatter[least[0]]:g}; give 0 or more.",
-                code="twin",
-            )
+        shares = [("scatter", *each) for each in self.scatter.items()]
+        for what, name, share in (*shares, *(("drift", *each) for each in self.drift.items())):
+            wrong = ""
+            if name not in true:
+                wrong = f"the axis does not declare it; its parameters are {', '.join(true)}"
+            elif not (is_real(share) and abs(share) <= 1 and (share >= 0 or what == "drift")):
+                wrong = "give a share of its value, at most 1, such as 0.02 for 2 %"
+            elif share and not true[name]:
+                wrong = "its true value is 0; give it another one as its truth, or leave that out"
+            if wrong:
+                raise UsageError(f"the {what} of {name} is {quoted(share)}: {wrong}.", code="twin")
         noise_of(self.noise, self.axis)
 
     @property
@@ -137,36 +148,6 @@ class TwinMachines:
     def each(self) -> Iterator[tuple[int, int]]:
         """Every machine with every day."""
         return ((machine, day) for machine in range(self.count) for day in range(self.days))
-
-
-def _check_whole(what: str, value: object, least: int, most: int | None) -> None:
-    if not (is_whole(value) and least <= int(value) and (most is None or value <= most)):
-        span = f"of {least} or more" if most is None else f"from {least} to {most}"
-        raise UsageError(
-            f"the {what} of twins is {quoted(value)}; give a whole number {span}.",
-            code="twin",
-        )
-
-
-def _check_share(what: str, name: str, share: object, true: Mapping[str, float]) -> None:
-    if name not in true:
-        raise UsageError(
-            f"the {what} is of {quoted(name)}, which the axis does not declare; its parameters are "
-            f"{', '.join(true)}.",
-            code="twin",
-        )
-    if not (is_real(share) and abs(share) <= 1):
-        raise UsageError(
-            f"the {what} of {name} is {quoted(share)}; give a share of its value, at most 1, such "
-            "as 0.02 for 2 %.",
-            code="twin",
-        )
-    if share and not true[name]:
-        raise UsageError(
-            f"the {what} of {name} is {share:g} of its true value, which is 0; give it another one "
-            "as its truth, or leave that out.",
-            code="twin",
-        )
 
 
 def twin_content(record: Record, axis: Axis, file: Path) -> str | bytes:
@@ -291,15 +272,10 @@ def _row(
 ) -> dict[str, object]:
     dated = {"date": machines.date(day)} if machines.days > 1 else {}
     units = {p.name: p.unit for p in machines.axis.declared.parameters}
-    truth = machines.truth(machine, day)
-    true = {f"true {name} [{units[name]}]": value for name, value in truth.items()}
-    return {
-        "log": name,
-        "axis": _from(folder, axis),
-        "serial": machines.serial(machine),
-        **dated,
-        **true,
-    }
+    truth = machines.truth(machine, day).items()
+    true = {f"true {name} [{units[name]}]": value for name, value in truth}
+    own = {"axis": _from(folder, axis), "serial": machines.serial(machine)}
+    return {"log": name, **own, **dated, **true}
 
 
 def _from(folder: Path, axis: str) -> str:
