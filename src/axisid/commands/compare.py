@@ -132,7 +132,17 @@ def compare(
         if label in candidates:
             raise UsageError(f"the axis {name} is given twice; give each one once.")
         candidates[label] = axis
-    _check_left_out(candidates, left_out)
+    for name in left_out:
+        if not any(name in {p.name for p in axis.left_out} for axis in candidates.values()):
+            raise UsageError(
+                f"--leave-out {name}: none of the candidates has such a parameter; see axisid show."
+            )
+        for label, axis in candidates.items():
+            if name in {p.name for p in axis.parameters}:  # which a rung brings back
+                raise UsageError(
+                    f"--leave-out {name}: the ladder's rung {label!r} is with {name}, which is "
+                    "friction; leave out what all rungs share, or give the candidates by --axes."
+                )
     with ProgressLine("comparing") as line:
         built = {name: stages.build(axis) for name, axis in candidates.items()}
         filtered = filtering.prefilter(data[0].period)
@@ -173,18 +183,3 @@ def compare_results(first: str, second: str, json_file: str | None, force: bool)
 def _without(axis: "stages.Axis", names: tuple[str, ...]) -> "stages.Axis":
     """The axis without those of the parameters that it has."""
     return stages.leave_out(axis, *({p.name for p in axis.parameters} & {*names}))
-
-
-def _check_left_out(candidates: "dict[str, stages.Axis]", names: tuple[str, ...]) -> None:
-    """Refuse what no candidate has, and friction that a ladder's rungs bring back."""
-    for name in names:
-        if not any(name in {p.name for p in axis.left_out} for axis in candidates.values()):
-            raise UsageError(
-                f"--leave-out {name}: none of the candidates has such a parameter; see axisid show."
-            )
-        for label, axis in candidates.items():
-            if name in {p.name for p in axis.parameters}:
-                raise UsageError(
-                    f"--leave-out {name}: the ladder's rung {label!r} is with {name}, which is "
-                    "friction; leave out what all rungs share, or give the candidates by --axes."
-                )

@@ -22,12 +22,13 @@ from axisid.commands.options import (
     leave_out_option,
     loss_option,
     method_option,
-    put_json,
     stages,
     takes,
+    write_output,
 )
 from axisid.presentation.console import ProgressLine, print_document
 from axisid.support.errors import EstimationError
+from axisid.support.files.json_text import json_text
 
 
 @click.command(
@@ -194,6 +195,6 @@ def trend(
     for file in filter(None, (table, report)):
         click.echo(f"wrote {result.write(Path(file))}", err=json_file == "-")
     if json_file is not None:
-        put_json(json_file, result.to_dict())
+        write_output(json_file, json_text(result.to_dict()))
     if json_file != "-":
         print_document(result.document())

@@ -1,7 +1,6 @@
 """``axisid generate``."""
 
 import sys
-from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
@@ -53,7 +52,13 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path, fo
             )
     files = _generated(declared, verbose=verbose)
     if not check:
-        _check_replaced([output / path for path in files], axes, force=force)
+        # A folder with a manifest was generated, whatever has become of its other files.
+        places = [output / path for path in files]
+        manifests = [file for file in places if file.name == stages.MANIFEST and file.is_file()]
+        own = {file.parent for file in manifests if is_earlier(file, "generate")}
+        for earlier in (True, False):
+            chosen = {file: "generate" for file in places if (file.parent in own) == earlier}
+            check_replaced(chosen, "--output", axes, force=force or earlier)
         written = stages.write_files(output, files)
         for path in written:
             click.echo(f"wrote {output / path}")
@@ -98,15 +103,3 @@ def _generated(declared: "list[stages.Axis]", *, verbose: bool) -> dict[Path, st
         for (name, begin), (_, end) in pairwise(begun):
             click.echo(f"{name}: {1e3 * (end - begin):.0f} ms")
     return files
-
-
-def _check_replaced(files: Sequence[Path], axes: tuple[str, ...], *, force: bool) -> None:
-    """Refuse to write over what was not generated, or declares an axis.
-
-    A folder with a manifest was generated, whatever has become of its other files.
-    """
-    manifests = [file for file in files if file.name == stages.MANIFEST and file.is_file()]
-    generated = {file.parent for file in manifests if is_earlier(file, "generate")}
-    for earlier in (True, False):
-        chosen = {file: "generate" for file in files if (file.parent in generated) == earlier}
-        check_replaced(chosen, "--output", axes, force=force or earlier)

@@ -32,12 +32,13 @@ from axisid.commands.options import (
     method_option,
     option,
     print_result,
-    put_json,
     stages,
     takes,
+    write_output,
 )
 from axisid.presentation.console import ProgressLine, print_document
 from axisid.support.errors import AxisidError, EstimationError, UsageError
+from axisid.support.files.json_text import json_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -223,7 +224,7 @@ def _put(
         written |= {"validation": checked[0]} if checked else {}
         written |= {"validations": checked} if len(checked) > 1 else {}
         try:
-            put_json(json_file, written)
+            write_output(json_file, json_text(written))
         except UsageError as error:
             refused = error  # told after the result, which it must not cost
     if json_file == "-":

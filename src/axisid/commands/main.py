@@ -13,7 +13,7 @@ import sys
 import warnings
 from collections.abc import Iterable
 from textwrap import indent
-from typing import Any, NoReturn, TextIO
+from typing import Any, NoReturn
 
 import click
 
@@ -81,13 +81,20 @@ def main() -> NoReturn:
     try:
         code = _run()
     except click.ClickException as error:
-        code = _refused(error)
+        code = error.exit_code
+        if isinstance(error, click.exceptions.NoArgsIsHelpError):  # the help, whole
+            click.echo(error.format_message(), err=True)
+        else:
+            _fail(error.format_message(), code)
     except (click.Abort, KeyboardInterrupt):
         code = _fail("interrupted", _INTERRUPTED)
     except Exception as error:
         code = _failed(error)
-    for stream in (sys.stdout, sys.stderr):
-        _let_go(stream)
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        try:
+            stream.flush()
+        except OSError:  # what is left is dropped: the interpreter would complain at its end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
     sys.exit(code)
 
 
@@ -95,7 +102,8 @@ def _run() -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("default", RuntimeWarning)
         without_arithmetic_warnings()
-        warnings.showwarning = _show_warning  # type: ignore[assignment]
+        # One line on stderr in place of Python's two, which name a source line.
+        warnings.showwarning = lambda message, *_, **__: click.echo(f"axisid: {message}", err=True)
         code = cli.main(prog_name="axisid", standalone_mode=False)
     if sys.stdout is not None:
         sys.stdout.flush()
@@ -131,29 +139,6 @@ def _fill_closed() -> None:
             os.fstat(number)
         except OSError:
             os.open(os.devnull, os.O_RDWR)
-
-
-def _let_go(stream: TextIO | None) -> None:
-    """Write what is left of a stream, or drop it: the interpreter would complain at its end."""
-    if stream is None:
-        return
-    try:
-        stream.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-
-
-def _show_warning(message: Warning | str, *_: Any) -> None:
-    """One line on stderr in place of Python's two, which name a source line."""
-    click.echo(f"axisid: {message}", err=True)
-
-
-def _refused(error: click.ClickException) -> int:
-    """What click says in one sentence; the help, which it gives for want of a command, whole."""
-    if isinstance(error, click.exceptions.NoArgsIsHelpError):
-        click.echo(error.format_message(), err=True)
-        return error.exit_code
-    return _fail(error.format_message(), error.exit_code)
 
 
 def _fail(message: str, code: int, listed: Iterable[str] = ()) -> int:

@@ -114,7 +114,10 @@ def study(
     Bias and scatter of every estimate, how often its intervals hold the truth, and how often each
     check fails: on twins of the axis itself, or of another one (--twin).
     """
-    _check_methods(methods)
+    regressions = tuple(method for method in methods if not fitted_output(method))
+    check_methods(regressions)
+    for option in () if regressions else ("--loss", "--bootstrap", *Filtering.names().values()):
+        check_idle(option, f"is of identify, which --method {' and '.join(methods)} does without")
     check_needed(("--correlation-time",), ("--control-noise", "--disturbance"))
     targets = [
         Target("--output", output, "study-runs"),
@@ -176,13 +179,3 @@ def study(
     put_result(result, json_file)
     for path in written:
         click.echo(f"wrote {path}", err=json_file == "-")
-
-
-def _check_methods(methods: tuple[str, ...]) -> None:
-    """Refuse options of identify that the methods leave without effect."""
-    regressions = tuple(method for method in methods if not fitted_output(method))
-    if regressions:
-        check_methods(regressions)
-        return
-    for option in ("--loss", "--bootstrap", *Filtering.names().values()):
-        check_idle(option, f"is of identify, which --method {' and '.join(methods)} does without")

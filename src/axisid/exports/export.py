@@ -251,13 +251,10 @@ def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForw
         "noise, where twins of the record tell it.",
         "Give it the motion of the reference, whose velocity at rest is 0.",
     )
-    comments = {
-        p.name: (estimate[p.name].corrected, _comment(p, estimate[p.name])) for p in axis.parameters
-    }
+    comments = {}
+    for p in axis.parameters:
+        value = estimate[p.name]
+        interval = range_text(*value.interval, " to ", digits=6)
+        said = f"{p.unit}, +- {value.deviation:.3g}, {interval} (95 %)"
+        comments[p.name] = (value.corrected, f"{said}, {p.description}" if p.description else said)
     return feed_forward(fitted.model, comments, about, dead_zone)
-
-
-def _comment(parameter: Parameter, value: Value) -> str:
-    interval = range_text(*value.interval, " to ", digits=6)
-    said = f"{parameter.unit}, +- {value.deviation:.3g}, {interval} (95 %)"
-    return f"{said}, {parameter.description}" if parameter.description else said

@@ -62,10 +62,43 @@ def fleet_document(
             ("work", f"{np.mean(spent):.2g} s of CPU for each log" if spent else ""),
         ),
     )
-    by_axis = (block for group in groups for block in _group_blocks(group))
-    doubts = (*_checks(rows), *_doubted(rows, "not believed"), *_doubted(rows, "with care"))
-    said = (paragraph(*notes),) if notes else ()
-    return heading, *by_axis, *_not_comparable(rows), *doubts, *_failures(rows), *said
+    blocks: list[Block] = [heading, *(block for group in groups for block in _group_blocks(group))]
+    if odd := [row.name for row in rows if row.has_result and not row.is_comparable]:
+        logs = "1 log has" if len(odd) == 1 else f"{len(odd)} logs have"
+        said = (
+            f"{logs} values or deviations that are not finite, or too large to compare, and no "
+            f"part in what is usual: {first_of(odd)}."
+        )
+        blocks.append(paragraph(said))
+    if failing := Counter(name for row in rows for name in row.failing):
+        cells = tuple(
+            (name, str(count), first_of([row.name for row in rows if name in row.failing]))
+            for name, count in failing.most_common()
+        )
+        heads = ("check that fails", "logs", "which")
+        blocks.append(Table(columns=text_columns(heads), rows=cells))
+    for verdict in ("not believed", "with care"):
+        if doubted := [row for row in rows if row.verdict == verdict]:
+            lines = [f"{row.name}: {row.failing[0]}: {row.doubt}" for row in doubted]
+            ended = [
+                each if each.endswith(".") else f"{each.removesuffix(': ')}." for each in lines
+            ]
+            title = f"{verdict.capitalize()}: {_logs(len(doubted))}"
+            blocks.append(_listed(ended, title, _MOST_REASONS))
+    if failed := [row for row in rows if not row.has_result]:
+        lines = [
+            row.reason if row.reason.startswith(row.log) else f"{row.log}: {row.reason}"
+            for row in failed
+        ]
+        blocks.append(_listed(lines, f"Without a result: {_logs(len(failed))}", _MOST_SHOWN))
+    if notes:
+        blocks.append(paragraph(*notes))
+    return tuple(blocks)
+
+
+def _listed(lines: Sequence[str], title: str, most: int) -> Block:
+    """The first of some lines, and how many more there are."""
+    return paragraph(*lines[:most], *_more(len(lines), most), title=title)
 
 
 def _counted(found: Iterable[str], kinds: Iterable[str]) -> str:
@@ -123,52 +156,6 @@ def _outliers(group: AxisGroup) -> Table:
         title=f"{group.axis}: {len(group.outliers)} stand out",
         said=_more(len(group.outliers)),
     )
-
-
-def _not_comparable(rows: Sequence[FleetRow]) -> tuple[Block, ...]:
-    """Which logs are held against no others, since there is nothing to compare."""
-    found = [row.name for row in rows if row.has_result and not row.is_comparable]
-    logs = "1 log has" if len(found) == 1 else f"{len(found)} logs have"
-    said = (
-        f"{logs} values or deviations that are not finite, or too large to compare, and no part in "
-        f"what is usual: {first_of(found)}."
-    )
-    return (paragraph(said),) if found else ()
-
-
-def _checks(rows: Sequence[FleetRow]) -> tuple[Block, ...]:
-    """Which checks fail, and of which logs."""
-    found = Counter(name for row in rows for name in row.failing)
-    cells = tuple(
-        (name, str(count), first_of([row.name for row in rows if name in row.failing]))
-        for name, count in found.most_common()
-    )
-    if not cells:
-        return ()
-    return (Table(columns=text_columns(("check that fails", "logs", "which")), rows=cells),)
-
-
-def _doubted(rows: Sequence[FleetRow], verdict: Belief) -> tuple[Block, ...]:
-    """The logs of a verdict, each with what the gravest of its checks says."""
-    found = [row for row in rows if row.verdict == verdict]
-    if not found:
-        return ()
-    lines = [f"{row.name}: {row.failing[0]}: {row.doubt}" for row in found[:_MOST_REASONS]]
-    title = f"{verdict.capitalize()}: {_logs(len(found))}"
-    ended = (each if each.endswith(".") else f"{each.removesuffix(': ')}." for each in lines)
-    return (paragraph(*ended, *_more(len(found), _MOST_REASONS), title=title),)
-
-
-def _failures(rows: Sequence[FleetRow]) -> tuple[Block, ...]:
-    failed = [row for row in rows if not row.has_result]
-    if not failed:
-        return ()
-    lines = [
-        row.reason if row.reason.startswith(row.log) else f"{row.log}: {row.reason}"
-        for row in failed[:_MOST_SHOWN]
-    ]
-    title = f"Without a result: {_logs(len(failed))}"
-    return (paragraph(*lines, *_more(len(failed)), title=title),)
 
 
 def _more(count: int, shown: int = _MOST_SHOWN) -> tuple[str, ...]:

@@ -103,7 +103,14 @@ def chart_of(
     values, deviations = (np.array([getattr(v, n) for v in own]) for n in ("value", "sd"))
     level = TREND_LEVEL.value / parameters
     counted = np.setdiff1d(np.arange(len(points)), np.array(set_aside, dtype=np.intp))
-    change = _change_of(values, deviations, np.array(places), counted, level)
+    change = change_in(values[counted], deviations[counted] ** 2, np.array(places)[counted], level)
+    # What the results that count do, at the places of all.
+    steps = tuple(replace(step, place=int(counted[step.place])) for step in change.steps)
+    drift = change.drift
+    if drift is not None:
+        line = drift.line[0] + drift.slope * (np.array(places) - places[counted[0]])
+        drift = replace(drift, line=line)
+    change = Change(steps=steps, drift=drift)
     limits, beyond = _limits(values, deviations, change, counted, level)
     return Chart(
         parameter=parameter,
@@ -117,18 +124,6 @@ def chart_of(
         steps=change.steps,
         drift=change.drift,
     )
-
-
-def _change_of(
-    values: Array, deviations: Array, places: Array, counted: Places, level: float
-) -> Change:
-    """What the results that count do, at the places of all."""
-    found = change_in(values[counted], deviations[counted] ** 2, places[counted], level)
-    steps = tuple(replace(step, place=int(counted[step.place])) for step in found.steps)
-    if found.drift is None:
-        return Change(steps=steps)
-    line = found.drift.line[0] + found.drift.slope * (places - places[counted[0]])
-    return Change(steps=steps, drift=replace(found.drift, line=line))
 
 
 def _limits(

@@ -226,8 +226,18 @@ def write_twins(
             kept_if_filled(place),
             tempfile.TemporaryDirectory(prefix=".twins-", dir=place) as made,
         ):
-            names = _logs(machines, Path(made), ending, progress)
-            rows = [_row(machines, name, place, axis, *at) for name, at in names.items()]
+            names = {_name(machines, ending, *at): at for at in machines.each()}
+            declared, rows = machines.axis.declared, []
+            units = {p.name: p.unit for p in declared.parameters}
+            for name in with_progress(names, progress, lambda name: f"simulating {name}"):
+                machine, day = names[name]
+                record, file = machines.record(machine, day), Path(made, name)
+                replace_file(file, twin_content(record, declared, file))
+                own = {"axis": _from(place, axis), "serial": machines.serial(machine)}
+                dated = {"date": machines.date(day)} if machines.days > 1 else {}
+                true = machines.truth(machine, day).items()
+                told = {f"true {name} [{units[name]}]": value for name, value in true}
+                rows.append({"log": name, **own, **dated, **told})
             for name in names:
                 os.replace(Path(made, name), place / name)
         replace_file(place / MANIFEST, csv_text([rows[0], *(row.values() for row in rows)]))
@@ -254,28 +264,6 @@ def _check_ending(ending: str, given: str) -> None:
 def _name(machines: TwinMachines, ending: str, machine: int, day: int) -> str:
     parts = (machines.axis.axis.name, machines.serial(machine), machines.date(day))
     return "-".join(filter(None, parts)) + ending
-
-
-def _logs(
-    machines: TwinMachines, folder: Path, ending: str, progress: Progress | None
-) -> dict[str, tuple[int, int]]:
-    """Write the logs; their machines and days by name."""
-    places = {_name(machines, ending, *at): at for at in machines.each()}
-    for name in with_progress(places, progress, lambda name: f"simulating {name}"):
-        record = machines.record(*places[name])
-        replace_file(folder / name, twin_content(record, machines.axis.declared, folder / name))
-    return places
-
-
-def _row(
-    machines: TwinMachines, name: str, folder: Path, axis: str, machine: int, day: int
-) -> dict[str, object]:
-    dated = {"date": machines.date(day)} if machines.days > 1 else {}
-    units = {p.name: p.unit for p in machines.axis.declared.parameters}
-    truth = machines.truth(machine, day).items()
-    true = {f"true {name} [{units[name]}]": value for name, value in truth}
-    own = {"axis": _from(folder, axis), "serial": machines.serial(machine)}
-    return {"log": name, **own, **dated, **true}
 
 
 def _from(folder: Path, axis: str) -> str:

@@ -94,7 +94,11 @@ def takes(
             made = {}
             for each in chosen:
                 value, read = values.pop(f"{parameter}_{each.name}"), each.metadata["read"]
-                made[each.name] = value if read is None else _read(read, value, names[each.name])
+                try:
+                    made[each.name] = value if read is None else read(value)
+                except click.BadParameter as error:
+                    error.param_hint = names[each.name]
+                    raise
             command(**{parameter: group(**made)}, **values)
 
         for each in reversed(chosen):
@@ -105,14 +109,6 @@ def takes(
         return collected
 
     return add
-
-
-def _read(read: Callable[[Any], Any], value: Any, option: str) -> Any:
-    try:
-        return read(value)
-    except click.BadParameter as error:
-        error.param_hint = option
-        raise
 
 
 #: Titles of a command's help, and the options below each; those of no title are first.
@@ -167,15 +163,12 @@ class Command(click.Command):
                     ctx,
                 ) from error
             for parameter, times in Counter(order).items():
-                if times > 1 and isinstance(parameter, click.Option) and _counts_once(parameter):
+                if times == 1 or not isinstance(parameter, click.Option) or parameter.multiple:
+                    continue
+                if not parameter.is_flag or parameter.secondary_opts:  # a flag says the same again
                     names = "/".join((*parameter.opts, *parameter.secondary_opts))
                     raise click.UsageError(f"{names} is given {times} times; give it once.", ctx)
         return super().parse_args(ctx, args)
-
-
-def _counts_once(option: click.Option) -> bool:
-    """Whether it is no list, nor a flag that says the same however often."""
-    return not option.multiple and (not option.is_flag or bool(option.secondary_opts))
 
 
 def given_options() -> list[str]:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import click
 
@@ -298,23 +298,11 @@ def command_line() -> str:
 def put_result(result: Presentable, json_file: str | None) -> None:
     """Write a result where ``--json`` says, and print it unless that is standard output."""
     if json_file is not None:
-        put_json(json_file, result.to_dict())
+        write_output(json_file, json_text(result.to_dict()))
     if json_file != "-":
         print_result(result)
 
 
-def print_result(result: Presentable, **how: Any) -> None:
-    """Print a result as its summary, dressed on a terminal.
-
-    Parameters
-    ----------
-    result : Presentable
-    **how
-        As its `summary` takes it.
-    """
-    print_document(stages.as_blocks(result, **how))
-
-
-def put_json(file: str, result: dict[str, Any]) -> None:
-    """Write a result as JSON into a file, or to standard output for ``-``."""
-    write_output(file, json_text(result))
+def print_result(result: Presentable) -> None:
+    """Print a result as its summary, dressed on a terminal."""
+    print_document(stages.as_blocks(result))
