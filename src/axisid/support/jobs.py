@@ -6,21 +6,22 @@ has one job at a time, so it is known which one that was.
 """
 
 import contextlib
+import math
 import multiprocessing
 import os
 import signal
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain
+from itertools import chain, islice
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
 from time import monotonic
-from typing import Any, Literal, Self, TypeVar
+from typing import Any, Literal, TypeAlias, TypeVar
 
 from .errors import UsageError
 from .one_thread import started_with_one_thread, without_arithmetic_warnings
@@ -28,6 +29,8 @@ from .progress import Progress
 
 Item = TypeVar("Item")
 Value = TypeVar("Value")
+#: The place of an item, the item, and which attempt this is.
+_Job: TypeAlias = tuple[int, Any, int]
 
 _PATIENCE = 1.0  # s until a worker that was told to end is killed
 _ATTEMPTS = 2  # how often a job is begun whose worker is killed: it may be innocent once
@@ -96,7 +99,7 @@ def run_jobs(
     elif jobs == 0:
         made = ((place, _attempt(function, item)) for place, item in places)
     else:
-        made = _on_processes(function, places, min(jobs, max(total, 1)), limit)
+        made = _Processes(function, places, min(jobs, max(total, 1)), limit).outcomes()
     begin = monotonic()
     with contextlib.closing(made):
         for done, outcome in enumerate(made, 1):
@@ -141,27 +144,28 @@ class _Worker:
         self.process: BaseProcess = context.Process(
             target=_serve, args=(theirs, function), daemon=True
         )
-        with started_with_one_thread():
+        with started_with_one_thread(), _without_interrupts():
             self.process.start()
         theirs.close()  # so that the pipe ends when the process does
+        self.is_ready = False
+        self.job: _Job | None = None
+        self.until = math.inf  # when its job is given up
 
-    def end(self, patience: float = 0.0) -> None:
-        """Let it end by itself; one that has not after so many seconds is killed."""
+    def begin(self, job: _Job, limit: float | None) -> None:
+        """Give it a job; that it is dead, if it is, is heard when it should answer."""
+        self.job, self.until = job, monotonic() + (limit or math.inf)
+        with contextlib.suppress(BrokenPipeError):
+            self.pipe.send(job[1])
+
+    def end(self, patience: float = 0.0) -> str:
+        """Let it end by itself, or kill it after so many seconds; how it came to its end."""
         self.pipe.close()
         self.process.join(patience)
+        code = self.process.exitcode
         self.process.kill()
         self.process.join()
-
-    @property
-    def ended_by(self) -> str:
-        """How a dead process came to its end."""
-        self.process.join(_PATIENCE)
-        code = self.process.exitcode
-        if code is None or code >= 0:
-            return f"exit code {code}"
-        with contextlib.suppress(ValueError):
-            return signal.Signals(-code).name
-        return f"signal {-code}"
+        names = {-each: each.name for each in signal.Signals}
+        return "" if code is None else names.get(code, f"exit code {code}")
 
 
 def _serve(pipe: Connection, function: Callable[[Any], Any]) -> None:
@@ -186,102 +190,91 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _without_interrupts() -> None:
-    """Keep Ctrl-C, which a terminal sends to all, from this thread and what it starts."""
-    if hasattr(signal, "pthread_sigmask"):  # not on Windows
-        resource_tracker.ensure_running()  # which lets them through again as it starts
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+@contextlib.contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Keep Ctrl-C, which a terminal sends to all, from the processes that are started now."""
+    if not hasattr(signal, "pthread_sigmask"):  # on Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # which lets them through again as it starts
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class _Processes:
-    """Workers, one for each thread that has something to do; all of them end with the context."""
+    """Workers, each with one job at a time; all of them end when nobody asks for outcomes."""
 
-    def __init__(self, function: Callable[[Any], Any], limit: float | None) -> None:
-        self._function, self._limit = function, limit
+    def __init__(
+        self,
+        function: Callable[[Any], Any],
+        items: Iterable[tuple[int, Any]],
+        jobs: int,
+        limit: float | None,
+    ) -> None:
+        self._function, self._jobs, self._limit = function, jobs, limit
+        self._queue: Iterator[_Job] = ((place, item, 1) for place, item in items)
         self._workers: list[_Worker] = []
-        self._idle: list[_Worker] = []
-        self._starting = threading.Lock()
         self._stillborn = 0
-        self._is_over = False
 
-    def __enter__(self) -> Self:
-        return self
+    def outcomes(self) -> Generator[tuple[int, Any], None, None]:
+        """What becomes of the items, as they end."""
+        try:
+            while busy := self._busy():
+                first = min(worker.until for worker in busy) - monotonic()
+                told = wait([w.pipe for w in busy], None if first == math.inf else max(first, 0.0))
+                for worker in busy:
+                    if worker.pipe in told:
+                        yield from self._heard(worker)
+                    elif worker.job is not None and worker.until < monotonic():
+                        self._leave(worker)
+                        yield worker.job[0], _timed_out(self._limit)
+        finally:
+            for worker in self._workers:
+                worker.end(_PATIENCE if worker.job is None and worker.is_ready else 0.0)
 
-    def __exit__(self, *_: object) -> None:
-        with self._starting:
-            self._is_over = True
-        for worker in self._workers:
-            if worker not in self._idle:
-                worker.process.kill()  # its thread does the rest
-        for worker in self._idle:
-            worker.end(_PATIENCE)
+    def _busy(self) -> list[_Worker]:
+        """Workers that are to say something, after those that wait were given jobs."""
+        idle = [worker for worker in self._workers if worker.is_ready and worker.job is None]
+        while (idle or len(self._workers) < self._jobs) and (job := next(self._queue, None)):
+            if idle:
+                idle.pop().begin(job, self._limit)
+            else:
+                self._workers.append(_Worker(self._function))
+                self._queue = chain([job], self._queue)
+        return [w for w in self._workers if w.job is not None or not w.is_ready]
 
-    def make(self, item: Any) -> Any:
-        """What the function makes of an item, or why it makes nothing of it."""
-        how = ""
-        for _ in range(_ATTEMPTS):
-            worker = self._waiting()
-            try:
-                worker.pipe.send(item)
-                if not worker.pipe.poll(self._limit):
-                    self._leave(worker)
-                    return _timed_out(self._limit)
-                made = worker.pipe.recv()
-            except (EOFError, OSError):
-                how = worker.ended_by
-                self._leave(worker)
-                continue
-            self._idle.append(worker)
-            return made
-        return Failure("killed", f"its worker was killed ({how}), {_ATTEMPTS} times")
-
-    def _waiting(self) -> _Worker:
-        """A worker that waits for a job."""
-        while True:
-            with self._starting:
-                if self._is_over:
-                    raise BrokenExecutor
-                if self._idle:
-                    return self._idle.pop()
-                worker = _Worker(self._function)
-                self._workers.append(worker)
-            try:
-                worker.pipe.recv()
-            except (EOFError, OSError):
-                how = worker.ended_by
-                self._leave(worker)
+    def _heard(self, worker: _Worker) -> Iterator[tuple[int, Any]]:
+        """What a worker says: that it is ready, what it made of its job, or that it is dead."""
+        place, item, attempts = worker.job or (0, None, 0)
+        try:
+            made = worker.pipe.recv()
+        except (EOFError, OSError):
+            how = self._leave(worker, _PATIENCE)
+            if not worker.is_ready:
                 self._stillborn += 1
-                if self._stillborn < _MOST_STILLBORN:
-                    continue
+            elif attempts < _ATTEMPTS:
+                self._queue = chain([(place, item, attempts + 1)], self._queue)
+            else:
+                yield place, Failure("killed", f"its worker was killed ({how}), {attempts} times")
+            if self._stillborn == _MOST_STILLBORN:
                 raise UsageError(
                     f"processes end before they begin to work ({how}); what they say on standard "
                     "error tells why. A script has to call it under if __name__ == "
                     '"__main__":, since each process reads the script again.',
                     code="jobs",
                 ) from None
-            self._stillborn = 0
-            return worker
+            return
+        if worker.is_ready:
+            worker.job, worker.until = None, math.inf
+            yield place, made
+        worker.is_ready, self._stillborn = True, 0
 
-    def _leave(self, worker: _Worker) -> None:
-        worker.end()
+    def _leave(self, worker: _Worker, patience: float = 0.0) -> str:
         self._workers.remove(worker)
-
-
-def _on_processes(
-    function: Callable[[Any], Any],
-    items: Iterable[tuple[int, Any]],
-    jobs: int,
-    limit: float | None,
-) -> Generator[tuple[int, Any], None, None]:
-    with (
-        ThreadPoolExecutor(jobs, initializer=_without_interrupts) as threads,
-        _Processes(function, limit) as processes,
-    ):
-        for place, _, future in _ended(
-            lambda item: threads.submit(processes.make, item), iter(items)
-        ):
-            # What is no job's fault ends all: no process begins, or an item cannot be sent.
-            yield place, future.result()
+        return worker.end(patience)
 
 
 def _on_executor(
@@ -290,49 +283,36 @@ def _on_executor(
     executor: Executor,
     limit: float | None,
 ) -> Generator[tuple[int, Any], None, None]:
-    left: dict[int, Any] = {}  # what a broken executor did not do
     work = partial(_within, function, limit)
-    for place, item, future in _ended(lambda item: executor.submit(work, item), items):
-        error = None if future.cancelled() else future.exception()
-        if isinstance(error, BrokenExecutor):
-            left[place] = item
-        elif future.cancelled():
-            yield place, Failure("error", "it was cancelled")
-        else:
-            yield place, future.result() if error is None else _failure_of(error)
-    if left:
-        rest = chain(sorted(left.items()), items)
-        yield from _on_processes(function, rest, getattr(executor, "_max_workers", 1), limit)
-
-
-def _ended(
-    submit: Callable[[Any], Future[Any]], items: Iterator[tuple[int, Any]]
-) -> Iterator[tuple[int, Any, Future[Any]]]:
-    """Items with their futures, as these end; none is submitted once an executor is broken."""
+    left: dict[int, Any] = {}  # what a broken executor did not do
     pending: dict[Future[Any], tuple[int, Any]] = {}
     done: SimpleQueue[Future[Any]] = SimpleQueue()
-    is_broken = False
     try:
         while True:
-            while len(pending) < _MOST_AHEAD and not is_broken:
-                if (entry := next(items, None)) is None:
-                    break
-                try:
-                    future = submit(entry[1])
-                except BrokenExecutor as error:
-                    future = Future()
-                    future.set_exception(error)
-                    is_broken = True
-                pending[future] = entry
-                future.add_done_callback(done.put)
+            with contextlib.suppress(BrokenExecutor):  # who is pending tells it
+                for place, item in islice(items, 0 if left else _MOST_AHEAD - len(pending)):
+                    left[place] = item  # unless it is submitted
+                    future = executor.submit(work, item)
+                    pending[future] = (place, left.pop(place))
+                    future.add_done_callback(done.put)
             if not pending:
-                return
+                break
             future = done.get()
-            is_broken |= not future.cancelled() and isinstance(future.exception(), BrokenExecutor)
-            yield *pending.pop(future), future
+            place, item = pending.pop(future)
+            error = None if future.cancelled() else future.exception()
+            if isinstance(error, BrokenExecutor):
+                left[place] = item
+            elif future.cancelled():
+                yield place, Failure("error", "it was cancelled")
+            else:
+                yield place, future.result() if error is None else _failure_of(error)
     finally:
         for future in pending:
             future.cancel()
+    if left:
+        rest = chain(sorted(left.items()), items)
+        jobs = getattr(executor, "_max_workers", 1)
+        yield from _Processes(function, rest, jobs, limit).outcomes()
 
 
 def _within(function: Callable[[Item], Value], limit: float | None, item: Item) -> Value | Failure:
