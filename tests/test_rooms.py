@@ -14,7 +14,6 @@ from tests.rooms import FACES, Import, graph_of, imports_of, modules_of, room_of
 #: list. Rooms of one line know nothing of each other.
 FLOORS = (
     ("support",),
-    ("support.files",),
     ("modeling.quantities",),
     ("modeling.algebra",),
     ("modeling.declaration",),
@@ -82,7 +81,6 @@ FLOORS = (
 #: Rooms without a face: their modules are imported by name, so that nothing unused is loaded.
 BY_NAME = (
     "support",
-    "support.files",
     "codegen.thresholds",
     "presentation",
     "exports",

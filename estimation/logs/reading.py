@@ -15,8 +15,8 @@ from axisid.estimation.logs.text import NO_TEXT, is_number, read_text
 from axisid.estimation.tables import Column, Repair, Table, label_unit, loaded_column
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
-from axisid.support.files.memory import SHORTER_FILES, Room, room_for
-from axisid.support.files.unchanged import changed, digest_of, read_whole, stamps
+from axisid.support.files import changed, digest_of, read_whole, stamps
+from axisid.support.memory import SHORTER_FILES, Room, room_for
 
 from .columnar import read_frame
 from .formats import (

@@ -25,11 +25,9 @@ from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import DEFAULT_COUNT, Chain, check_count
 from axisid.modeling.declaration import Axis, Move
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, EstimationError, UsageError
+from axisid.support.errors import AxisidError, EstimationError, UsageError, is_whole, quoted
 from axisid.support.jobs import Failure, pace, run_jobs
 from axisid.support.progress import Progress
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_whole
 
 from .plan import MonteCarloPlan, noise_of, split_methods, twin_of, twins
 from .result import MonteCarlo

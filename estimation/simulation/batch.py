@@ -15,8 +15,7 @@ from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings
 from axisid.codegen.native import Native
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import AxisidError
-from axisid.support.real_numbers import real_array
+from axisid.support.errors import AxisidError, real_array
 
 from .closed_loop import SettledLoop, settled_loop
 from .inputs import LoopInputs, allowed_distance, checked_signals, lines

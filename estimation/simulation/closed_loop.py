@@ -21,8 +21,7 @@ from axisid.codegen.lowering import STATUSES, LoopSettings
 from axisid.codegen.runtime import VirtualLoop
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, UsageError
-from axisid.support.real_numbers import real_array
+from axisid.support.errors import EstimationError, UsageError, real_array
 
 from .inputs import LoopInputs, allowed_distance, checked_signals, lines, widened_distance
 from .lane_arguments import in_order, optional_array

@@ -16,8 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.support.arrays import Array
-from axisid.support.errors import UsageError
-from axisid.support.quoting import quoted
+from axisid.support.errors import UsageError, quoted
 
 from .lane_arguments import checked_array
 from .two_clocks import TwoClocks

@@ -15,9 +15,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import SIGNALS
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import UsageError
-from axisid.support.quoting import first_of, quoted
-from axisid.support.real_numbers import is_whole, real_array
+from axisid.support.errors import UsageError, first_of, is_whole, quoted, real_array
 
 _MOST_THREADS = 1024
 

@@ -13,9 +13,7 @@ from axisid.codegen.lowering import LoopStart
 from axisid.estimation.signals import Signals, acting_along, drive_force, through_path
 from axisid.modeling.declaration import ControlLaw, Response
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import UsageError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
+from axisid.support.errors import UsageError, is_real, quoted
 
 from .inputs import LoopInputs, before
 from .lane_arguments import axes_by_gains, checked_array

@@ -24,9 +24,7 @@ from axisid.estimation.records import check_sample_period
 from axisid.estimation.thresholds import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
 from axisid.modeling.derivation import forces_at_rest, state_limits
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, ModelError, UsageError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real, is_whole
+from axisid.support.errors import EstimationError, ModelError, UsageError, is_real, is_whole, quoted
 
 #: Position and velocity, and the recorded signals there.
 Place = tuple[tuple[float, float], tuple[float, ...]]

@@ -34,8 +34,7 @@ from axisid.estimation.thresholds import (
     MIN_SWEPT_CUTOFFS,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, EstimationError, ModelError
-from axisid.support.missing import Missing
+from axisid.support.errors import DataError, EstimationError, Missing, ModelError
 
 from .held_out import contiguous_blocks, regression_rows
 

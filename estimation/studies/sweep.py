@@ -24,12 +24,9 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Exact
-from axisid.support.errors import DataError, EstimationError, UsageError
-from axisid.support.missing import Missing
+from axisid.support.errors import DataError, EstimationError, Missing, UsageError, is_real, quoted
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
 
 from .recommendation import checks_of, recommend
 

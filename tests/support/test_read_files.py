@@ -17,7 +17,7 @@ from axisid import read_record
 from axisid.estimation.logs import formats, read_table
 from axisid.estimation.records.record import Record
 from axisid.estimation.tables.table import Table
-from axisid.support.files import memory
+from axisid.support import memory
 from tests.bounded import within
 from tests.refusals import refuses
 

@@ -13,11 +13,9 @@ import numpy as np
 import pytest
 
 from axisid.estimation.estimates import Value
-from axisid.support.deferred import Deferred
-from axisid.support.files.csv_text import csv_text
-from axisid.support.files.json_text import json_text
-from axisid.support.files.regular_file import kept_if_filled
-from axisid.support.number_text import plain_numbers, range_text
+from axisid.support.arrays import Deferred
+from axisid.support.errors import plain_numbers, range_text
+from axisid.support.files import csv_text, json_text, kept_if_filled
 from tests.refusals import refuses
 
 

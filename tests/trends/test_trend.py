@@ -27,7 +27,7 @@ from axisid.estimation.monte_carlo import twin_of
 from axisid.fleets import FleetRow
 from axisid.fleets.ledger import ledger_of, write_row
 from axisid.modeling.declaration import back_and_forth
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from axisid.trends import Trend
 from axisid.trends.gathering import place_of
 from tests.refusals import refuses

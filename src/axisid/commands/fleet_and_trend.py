@@ -28,7 +28,7 @@ from axisid.commands.options import (
 )
 from axisid.presentation.console import ProgressLine, print_document
 from axisid.support.errors import EstimationError
-from axisid.support.files.json_text import json_text
+from axisid.support.files import json_text
 
 
 @click.command(

@@ -38,7 +38,7 @@ from axisid.commands.options import (
 )
 from axisid.presentation.console import ProgressLine, print_document
 from axisid.support.errors import AxisidError, EstimationError, UsageError
-from axisid.support.files.json_text import json_text
+from axisid.support.files import json_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,12 +16,8 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.formulas import decimals, symbol_latex, unit_latex
 from axisid.presentation.saved import FittedAxis, SavedIdentification, fitted_axis
-from axisid.support.errors import UsageError
-from axisid.support.files.csv_text import csv_text
-from axisid.support.files.json_text import json_text
-from axisid.support.number_text import range_text
-from axisid.support.quoting import is_among, quoted
-from axisid.support.real_numbers import is_real
+from axisid.support.errors import UsageError, is_among, is_real, quoted, range_text
+from axisid.support.files import csv_text, json_text
 
 from .targets import TARGETS
 

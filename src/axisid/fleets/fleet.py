@@ -17,13 +17,19 @@ from axisid.estimation.identification import identify, requested_methods
 from axisid.estimation.records import read_record
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Axis
-from axisid.support.errors import AxisidError, DataError, ModelError, UsageError
-from axisid.support.files.json_text import is_unchanged
-from axisid.support.files.regular_file import kept_if_filled
+from axisid.support.errors import (
+    AxisidError,
+    DataError,
+    ModelError,
+    UsageError,
+    first_of,
+    is_real,
+    is_whole,
+    quoted,
+)
+from axisid.support.files import is_unchanged, kept_if_filled
 from axisid.support.jobs import Failure, run_jobs
 from axisid.support.progress import Progress
-from axisid.support.quoting import first_of, quoted
-from axisid.support.real_numbers import is_real, is_whole
 
 from .items import FleetItem, gather_items, result_names
 from .ledger import LEDGER, FleetRow, Ledger, ledger_of, read_ledger, strays, write_row

@@ -16,9 +16,8 @@ from typing import Any
 from axisid.estimation.logs import log_endings
 from axisid.estimation.records import log_of
 from axisid.estimation.tables import library
-from axisid.support.errors import DataError, UsageError
-from axisid.support.files.regular_file import opened_regular, read_regular
-from axisid.support.quoting import quoted
+from axisid.support.errors import DataError, UsageError, quoted
+from axisid.support.files import opened_regular, read_regular
 
 Condition = str | float
 _LOG, _OWN = "log", ("log", "axis", "serial", "columns")

@@ -16,8 +16,7 @@ from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification
 from axisid.populations import LARGEST
 from axisid.presentation.schema import JsonObject, Matrix, about
-from axisid.support.errors import DataError
-from axisid.support.quoting import first_of
+from axisid.support.errors import DataError, first_of
 
 _IN_RESULT = "see the result of the log"
 

@@ -16,8 +16,7 @@ from axisid.modeling.declaration import Axis, fix, leave_out
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.text import load_axis
 from axisid.support.errors import AxisidError, DataError, UsageError
-from axisid.support.files.json_text import json_text
-from axisid.support.files.regular_file import opened_regular, read_regular, write_file
+from axisid.support.files import json_text, opened_regular, read_regular, write_file
 from axisid.support.version import __version__
 
 from .items import FleetItem

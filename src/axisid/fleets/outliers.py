@@ -8,8 +8,8 @@ import numpy as np
 from axisid.estimation.thresholds import FLEET_LEVEL
 from axisid.populations import Usual, alike_points, spread_of
 from axisid.support.arrays import Array
+from axisid.support.errors import Missing
 from axisid.support.mappings import grouped
-from axisid.support.missing import Missing
 
 from .ledger import FleetRow
 

@@ -28,11 +28,8 @@ from axisid.presentation.blocks import (
 )
 from axisid.presentation.html import blocks_html
 from axisid.presentation.schema import schema_of
-from axisid.support.errors import UsageError
-from axisid.support.files.csv_text import csv_text
-from axisid.support.files.regular_file import write_file
-from axisid.support.missing import Missing
-from axisid.support.quoting import first_of, is_among, quoted
+from axisid.support.errors import Missing, UsageError, first_of, is_among, quoted
+from axisid.support.files import csv_text, write_file
 
 from .ledger import FleetRow
 from .outliers import AxisGroup, Outlier, groups_of

@@ -33,8 +33,7 @@ from axisid.presentation.blocks import (
 )
 from axisid.presentation.monte_carlo import estimand_tables, findings, legend, study_facts
 from axisid.support.errors import EstimationError
-from axisid.support.files.json_text import json_text
-from axisid.support.files.regular_file import write_file
+from axisid.support.files import json_text, write_file
 from axisid.support.progress import Progress, with_progress
 
 #: The paper's four methods.

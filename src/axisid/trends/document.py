@@ -23,10 +23,8 @@ from axisid.presentation.blocks import (
 from axisid.presentation.html import blocks_html
 from axisid.presentation.plots import Panel, Plot, Series as Curve, Tone, labelled
 from axisid.support.arrays import Array
+from axisid.support.errors import Missing, first_of, range_text
 from axisid.support.mappings import grouped
-from axisid.support.missing import Missing
-from axisid.support.number_text import range_text
-from axisid.support.quoting import first_of
 from axisid.support.version import __version__
 
 from .series import Chart, Series, notable_first

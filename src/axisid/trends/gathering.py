@@ -16,8 +16,7 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.fleets import FleetRow, FleetValue, Ledger, fleet_value, read_ledger, strays
 from axisid.populations import LARGEST
 from axisid.presentation.saved import SavedIdentification, SavedOutputFit, load_result
-from axisid.support.errors import DataError, UsageError
-from axisid.support.quoting import first_of, quoted
+from axisid.support.errors import DataError, UsageError, first_of, quoted
 
 #: The ledger of a folder.
 Ledgers: TypeAlias = Callable[[Path], Ledger]

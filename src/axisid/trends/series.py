@@ -12,9 +12,8 @@ from axisid.estimation.thresholds import TREND_LEVEL
 from axisid.fleets import FleetRow
 from axisid.populations import Change, Drift, Step, alike_points, change_in, limit_of_a_new_point
 from axisid.support.arrays import Array, Exact
+from axisid.support.errors import Missing, first_of
 from axisid.support.mappings import grouped
-from axisid.support.missing import Missing
-from axisid.support.quoting import first_of
 
 _MIN_SERIES = 5  # results; with fewer a limit is some ten deviations wide
 

@@ -10,13 +10,9 @@ import numpy as np
 from axisid.estimation.checks import Check
 from axisid.fleets import FleetRow, Reported
 from axisid.presentation.blocks import Document
-from axisid.support.errors import DataError, UsageError
-from axisid.support.files.csv_text import csv_text
-from axisid.support.files.json_text import json_text
-from axisid.support.files.regular_file import write_file
+from axisid.support.errors import DataError, Missing, UsageError, quoted
+from axisid.support.files import csv_text, json_text, write_file
 from axisid.support.mappings import grouped
-from axisid.support.missing import Missing
-from axisid.support.quoting import quoted
 
 from .document import trend_document, trend_page
 from .gathering import Saved, place_of, points_of

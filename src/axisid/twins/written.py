@@ -17,12 +17,9 @@ from axisid.estimation.records.columns import log_content
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import Chain
 from axisid.modeling.declaration import Axis
-from axisid.support.errors import UsageError
-from axisid.support.files.csv_text import csv_text
-from axisid.support.files.regular_file import kept_if_filled, replace_file, write_file
+from axisid.support.errors import UsageError, is_real, is_whole, quoted
+from axisid.support.files import csv_text, kept_if_filled, replace_file, write_file
 from axisid.support.progress import Progress, with_progress
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real, is_whole
 
 _FIRST_DAY = date(2026, 1, 1)
 _MOST = 1_000_000  # machines: the noise of each day is that of runs from here on

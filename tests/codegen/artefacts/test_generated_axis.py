@@ -16,7 +16,7 @@ from axisid.modeling.declaration.drive import Drive
 from axisid.modeling.derivation.model import AxisModel
 from axisid.modeling.quantities.names import RESERVED
 from axisid.modeling.quantities.symbols import DIRECTION, FORCE
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 NUMBERS = st.one_of(st.just(0.0), st.floats(-1e3, 1e3, allow_nan=False))
 POSITIVE = st.floats(1e-3, 1e3)

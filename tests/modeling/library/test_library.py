@@ -16,7 +16,7 @@ from axisid.modeling.derivation.inverse import Regressor
 from axisid.modeling.derivation.model import AxisModel
 from axisid.modeling.library import crank
 from axisid.modeling.quantities.symbols import DIRECTION, FORCE
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 
 def other_way(name: str, **energies: Any) -> Axis:

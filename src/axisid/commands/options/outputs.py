@@ -19,8 +19,7 @@ from typing import NoReturn
 import click
 
 from axisid.presentation.console import print_document
-from axisid.support.files.json_text import json_text
-from axisid.support.files.regular_file import write_file
+from axisid.support.files import json_text, write_file
 from axisid.support.presentable import Presentable
 
 from . import stages
