@@ -138,8 +138,8 @@ def test_rows_are_read_in_the_order_of_their_last_lines_finite_or_not(tmp_path: 
         ledger.write(b'{"schema": "axisid.fle')  # cut off
     ledger_read = read_ledger(tmp_path)
     rows = ledger_read.rows
-    assert ledger_read.broken == (4,)
-    assert "1 line of" in ledger_read.broken_text()
+    assert "1 line of" in ledger_read.broken
+    assert ledger_read.broken.endswith("(4)")
     assert list(rows) == ["odd", "a"]
     assert math.isnan(rows["odd"].parameters["M"].value)
     assert rows["a"].parameters["M"].value == CENTRE[0] + 1.0

@@ -212,7 +212,19 @@ def twin(
         each = {name: of_all for name, value in alike.true_values.items() if value and of_all}
         machines = replace(alike, scatter={**each, **scatters})
     if not folder:
-        _write_one(machines, axis, output)
+        with ProgressLine(f"simulating {axis}"):
+            file = stages.write_twin(machines, output)
+        click.echo(f"wrote {file}")
+        units = {p.name: p.unit for p in machines.axis.declared.parameters}
+        true = machines.truth(0, 0).items()
+        click.echo("true: " + ", ".join(f"{name} = {v:.6g} {units[name]}" for name, v in true))
+        measured = [
+            f"{role}={role}"
+            for role in ("velocity", "acceleration")
+            if getattr(machines.noise, role) is not None and role not in machines.axis.axis.columns
+        ]
+        columns = ["--columns", ",".join(measured)] if measured else []
+        click.echo("next: " + shlex.join(["axisid", "identify", axis, str(file), *columns]))
         return
     ending = f".{form}"
     check_folder(output, "--output", stages.twin_files(machines, ending), force=force)
@@ -221,20 +233,3 @@ def twin(
     logs = machines.count * machines.days
     click.echo(f"wrote {logs} {'log' if logs == 1 else 'logs'} and {manifest}")
     click.echo("next: " + shlex.join(["axisid", "fleet", str(manifest)]))
-
-
-def _write_one(machines: "stages.TwinMachines", axis: str, output: str) -> None:
-    """Write a log and say how it is identified."""
-    with ProgressLine(f"simulating {axis}"):
-        file = stages.write_twin(machines, output)
-    click.echo(f"wrote {file}")
-    units = {p.name: p.unit for p in machines.axis.declared.parameters}
-    truth = machines.truth(0, 0).items()
-    click.echo("true: " + ", ".join(f"{name} = {v:.6g} {units[name]}" for name, v in truth))
-    measured = [
-        f"{role}={role}"
-        for role in ("velocity", "acceleration")
-        if getattr(machines.noise, role) is not None and role not in machines.axis.axis.columns
-    ]
-    columns = ["--columns", ",".join(measured)] if measured else []
-    click.echo("next: " + shlex.join(["axisid", "identify", axis, str(file), *columns]))

@@ -110,7 +110,18 @@ def fleet(
         The axis of all logs is wrong, or all logs are without a column; what is wrong with one log
         is in its row.
     """
-    _check(jobs, time_limit, identifying)
+    if not (is_whole(jobs) and jobs >= 0):
+        raise UsageError(f"the jobs are {quoted(jobs)}; give a whole number, 0 for none besides.")
+    if time_limit is not None and not (is_real(time_limit) and 0 < time_limit < math.inf):
+        raise UsageError(
+            f"the time limit is {quoted(time_limit)}; give a positive number of seconds."
+        )
+    if several := sorted({*OF_SEVERAL} & identifying.keys()):
+        raise UsageError(
+            f"{', '.join(several)} is of several records together, and a fleet identifies each "
+            "log by itself; leave it out.",
+            code="fleet",
+        )
     items = gather_items(logs, Path(out))
     settings = Settings(
         folder=str(out),
@@ -162,7 +173,7 @@ def _notes(ledger: Ledger, names: Container[str], *, resume: bool) -> Iterator[s
     """What is said of the ledger as it was, and of results that it does not have now."""
     if resume and ledger.broken:
         yield (
-            f"{ledger.broken_text()}, as a run leaves that is cut off; logs that no other line has "
+            f"{ledger.broken}, as a run leaves that is cut off; logs that no other line has "
             "were identified again."
         )
     if left := strays(ledger.file.parent, names):
@@ -259,20 +270,6 @@ def _is_whole(result: Path) -> bool:
         return isinstance(members, dict) and is_unchanged(members)
     except (OSError, msgspec.DecodeError, UnicodeDecodeError):
         return False
-
-
-def _check(jobs: object, limit: object, identifying: Mapping[str, Any]) -> None:
-    if not (is_whole(jobs) and int(jobs) >= 0):
-        raise UsageError(f"the jobs are {quoted(jobs)}; give a whole number, 0 for none besides.")
-    if limit is not None and not (is_real(limit) and 0 < limit < math.inf):
-        raise UsageError(f"the time limit is {quoted(limit)}; give a positive number of seconds.")
-    several = sorted({*OF_SEVERAL} & identifying.keys())
-    if several:
-        raise UsageError(
-            f"{', '.join(several)} is of several records together, and a fleet identifies each "
-            "log by itself; leave it out.",
-            code="fleet",
-        )
 
 
 def _check_names(

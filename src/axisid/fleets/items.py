@@ -248,7 +248,9 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
     in_folder = path.is_dir() and not (path / "metadata.yaml").is_file()  # a ROS 2 bag is one log
     if in_folder:
         files = [file for file in sorted(path.rglob("*")) if _may_be_log(file, out)]
-        files = [f for f in files if f.suffix.lower() in log_endings() or _is_run(f)]
+        # A file of that name says what a log is, though it be wrong.
+        runs = {f for f in files if f.name == "run.toml" or log_of(f) != f}
+        files = [f for f in files if f.suffix.lower() in log_endings() or f in runs]
     elif not path.exists() and glob.has_magic(str(path)):
         named = map(Path, sorted(glob.glob(str(path), recursive=True)))
         files = [file for file in named if _may_be_log(file, out)]
@@ -259,11 +261,6 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
             if not in_folder:
                 _check_no_manifest(file)
             yield FleetItem(log=str(file)), _BY_PATH
-
-
-def _is_run(file: Path) -> bool:
-    """Whether a file says what a log is; one of that name does, though it be wrong."""
-    return file.name == "run.toml" or log_of(file) != file
 
 
 def _may_be_log(file: Path, out: Path) -> bool:

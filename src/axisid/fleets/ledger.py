@@ -145,20 +145,13 @@ class Ledger:
     file : Path
     rows : dict of str to FleetRow
         The last one of each name, in the order in which they were written.
-    broken : tuple of int
-        Numbers of the lines that are no JSON, from 1.
+    broken : str
+        How many lines are no JSON, and which; empty where none is.
     """
 
     file: Path
     rows: dict[str, FleetRow] = field(default_factory=dict)
-    broken: tuple[int, ...] = ()
-
-    def broken_text(self) -> str:
-        """How many lines are broken, and which; empty where none is."""
-        if not self.broken:
-            return ""
-        lines = "1 line" if len(self.broken) == 1 else f"{len(self.broken)} lines"
-        return f"{lines} of {self.file} cannot be read ({first_of(list(map(str, self.broken)))})"
+    broken: str = ""
 
 
 def read_ledger(folder: Path) -> Ledger:
@@ -173,7 +166,7 @@ def read_ledger(folder: Path) -> Ledger:
     """
     file = folder / LEDGER
     rows: dict[str, FleetRow] = {}
-    broken: list[int] = []
+    broken: list[str] = []
     try:
         content = file.read_bytes()
     except FileNotFoundError:
@@ -190,11 +183,13 @@ def read_ledger(folder: Path) -> Ledger:
                 code="fleet",
             ) from error
         except (msgspec.DecodeError, UnicodeDecodeError):
-            broken.append(number)
+            broken.append(str(number))
             continue
         rows.pop(row.name, None)
         rows[row.name] = row
-    return Ledger(file=file, rows=rows, broken=tuple(broken))
+    lines = "1 line" if len(broken) == 1 else f"{len(broken)} lines"
+    said = f"{lines} of {file} cannot be read ({first_of(broken)})" if broken else ""
+    return Ledger(file=file, rows=rows, broken=said)
 
 
 def strays(folder: Path, names: Container[str]) -> list[str]:

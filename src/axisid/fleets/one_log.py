@@ -211,7 +211,14 @@ def identify_log(settings: Settings, named: Named) -> FleetRow:
     try:
         generated = settings.generated(named.item)
         axis = generated.axis.name
-        key = _key(settings, named.item)
+        try:
+            key = settings.key(named.item, log_digest(Path(named.item.log)))
+        except OSError as error:
+            raise DataError(
+                f"{error.filename or named.item.log} cannot be read: {error.strerror}. Check the "
+                "path.",
+                code="log-file",
+            ) from error
         result = result_of(settings, named.item)
         write_file(
             result_file(settings.folder, named.name), json_text(result.to_dict(settings.draws))
@@ -229,16 +236,6 @@ def identify_log(settings: Settings, named: Named) -> FleetRow:
     return named.row(
         axis=axis, status="ok", key=key, **judged(result), seconds=process_time() - begin
     )
-
-
-def _key(settings: Settings, item: FleetItem) -> str:
-    try:
-        return settings.key(item, log_digest(Path(item.log)))
-    except OSError as error:
-        raise DataError(
-            f"{error.filename or item.log} cannot be read: {error.strerror}. Check the path.",
-            code="log-file",
-        ) from error
 
 
 def result_of(settings: Settings, item: FleetItem) -> Identification:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from axisid.codegen.artefacts import build
-from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.monte_carlo import MonteCarlo, monte_carlo
 from axisid.estimation.signals import Prefilter
@@ -32,7 +32,6 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.monte_carlo import estimand_tables, findings, legend, study_facts
-from axisid.support.errors import EstimationError
 from axisid.support.files import json_text, write_file
 from axisid.support.progress import Progress, with_progress
 
@@ -133,15 +132,6 @@ def write_study(study: Study, folder: Path) -> list[Path]:
     return [folder / name for name in STUDY_FILES]
 
 
-def _error(estimate: Estimate) -> float:
-    """The error that the published tables can mean: simulated for IV, of the equation for LS."""
-    if not estimate.iterates:
-        return estimate.equation_error_percent
-    if estimate.simulation_error_percent is None:
-        raise EstimationError(f"{estimate.method} has no simulation error.")
-    return estimate.simulation_error_percent
-
-
 def _estimates(study: Study, table: dict[str, Any]) -> Table:
     result = study.appropriate if table["appropriate"] else study.inappropriate
     published, is_mapped = table["published"], table.get("mapped", False)
@@ -155,8 +145,13 @@ def _estimates(study: Study, table: dict[str, Any]) -> Table:
         cells = (_beside(column[i][1], *paper[i]) for column, paper in of_methods)
         rows.append((name, first.unit, *cells))
     if errors := table["errors"]:
-        both = zip(estimates, errors, strict=True)
-        cells = (Quantity(f"{_error(each):.1f}", "", (f"{paper:g}",)) for each, paper in both)
+        # What the published ones can mean: simulated for IV, of the equation for LS.
+        own = (
+            each.simulation_error_percent if each.iterates else each.equation_error_percent
+            for each in estimates
+        )
+        both = zip(own, errors, strict=True)
+        cells = (Quantity(f"{error:.1f}", "", (f"{paper:g}",)) for error, paper in both)
         rows.append(("error", "%", *cells))
     parts = ("rel. sd", "paper", "rel. sd")[: 1 + len(published[0][0])]
     return Table(

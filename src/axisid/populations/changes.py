@@ -46,7 +46,7 @@ def _largest_step(values: Array, variances: Array) -> tuple[int, float] | None:
     weights = 1 / _total_variances(values, variances)
     orders = _orders(len(values))
     sizes, places = _largest(values[orders], weights[orders])
-    return int(places[0]), _share_as_large(sizes)
+    return int(places[0]), float(np.mean(sizes >= sizes[0]))
 
 
 def _places(
@@ -67,11 +67,6 @@ def _orders(count: int) -> NDArray[np.intp]:
     own = np.arange(count)
     rng = np.random.default_rng(_SEED)
     return np.vstack([own, rng.permuted(np.tile(own, (_ORDERS, 1)), axis=1)])
-
-
-def _share_as_large(figures: Array) -> float:
-    """Probability of a figure as large as the first, if the order told nothing."""
-    return float(np.mean(figures >= figures[0]))
 
 
 def _total_variances(values: Array, variances: Array) -> Array:
@@ -220,7 +215,11 @@ def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
     # So that no unit of the places decides whether their squares are numbers.
     places = (places - places.mean()) / reach
     orders = _orders(len(values))
-    slopes = _slopes(values[orders], 1 / _total_variances(values, variances)[orders], places)
+    weights = (1 / _total_variances(values, variances))[orders]
+    total = weights.sum(axis=1, keepdims=True)
+    away = places - (weights * places).sum(axis=1, keepdims=True) / total
+    along = (weights * away * values[orders]).sum(axis=1)
+    squared = along**2 / (weights * away**2).sum(axis=1)  # slopes in deviations
     columns = _straight(places)
     # The likeliest scatter about a line is less than that about the true one.
     rest = len(values) / (len(values) - columns.shape[1])
@@ -229,17 +228,9 @@ def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
     return Drift(
         slope=float(coefficients[1] / reach),
         deviation=float(np.sqrt(covariance[1, 1]) / reach),
-        p_value=_share_as_large(slopes),
+        p_value=float(np.mean(squared >= squared[0])),
         line=columns @ coefficients,
     )
-
-
-def _slopes(values: Array, weights: Array, places: Array) -> Array:
-    """Squared slopes in deviations of several series, (s, n)."""
-    total = weights.sum(axis=1, keepdims=True)
-    away = places - (weights * places).sum(axis=1, keepdims=True) / total
-    along = (weights * away * values).sum(axis=1)
-    return np.asarray(along**2 / (weights * away**2).sum(axis=1))
 
 
 def _fitted(values: Array, variances: Array, columns: Array) -> tuple[Array, Array]:

@@ -58,8 +58,22 @@ def robust_scatter(points: Array) -> tuple[Array, Array]:
     """
     middle, scale = np.median(points, axis=0), spread_of(points)
     scaled = (points - middle) / scale
-    chosen = _closest(scaled)
-    centre, covariance = _moments(scaled[chosen])
+    count, size = scaled.shape
+    rng = np.random.default_rng(_SEED)
+    few = rng.choice(count, _FEW, replace=False) if count > _FEW else np.arange(count)
+    part = scaled[few]
+    ranks = rng.random((_STARTS, len(few)))
+    chosen = np.argpartition(ranks, size + 1, axis=1)[:, : size + 1]
+    for _ in range(2):
+        chosen, determinants = _concentrated(part, part[chosen])
+    begun = few[chosen[np.argsort(determinants, kind="stable")[:_KEPT]]]
+    chosen, determinants = _concentrated(scaled, scaled[begun])
+    for _ in range(_STEPS):
+        before = determinants
+        chosen, determinants = _concentrated(scaled, scaled[chosen])
+        if np.all(determinants >= before):
+            break
+    centre, covariance = _moments(scaled[chosen[np.argmin(determinants)]])
     distances = squared_distances(scaled, centre, covariance)
     usual = 2 * gammaincinv(points.shape[1] / 2, 0.5)  # the median of chi-squared
     covariance = covariance * (np.median(distances) / usual)
@@ -70,26 +84,6 @@ def spread_of(points: Array) -> Array:
     """Of each dimension of points, (n, p): its median deviation, so that units do not matter."""
     apart = np.median(np.abs(points - np.median(points, axis=0)), axis=0)
     return np.asarray(np.where(apart > 0, apart, np.std(points, axis=0)))
-
-
-def _closest(points: Array) -> Places:
-    """Which of the points are the half of least determinant."""
-    count, size = points.shape
-    rng = np.random.default_rng(_SEED)
-    few = rng.choice(count, _FEW, replace=False) if count > _FEW else np.arange(count)
-    part = points[few]
-    ranks = rng.random((_STARTS, len(few)))
-    chosen = np.argpartition(ranks, size + 1, axis=1)[:, : size + 1]
-    for _ in range(2):
-        chosen, determinants = _concentrated(part, part[chosen])
-    begun = few[chosen[np.argsort(determinants, kind="stable")[:_KEPT]]]
-    chosen, determinants = _concentrated(points, points[begun])
-    for _ in range(_STEPS):
-        before = determinants
-        chosen, determinants = _concentrated(points, points[chosen])
-        if np.all(determinants >= before):
-            break
-    return np.asarray(chosen[np.argmin(determinants)])
 
 
 def _concentrated(points: Array, chosen: Array) -> tuple[Places, Array]:

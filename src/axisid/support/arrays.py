@@ -10,6 +10,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
+from functools import cached_property
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
@@ -171,33 +172,23 @@ class Deferred(Generic[T]):
         Gives the value; let go of when it has.
     """
 
-    __slots__ = ("_made", "_make")
-
     def __init__(self, make: Callable[[], T]) -> None:
-        self._make: Callable[[], T] | None = make
-        self._made: list[T] = []
+        self._make = make
 
     @classmethod
     def of(cls, value: T) -> "Deferred[T]":
         """A value that there is already."""
-        made = cls(lambda: value)
-        _ = made.value
-        return made
+        return cls(lambda: value)
 
-    @property
+    @cached_property
     def value(self) -> T:
         """The value; whatever making it raises, every time that it is asked for."""
-        make = self._make
-        if make is not None and not self._made:
-            self._made.append(make())
-        self._make = None
-        return self._made[0]
+        value = self._make()
+        del self._make
+        return value
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Deferred.of, (self.value,)
-
-    def __copy__(self) -> "Deferred[T]":
-        return self
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Deferred) and same(self.value, other.value)

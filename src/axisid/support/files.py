@@ -1,4 +1,5 @@
 """Files that are read and written: regular ones, whole, unchanged while read, as JSON and CSV."""
+
 import csv
 import errno
 import hashlib
@@ -17,7 +18,7 @@ from io import BufferedReader
 from pathlib import Path
 from typing import Any
 
-from .errors import AxisidError, DataError, UsageError
+from .errors import AxisidError, DataError, EstimationError, UsageError
 
 
 @contextmanager
@@ -146,11 +147,8 @@ def stamps(path: Path) -> dict[Path, Stamp]:
         It cannot be read.
     """
     files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
-    return {file: _stamp(file.stat()) for file in files}
-
-
-def _stamp(status: Any) -> Stamp:
-    return (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
+    found = {file: file.stat() for file in files}
+    return {f: (s.st_dev, s.st_ino, s.st_size, s.st_mtime_ns) for f, s in found.items()}
 
 
 def digest_of(files: Iterator[Path] | list[Path]) -> str:
@@ -209,8 +207,9 @@ def read_result(file: Path, error: type[AxisidError]) -> bytes:
     try:
         kind = file.stat().st_mode
         if not stat.S_ISREG(kind) and (stat.S_ISDIR(kind) or not _OPENED.fullmatch(str(file))):
+            what = "a folder" if stat.S_ISDIR(kind) else "a pipe, a device or a socket"
             raise error(
-                f"{file} cannot be read: it is {_kind(kind)}. {GIVE_RESULT}",
+                f"{file} cannot be read: it is {what}. {GIVE_RESULT}",
                 code="result-file",
             )
         with file.open("rb") as stream:
@@ -230,10 +229,6 @@ def read_result(file: Path, error: type[AxisidError]) -> bytes:
     return content
 
 
-def _kind(mode: int) -> str:
-    return "a folder" if stat.S_ISDIR(mode) else "a pipe, a device or a socket"
-
-
 def json_text(document: Mapping[str, Any]) -> str:
     """A result as JSON on several lines, with its `digest` if it has a schema.
 
@@ -242,8 +237,6 @@ def json_text(document: Mapping[str, Any]) -> str:
     EstimationError
         A number in it is infinite or none; where it stands is said.
     """
-    from .errors import EstimationError
-
     try:
         if "schema" in document:
             document = {**document, "digest": digest(document)}
@@ -299,14 +292,9 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
 def _as_text(cell: object) -> object:
     if not isinstance(cell, str):
         return cell
-    begins_one = cell.startswith(_FORMULA) and not _is_number(cell)
+    begins_one = cell.startswith(_FORMULA)
+    with suppress(ValueError):
+        float(cell)
+        begins_one = False
     # The writer quotes no carriage return, at which readers begin a row.
     return "'" * begins_one + cell.replace("\r", "\n")
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True

@@ -82,22 +82,16 @@ def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ())
     more = (f"and {left} more series without a change.",) if left > 0 else ()
     said = (paragraph(*more, *notes),) if more or notes else ()
     heads = ("series", "results", "steps", "drifts", "beyond the limits", "verdict fails")
-    overview = Table(columns=text_columns(heads), rows=tuple(map(_overview_row, shown)))
+    rows = []
+    for each in shown:
+        steps = (chart.parameter for chart in each.charts if chart.steps)
+        drifts = (chart.parameter for chart in each.charts if chart.drift is not None)
+        far = (f"{chart.parameter} {len(chart.beyond)}" for chart in each.charts if chart.beyond)
+        told = [", ".join(names) for names in (steps, drifts, far)]
+        failing = sum(bool(point.failing) for point in each.points)
+        rows.append((each.title, str(len(each.points)), *told, str(failing or "")))
+    overview = Table(columns=text_columns(heads), rows=tuple(rows))
     return heading, *([overview] if len(shown) > 1 else []), *blocks, *said
-
-
-def _overview_row(series: Series) -> tuple[Cell, ...]:
-    """The parameters of which something is told, and how many results are beyond or fail."""
-    steps = (chart.parameter for chart in series.charts if chart.steps)
-    drifts = (chart.parameter for chart in series.charts if chart.drift is not None)
-    beyond = (f"{chart.parameter} {len(chart.beyond)}" for chart in series.charts if chart.beyond)
-    failing = sum(bool(point.failing) for point in series.points)
-    return (
-        series.title,
-        str(len(series.points)),
-        *(", ".join(each) for each in (steps, drifts, beyond)),
-        str(failing) if failing else "",
-    )
 
 
 def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
@@ -108,7 +102,23 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
         if isinstance(chart.limits, Missing)
     )
     said = [f"{', '.join(of)}: {reason}." for reason, of in without.items()]
-    said += [line for chart in series.charts for line in _changes(series, chart, by)]
+    of = "day" if series.origin(by) else f"unit of {by}" if by else "result"
+    for chart in series.charts:
+        name, unit, drift = chart.parameter, chart.unit, chart.drift
+        said += [
+            f"{name} steps by {step.difference:+.4g} +- {step.deviation:.2g} {unit} from "
+            f"{points[step.place].name} on (p {step.p_value:.2g})."
+            for step in chart.steps
+        ]
+        if drift is not None:
+            said.append(
+                f"{name} drifts by {drift.slope:+.3g} +- {drift.deviation:.2g} {unit} for each "
+                f"{of}, {drift.line[-1] - drift.line[0]:+.3g} {unit} in all (p "
+                f"{drift.p_value:.2g})."
+            )
+        if chart.beyond:
+            beyond = first_of([points[place].name for place in chart.beyond], _MOST_SHOWN)
+            said.append(f"{name} is beyond its limits in {beyond}.")
     methods = dict.fromkeys(point.method.upper() for point in points)
     results = "1 result" if len(points) == 1 else f"{len(points)} results"
     heads = ("parameter", "unit", "centre", "sd between", "sd of the last", "limits of the last")
@@ -152,26 +162,6 @@ def _row(chart: Chart) -> tuple[Cell, ...]:
         own,
         range_text(limits.lower[-1], limits.upper[-1]),
     )
-
-
-def _changes(series: Series, chart: Chart, by: str) -> list[str]:
-    """What is said of a parameter."""
-    said = [
-        f"{chart.parameter} steps by {step.difference:+.4g} +- {step.deviation:.2g} {chart.unit} "
-        f"from {series.points[step.place].name} on (p {step.p_value:.2g})."
-        for step in chart.steps
-    ]
-    if chart.drift is not None:
-        of = "day" if series.origin(by) else f"unit of {by}" if by else "result"
-        slope, whole = chart.drift.slope, chart.drift.line[-1] - chart.drift.line[0]
-        said.append(
-            f"{chart.parameter} drifts by {slope:+.3g} +- {chart.drift.deviation:.2g} {chart.unit} "
-            f"for each {of}, {whole:+.3g} {chart.unit} in all (p {chart.drift.p_value:.2g})."
-        )
-    if chart.beyond:
-        names = first_of([series.points[place].name for place in chart.beyond], _MOST_SHOWN)
-        said.append(f"{chart.parameter} is beyond its limits in {names}.")
-    return said
 
 
 def trend_plot(series: Series, by: str) -> Plot:

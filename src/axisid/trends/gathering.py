@@ -175,12 +175,12 @@ def _left_out(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
     """What is said of the results of a folder that its ledger has not."""
     if not ledger.rows:
         if ledger.broken:
-            yield f"{ledger.broken_text()}: serial numbers and conditions are not known."
+            yield f"{ledger.broken}: serial numbers and conditions are not known."
         return
     left = strays(folder, ledger.rows)
     if left := [name for name in left if (folder / f"{name}.json").resolve() not in named]:
         of = "1 result is" if len(left) == 1 else f"{len(left)} results are"
-        why = f" {ledger.broken_text()}." if ledger.broken else ""
+        why = f" {ledger.broken}." if ledger.broken else ""
         yield (
             f"{of} left out that {ledger.file} has no line of: {first_of(left)}.{why} Give the "
             "files by name, or identify the logs again with axisid fleet --resume."

@@ -91,10 +91,9 @@ def json_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None
     return click.option("--json", "json_file", metavar="FILE", help=said)
 
 
-def force_option(command: Callable[..., None]) -> Callable[..., None]:
-    """Add ``--force``, which the command takes as `force`."""
-    said = "Write over a file that this command did not write."
-    return click.option("--force", is_flag=True, help=said)(command)
+force_option = click.option(
+    "--force", is_flag=True, help="Write over a file that this command did not write."
+)
 
 
 @dataclass(frozen=True, slots=True)
