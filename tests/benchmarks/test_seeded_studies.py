@@ -1,7 +1,11 @@
 """Studies in small, each with its contract: what it was made to show holds."""
 
+import json
+import subprocess
+import sys
 from collections.abc import Callable
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +13,21 @@ import pytest
 
 from axisid import simulate
 from benchmarks.machines import Machine, records
+
+
+@pytest.fixture
+def figures(root: Path) -> Callable[..., dict[str, Any]]:
+    """The figures that a program of `benchmarks/` writes when it is given some options."""
+
+    def run(study: str, *options: str) -> dict[str, Any]:
+        command = [sys.executable, f"benchmarks/{study}.py", "--json", "-", *options]
+        done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        found: dict[str, Any] = json.loads(done.stdout)
+        return found
+
+    return run
+
 
 Figures = Callable[..., dict[str, Any]]
 fits: Any = import_module("fits")

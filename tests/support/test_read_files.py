@@ -19,6 +19,7 @@ from axisid.estimation.records.record import Record
 from axisid.estimation.tables.table import Table
 from axisid.support import memory
 from tests.bounded import within
+from tests.estimation.logs.test_rosbag import bag_of
 from tests.refusals import refuses
 
 ROOM = 20e6  # bytes; each file below unfolds to more and is smaller by far
@@ -118,25 +119,9 @@ def test_packed_log_is_refused_before_it_is_unfolded(
 
 
 def test_messages_of_a_bag_are_counted(tmp_path: Path) -> None:
-    rosbag = pytest.importorskip("rosbags.rosbag2")
-    stores = pytest.importorskip("rosbags.typesys")
-    store = stores.get_typestore(stores.Stores.LATEST)
-    kind: Any = "sensor_msgs/msg/JointState"
-    types = store.types
-    stamp = types["builtin_interfaces/msg/Time"](sec=1, nanosec=0)
-    message = types[kind](
-        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=""),
-        name=["joint"],
-        position=np.zeros(1),
-        velocity=np.zeros(0),
-        effort=np.zeros(1),
-    )
-    with rosbag.Writer(tmp_path / "log", version=9) as writer:
-        connection = writer.add_connection("/joint_states", kind, typestore=store)
-        for k in range(100):
-            writer.write(connection, k, store.serialize_cdr(message, kind))
+    file = bag_of(tmp_path, [("/joint_states", k, k, [0.0]) for k in range(100)])
     with refuses("memory"):
-        read_record(tmp_path / "log", max_memory=1e5)
+        read_record(file, max_memory=1e5)
 
 
 def test_a_file_too_large_to_read_is_to_be_cut_into_shorter_ones(tmp_path: Path) -> None:
