@@ -11,7 +11,6 @@ import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -182,38 +181,6 @@ def test_numbers_of_another_axis_are_refused(run: Run, file: Path, tmp_path: Pat
     code, _, err = run("export", file, "--axis", edited, "--to", "csv")
     assert code == 2
     assert "identify again" in err
-
-
-def spoiled(change: Callable[[dict[str, Any]], object]) -> Callable[[dict[str, Any]], str]:
-    def made(written: dict[str, Any]) -> str:
-        change(written)
-        return json.dumps(written)
-
-    return made
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda _: "{", "is not JSON"),
-        (
-            lambda w: json.dumps(w).replace('"M": ', '"W": '),
-            "lacks parameters of the axis 'emps2015'",
-        ),
-        (
-            spoiled(lambda w: w["estimates"][0]["parameters"]["M"].update(value="1; evil()")),
-            "expected float, got str",
-        ),
-    ],
-)
-def test_what_is_no_result_is_refused(
-    run: Run, file: Path, make: Callable[[dict[str, Any]], str], message: str
-) -> None:
-    file.write_text(make(json.loads(file.read_text())))
-    code, out, err = run("export", file, "--axis", "emps2015", "--to", "python")
-    assert (code, out) == (3, "")
-    assert message in err
-    assert len(err.splitlines()) == 1
 
 
 def test_bad_arguments_are_explained(

@@ -137,22 +137,14 @@ _MASKED = np.ma.masked_array(_SHORT, mask=_SHORT > 0.009)
 
 def _one(**changed: Any) -> Callable[[], object]:
     """A simulation with one wrong argument."""
-
-    def call() -> object:
-        given = {"parameters": _axis().nominal, "reference": _SHORT, "period": 1e-3, **changed}
-        return simulate(_axis(), **given)
-
-    return call
+    given = {"reference": _SHORT, "period": 1e-3, **changed}
+    return lambda: simulate(_axis(), **{"parameters": _axis().nominal, **given})
 
 
 def _many(**changed: Any) -> Callable[[], object]:
     """A batch with one wrong argument."""
-
-    def call() -> object:
-        given = {"parameters": [_axis().nominal], "reference": _SHORT, "period": 1e-3, **changed}
-        return simulate_batch(_axis(), **given)
-
-    return call
+    given = {"reference": _SHORT, "period": 1e-3, **changed}
+    return lambda: simulate_batch(_axis(), **{"parameters": [_axis().nominal], **given})
 
 
 def _columns(**changed: Any) -> dict[str, Any]:

@@ -1,15 +1,14 @@
 """Every class of fault that was ever found ends as the catalogue says: a sentence, an exit code."""
 
 import re
-import signal
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
-from types import FrameType
 
 import pytest
 
 from tests.faults.fault import Fault, Misuse
+from tests.fuzz.cases import in_time
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -39,15 +38,8 @@ MISUSES: list[Misuse] = [misuse for page in _PAGES for misuse in getattr(page, "
 @pytest.fixture(autouse=True)
 def _in_time() -> Iterator[None]:
     """End what hangs, as a failure."""
-
-    def stop(_number: int, _frame: FrameType | None) -> None:
-        raise TimeoutError(f"not done after {_SECONDS} s")
-
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.alarm(_SECONDS)
-    yield
-    signal.alarm(0)
-    signal.signal(signal.SIGALRM, before)
+    with in_time(_SECONDS):
+        yield
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)

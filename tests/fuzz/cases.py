@@ -5,34 +5,31 @@ A case is drawn from the seed, the kind of the fuzz and its number, so that it c
     make fuzz SEED=7 TIMES=100
 """
 
-import io
 import os
 import signal
-import sys
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 from typing import Any, Generic, TypeVar
-from unittest import mock
 
 import numpy as np
 
 from axisid import AxisidError
-from axisid.commands.main import main
 
 SEED = int(os.environ.get("AXISID_FUZZ_SEED", "1"))
 TIMES = float(os.environ.get("AXISID_FUZZ_TIMES", "1"))
-SECONDS = 10  # of work, the most that any input may take
 
-_WAITING = 60.0  # seconds, on a machine that is busy with other things
+_SECONDS = 60.0  # the most that any input may take, on a machine that is busy with other things
 _SHRINKING = 20.0  # seconds for making a failing input smaller
 _SHOWN = 6  # classes of failures
 
 Case = TypeVar("Case")
+#: The command line, as the fixture of that name runs it.
+Run = Callable[..., tuple[int, str, str]]
 
 
 class Hung(BaseException):
@@ -44,22 +41,19 @@ class WrongError(AssertionError):
 
 
 @contextmanager
-def in_time() -> Iterator[None]:
-    """Raise `Hung` after some seconds of work, or many of waiting."""
+def in_time(seconds: float = _SECONDS) -> Iterator[None]:
+    """Raise `Hung` after so many seconds."""
 
     def stop(_number: int, _frame: FrameType | None) -> None:
-        raise Hung
+        raise Hung(f"more than {seconds} s")
 
-    timers = ((signal.ITIMER_PROF, signal.SIGPROF), (signal.ITIMER_REAL, signal.SIGALRM))
-    before = [signal.signal(ended, stop) for _, ended in timers]
-    for (timer, _), seconds in zip(timers, (SECONDS, _WAITING), strict=True):
-        signal.setitimer(timer, seconds)
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         yield
     finally:
-        for (timer, ended), handler in zip(timers, before, strict=True):
-            signal.setitimer(timer, 0)
-            signal.signal(ended, handler)
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,8 +104,8 @@ class Fuzz(Generic[Case]):
         except WrongError as error:
             kind, _, said = str(error).partition(": ")
             return kind, said
-        except Hung:
-            return "hung", f"more than {SECONDS} s"
+        except Hung as hung:
+            return "hung", str(hung)
         except Exception as error:
             return f"{type(error).__name__} in {_place(error)}", str(error)
         return None
@@ -182,23 +176,7 @@ def one_of(rng: np.random.Generator, items: "Sequence[Case]") -> Case:
     return items[int(rng.integers(len(items)))]
 
 
-def run(*arguments: object) -> tuple[int, str, str]:
-    """Run the command line: exit code, standard output, standard error."""
-    out, err, code = io.StringIO(), io.StringIO(), 0
-    argv = ["axisid", *map(str, arguments)]
-    with (
-        mock.patch.object(sys, "argv", argv),
-        redirect_stdout(out),
-        redirect_stderr(err),
-    ):
-        try:
-            main()
-        except SystemExit as stop:
-            code = stop.code if isinstance(stop.code, int) else 0 if stop.code is None else 1
-    return code, out.getvalue(), err.getvalue()
-
-
-def kept_to(*arguments: object, output: Path) -> tuple[int, str]:
+def kept_to(run: Run, *arguments: object, output: Path) -> tuple[int, str]:
     """Run a command that writes a file; exit code and what it wrote.
 
     It ends with a documented exit code and one sentence, and writes the file whole or not at all.

@@ -12,7 +12,7 @@ import pytest
 
 from axisid import AxisidError, build, identify, load_axis, twin_record
 from benchmarks.random_axes import RandomAxis, Term, random_axis
-from tests.fuzz.cases import Fuzz, WrongError, kept_to
+from tests.fuzz.cases import Fuzz, Run, WrongError, kept_to
 from tests.fuzz.test_expressions import random_text, renamed
 from tests.fuzz.test_text_logs import damaged
 
@@ -99,13 +99,14 @@ def log(declaration: Path) -> bytes:
 
 @pytest.mark.slow
 def test_damaged_logs_are_identified_or_refused(
-    declaration: Path, log: bytes, tmp_path: Path
+    run: Run, declaration: Path, log: bytes, tmp_path: Path
 ) -> None:
     file, output = tmp_path / "log.csv", tmp_path / "result.json"
 
     def check(text: str) -> None:
         file.write_bytes(text.encode("latin-1"))
         code, written = kept_to(
+            run,
             *("identify", declaration, file, "--method", "idm-ls", "--json", output),
             output=output,
         )

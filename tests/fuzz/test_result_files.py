@@ -10,7 +10,7 @@ import pytest
 
 from axisid import build, fit, identify, load_axis, load_result, monte_carlo, twin_record
 from benchmarks.random_axes import RandomAxis, random_axis
-from tests.fuzz.cases import Fuzz, WrongError, kept_to, one_of, places
+from tests.fuzz.cases import Fuzz, Run, WrongError, kept_to, one_of, places
 
 #: What is put in the place of a value.
 _VALUES: tuple[Any, ...] = (
@@ -125,13 +125,15 @@ def _text(text: str) -> str:
 
 
 @pytest.mark.slow
-def test_changed_results_are_compared_or_refused(result: Any, tmp_path: Path) -> None:
+def test_changed_results_are_compared_or_refused(run: Run, result: Any, tmp_path: Path) -> None:
     first, second, output = (tmp_path / name for name in ("a.json", "b.json", "out.json"))
     first.write_text(json.dumps(result), encoding="utf-8")
 
     def check(text: str) -> None:
         second.write_text(text, encoding="utf-8", errors="surrogatepass")
-        code, written = kept_to("compare-results", first, second, "--json", output, output=output)
+        code, written = kept_to(
+            run, "compare-results", first, second, "--json", output, output=output
+        )
         if code == 0:
             json.loads(written, parse_constant=_refused)
 
@@ -146,7 +148,7 @@ def test_changed_results_are_compared_or_refused(result: Any, tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_changed_results_are_exported_or_refused(
-    axis: RandomAxis, result: Any, tmp_path: Path
+    run: Run, axis: RandomAxis, result: Any, tmp_path: Path
 ) -> None:
     declaration, file, output = (tmp_path / n for n in ("axis.toml", "a.json", "out.txt"))
     declaration.write_text(axis.toml, encoding="utf-8")
@@ -155,7 +157,9 @@ def test_changed_results_are_exported_or_refused(
         text, target = case
         file.write_text(text, encoding="utf-8", errors="surrogatepass")
         code, written = kept_to(
-            *("export", file, "--axis", declaration, "--to", target, "-o", output), output=output
+            run,
+            *("export", file, "--axis", declaration, "--to", target, "-o", output),
+            output=output,
         )
         if code == 0 and target == "json":
             _compare(json.loads(text), json.loads(written, parse_constant=_refused))
