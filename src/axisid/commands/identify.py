@@ -133,9 +133,10 @@ def identify(
     if json_file == "-":
         check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
     check_methods(methods)
-    numbers = ["", *(f"-{i + 1}" for i in range(len(record)) if len(record) > 1)]
-    drawn = {f"{name}{i}.pdf": "figure" for name in stages.NAMES for i in numbers}
-    check_folder(figures, "--figures", drawn, force=force)
+    if figures is not None:
+        numbers = ["", *(f"-{i + 1}" for i in range(len(record)) if len(record) > 1)]
+        drawn = {f"{name}{i}.pdf": "figure" for name in stages.NAMES for i in numbers}
+        check_folder(figures, "--figures", drawn, force=force)
     further = validating.further
     inputs = axis_and_records(axis, record, reading, sharing, further, fixed=fix, left_out=left_out)
     if further and (sharing.local or sharing.known) and validating.like is None:

@@ -127,9 +127,9 @@ def study(
     check_targets(targets, (axis, twin), force=force)
     if output is not None:
         stages.check_output(Path(output))
-    check_folder(
-        figures, "--figures", {f"{name}.pdf": "figure" for name in stages.PLOTS}, force=force
-    )
+    if figures is not None:
+        drawn = {f"{name}.pdf": "figure" for name in stages.PLOTS}
+        check_folder(figures, "--figures", drawn, force=force)
     with ProgressLine(f"deriving {axis}"):
         whole = stages.load_axis(axis)
         identified = stages.build(stages.leave_out(whole, *left_out))
@@ -165,7 +165,18 @@ def study(
             progress=line,
             keep=keep,
         )
-    written: list[object] = []  # before what is printed, whose reader may have gone
+    # Before what is printed, whose reader may have gone.
+    written = _written(result, output, report, figures)
+    put_result(result, json_file)
+    for path in written:
+        click.echo(f"wrote {path}", err=json_file == "-")
+
+
+def _written(
+    result: "stages.MonteCarlo", output: str | None, report: str | None, figures: str | None
+) -> list[object]:
+    """Write what is asked for and return the places."""
+    written: list[object] = []
     if output is not None:
         stages.write_runs(result, output)
         written.append(output)
@@ -176,6 +187,4 @@ def study(
         drawn = stages.monte_carlo_plots(result).values()
         plots = [plot for plot in drawn if isinstance(plot, stages.Plot)]
         written += stages.write_figures(plots, Path(figures), "pdf")
-    put_result(result, json_file)
-    for path in written:
-        click.echo(f"wrote {path}", err=json_file == "-")
+    return written

@@ -87,7 +87,14 @@ def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
     weight = np.cumsum(np.pad(weights, ((0, 0), (1, 0))), axis=1)
     best = np.full(len(values), -np.inf)
     places = np.zeros(len(values), dtype=np.intp)
-    for start, stop in _stretches(values.shape[1]):
+    count = values.shape[1]
+    # All of it, then ever shorter ones that overlap by half and more.
+    stretches, length = [(0, count)], count / _SHORTER
+    while length >= 2 * _SHORTEST:
+        starts = np.linspace(0, count - length, 2 * int(np.ceil(count / length)) - 1)
+        stretches += [(int(start), int(np.ceil(start + length))) for start in starts]
+        length /= _SHORTER
+    for start, stop in stretches:
         inner = slice(start + _SHORTEST, stop - _SHORTEST + 1)
         before, of_before = (x[:, inner] - x[:, [start]] for x in (sums, weight))
         after, of_after = (x[:, [stop]] - x[:, inner] for x in (sums, weight))
@@ -96,17 +103,6 @@ def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
         places = np.where(largest > best, sizes.argmax(axis=1) + inner.start, places)
         best = np.maximum(best, largest)
     return best, places
-
-
-def _stretches(count: int) -> list[tuple[int, int]]:
-    """Stretches of a series: all of it, then ever shorter ones that overlap by half and more."""
-    found, length = [(0, count)], count / _SHORTER
-    while length >= 2 * _SHORTEST:
-        number = 2 * int(np.ceil(count / length)) - 1
-        starts = np.linspace(0, count - length, number)
-        found += [(int(start), int(np.ceil(start + length))) for start in starts]
-        length /= _SHORTER
-    return found
 
 
 def _step(

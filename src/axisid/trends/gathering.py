@@ -1,6 +1,7 @@
 """Results of a series: by name and folder, what is taken of each, what a ledger says of it."""
 
 import math
+import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from datetime import UTC, datetime
@@ -132,7 +133,9 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
     for saved in every:
         file = Path(saved.file)
         found.append(_point_of(saved, ledgers(file.parent).rows.get(file.stem), method))
-    folders = [Path(each) for each in given if isinstance(each, (str, Path)) and _is_folder(each)]
+    folders = [
+        Path(each) for each in given if isinstance(each, (str, Path)) and os.path.isdir(each)
+    ]
     notes = [note for each in folders for note in _left_out(each, ledgers(each), {*files})]
     if not found:
         raise UsageError(
@@ -153,7 +156,7 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
         yield given
     elif not isinstance(given, (str, Path)):
         raise UsageError(f"a result is {quoted(given)}; give a file, a folder or load_result(...).")
-    elif _is_folder(given):
+    elif os.path.isdir(given):
         done = ledgers(Path(given)).rows
         files = sorted(Path(given).glob("*.json"))
         # What a fleet did not write in its folder may be anything.
@@ -161,14 +164,6 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
         yield from (_loaded(file) for file in files if not done or file.stem in kept)
     else:
         yield _loaded(given)
-
-
-def _is_folder(given: str | Path) -> bool:
-    """Whether it names a folder; what no name can be is told where it is read as a file."""
-    try:
-        return Path(given).is_dir()
-    except OSError:
-        return False
 
 
 def _left_out(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:

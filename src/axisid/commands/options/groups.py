@@ -71,7 +71,7 @@ class Options:
 
 
 def takes(
-    parameter: str, group: type[Options], without: Collection[str] = (), **helps: str
+    parameter: str, group: type[Options], without: Collection[str] = ()
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Add the options of a group; the command takes them as one object.
 
@@ -82,8 +82,6 @@ def takes(
     group : type of Options
     without : collection of str
         Fields that are no options of this command.
-    **helps : str
-        What an option of this command says, by its field.
     """
     names = group.names()
     chosen = [each for each in fields(group) if each.name not in without]
@@ -102,10 +100,8 @@ def takes(
             command(**{parameter: group(**made)}, **values)
 
         for each in reversed(chosen):
-            asked = {**each.metadata["option"]}
-            asked["help"] = helps.get(each.name, asked["help"])
-            decorate = click.option(names[each.name], f"{parameter}_{each.name}", **asked)
-            collected = decorate(collected)
+            asked, name = each.metadata["option"], f"{parameter}_{each.name}"
+            collected = click.option(names[each.name], name, **asked)(collected)
         return collected
 
     return add
