@@ -21,7 +21,7 @@ from axisid.estimation.diagnostics import rows_alike
 from axisid.estimation.simulation import twin_record
 from axisid.modeling.declaration import Axis, leave_out
 from axisid.modeling.quantities import Parameter
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 PAYLOADS = (0.05, 0.2, 0.5)  # of the mass
 WRONG_GAIN = 1.02

@@ -33,7 +33,7 @@ from axisid import AxisidError, Record, fit, identify
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import belief, by_weight
-from axisid.support.jobs.run import run_jobs
+from axisid.support.jobs import Failure, run_jobs
 
 OUTPUTS = {
     "control": ["control"],
@@ -199,10 +199,10 @@ def main() -> None:
     names = [name for name in cases(options.seed) if options.only in name]
     work = partial(runs_of, runs=options.runs, seed=options.seed, by=tuple(options.by.split(",")))
     done: dict[str, dict[str, list[Run]]] = {}
-    for outcome in run_jobs(work, names, total=len(names), jobs=options.jobs):
-        if outcome.value is None:
-            raise SystemExit(f"{names[outcome.place]}: {outcome.failure}")
-        done[names[outcome.place]] = outcome.value
+    for place, made in run_jobs(work, names, total=len(names), jobs=options.jobs):
+        if isinstance(made, Failure):
+            raise SystemExit(f"{names[place]}: {made}")
+        done[names[place]] = made
     done = {name: done[name] for name in names}
     tree = {n: {b: [asdict(r) for r in each] for b, each in of.items()} for n, of in done.items()}
     give(tree, options.json, table(done, options.seed))

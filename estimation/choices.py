@@ -8,8 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from axisid.support.errors import UsageError
-from axisid.support.quoting import is_among, quoted
+from axisid.support.errors import UsageError, is_among, quoted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

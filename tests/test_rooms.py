@@ -14,7 +14,6 @@ from tests.rooms import FACES, Import, graph_of, imports_of, modules_of, room_of
 #: list. Rooms of one line know nothing of each other.
 FLOORS = (
     ("support",),
-    ("support.files", "support.jobs"),
     ("modeling.quantities",),
     ("modeling.algebra",),
     ("modeling.declaration",),
@@ -72,23 +71,19 @@ FLOORS = (
     ("presentation.monte_carlo",),
     ("presentation",),
     ("exports",),
-    ("populations", "fleets.items"),
+    ("populations",),
     ("fleets",),
     ("trends", "twins", "candidates"),
     ("paper",),
     ("commands.options",),
-    ("commands.many",),
     ("commands",),
 )
 #: Rooms without a face: their modules are imported by name, so that nothing unused is loaded.
 BY_NAME = (
     "support",
-    "support.files",
-    "support.jobs",
     "codegen.thresholds",
     "presentation",
     "exports",
-    "commands.many",
     "commands",
 )
 #: Folders of tests that are no room's: the whole, results and texts that are kept, what goes wrong,

@@ -9,7 +9,7 @@ from axisid.codegen.printers import print_c_loop_header
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.support.errors import UsageError
-from axisid.support.files.regular_file import read_regular, replace_file
+from axisid.support.files import read_regular, replace_file
 from axisid.support.progress import Progress, with_progress
 
 from .texts import FUNCTIONS, MANIFEST, axis_artefacts

@@ -32,10 +32,7 @@ from axisid.modeling.quantities import (
     TIME,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import ModelError, UsageError
-from axisid.support.missing import Missing
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import real_array
+from axisid.support.errors import Missing, ModelError, UsageError, quoted, real_array
 
 from .loop_by_gains import LoopByGains
 from .texts import FUNCTIONS, NATIVE, axis_artefacts, signature

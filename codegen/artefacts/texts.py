@@ -24,7 +24,7 @@ from axisid.modeling.derivation import AxisModel
 from axisid.modeling.description import derived_sections
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.quantities import Formula, with_numbers, with_own_symbols
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 from .drive_check import check_drive
 

@@ -20,7 +20,7 @@ from axisid.modeling.quantities import (
     REFERENCE,
     with_numbers,
 )
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 from .drive import acting_control, drive_control, drive_force, within
 from .lower import Arguments, Lowering

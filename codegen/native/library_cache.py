@@ -20,7 +20,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 from platformdirs import user_cache_path
 
-from axisid.support.files.regular_file import read_regular
+from axisid.support.files import read_regular
 
 from .compiler import FLAGS, Compiler, NativeUnavailableError, find_compiler
 

@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from axisid.codegen.lowering import HELD_REFERENCE
 from axisid.support.arrays import Array
-from axisid.support.errors import UsageError
-from axisid.support.real_numbers import real_array
+from axisid.support.errors import UsageError, real_array
 
 #: Arguments that are vectors; every other one is a scalar.
 VECTORS = frozenset(

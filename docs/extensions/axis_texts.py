@@ -9,7 +9,7 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.description import describe_combinations
 from axisid.modeling.quantities import named_constants
 from axisid.presentation.formulas.latex import equation_latex
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from benchmarks.library import prefilter_of
 
 

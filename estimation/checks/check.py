@@ -10,11 +10,15 @@ from typing import Annotated, Literal, TypeVar
 from msgspec import Meta
 
 from axisid.estimation.thresholds import CHECK_LEVEL, LEAST_SHARE
-from axisid.support.errors import AxisidError, UsageError, asks_for_tracebacks
-from axisid.support.missing import Missing
-from axisid.support.number_text import plain_numbers
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
+from axisid.support.errors import (
+    AxisidError,
+    Missing,
+    UsageError,
+    asks_for_tracebacks,
+    is_real,
+    plain_numbers,
+    quoted,
+)
 
 Status = Literal["pass", "note", "fail", "not evaluated"]
 

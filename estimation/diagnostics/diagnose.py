@@ -40,7 +40,7 @@ from axisid.estimation.diagnostics.loop import (
 )
 from axisid.estimation.misspecification import Misspecification
 from axisid.estimation.signals import rests_first
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
 from .misfit_checks import following, lack_of_fit_check, lacks_check

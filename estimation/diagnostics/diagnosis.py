@@ -55,7 +55,7 @@ from axisid.estimation.records import record_labels
 from axisid.estimation.regression import DirectForm, recorded_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
 
 from .records_alike import Alike, RecordDifference, rows_alike

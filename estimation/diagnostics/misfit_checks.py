@@ -17,7 +17,7 @@ from axisid.estimation.thresholds import (
     MIN_DISTANCE_FROM_NOISE,
     MIN_MODEL_SHARE,
 )
-from axisid.support.missing import Missing, of_found
+from axisid.support.errors import Missing, of_found
 
 _LESS = (
     '; empty such cells and read with resample="auto", or let such rows count for '

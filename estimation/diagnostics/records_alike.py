@@ -43,8 +43,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import EstimationError
-from axisid.support.missing import Missing, of_found
+from axisid.support.errors import EstimationError, Missing, of_found
 
 _OWN_PART = 1e-3  # of a column, below which others span it: slopes by differences are as exact
 _FEWEST = 5.0  # degrees of freedom from which scores tell what is chance

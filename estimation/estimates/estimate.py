@@ -26,13 +26,9 @@ from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import LIGHT_ROW
 from axisid.estimation.twins import Chain
 from axisid.modeling.text import FunctionLike, parameter_function
-from axisid.support.arrays import Array, Exact
-from axisid.support.deferred import Deferred
-from axisid.support.errors import UsageError
-from axisid.support.missing import Missing
+from axisid.support.arrays import Array, Deferred, Exact
+from axisid.support.errors import Missing, UsageError, is_among, is_whole, quoted
 from axisid.support.presentable import Presentable
-from axisid.support.quoting import is_among, quoted
-from axisid.support.real_numbers import is_whole
 
 from .value import NamedValues, SamplingDistribution, Value
 

@@ -25,10 +25,8 @@ from axisid.estimation.regression import (
     weighted_instrumental_variables,
 )
 from axisid.estimation.thresholds import CHECK_LEVEL
-from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError
-from axisid.support.figures import MaybeNan
-from axisid.support.missing import Missing
+from axisid.support.arrays import Array, MaybeNan
+from axisid.support.errors import EstimationError, Missing
 
 from .estimate import Estimate, alike_corrected
 

@@ -24,8 +24,7 @@ from axisid.modeling.derivation import BaseModel
 from axisid.modeling.description import describe_undetermined, undetermined_names
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import UsageError
-from axisid.support.quoting import is_among, quoted
+from axisid.support.errors import UsageError, is_among, quoted
 
 from .value import NamedValues, SamplingDistribution
 

@@ -15,10 +15,8 @@ from axisid.estimation.regression import Covariance, Curvature, covariance_root,
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_ROWS_PER_PARAMETER
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import EstimationError, UsageError
+from axisid.support.errors import EstimationError, UsageError, is_among, quoted, range_text
 from axisid.support.mappings import FrozenMapping
-from axisid.support.number_text import range_text
-from axisid.support.quoting import is_among, quoted
 
 #: By name: residuals that are autocorrelated; of any variance; alike and independent.
 COVARIANCES: dict[str, CovarianceRow] = {row.name: row for row in COVARIANCE_ROWS}

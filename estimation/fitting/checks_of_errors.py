@@ -25,8 +25,7 @@ from axisid.estimation.thresholds import (
     MIN_ROWS_PER_PARAMETER,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError
-from axisid.support.missing import Missing
+from axisid.support.errors import EstimationError, Missing
 
 from .result import OutputFit
 

@@ -54,10 +54,8 @@ from axisid.estimation.twins import DEFAULT_COUNT, check_count
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, UsageError
+from axisid.support.errors import EstimationError, UsageError, is_among, is_real, is_whole, quoted
 from axisid.support.progress import Progress
-from axisid.support.quoting import is_among, quoted
-from axisid.support.real_numbers import is_real, is_whole
 
 from .judgement import judged
 from .rests import Rests

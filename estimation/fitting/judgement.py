@@ -14,7 +14,7 @@ from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.parameters import START
 from axisid.estimation.searches import MOST_STEPS
 from axisid.estimation.thresholds import NOTICEABLE_BIAS
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 from .checks_of_errors import (
     joined_check,

@@ -14,7 +14,7 @@ from scipy.special import ndtri, stdtrit
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law
 from axisid.estimation.predictions import Predictions, record_rows
 from axisid.support.arrays import Array
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 from .twins import RecordLoops
 

@@ -28,9 +28,8 @@ from axisid.estimation.records import Record
 from axisid.estimation.searches import FitStep
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.text import FunctionLike
-from axisid.support.arrays import Array, Exact
-from axisid.support.figures import MaybeInfinite
-from axisid.support.missing import Missing
+from axisid.support.arrays import Array, Exact, MaybeInfinite
+from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
 
 from .law_moves import factors_in_twins, move_by_record, moves_per_percent

@@ -28,8 +28,7 @@ from axisid.estimation.searches import (
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError
-from axisid.support.missing import Missing
+from axisid.support.errors import EstimationError, Missing
 
 from .rests import Rests
 from .spread import (

@@ -30,9 +30,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, InverseForm
 from axisid.modeling.quantities import State
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, UsageError
-from axisid.support.quoting import is_among, quoted
-from axisid.support.real_numbers import is_real
+from axisid.support.errors import AxisidError, UsageError, is_among, is_real, quoted
 
 _PART_OF_FORCE = 1e-3  # that a parameter of its least size makes
 _GAIN = "gain"  # as it is asked for, beside its own name

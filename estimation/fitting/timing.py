@@ -11,8 +11,7 @@ from axisid.estimation.identification import check_time
 from axisid.estimation.records import Record
 from axisid.modeling.declaration import HIDDEN_FROM
 from axisid.modeling.quantities import Parameter
-from axisid.support.errors import EstimationError, UsageError
-from axisid.support.quoting import quoted
+from axisid.support.errors import EstimationError, UsageError, quoted
 
 from .result import OutputFit
 from .starting import StartLike

@@ -14,8 +14,7 @@ from axisid.estimation.regression import Hac, Solution, recorded_loops
 from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
 from axisid.estimation.twins import Chain, measured_chain, twins_of
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError
-from axisid.support.missing import Missing
+from axisid.support.errors import EstimationError, Missing
 
 from .spread import Scores
 

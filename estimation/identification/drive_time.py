@@ -19,9 +19,7 @@ from axisid.estimation.records import Record
 from axisid.modeling.declaration import HIDDEN_FROM, Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, UsageError
-from axisid.support.missing import Missing
-from axisid.support.quoting import quoted
+from axisid.support.errors import EstimationError, Missing, UsageError, quoted
 
 from .result import DriveTime, Identification
 

@@ -29,8 +29,14 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.twins import DEFAULT_COUNT, check_count
 from axisid.modeling.declaration import Axis, leave_out
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError
-from axisid.support.quoting import is_among, quoted
+from axisid.support.errors import (
+    AxisidError,
+    EstimationError,
+    ModelError,
+    UsageError,
+    is_among,
+    quoted,
+)
 
 from .drive_time import (
     DriveTiming,

@@ -23,13 +23,9 @@ from axisid.estimation.problems import ParameterAtBound, Problem
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter, Sampling
 from axisid.modeling.quantities import Parameter
-from axisid.support.arrays import Exact
-from axisid.support.errors import UsageError
-from axisid.support.missing import Missing
+from axisid.support.arrays import Exact, Uncached
+from axisid.support.errors import Missing, UsageError, is_whole, quoted
 from axisid.support.presentable import Presentable, view_of
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_whole
-from axisid.support.uncached import Uncached
 
 #: A record, or what a file holds of one: what is told of it, without its samples.
 RecordInfo: TypeAlias = Record | Any

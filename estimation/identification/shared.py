@@ -12,8 +12,7 @@ from axisid.estimation.parameters import GAIN, JointForm, KnownValue, prefilters
 from axisid.estimation.problems import Problem, check_time_known
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter
-from axisid.support.errors import AxisidError, UsageError
-from axisid.support.quoting import quoted
+from axisid.support.errors import AxisidError, UsageError, quoted
 
 from .bound import bound_records, layout_for, tells_gain, weighted
 

@@ -45,8 +45,7 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import CovarianceEstimate, Hac, score_products
 from axisid.estimation.signals import FilteredRecord, RowTimes
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_MODEL_SHARE
-from axisid.support.arrays import Array, Exact
-from axisid.support.figures import MaybeInfinite
+from axisid.support.arrays import Array, Exact, MaybeInfinite
 
 _MIN_MOVE_SPEED = 0.02  # of the largest speed, that a move has to reach
 _MIN_MOVE_PROMINENCE = 0.5  # of its largest speed, that a move has to fall by before the next

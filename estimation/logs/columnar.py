@@ -29,7 +29,7 @@ from axisid.estimation.tables import (
     split_labels,
 )
 from axisid.support.errors import DataError, UsageError
-from axisid.support.files.memory import Room
+from axisid.support.memory import Room
 
 _UNIT_KEYS = (b"unit", b"units", b"Unit")
 _BATCH = 65_536  # rows that are unfolded before they are counted

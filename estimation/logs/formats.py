@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from axisid.estimation.tables import Table, library, refusing
 from axisid.support.errors import DataError
-from axisid.support.files.memory import Room
+from axisid.support.memory import Room
 
 from .columnar import read_json, read_json_lines, read_npz, read_parquet
 from .matlab import read_matlab

@@ -10,7 +10,7 @@ import numpy as np
 
 from axisid.estimation.tables import Table, TableBuilder, library, refusing
 from axisid.support.errors import DataError
-from axisid.support.files.memory import Room
+from axisid.support.memory import Room
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCK = 512  # MATLAB's own header stands before the HDF5 part

@@ -19,7 +19,7 @@ import numpy as np
 
 from axisid.estimation.tables import Table, TableBuilder, library, numbered, one_line, refusing
 from axisid.support.errors import DataError
-from axisid.support.files.memory import Room
+from axisid.support.memory import Room
 
 _UNITS = ("unit_string", "NI_UnitDescription")
 _LONGEST = 100  # of a warning

@@ -10,8 +10,8 @@ from pathlib import Path
 from axisid.estimation.logs.text import NO_TEXT, read_text
 from axisid.estimation.tables import Repair, Table
 from axisid.support.errors import DataError
-from axisid.support.files.memory import SHORTER_FILES, Room, room_for
-from axisid.support.files.unchanged import changed, digest_of, read_whole, stamps
+from axisid.support.files import changed, digest_of, read_whole, stamps
+from axisid.support.memory import SHORTER_FILES, Room, room_for
 
 from .columnar import read_frame
 from .formats import FORMATS, PACKINGS, format_endings, format_of, packing_of, unpacked

@@ -29,8 +29,7 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds import NO_RELATION
 from axisid.estimation.twins import BootstrapCorrection, Chain, Twins, bootstrap_correction
-from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.deferred import Deferred
+from axisid.support.arrays import Array, Deferred, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
 
 from .bootstrap import TOO_FEW, Bootstrap, with_loops

@@ -27,7 +27,7 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import FilteredRecord, RowTimes, Signals
 from axisid.estimation.twins import DEFAULT_COUNT, Chain, twins_of
 from axisid.support.arrays import Array
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 from .terms import Along
 

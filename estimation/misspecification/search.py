@@ -23,9 +23,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.records.columns import expected_units
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError
-from axisid.support.missing import Missing, of_found
-from axisid.support.quoting import quoted
+from axisid.support.errors import EstimationError, Missing, of_found, quoted
 
 from .scores import ColumnTests, RecordScores, scores_of
 from .terms import TERMS, Along, Term, said_of, terms_for

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from axisid.estimation.signals import Span
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
-from axisid.support.errors import UsageError
-from axisid.support.quoting import quoted
+from axisid.support.errors import UsageError, quoted
 
 _SPEEDS = np.geomspace(0.015, 0.5, 8)  # of a Stribeck velocity, by the largest speed
 _MOST_WAVES, _WAVES_APART = 60, 0.75  # in the travel

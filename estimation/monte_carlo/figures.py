@@ -18,11 +18,8 @@ from scipy.special import ndtr, stdtrit
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_BIAS
-from axisid.support.arrays import Array
-from axisid.support.errors import UsageError
-from axisid.support.figures import MaybeNan
-from axisid.support.missing import Missing
-from axisid.support.quoting import quoted
+from axisid.support.arrays import Array, MaybeNan
+from axisid.support.errors import Missing, UsageError, quoted
 
 from .plan import stated_by
 from .runs import Estimand, FailedRun

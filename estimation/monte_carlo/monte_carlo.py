@@ -25,11 +25,9 @@ from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import DEFAULT_COUNT, Chain, check_count
 from axisid.modeling.declaration import Axis, Move
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, EstimationError, UsageError
-from axisid.support.jobs.run import pace, run_jobs
+from axisid.support.errors import AxisidError, EstimationError, UsageError, is_whole, quoted
+from axisid.support.jobs import Failure, pace, run_jobs
 from axisid.support.progress import Progress
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_whole
 
 from .plan import MonteCarloPlan, noise_of, split_methods, twin_of, twins
 from .result import MonteCarlo
@@ -277,17 +275,16 @@ def _numbers_of(
     # In one thread with others beside it: there are as many as processors can serve.
     work = partial(block_numbers, plan, threads=None if alone else 1)
     jobs = 0 if alone else jobs
-    for outcome in run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=executor):
-        some, failure = blocks[outcome.place], outcome.failure
-        if outcome.value is not None:
-            yield outcome.value
-            continue
-        reason = "" if failure is None else failure.reason
-        if failure is not None and failure.kind == "error":
+    for place, made in run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=executor):
+        some = blocks[place]
+        if not isinstance(made, Failure):
+            yield made
+        elif made.kind == "error":
             raise EstimationError(
-                f"the runs {some[0]} to {some[-1]} failed: {reason}.", code="study"
+                f"the runs {some[0]} to {some[-1]} failed: {made.reason}.", code="study"
             )
-        yield lost_block(some, reason)  # whoever worked on it was killed
+        else:
+            yield lost_block(some, made.reason)  # whoever worked on it was killed
 
 
 def _run(

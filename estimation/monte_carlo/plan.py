@@ -23,10 +23,8 @@ from axisid.estimation.simulation import Simulation, TwinPlan, simulate_batch, t
 from axisid.estimation.twins import Autoregressions, Chain, Draws
 from axisid.modeling.declaration import Experiment
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, ModelError, UsageError
+from axisid.support.errors import AxisidError, ModelError, UsageError, is_whole, quoted
 from axisid.support.mappings import FrozenMapping
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_whole
 
 #: What the intervals of a fit are of: errors that follow an autoregression.
 COLOURED, IID = "coloured", "iid"

@@ -19,12 +19,10 @@ from axisid.estimation.methods import METHODS
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.tables import library, npz_bytes, parquet_bytes
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.support.arrays import Array, Exact
-from axisid.support.errors import AxisidError, UsageError
-from axisid.support.files.regular_file import write_file
+from axisid.support.arrays import Array, Exact, Uncached
+from axisid.support.errors import AxisidError, UsageError, quoted
+from axisid.support.files import write_file
 from axisid.support.presentable import Presentable
-from axisid.support.quoting import quoted
-from axisid.support.uncached import Uncached
 from axisid.support.version import __version__
 
 from .figures import CheckFigures, EstimandFigures, Mean, Share, StudyFigures

@@ -13,9 +13,7 @@ from fractions import Fraction
 
 from axisid.estimation.records import is_same_period
 from axisid.estimation.signals import Prefilter, matching_decimation
-from axisid.support.errors import UsageError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
+from axisid.support.errors import UsageError, is_real, quoted
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _LIST = re.compile(r"\s*(\w+)\s*=(.*)", re.DOTALL)

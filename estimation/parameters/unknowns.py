@@ -12,9 +12,7 @@ from axisid.codegen.artefacts import Quantity
 from axisid.estimation.regression import Form
 from axisid.estimation.thresholds import LARGEST_VALUE
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, ModelError, UsageError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
+from axisid.support.errors import DataError, ModelError, UsageError, is_real, quoted
 
 _MIN_PRIOR_DEVIATION = 1e-12  # of the value; what is surer is exact, and can be held
 

@@ -24,10 +24,8 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import FilteredRecord, RowTimes, Signals, motion_lacks
 from axisid.estimation.simulation import Simulation, StepBudget
-from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, ModelError, UsageError
-from axisid.support.number_text import range_text
-from axisid.support.uncached import Uncached
+from axisid.support.arrays import Array, Uncached
+from axisid.support.errors import AxisidError, ModelError, UsageError, range_text
 
 from .visibility import (
     SignalRanges,

@@ -13,9 +13,7 @@ from numpy.typing import NDArray
 from axisid.estimation.tables import Samples, Table
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, UsageError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
+from axisid.support.errors import DataError, UsageError, is_real, quoted
 
 from .shifts import SELDOM_ROLES, advised_interpolation
 

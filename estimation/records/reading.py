@@ -16,9 +16,8 @@ from axisid.estimation.tables import PeriodSource, Provenance, Repair, Samples, 
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import Array, runs
-from axisid.support.errors import DataError, UsageError
-from axisid.support.files.memory import Room, room_for
-from axisid.support.quoting import quoted
+from axisid.support.errors import DataError, UsageError, quoted
+from axisid.support.memory import Room, room_for
 
 from .clipping import Mask, clipped, clipping_notes
 from .clocks import (

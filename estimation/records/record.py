@@ -15,12 +15,10 @@ from axisid.estimation.tables import Provenance, Repair, Samples
 from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import ROLES, Axis
 from axisid.support.arrays import Array, Exact, covered, frozen, runs
-from axisid.support.errors import DataError, UsageError
-from axisid.support.files.regular_file import write_file
+from axisid.support.errors import DataError, UsageError, is_real, quoted
+from axisid.support.files import write_file
 from axisid.support.mappings import FrozenMapping
 from axisid.support.presentable import Presentable
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
 
 from .clocks import check_sample_period, check_time, open_end
 from .record_checks import (

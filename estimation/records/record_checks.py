@@ -9,9 +9,7 @@ from numpy.typing import ArrayLike
 from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import INJECTION_POINTS
 from axisid.support.arrays import Array, frozen
-from axisid.support.errors import DataError, UsageError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import real_array
+from axisid.support.errors import DataError, UsageError, quoted, real_array
 
 from .repairs import Span
 

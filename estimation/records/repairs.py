@@ -13,10 +13,8 @@ from axisid.estimation.tables import Repair
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, covered
-from axisid.support.errors import UsageError
+from axisid.support.errors import UsageError, is_real, quoted
 from axisid.support.mappings import FrozenMapping
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
 
 from .clipping import Mask
 from .clocks import long_steps

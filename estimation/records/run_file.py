@@ -11,9 +11,8 @@ from typing import Any
 from axisid.estimation.choices import LOG_KEYS, check_among
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.modeling.text import Table, nearest, read_columns, read_toml, toml_document
-from axisid.support.errors import RunFileError, UsageError
-from axisid.support.files.memory import room_for
-from axisid.support.quoting import quoted
+from axisid.support.errors import RunFileError, UsageError, quoted
+from axisid.support.memory import room_for
 
 from .clocks import check_sample_period
 from .repairs import Repairs

@@ -18,9 +18,7 @@ from axisid.estimation.records.columns import motion_role
 from axisid.estimation.tables import Repair, Samples, label_unit
 from axisid.modeling.quantities import parse_unit
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, UsageError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
+from axisid.support.errors import DataError, UsageError, is_real, quoted
 
 _MIN_SELDOM_CHANGES = 20  # values of a column; fewer come at even distances by chance
 # of a column's changes come at one even distance; of a rounded one they come at any

@@ -11,8 +11,7 @@ from axisid.estimation.logs import read_table
 from axisid.estimation.tables import Table
 from axisid.modeling.declaration import ROLES
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError
-from axisid.support.quoting import quoted
+from axisid.support.errors import DataError, quoted
 
 _MOST = 100  # columns that are listed
 _LINE = 96  # letters of a comment

@@ -10,8 +10,7 @@ import numpy as np
 from axisid.estimation.records.columns import motion_role
 from axisid.estimation.tables import Repair, Samples
 from axisid.support.arrays import Array, covered
-from axisid.support.errors import DataError, UsageError
-from axisid.support.quoting import quoted
+from axisid.support.errors import DataError, UsageError, quoted
 
 from .repairs import Span
 

@@ -17,8 +17,7 @@ from axisid.estimation.signals import FilteredRecord, Signals
 from axisid.estimation.simulation import at_rest
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
-from axisid.support.errors import ModelError
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing, ModelError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

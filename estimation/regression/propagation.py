@@ -12,9 +12,8 @@ import numpy as np
 from msgspec import Struct
 from scipy.special import chdtri
 
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, MaybeNan
 from axisid.support.errors import UsageError
-from axisid.support.figures import MaybeNan
 
 from .forms import Form
 

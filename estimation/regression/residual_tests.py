@@ -14,9 +14,8 @@ from scipy.special import chdtrc, ndtr, ndtri
 
 from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_SEGMENT_ROWS, SIGNIFICANCE_LEVEL
-from axisid.support.arrays import Array, Exact
-from axisid.support.figures import MaybeNan
-from axisid.support.missing import Missing
+from axisid.support.arrays import Array, Exact, MaybeNan
+from axisid.support.errors import Missing
 
 from .covariance import score_products
 

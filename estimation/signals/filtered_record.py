@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.records import Record, clock_of, evaluations_per_sample, hold_delay
 from axisid.estimation.thresholds import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
-from axisid.support.arrays import Array, Exact, covered
+from axisid.support.arrays import Array, Exact, Uncached, covered
 from axisid.support.errors import AxisidError, DataError
-from axisid.support.uncached import Uncached
 
 from .drive_response import DriveAlong, acting_control
 from .prefilter import Prefilter, SampledFilter, Span

@@ -21,9 +21,7 @@ from numpy.typing import NDArray
 from axisid.estimation.choices import check_among
 from axisid.estimation.records import check_sample_period
 from axisid.support.arrays import Array, frozen
-from axisid.support.errors import DataError, UsageError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real, is_whole
+from axisid.support.errors import DataError, UsageError, is_real, is_whole, quoted
 
 # ratio of two cut-offs that are one, or of two periods for which counts of samples stay
 SAME_FILTER_FREQUENCY = 1.01

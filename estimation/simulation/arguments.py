@@ -13,9 +13,15 @@ from axisid.codegen.lowering import SIGNALS, LoopStart
 from axisid.estimation.records import check_sample_period
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import ModelError, UsageError
-from axisid.support.quoting import first_of, quoted
-from axisid.support.real_numbers import is_real, is_whole, real_array
+from axisid.support.errors import (
+    ModelError,
+    UsageError,
+    first_of,
+    is_real,
+    is_whole,
+    quoted,
+    real_array,
+)
 
 from .inputs import LoopInputs
 from .steps import MOST_SUBSTEPS

@@ -18,9 +18,7 @@ from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, Move
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
-from axisid.support.errors import ModelError, UsageError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real, is_whole
+from axisid.support.errors import ModelError, UsageError, is_real, is_whole, quoted
 
 from .arguments import checked_loop, optional_array
 from .closed_loop import simulate_loop

@@ -30,9 +30,8 @@ from axisid.estimation.regression import (
     wald,
 )
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
-from axisid.support.arrays import Array, Exact
-from axisid.support.figures import MaybeNan
-from axisid.support.missing import Missing
+from axisid.support.arrays import Array, Exact, MaybeNan
+from axisid.support.errors import Missing
 
 from .held_out import (
     HeldOut,

@@ -34,11 +34,9 @@ from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import NO_RELATION
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Exact
-from axisid.support.errors import EstimationError, ModelError, UsageError
-from axisid.support.missing import Missing
+from axisid.support.errors import EstimationError, Missing, ModelError, UsageError, is_among, quoted
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
-from axisid.support.quoting import is_among, quoted
 
 from .candidate import Candidate, NestedTest, candidate, nested_tests
 from .held_out import contiguous_blocks, regression_rows

@@ -12,7 +12,7 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Signals
 from axisid.support.arrays import Array, Exact
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 _MAX_WEIGHT_DEVIATION = 0.02  # of a row's weight from 1; with less it is a point of the curve
 # of the friction depends on more than the velocity, and there is a curve

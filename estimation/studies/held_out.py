@@ -24,8 +24,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import DataError, EstimationError, ModelError
-from axisid.support.missing import Missing
+from axisid.support.errors import DataError, EstimationError, Missing, ModelError
 
 _MIN_TRAINING_ROWS_PER_PARAMETER = 5  # left to estimate from; with fewer no block is held out
 

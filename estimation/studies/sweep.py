@@ -48,12 +48,17 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
-from axisid.support.missing import Missing
+from axisid.support.errors import (
+    DataError,
+    EstimationError,
+    Missing,
+    ModelError,
+    UsageError,
+    is_real,
+    quoted,
+)
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
 
 from .held_out import contiguous_blocks, regression_rows
 

@@ -37,10 +37,15 @@ from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.twins import DEFAULT_COUNT
 from axisid.support.arrays import Array, Exact, relative_error_percent
-from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
-from axisid.support.missing import Missing
+from axisid.support.errors import (
+    DataError,
+    EstimationError,
+    Missing,
+    ModelError,
+    UsageError,
+    quoted,
+)
 from axisid.support.presentable import Presentable
-from axisid.support.quoting import quoted
 
 from .validation import (
     MAX_VALIDATION_ERROR,

@@ -21,8 +21,7 @@ from axisid.estimation.regression import Hac, factor, least_squares
 from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import MIN_COMMON_SAMPLES, MIN_DISTANCE_FROM_NOISE
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import EstimationError
-from axisid.support.missing import Missing
+from axisid.support.errors import EstimationError, Missing
 from axisid.support.presentable import Presentable
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, DataError
-from axisid.support.files.memory import Room
+from axisid.support.memory import Room
 
 from .provenance import Repair
 

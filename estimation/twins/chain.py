@@ -11,9 +11,7 @@ from scipy.fft import next_fast_len
 from axisid.estimation.records import Record
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
-from axisid.support.errors import UsageError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
+from axisid.support.errors import UsageError, is_real, quoted
 
 #: Of forces that a chain may have, s: first-order autoregressions; 0 is white noise.
 CORRELATION_TIMES = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)

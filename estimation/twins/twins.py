@@ -22,9 +22,7 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import Simulation, measured_positions
 from axisid.support.arrays import Array, in_few_digits
-from axisid.support.errors import DataError, EstimationError, UsageError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_whole
+from axisid.support.errors import DataError, EstimationError, UsageError, is_whole, quoted
 
 from .chain import Chain, Draws
 

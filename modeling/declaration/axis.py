@@ -28,10 +28,9 @@ from axisid.modeling.quantities import (
     states_in,
     with_numbers,
 )
-from axisid.support.errors import ModelError, UsageError
+from axisid.support.errors import ModelError, UsageError, quoted
 from axisid.support.mappings import FrozenMapping
 from axisid.support.presentable import view_of
-from axisid.support.quoting import quoted
 
 from .column import column_texts
 from .control import LONGEST_DELAY, ControlLaw

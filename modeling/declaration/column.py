@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from axisid.support.errors import ModelError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
+from axisid.support.errors import ModelError, is_real, quoted
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _RATIO = re.compile(rf"\s*(-?{_NUMBER})\s*(?:/\s*({_NUMBER})\s*)?")

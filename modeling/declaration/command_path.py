@@ -6,8 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import TypeGuard
 
 from axisid.modeling.quantities import Parameter, number, settle
-from axisid.support.errors import ModelError
-from axisid.support.quoting import is_among, quoted
+from axisid.support.errors import ModelError, is_among, quoted
 
 #: Where a recorded control may have been taken, first what it is by default.
 LOGGED = ("command", "applied", "current")

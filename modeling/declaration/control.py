@@ -28,10 +28,8 @@ from axisid.modeling.quantities import (
     several,
     signals_in,
 )
-from axisid.support.errors import ModelError
+from axisid.support.errors import ModelError, is_among, is_whole, quoted
 from axisid.support.mappings import FrozenMapping
-from axisid.support.quoting import is_among, quoted
-from axisid.support.real_numbers import is_whole
 
 #: Samples of a delay, at most.
 LONGEST_DELAY = 100

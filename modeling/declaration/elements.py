@@ -29,9 +29,7 @@ from axisid.modeling.quantities import (
     with_numbers,
     with_unit,
 )
-from axisid.support.errors import ModelError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_whole
+from axisid.support.errors import ModelError, is_whole, quoted
 
 #: What an element takes in place of a number.
 Amount: TypeAlias = sympy.Expr | Symbolic | float

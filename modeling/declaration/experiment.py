@@ -12,10 +12,8 @@ from typing import Any
 import sympy
 
 from axisid.modeling.quantities import TIME, ConstantSymbol, expression, listed, number, settle
-from axisid.support.errors import ModelError
+from axisid.support.errors import ModelError, is_whole, quoted
 from axisid.support.mappings import FrozenMapping
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_whole
 
 _LONGEST = 1e4  # s
 _MOST_REPEATS = 10_000

@@ -8,8 +8,7 @@ from dataclasses import replace
 import sympy
 
 from axisid.modeling.quantities import Parameter, number, replaced_in, states_in
-from axisid.support.errors import UsageError
-from axisid.support.quoting import is_among, quoted
+from axisid.support.errors import UsageError, is_among, quoted
 
 from .axis import Axis, check_axis
 

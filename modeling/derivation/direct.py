@@ -12,8 +12,7 @@ import sympy
 
 from axisid.modeling.algebra import intercept, multiplied_out, vanishes, without
 from axisid.modeling.quantities import DIRECTION, FORCE, Coordinate
-from axisid.support.errors import ModelError
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing, ModelError
 
 from .inverse import Regressor
 

@@ -7,8 +7,7 @@ import sympy
 from axisid.modeling.algebra import slope, vanishes
 from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.quantities import parse_unit, with_numbers, with_own_symbols
-from axisid.support.errors import ModelError
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing, ModelError
 
 from .base_model import BaseModel, base_model, declared_as_base
 from .direct import DirectRegressor, direct_dynamics, direct_regressor, inertia_of

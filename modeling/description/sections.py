@@ -13,7 +13,7 @@ from axisid.modeling.derivation import (
     StateEquation,
 )
 from axisid.modeling.quantities import DIRECTION, FORCE, Formula, rounded
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 from .identifiability import describe_direction, describe_unidentifiable
 

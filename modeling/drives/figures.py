@@ -14,8 +14,7 @@ from axisid.modeling.quantities import (
     number,
     parse_unit,
 )
-from axisid.support.errors import ModelError
-from axisid.support.quoting import quoted
+from axisid.support.errors import ModelError, quoted
 
 #: What a drive is told: a plain number has the unit of its place, a `Constant` its own.
 Figure: TypeAlias = float | Constant | ConstantSymbol

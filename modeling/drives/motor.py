@@ -21,8 +21,7 @@ from axisid.modeling.quantities import (
     with_numbers,
     written,
 )
-from axisid.support.errors import ModelError
-from axisid.support.quoting import quoted
+from axisid.support.errors import ModelError, quoted
 
 from .figures import GearedUnits
 from .formula import check_formula

@@ -6,8 +6,7 @@ from typing import TypeAlias
 import sympy
 
 from axisid.modeling.quantities import Symbolic, expression, number
-from axisid.support.errors import ModelError
-from axisid.support.quoting import is_among, quoted
+from axisid.support.errors import ModelError, is_among, quoted
 
 #: What a block takes in place of a number, and a law in place of a recorded signal.
 Amount: TypeAlias = sympy.Expr | Symbolic | float

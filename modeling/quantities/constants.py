@@ -6,8 +6,7 @@ from typing import Any
 
 import sympy
 
-from axisid.support.errors import ModelError
-from axisid.support.quoting import is_among
+from axisid.support.errors import ModelError, is_among
 
 from .kinks import replaced
 from .names import check_name

@@ -7,8 +7,7 @@ import keyword
 import re
 from collections.abc import Iterable
 
-from axisid.support.errors import ModelError
-from axisid.support.quoting import quoted
+from axisid.support.errors import ModelError, quoted
 
 _PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
 

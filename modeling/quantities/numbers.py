@@ -5,8 +5,7 @@ from typing import Any
 
 import sympy
 
-from axisid.support.errors import ModelError
-from axisid.support.quoting import quoted
+from axisid.support.errors import ModelError, quoted
 
 _SIMPLE, _DIGITS = 1000, 6
 

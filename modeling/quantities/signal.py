@@ -5,8 +5,7 @@ from typing import Any
 
 import sympy
 
-from axisid.support.errors import ModelError
-from axisid.support.quoting import is_among, quoted
+from axisid.support.errors import ModelError, is_among, quoted
 
 from .names import check_symbol
 from .symbols import Symbolic

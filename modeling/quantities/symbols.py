@@ -11,8 +11,7 @@ from typing import Any, TypeVar
 
 import sympy
 
-from axisid.support.errors import ModelError
-from axisid.support.quoting import is_among, quoted
+from axisid.support.errors import ModelError, is_among, quoted
 
 from .names import check_symbol
 from .numbers import number, settle

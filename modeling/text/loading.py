@@ -13,8 +13,7 @@ from typing import Any
 
 from axisid.modeling.declaration import Axis
 from axisid.modeling.library import LIBRARY, library_axis
-from axisid.support.errors import ModelError
-from axisid.support.quoting import quoted
+from axisid.support.errors import ModelError, quoted
 
 from .toml_axis import axis_from_toml
 

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from axisid.modeling.declaration import Column
 from axisid.support.errors import FileError
-from axisid.support.files.regular_file import opened_regular
+from axisid.support.files import opened_regular
 
 from .toml_table import Table
 

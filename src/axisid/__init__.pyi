@@ -16,8 +16,7 @@ from .estimation.signals import Prefilter as Prefilter
 from .estimation.simulation import simulate as simulate, twin_record as twin_record
 from .estimation.studies import compare as compare, sweep as sweep, validate as validate
 from .exports.export import export as export
-from .fleets import fleet as fleet
-from .fleets.items import FleetItem as FleetItem
+from .fleets import FleetItem as FleetItem, fleet as fleet
 from .modeling.declaration import (
     Axis as Axis,
     fix as fix,

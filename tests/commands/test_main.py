@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import identify, load_axis, twin_record
+from axisid import identify
 from axisid.estimation.methods import METHODS
 from axisid.estimation.records.record import Record
 
@@ -22,18 +22,20 @@ Run = Callable[..., tuple[int, str, str]]
 N = 2000
 
 
+def shell(arguments: str) -> "subprocess.CompletedProcess[str]":
+    """Run the command line as a shell does."""
+    command = f"{sys.executable} -m axisid {arguments}"
+    return subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+
+
 @pytest.fixture
 def log(tmp_path: Path, twin: Record) -> Callable[..., Path]:
     """A log of the paper's twin with some columns changed."""
-    columns = {
-        "time": twin.time[:N],
-        "reference": twin.reference[:N],
-        "position": twin.position[:N],
-        "control": twin.control[:N],
-    }
+    names = ("time", "reference", "position", "control")
+    columns = {name: getattr(twin, name)[:N] for name in names}
 
-    def write(name: str = "log.csv", **changes: Any) -> Path:
-        table = {k: v for k, v in {**columns, **changes}.items() if v is not None}
+    def write(name: str = "log.csv", rows: int = N, **changes: Any) -> Path:
+        table = {k: v[:rows] for k, v in {**columns, **changes}.items() if v is not None}
         file = tmp_path / name
         np.savetxt(
             file,
@@ -54,17 +56,10 @@ def test_json_keeps_its_contract(run: Run) -> None:
     result = json.loads(out)
     assert [e["method"] for e in result["estimates"]] == [*METHODS]
     for estimate in result["estimates"]:
-        assert set(estimate["parameters"]) == {"M", "Fv", "Fc"}
-        for value in estimate["parameters"].values():
-            low, high = value["interval_95"]
-            assert low < value["value"] - value["filter_bias"] < high
         deviations = np.sqrt(np.diag(estimate["covariance"]))
         assert deviations == pytest.approx([v["sd"] for v in estimate["parameters"].values()])
-        iterations = estimate["iterations"]
-        assert bool(iterations) == (estimate["method"] in ("idm-iv", "ddm-iv", "didim"))
-        if iterations:
-            assert set(iterations[0]) == {"M", "Fv", "Fc"}
-            assert iterations[-1]["M"] == estimate["parameters"]["M"]["value"]
+        if estimate["method"] in ("idm-iv", "ddm-iv", "didim"):
+            assert estimate["iterations"][-1]["M"] == estimate["parameters"]["M"]["value"]
 
 
 @pytest.mark.slow
@@ -84,46 +79,23 @@ def test_settings_reach_the_prefilter(run: Run, log: Callable[..., Path]) -> Non
     }
 
 
-def spoiled(values: np.ndarray, row: int, value: float) -> np.ndarray:
-    copy = values.copy()
-    copy[row] = value
-    return copy
-
-
-def bad_logs(twin: Record) -> dict[str, tuple[dict[str, Any], str]]:
-    t, q = twin.time[:N], twin.position[:N]
-    short = slice(0, 60)
-    return {
-        "nan": ({"position": spoiled(q, 41, np.nan)}, "position is nan in data row 42"),
-        "inf": ({"control": spoiled(twin.control[:N], 6, np.inf)}, "control is inf in data row 7"),
-        "time back": ({"time": spoiled(t, 99, 0.0)}, "time does not increase in data row 100"),
-        "gap": ({"time": t + (t > 1.0)}, "time step before data row"),
-        "constant": ({"position": 0 * q}, "position is 0 in every row"),
-        "no force": ({"control": None}, "neither a force nor a control column"),
-        "no position": ({"position": None, "angle": q}, "found time, reference, control, angle"),
-        "short": (
-            {
-                "time": t[short],
-                "position": q[short],
-                "reference": twin.reference[short],
-                "control": twin.control[short],
-            },
-            "the record has 60 samples; 48 + 48 are dropped and the filters' transients take",
-        ),
-    }
-
-
-@pytest.mark.parametrize(
-    "case", ["nan", "inf", "time back", "gap", "constant", "no force", "no position", "short"]
-)
 def test_bad_data_exits_3_with_one_sentence(
-    run: Run, log: Callable[..., Path], twin: Record, case: str
+    run: Run, log: Callable[..., Path], twin: Record
 ) -> None:
-    changes, message = bad_logs(twin)[case]
-    code, out, err = run("identify", "emps2015", log(**changes))
-    assert (code, out) == (3, "")
-    assert message in err
-    assert len(err.splitlines()) == 1
+    spoilt = np.where(np.arange(N) == 41, np.nan, twin.position[:N])
+    for changes, message in (
+        ({"position": spoilt}, "position is nan in data row 42"),
+        ({"time": twin.time[:N] + (twin.time[:N] > 1.0)}, "time step before data row"),
+        ({"control": None}, "neither a force nor a control column"),
+        (
+            {"rows": 60},
+            "the record has 60 samples; 48 + 48 are dropped and the filters' transients",
+        ),
+    ):
+        code, out, err = run("identify", "emps2015", log(**changes))
+        assert (code, out) == (3, "")
+        assert message in err
+        assert len(err.splitlines()) == 1
 
 
 @pytest.mark.parametrize(
@@ -210,23 +182,6 @@ def test_internal_faults_are_told_from_user_faults(
         main()
 
 
-@pytest.mark.slow
-def test_paper_study_writes_tables_figures_and_results(run: Run, tmp_path: Path) -> None:
-    code, out, _ = run("paper", "--output", tmp_path / "results")
-    assert code == 0
-    assert "Table 8." in out
-    names = {file.name for file in (tmp_path / "results").iterdir()}
-    assert names == {
-        "tables.txt",
-        "appropriate.json",
-        "inappropriate.json",
-        "figure3.png",
-        "figure4.png",
-    }
-    for figure in ("figure3.png", "figure4.png"):
-        assert (tmp_path / "results" / figure).read_bytes().startswith(b"\x89PNG")
-
-
 def test_json_never_replaces_an_input_or_what_is_no_file(
     run: Run, log: Callable[..., Path], tmp_path: Path
 ) -> None:
@@ -269,8 +224,7 @@ def test_result_file_is_written_even_if_standard_output_fails(
     tmp_path: Path, redirect: str
 ) -> None:
     file = tmp_path / "result.json"
-    command = f"{sys.executable} -m axisid identify emps2015 --json {file} {redirect}"
-    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    done = shell(f"identify emps2015 --json {file} {redirect}")
     assert json.loads(file.read_text())["axis"] == "emps2015"
     assert "Traceback" not in done.stderr
     assert "internal fault" not in done.stderr
@@ -279,8 +233,7 @@ def test_result_file_is_written_even_if_standard_output_fails(
 @pytest.mark.slow
 @pytest.mark.parametrize("arguments", ["--help", "identify emps2015 --method idm-ls --json -"])
 def test_full_standard_output_exits_2_with_one_sentence(arguments: str) -> None:
-    command = f"{sys.executable} -m axisid {arguments} > /dev/full"
-    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    done = shell(f"{arguments} > /dev/full")
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert "No space left on device" in done.stderr
@@ -288,19 +241,15 @@ def test_full_standard_output_exits_2_with_one_sentence(arguments: str) -> None:
 
 @pytest.mark.slow
 def test_full_standard_error_keeps_the_exit_code() -> None:
-    command = f"{sys.executable} -m axisid identify emps2015 absent.csv 2> /dev/full"
-    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    done = shell("identify emps2015 absent.csv 2> /dev/full")
     assert (done.returncode, done.stdout, done.stderr) == (3, "", "")
 
 
 @pytest.mark.slow
 def test_nothing_that_is_printed_gets_into_a_file_where_streams_are_closed(tmp_path: Path) -> None:
     file = tmp_path / "result.json"
-    command = (
-        f"{sys.executable} -m axisid identify emps2015 --method idm-ls --json {file} <&- >&- 2>&-"
-    )
-    done = subprocess.run(command, shell=True, check=False)  # noqa: S602
-    assert done.returncode == 0
+    arguments = f"identify emps2015 --method idm-ls --json {file} <&- >&- 2>&-"
+    assert shell(arguments).returncode == 0
     assert json.loads(file.read_text())["axis"] == "emps2015"
 
 
@@ -334,8 +283,7 @@ def test_matplotlib_that_does_not_start_is_told_before_anything_is_done(
 def test_result_is_read_from_standard_input(tmp_path: Path, run: Run) -> None:
     file = tmp_path / "a.json"
     assert run("identify", "emps2015", "--method", "idm-ls", "--json", file)[0] == 0
-    command = f"cat {file} | {sys.executable} -m axisid compare-results /dev/stdin {file}"
-    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    done = shell(f"compare-results /dev/stdin {file} < {file}")
     assert (done.returncode, done.stderr) == (0, "")
     assert "the settings are the same" in done.stdout
     with Path("/dev/zero").open("rb") as endless:
@@ -390,24 +338,17 @@ def test_library_names_are_not_taken_by_user_axes(run: Run, tmp_path: Path) -> N
 
 @pytest.mark.slow
 def test_closed_standard_output_is_no_fault() -> None:
-    command = f"{sys.executable} -m axisid --version >&-"
-    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    done = shell("--version >&-")
     assert (done.returncode, done.stderr) == (0, "")
-    command = f"{sys.executable} -m axisid identify emps2015 --json - >&-"
-    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)  # noqa: S602
+    done = shell("identify emps2015 --json - >&-")
     assert done.returncode == 2
     assert "standard output is closed" in done.stderr
 
 
 @pytest.mark.slow
-def test_result_of_a_handful_of_rows_is_written_as_json(run: Run, tmp_path: Path) -> None:
-    axis = load_axis("emps2015")
-    record = twin_record(axis)
-    rows = zip(record.time, record.reference, record.position, record.control, strict=True)
-    lines = ["time,reference,position,control", *(",".join(map(repr, map(float, r))) for r in rows)]
+def test_result_of_a_handful_of_rows_is_written_as_json(run: Run, log: Callable[..., Path]) -> None:
     for samples in (140, 180, 250):
-        file = tmp_path / f"short{samples}.csv"
-        file.write_text("\n".join(lines[: samples + 1]))
+        file = log(rows=samples)
         code, out, err = run("identify", "emps2015", file, "--method", "idm-ls", "--json", "-")
         assert code in (0, 3, 6), err
         assert "internal fault" not in err
@@ -425,19 +366,9 @@ def test_no_word_of_arithmetic_stands_before_what_is_said(
     assert "encountered in" not in err
 
 
-def test_file_name_that_is_no_text_is_written_in_the_report(run: Run, tmp_path: Path) -> None:
-    page = tmp_path / "page.html"
-    record = twin_record(load_axis("emps2015"))
-    rows = zip(record.time, record.reference, record.position, record.control, strict=True)
-    lines = ["time,reference,position,control", *(",".join(map(repr, map(float, r))) for r in rows)]
-    log = tmp_path / os.fsdecode(b"log\xff.csv")
-    log.write_text("\n".join(lines[:2000]))
-    code, _, err = run("identify", "emps2015", log, "--method", "idm-ls", "--report", page)
+def test_file_name_that_is_no_text_is_written_in_the_report(
+    run: Run, log: Callable[..., Path], tmp_path: Path
+) -> None:
+    page, file = tmp_path / "page.html", log(os.fsdecode(b"log\xff.csv"))
+    code, _, err = run("identify", "emps2015", file, "--method", "idm-ls", "--report", page)
     assert (code, page.is_file()) == (0, True), err
-
-
-def test_loop_of_links_is_no_place_to_write_to(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "loop").symlink_to(tmp_path / "loop")
-    code, _, err = run("identify", "emps2015", "--json", tmp_path / "loop")
-    assert (code, err.count("\n")) == (2, 1)
-    assert "internal fault" not in err

@@ -3,18 +3,21 @@
 import csv
 import io
 import json
+import os
 import re
+import subprocess
+import sys
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from axisid import (
     Identification,
     Record,
+    build,
     export,
     identify,
     load_axis,
@@ -27,6 +30,7 @@ from axisid.estimation.estimates.value import Value
 from axisid.exports.export import with_deviation
 from axisid.exports.targets import TARGETS
 from tests.estimation.methods.test_partially_linear import stribeck_axis
+from tests.recipes import recipe_blocks
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
@@ -179,38 +183,6 @@ def test_numbers_of_another_axis_are_refused(run: Run, file: Path, tmp_path: Pat
     assert "identify again" in err
 
 
-def spoiled(change: Callable[[dict[str, Any]], object]) -> Callable[[dict[str, Any]], str]:
-    def made(written: dict[str, Any]) -> str:
-        change(written)
-        return json.dumps(written)
-
-    return made
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda _: "{", "is not JSON"),
-        (
-            lambda w: json.dumps(w).replace('"M": ', '"W": '),
-            "lacks parameters of the axis 'emps2015'",
-        ),
-        (
-            spoiled(lambda w: w["estimates"][0]["parameters"]["M"].update(value="1; evil()")),
-            "expected float, got str",
-        ),
-    ],
-)
-def test_what_is_no_result_is_refused(
-    run: Run, file: Path, make: Callable[[dict[str, Any]], str], message: str
-) -> None:
-    file.write_text(make(json.loads(file.read_text())))
-    code, out, err = run("export", file, "--axis", "emps2015", "--to", "python")
-    assert (code, out) == (3, "")
-    assert message in err
-    assert len(err.splitlines()) == 1
-
-
 def test_bad_arguments_are_explained(
     run: Run, file: Path, result: Identification, tmp_path: Path
 ) -> None:
@@ -272,3 +244,71 @@ def test_physical_parameters_from_known_values_are_exported(tmp_path: Path) -> N
         assert f"arm,idm-iv,l,m,{value.value!r}," in table
         assert "$l$ & $\\mathrm{m}$" in export(source, "latex", axis=given)
         assert "\nl = { value = " in export(source, "toml", axis=given)
+
+
+#: Puts the recipe's file beside the other printers, and its row below theirs.
+_ADDED = """
+from axisid.codegen import printers
+from axisid.exports import targets
+from axisid.exports.targets import _PRINTERS, Target
+
+printers.__path__.append({folder!r})
+targets.TARGETS += ({row},)
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A result, and the file that the recipe for a target shows."""
+    folder = tmp_path_factory.mktemp("toy")
+    axis = build(load_axis("emps2015"))
+    result = identify(axis, twin_record(axis))
+    (folder / "result.json").write_text(json.dumps(result.to_dict()))
+    (folder / "printers").mkdir()
+    (folder / "printers" / "javascript.py").write_text(recipe_blocks("Add a target")[0])
+    return folder
+
+
+def run(folder: Path, then: str) -> str:
+    row = recipe_blocks("Add a target")[1].strip()
+    program = _ADDED.format(folder=str(folder / "printers"), row=row) + then
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=folder,
+        env={**os.environ, "COLUMNS": "200"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+#: What `run` is to run: command lines, one after the other.
+COMMANDS = """
+import sys
+from axisid.commands.main import main
+for line in {lines!r}:
+    sys.argv = ["axisid", *line.split()]
+    try:
+        main()
+    except SystemExit as end:
+        assert not end.code, line
+"""
+EXPORT = "export result.json --axis emps2015 --to js"
+
+
+def commands(*lines: str) -> str:
+    return COMMANDS.format(lines=lines)
+
+
+@pytest.mark.slow
+def test_one_file_and_one_row_add_a_target_to_the_command(folder: Path) -> None:
+    # An earlier export is known and written anew.
+    text = run(folder, commands(EXPORT, *[f"{EXPORT} -o emps2015.js"] * 2))
+    assert "export function emps2015_feedforward(q, dq, ddq) {" in text
+    assert "const M = " in text
+    assert "Math.sign(dq)" in text
+    assert "const tau = emps2015_feedforward(q, dq, ddq);" in text
+    assert "return (" in text
+    assert (folder / "emps2015.js").read_text() == text

@@ -15,9 +15,9 @@ class Fault:
     ----------
     name : str
         The class of the fault, as the test is named.
-    make : callable
+    make : callable or tuple
         Writes the bad input into an empty folder, the current one, and returns the arguments of the
-        command.
+        command; or these, of which callable ones write something and return its place, or None.
     code : int
         The exit code.
     says : str
@@ -29,7 +29,7 @@ class Fault:
     """
 
     name: str
-    make: Callable[[Path], list[object]]
+    make: Callable[[Path], list[object]] | tuple[object, ...]
     code: int
     says: str
     after: Callable[[Path, str], None] | None = None

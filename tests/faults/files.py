@@ -1,37 +1,27 @@
 """Faults of files: those that are read, those that are written, and options about them."""
 
 import functools
-import gzip
 import json
 import os
 import socket
-import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from scipy.io import savemat
 
 from axisid import DataError, UsageError, identify, load_axis, read_record, twin_record
 from tests.faults.fault import Fault, Misuse
 from tests.run_files import run_file
 
-Make = Callable[[Path], list[object]]
-
-_NO_PLACE = "no file can be made there|the folder does not exist"
-_NOTES = "what the user wrote\n"
-_RESULT = '{"schema": "axisid.identification/1"}\n'
+#: What writes something into the folder of a fault and gives its path.
+Part = Callable[[Path], object]
 
 
 @functools.cache
 def columns_of_a_log() -> dict[str, np.ndarray]:
     record = twin_record(load_axis("emps2015"))
-    return {
-        "time": record.time,
-        "reference": record.reference,
-        "position": record.position,
-        "control": record.control,
-    }
+    names = ("time", "reference", "position", "control")
+    return {name: getattr(record, name) for name in names}
 
 
 def write_log(folder: Path, name: str = "log.csv") -> Path:
@@ -43,108 +33,53 @@ def write_log(folder: Path, name: str = "log.csv") -> Path:
     return folder / name
 
 
-def _pipe(name: str) -> Path:
-    os.mkfifo(name)
-    return Path(name)
+@functools.cache
+def identified() -> str:
+    """A result as it is written."""
+    axis = load_axis("emps2015")
+    return json.dumps(identify(axis, twin_record(axis), methods="idm-ls").to_dict())
 
 
-def _loop(name: str) -> Path:
-    Path(name).symlink_to(name)
-    return Path(name)
+def _made(name: str, make: Callable[[str], object]) -> Part:
+    """What a call makes at a place, in a folder that may be new."""
+
+    def part(folder: Path) -> str:
+        (folder / name).parent.mkdir(exist_ok=True)
+        make(name)
+        return name
+
+    return part
 
 
-def _socket(name: str) -> Path:
+def _bind(name: str) -> None:
     with socket.socket(socket.AF_UNIX) as bound:
         bound.bind(name)
-    return Path(name)
 
 
-def _result(name: str = "a.json") -> Path:
-    """What looks like a result from outside."""
-    Path(name).write_text(_RESULT)
-    return Path(name)
+def _pipe(name: str) -> Part:
+    return _made(name, os.mkfifo)
 
 
-def _notes(name: str) -> Path:
-    Path(name).write_text(_NOTES)
-    return Path(name)
+def _loop(name: str) -> Part:
+    return _made(name, lambda name: os.symlink(name, name))
 
 
-def _identify(*options: object) -> Make:
-    """Identification of a good log with options."""
-    return lambda folder: ["identify", "emps2015", write_log(folder), *options]
+def _text(name: str, text: str = "what the user wrote\n") -> Part:
+    """A file of some text; notes by default."""
+    return _made(name, lambda name: Path(name).write_text(text))
 
 
-def _onto_notes(name: str, *command: object) -> Make:
-    """A command that is to write over the user's notes."""
-    return lambda _: [*command, _notes(name)]
+#: What looks like a result from outside.
+_RESULT = _text("a.json", '{"schema": "axisid.identification/1"}\n')
 
 
-def _packed_text(_: Path) -> list[object]:
-    Path("log.csv.gz").write_bytes(gzip.compress(b"time,position\n" + b"0,0\n" * 1_000_000))
-    return ["identify", "emps2015", run_file(Path("log.csv.gz"), max_memory=2e7)]
+def _there(part: Part) -> Part:
+    """A file that is no argument of the command."""
 
+    def made(folder: Path) -> None:
+        part(folder)
 
-def _packed_archive(_: Path) -> list[object]:
-    with (
-        zipfile.ZipFile("log.npz", "w", zipfile.ZIP_DEFLATED) as archive,
-        archive.open("position.npy", "w") as entry,
-    ):
-        head = {"descr": "|i1", "fortran_order": False, "shape": (10_000_000,)}
-        np.lib.format.write_array_header_1_0(entry, head)
-        entry.write(bytes(10_000_000))
-    return ["identify", "emps2015", run_file(Path("log.npz"), max_memory=2e7)]
-
-
-def _packed_matlab(_: Path) -> list[object]:
-    savemat("log.mat", {"position": np.zeros(5_000_000)}, do_compression=True)
-    return ["identify", "emps2015", run_file(Path("log.mat"), max_memory=2e7)]
-
-
-def _infinite_result(_: Path) -> list[object]:
-    Path("a.json").write_text('{"schema": 1e999}')
-    return ["compare-results", "a.json", "a.json"]
-
-
-def _own_folder_of_code(_: Path) -> list[object]:
-    Path("emps2015").mkdir()
-    _notes("emps2015/functions.py")
-    return ["generate", "emps2015", "--output", "."]
-
-
-def _own_figure(folder: Path) -> list[object]:
-    Path("figures").mkdir()
-    _notes("figures/record.pdf")
-    return ["identify", "emps2015", write_log(folder), "--figures", "figures"]
-
-
-def _own_tables(_: Path) -> list[object]:
-    Path("results").mkdir()
-    _notes("results/tables.txt")
-    return ["paper", "--output", "results"]
-
-
-def _log_as_target(folder: Path) -> list[object]:
-    write_log(folder, "other.csv")
-    return ["identify", "emps2015", write_log(folder), "--json", "other.csv"]
-
-
-def _result_again(folder: Path) -> list[object]:
-    return ["identify", "emps2015", write_log(folder), "--method", "idm-ls", "--json", _result()]
-
-
-def _forced(folder: Path) -> list[object]:
-    notes = _notes("notes.txt")
-    return [
-        "identify",
-        "emps2015",
-        write_log(folder),
-        "--method",
-        "idm-ls",
-        "--json",
-        notes,
-        "--force",
-    ]
+    return made
 
 
 def _is_result(file: str) -> Callable[[Path, str], None]:
@@ -161,237 +96,203 @@ def _tells_its_path(folder: Path, out: str) -> None:
     assert record["path"] == str(folder / "log.csv")
 
 
-def _given_below(folder: Path) -> list[object]:
-    write_log(folder)
-    return ["identify", "emps2015", "./log.csv", "--method", "idm-ls", "--json", "-"]
+_IDENTIFY = ("identify", "emps2015")
+_ON_LOG = (*_IDENTIFY, write_log)
+_COMPARE = ("compare-results",)
+_EXPORT = ("export", _text("a.json", "{}"), "--axis", "emps2015", "--to", "c", "-o")
+_NO_PLACE = "no file can be made there|the folder does not exist"
+_KEPT = "this command did not write it"
+_FULL = "No space left"
+_PERIOD = {"resample": "auto", "sample_period": 2e-3}
 
-
-def _read() -> Iterator[Fault]:
-    """What cannot be read, or not to its end."""
-    named: tuple[tuple[str, Make, int, str], ...] = (
+#: Name, command, exit code and what is said.
+_ROWS: tuple[tuple[str, tuple[object, ...], int, str], ...] = (
+    # What cannot be read, or not to its end.
+    ("a log that is not there", (*_IDENTIFY, "absent.csv"), 3, "No s"),
+    ("a log that is a pipe", (*_IDENTIFY, _pipe("p.csv")), 3, "a pipe"),
+    ("a packed log that is a pipe", (*_IDENTIFY, _pipe("p.gz")), 3, "a pipe"),
+    ("a MATLAB file that is a pipe", ("sweep", "emps", _pipe("p.mat")), 3, "a pipe"),
+    ("a log that is a device", (*_IDENTIFY, "/dev/zero"), 3, "a device"),
+    ("a log that is a socket", (*_IDENTIFY, _made("s.csv", _bind)), 3, "a socket"),
+    ("a log that is a folder", (*_IDENTIFY, "."), 3, "it is a folder"),
+    ("a second record that is a pipe", (*_IDENTIFY, "--validate", _pipe("p.csv")), 3, "a pipe"),
+    ("a result that is a pipe", (*_COMPARE, _pipe("p.json"), _RESULT), 3, "it is a pipe"),
+    ("a result that is a device", (*_COMPARE, "/dev/zero", _RESULT), 3, "it is a pipe, a device"),
+    ("a result that is a socket", (*_COMPARE, _made("s", _bind), _RESULT), 3, "a socket"),
+    ("a result that is a folder", (*_COMPARE, ".", _RESULT), 3, "it is a folder"),
+    (
+        "an exported result that is a pipe",
+        ("export", _pipe("p.json"), "--axis", "emps2015", "--to", "c"),
+        3,
+        "it is a pipe",
+    ),
+    ("a declaration that is a pipe", ("show", _pipe("p.toml")), 4, "is a pipe"),
+    ("a program that is a pipe", ("identify", _pipe("p.py")), 4, "is a pipe"),
+    ("a declaration that is a folder", ("show", _made("axis.toml", os.mkdir)), 4, "is a folder"),
+    (
+        "a log that is a loop of links",
+        (*_IDENTIFY, _loop("loop.csv"), "--json", "r.json"),
+        3,
+        "Too many levels",
+    ),
+    (
+        "a declaration that is a loop of links",
+        ("identify", _loop("loop.toml"), "--json", "r.json"),
+        4,
+        "no axis file",
+    ),
+    (
+        "a result that is a loop of links",
+        (*_COMPARE, _loop("loop.json"), _RESULT, "--json", "r.json"),
+        3,
+        "Too many levels",
+    ),
+    (
+        "a result with a number beyond all",
+        (*_COMPARE, _text("a.json", '{"schema": 1e999}'), "a.json"),
+        3,
+        "is not JSON: number out of range",
+    ),
+    # What cannot be written to, or must not be.
+    ("notes as the target of a result", (*_IDENTIFY, "--json", _text("n")), 2, _KEPT),
+    (
+        "a log as the target of a result",
+        (*_ON_LOG, "--json", functools.partial(write_log, name="other.csv")),
+        2,
+        _KEPT,
+    ),
+    ("notes as the target of a page", (*_IDENTIFY, "--report", _text("n")), 2, _KEPT),
+    ("a result of another command", ("sweep", "emps2015", "--json", _RESULT), 2, _KEPT),
+    (
+        "notes as the target of a drawing",
+        ("sweep", "emps2015", "--figure", _text("n.png")),
+        2,
+        _KEPT,
+    ),
+    ("notes as the target of an export", (*_EXPORT, _text("notes.c")), 2, _KEPT),
+    (
+        "notes where a figure is to be",
         (
-            "a log that is not there",
-            lambda f: ["identify", "emps2015", f / "absent.csv"],
-            3,
-            "No s",
+            "identify",
+            _there(_text("figures/record.pdf")),
+            "emps2015",
+            "--figures",
+            "figures",
         ),
-        ("a log that is a pipe", lambda _: ["identify", "emps", _pipe("p.csv")], 3, "a pipe"),
-        ("a packed log that is a pipe", lambda _: ["identify", "emps", _pipe("p.gz")], 3, "a pipe"),
-        ("a MATLAB file that is a pipe", lambda _: ["sweep", "emps", _pipe("p.mat")], 3, "a pipe"),
-        ("a log that is a device", lambda _: ["identify", "emps", "/dev/zero"], 3, "a device"),
-        ("a log that is a socket", lambda _: ["identify", "emps", _socket("s.csv")], 3, "a socket"),
-        ("a log that is a folder", lambda f: ["identify", "emps", f], 3, "it is a folder"),
+        2,
+        _KEPT,
+    ),
+    (
+        "notes where tables are to be",
+        ("paper", _there(_text("results/tables.txt")), "--output", "results"),
+        2,
+        _KEPT,
+    ),
+    (
+        "code of the user's where code is to be",
         (
-            "a second record that is a pipe",
-            lambda _: ["identify", "emps2015", "--validate", _pipe("p.csv")],
-            3,
-            "a pipe",
+            "generate",
+            _there(_text("emps2015/functions.py")),
+            "emps2015",
+            "--output",
+            ".",
         ),
-        ("a result that is a pipe", _compared(lambda: _pipe("p.json")), 3, "it is a pipe"),
-        ("a result that is a device", _compared(lambda: "/dev/zero"), 3, "it is a pipe, a device"),
-        ("a result that is a socket", _compared(lambda: _socket("s.json")), 3, "a socket"),
-        ("a result that is a folder", _compared(lambda: "."), 3, "it is a folder"),
+        2,
+        _KEPT,
+    ),
+    ("a result on a full device", (*_ON_LOG, "--json", "/dev/full"), 2, _FULL),
+    (
+        "a page on a full device",
+        (*_ON_LOG, "--method", "idm-ls", "--report", "/dev/full", "--json", "-"),
+        2,
+        _FULL,
+    ),
+    (
+        "an export on a full device",
         (
-            "an exported result that is a pipe",
-            lambda _: ["export", _pipe("p.json"), "--axis", "emps2015", "--to", "c"],
-            3,
-            "it is a pipe",
+            "export",
+            lambda folder: _text("a.json", identified())(folder),
+            *("--axis", "emps2015", "--to", "c", "-o", "/dev/full"),
         ),
-        ("a declaration that is a pipe", lambda _: ["show", _pipe("p.toml")], 4, "is a pipe"),
-        ("a program that is a pipe", lambda _: ["identify", _pipe("p.py")], 4, "is a pipe"),
-        ("a declaration that is a folder", _folder_as_declaration, 4, "is a folder"),
-        ("a log that is a loop of links", _looped_log, 3, "Too many levels"),
-        ("a declaration that is a loop of links", _looped_axis, 4, "no axis file"),
-        ("a result that is a loop of links", _looped_result, 3, "Too many levels"),
-        ("a packed text that unfolds without end", _packed_text, 3, "more than 0.02 GB"),
-        ("an archive that unfolds without end", _packed_archive, 3, "more than 0.02 GB"),
-        ("a MATLAB file that unfolds without end", _packed_matlab, 3, "more than 0.02 GB"),
-        (
-            "a result with a number beyond all",
-            _infinite_result,
-            3,
-            "is not JSON: number out of range",
-        ),
-    )
-    for name, make, code, says in named:
-        yield Fault(name=name, make=make, code=code, says=says)
-
-
-def _compared(bad: Callable[[], object]) -> Make:
-    return lambda _: ["compare-results", bad(), _result()]
-
-
-def _folder_as_declaration(_: Path) -> list[object]:
-    Path("axis.toml").mkdir()
-    return ["show", "axis.toml"]
-
-
-def _looped_log(_: Path) -> list[object]:
-    return ["identify", "emps2015", _loop("loop.csv"), "--json", "result.json"]
-
-
-def _looped_axis(_: Path) -> list[object]:
-    return ["identify", _loop("loop.toml"), "--json", "result.json"]
-
-
-def _looped_result(_: Path) -> list[object]:
-    return ["compare-results", _loop("loop.json"), _result(), "--json", "result.json"]
-
-
-def _write() -> Iterator[Fault]:
-    """What cannot be written to, or must not be."""
-    kept = "this command did not write it"
-    named: tuple[tuple[str, Make, int, str], ...] = (
-        (
-            "notes as the target of a result",
-            _onto_notes("n", "identify", "emps", "--json"),
-            2,
-            kept,
-        ),
-        ("a log as the target of a result", _log_as_target, 2, kept),
-        (
-            "notes as the target of a page",
-            _onto_notes("n", "identify", "emps", "--report"),
-            2,
-            kept,
-        ),
-        ("a result of another command", _onto_result, 2, kept),
-        ("notes as the target of a drawing", _onto_notes("n.png", *_SWEEP), 2, kept),
-        ("notes as the target of an export", _onto_notes("notes.c", *_EXPORT), 2, kept),
-        ("notes where a figure is to be", _own_figure, 2, kept),
-        ("notes where tables are to be", _own_tables, 2, kept),
-        ("code of the user's where code is to be", _own_folder_of_code, 2, kept),
-        ("a result on a full device", _identify("--json", "/dev/full"), 2, "No space left"),
-        (
-            "a page on a full device",
-            _identify(*_PAGE, "/dev/full", "--json", "-"),
-            2,
-            "No space left",
-        ),
-        ("an export on a full device", _export_to_full, 2, "No space left"),
-        (
-            "a folder in which nothing can be made",
-            _identify("--json", "/proc/r.json"),
-            2,
-            _NO_PLACE,
-        ),
-        (
-            "one file for two outputs",
-            _identify("--json", "r", "--report", "r"),
-            2,
-            "--json is writ",
-        ),
-        ("a folder of code that is a loop of links", _looped_code, 2, "levels|leads to itself"),
-        ("a folder of figures that is a loop", _looped_figures, 2, "it is no folder"),
-    )
-    for name, make, code, says in named:
-        yield Fault(name=name, make=make, code=code, says=says)
-
-
-_SWEEP = ("sweep", "emps2015", "--figure")
-_EXPORT = ("export", "a.json", "--axis", "emps2015", "--to", "c", "-o")
-_PAGE = ("--method", "idm-ls", "--report")
-
-
-def _onto_result(_: Path) -> list[object]:
-    return ["sweep", "emps2015", "--json", _result()]
-
-
-@functools.cache
-def _identified() -> str:
-    axis = load_axis("emps2015")
-    return json.dumps(identify(axis, twin_record(axis), methods="idm-ls").to_dict())
-
-
-def _export_to_full(_: Path) -> list[object]:
-    Path("a.json").write_text(_identified())
-    return ["export", "a.json", "--axis", "emps2015", "--to", "c", "-o", "/dev/full"]
-
-
-def _looped_code(_: Path) -> list[object]:
-    return ["generate", "emps2015", "--output", _loop("loop")]
-
-
-def _looped_figures(folder: Path) -> list[object]:
-    return [
-        "identify",
-        "emps2015",
-        write_log(folder),
-        "--figures",
-        _loop("loop"),
-        "--json",
-        "r.json",
-    ]
-
-
-def _period_beside_rate(folder: Path) -> list[object]:
-    said = run_file(write_log(folder), resample="auto", sample_period=2e-3)
-    return ["identify", "emps2015", said]
-
-
-def _ask() -> Iterator[Fault]:
-    """Options that would be ignored."""
-    given = (
-        (
-            "an option given again",
-            ("--json", "a.json", "--json", "b.json"),
-            "--json is given 2 tim",
-        ),
-        (
-            "a cut-off given again",
-            ("--cutoff", "50", "--cutoff", "60"),
-            "--cutoff is given 2 times",
-        ),
-        ("columns given again", ("--columns", "time=t") * 2, "--columns is given 2 times"),
-        ("more of what is not printed", ("--full", "--json", "-"), "--full is of what is printed"),
-        ("a record like none", ("--validate-like", "1"), "nothing without --validate"),
-    )
-    for name, options, says in given:
-        yield Fault(name=name, make=_identify(*options), code=2, says=says)
-    yield Fault(
-        name="a period beside a rate, against the clock",
-        make=_period_beside_rate,
-        code=3,
-        says="given as 0.002 s, but the time column steps by 0.001 s",
-    )
-    yield Fault(
-        name="a repair of a twin",
-        make=lambda _: ["identify", "emps2015", "--gaps", "split"],
-        code=2,
-        says="--gaps describes a record",
-    )
-    yield Fault(
-        name="two ways to declare",
-        make=lambda _: ["new", "stage", "--newton", "--lagrange"],
-        code=2,
-        says="--newton/--lagrange is given 2 times",
-    )
-
-
-def _done() -> Iterator[Fault]:
-    """What is right, and was wrong or lacking."""
-    yield Fault(
+        2,
+        _FULL,
+    ),
+    ("a folder in which nothing can be made", (*_ON_LOG, "--json", "/proc/r.json"), 2, _NO_PLACE),
+    ("one file for two outputs", (*_ON_LOG, "--json", "r", "--report", "r"), 2, "--json is writ"),
+    (
+        "a folder of code that is a loop of links",
+        ("generate", "emps2015", "--output", _loop("loop")),
+        2,
+        "levels|leads to itself",
+    ),
+    ("a loop of links as the target", (*_IDENTIFY, "--json", _loop("l")), 2, "leads to itself"),
+    (
+        "a folder of figures that is a loop",
+        (*_ON_LOG, "--figures", _loop("loop"), "--json", "r.json"),
+        2,
+        "it is no folder",
+    ),
+    # Options that would be ignored.
+    (
+        "an option given again",
+        (*_ON_LOG, "--json", "a.json", "--json", "b.json"),
+        2,
+        "--json is given 2 tim",
+    ),
+    (
+        "a cut-off given again",
+        (*_ON_LOG, "--cutoff", "50", "--cutoff", "60"),
+        2,
+        "--cutoff is given 2 times",
+    ),
+    (
+        "columns given again",
+        (*_ON_LOG, *("--columns", "time=t") * 2),
+        2,
+        "--columns is given 2 times",
+    ),
+    ("more of what is not printed", (*_ON_LOG, "--full", "--json", "-"), 2, "--full is of what"),
+    ("a record like none", (*_ON_LOG, "--validate-like", "1"), 2, "nothing without --validate"),
+    (
+        "a period beside a rate, against the clock",
+        (*_IDENTIFY, lambda folder: run_file(write_log(folder), **_PERIOD)),
+        3,
+        "given as 0.002 s, but the time column steps by 0.001 s",
+    ),
+    ("a repair of a twin", (*_IDENTIFY, "--gaps", "split"), 2, "--gaps describes a record"),
+    (
+        "two ways to declare",
+        ("new", "stage", "--newton", "--lagrange"),
+        2,
+        "--newton/--lagrange is given 2 times",
+    ),
+)
+_LS = ("--method", "idm-ls", "--json")
+FAULTS: tuple[Fault, ...] = (
+    *(Fault(name=name, make=make, code=code, says=says) for name, make, code, says in _ROWS),
+    # What is right, and was wrong or lacking.
+    Fault(
         name="a result that is written again",
-        make=_result_again,
+        make=(*_ON_LOG, *_LS, _RESULT),
         code=0,
         says="IDM-LS",
         after=_is_result("a.json"),
-    )
-    yield Fault(
+    ),
+    Fault(
         name="notes that may go",
-        make=_forced,
+        make=(*_ON_LOG, *_LS, _text("notes.txt"), "--force"),
         code=0,
         says="IDM-LS",
         after=_is_result("notes.txt"),
-    )
-    yield Fault(
-        name="where a record lies", make=_given_below, code=0, says="path", after=_tells_its_path
-    )
-
-
-FAULTS: tuple[Fault, ...] = (*_read(), *_write(), *_ask(), *_done())
-
-
+    ),
+    Fault(
+        name="where a record lies",
+        make=(*_IDENTIFY, _there(write_log), "./log.csv", *_LS, "-"),
+        code=0,
+        says="path",
+        after=_tells_its_path,
+    ),
+)
 MISUSES: tuple[Misuse, ...] = (
     Misuse(
         name="room that is no amount of memory",

@@ -1,26 +1,31 @@
-"""Faults of what makes real logs usable: windows, columns, shifts, several records."""
+"""Faults of what makes real logs usable: windows, columns, shifts, several records.
+
+And those that random inputs found in logs of text and in the files of results.
+"""
 
 import json
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta, tzinfo
 from functools import partial
 from pathlib import Path
+from typing import Any
 from zoneinfo import ZoneInfo
 
-from tests.faults.fault import Fault, Misuse
-from tests.faults.files import columns_of_a_log, write_log
+from tests.faults.fault import Fault
+from tests.faults.files import columns_of_a_log, identified, write_log
 from tests.run_files import run_file
 
 Make = Callable[[Path], list[object]]
 
-_RESULT = '{"schema": "axisid.identification/1"}\n'
+_KEPT = '{"schema": "axisid.identification/1"}\n'
+_HEADER = "time;position;reference;control\n"
 
 
 def _on_log(*options: str, logs: int = 1, **said: object) -> Make:
     """Identify from a log, given so often, over a result that must stay as it is."""
 
     def make(folder: Path) -> list[object]:
-        (folder / "kept.json").write_text(_RESULT)
+        (folder / "kept.json").write_text(_KEPT)
         log = write_log(folder)
         log = run_file(log, **said) if said else log
         return ["identify", "emps2015", *[log] * logs, *options, "--json", "kept.json"]
@@ -32,7 +37,7 @@ def _on_text(name: str, text: Callable[[], str], *options: str, with_log: bool =
     """Identify from a file of some text, after a log if there is to be one."""
 
     def make(folder: Path) -> list[object]:
-        (folder / "kept.json").write_text(_RESULT)
+        (folder / "kept.json").write_text(_KEPT)
         (folder / name).write_text(text())
         logs = [write_log(folder)] if with_log else []
         return ["identify", "emps2015", *logs, name, *options, "--json", "kept.json"]
@@ -64,6 +69,26 @@ def _in_zone(start: datetime, zone: str, written: tzinfo) -> str:
     )
     names = [name for name in columns if name != "time"]
     return "\n".join([";".join(["time", *names]), *rows])
+
+
+def _rows(first: list[str]) -> str:
+    """Rows of a log, the first column of the first ones as it is given."""
+    times = [*first, *(f"{1e-3 * k:g}" for k in range(len(first), 40))]
+    return "".join(f"{time};{1e-3 * k * k:g};0.5;1.5\n" for k, time in enumerate(times))
+
+
+def _result(change: Callable[[dict[str, Any]], object]) -> Make:
+    """Two results to be compared, the second one changed."""
+
+    def make(folder: Path) -> list[object]:
+        whole: dict[str, Any] = json.loads(identified())
+        files = folder / "a.json", folder / "b.json"
+        files[0].write_text(json.dumps(whole))
+        change(whole)
+        files[1].write_text(json.dumps(whole))
+        return ["compare-results", *files]
+
+    return make
 
 
 _SPRING = datetime(2026, 3, 29, 0, 59, 59, tzinfo=UTC)
@@ -175,6 +200,43 @@ FAULTS: list[Fault] = [
         code=2,
         says="2 of 2 records cannot be used",
     ),
+    Fault(
+        name="a spreadsheet's error in the first cell of a row is no comment",
+        make=_on_text("odd.csv", lambda: _HEADER + _rows(["0", "1e-3", "#N/A", "#DIV/0!"])),
+        code=3,
+        says=r"line 4: '#N/A' in column 'time' is not a number",
+    ),
+    Fault(
+        name="a first row with a time stamp and no number is no header",
+        make=_on_text(
+            "odd.csv",
+            lambda: _HEADER + "12:00:00.000;;;\n" + _rows(["12:00:00.001", "12:00:00.002"]),
+        ),
+        code=3,
+        says=r"line 2: the time stamp '12:00:00\.000' stands where the names .* are expected",
+    ),
+    Fault(
+        name="a figure of a result that is no number",
+        make=_result(lambda w: w["estimates"][0].update(simulation_error_percent={})),
+        code=3,
+        says="lacks what its schema promises: expected float . null, got object",
+    ),
+    Fault(
+        name="a value of a result that is true",
+        make=_result(lambda w: w["estimates"][0]["parameters"]["M"].update(value=True)),
+        code=3,
+        says="expected float, got bool",
+    ),
+    Fault(
+        name="a value of a result beyond floating point",
+        make=_result(lambda w: w["estimates"][0]["parameters"]["M"].update(value=10**400)),
+        code=3,
+        says="number out of range",
+    ),
+    Fault(
+        name="a check of a result without a meaning",
+        make=_result(lambda w: w["verdict"][0].update(status="fail", meaning=None)),
+        code=3,
+        says="expected str, got null",
+    ),
 ]
-
-MISUSES: list[Misuse] = []

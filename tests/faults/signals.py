@@ -29,7 +29,7 @@ def _twin(axis: str) -> Record:
 
 def _log(
     folder: Path,
-    spoil: Spoil,
+    spoil: Spoil | str,
     *options: object,
     axis: str = "emps2015",
     without: str = "",
@@ -42,7 +42,8 @@ def _log(
     What is said of it goes into a run.toml.
     """
     record = _twin(axis)
-    columns = spoil({role: values.copy() for role, values in record.channels().items()})
+    change = _SPOILS[spoil] if isinstance(spoil, str) else spoil
+    columns = change({role: values.copy() for role, values in record.channels().items()})
     kept = {role: values for role, values in columns.items() if role != without}
     file = folder / "log.csv"
     table = np.column_stack(list(kept.values()))
@@ -58,21 +59,23 @@ def _slower(columns: Columns, factor: float) -> Columns:
     return columns | {"time": factor * columns["time"]}
 
 
-def _thinned(columns: Columns) -> Columns:
-    return {role: values[::2] for role, values in columns.items()}
-
-
-def _timeless(columns: Columns) -> Columns:
-    return {role: values for role, values in columns.items() if role not in ("time", "reference")}
+#: Ways to spoil all columns.
+_SPOILS: dict[str, Spoil] = {
+    "thinned": lambda columns: {role: values[::2] for role, values in columns.items()},
+    "timeless": lambda columns: {
+        role: values for role, values in columns.items() if role not in ("time", "reference")
+    },
+    "joined": lambda columns: {
+        role: np.concatenate([values, values]) for role, values in columns.items()
+    },
+    "coarse": lambda columns: columns | {"time": np.floor(250 * columns["time"] + 1e-9) / 250},
+    "same": lambda columns: columns,
+}
 
 
 def _burst(columns: Columns) -> Columns:
     columns["position"][_ROW : _ROW + 40] = np.nan
     return columns
-
-
-def _joined(columns: Columns) -> Columns:
-    return {role: np.concatenate([values, values]) for role, values in columns.items()}
 
 
 def _stepped(columns: Columns, seconds: float) -> Columns:
@@ -84,10 +87,6 @@ def _swapped(columns: Columns) -> Columns:
     for values in columns.values():
         values[[_ROW, _ROW + 1]] = values[[_ROW + 1, _ROW]]
     return columns
-
-
-def _coarse(columns: Columns) -> Columns:
-    return columns | {"time": np.floor(250 * columns["time"] + 1e-9) / 250}
 
 
 def _drifting(columns: Columns) -> Columns:
@@ -106,10 +105,6 @@ def _spiked(columns: Columns) -> Columns:
 def _clipped(columns: Columns) -> Columns:
     level = 0.6 * float(np.quantile(np.abs(columns["control"]), 0.999))
     return columns | {"control": np.clip(columns["control"], -level, level)}
-
-
-def _same(columns: Columns) -> Columns:
-    return columns
 
 
 def _is_right(folder: Path, _out: str, *, axis: str = "emps2015", off: float = 0.01) -> None:
@@ -155,13 +150,13 @@ _TIME_BASE = (
     ),
     Fault(
         name="a sampling period that nothing confirms",
-        make=lambda folder: _log(folder, _timeless, said={"sample_period": 1.05e-3}),
+        make=lambda folder: _log(folder, "timeless", said={"sample_period": 1.05e-3}),
         code=0,
         says="FAIL law: .* check sample_period in run.toml, which nothing else confirms",
     ),
     Fault(
         name="a log that keeps one sample in two",
-        make=lambda folder: _log(folder, _thinned, without="reference"),
+        make=lambda folder: _log(folder, "thinned", without="reference"),
         code=0,
         says="FAIL law: .* if the log keeps one sample in 2, confirm that by sample_period = 0.002",
     ),
@@ -169,7 +164,7 @@ _TIME_BASE = (
         "a log that keeps one sample in two, as the user confirms",
         lambda folder: _log(
             folder,
-            _thinned,
+            "thinned",
             *("--json", folder / _RESULT),
             said={"sample_period": 2e-3},
             without="reference",
@@ -193,13 +188,13 @@ _TIME_BASE = (
 _CLOCK = (
     Fault(
         name="two logs in one file",
-        make=lambda folder: _log(folder, _joined),
+        make=lambda folder: _log(folder, "joined"),
         code=3,
         says=r"does not increase in data row 7802: .* another log was joined on \(gaps=.split.\); ",
     ),
     _repaired(
         "two logs in one file, cut",
-        lambda folder: _log(folder, _joined, "--gaps", "split", "--json", folder / _RESULT),
+        lambda folder: _log(folder, "joined", "--gaps", "split", "--json", folder / _RESULT),
         "the clock is set back, 1 in all, first before data row 7802, from 7.8 s to 0 s",
     ),
     Fault(
@@ -231,14 +226,14 @@ _CLOCK = (
     ),
     Fault(
         name="time stamps of too few digits",
-        make=lambda folder: _log(folder, _coarse),
+        make=lambda folder: _log(folder, "coarse"),
         code=3,
         says=r"too coarse .* give sample_period in run.toml to count by",
     ),
     _repaired(
         "time stamps of too few digits, counted",
         lambda folder: _log(
-            folder, _coarse, "--json", folder / _RESULT, said={"sample_period": 1e-3}
+            folder, "coarse", "--json", folder / _RESULT, said={"sample_period": 1e-3}
         ),
         "time stamps that step by 0 to 4 ms replaced by a count",
     ),
@@ -266,7 +261,7 @@ _VALUES = (
     ),
     _repaired(
         "a last row cut inside its last number",
-        lambda folder: _log(folder, _same, "--json", folder / _RESULT, digits="%.6f", cut=4),
+        lambda folder: _log(folder, "same", "--json", folder / _RESULT, digits="%.6f", cut=4),
         "1 incomplete line at the end left out, from line 7802",
     ),
     Fault(

@@ -1,15 +1,14 @@
 """Every class of fault that was ever found ends as the catalogue says: a sentence, an exit code."""
 
 import re
-import signal
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
-from types import FrameType
 
 import pytest
 
 from tests.faults.fault import Fault, Misuse
+from tests.fuzz.cases import in_time
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -33,21 +32,14 @@ _PAGES = [
     if not file.stem.startswith("test_") and file.stem != "fault"
 ]
 FAULTS: list[Fault] = [fault for page in _PAGES for fault in page.FAULTS]
-MISUSES: list[Misuse] = [misuse for page in _PAGES for misuse in page.MISUSES]
+MISUSES: list[Misuse] = [misuse for page in _PAGES for misuse in getattr(page, "MISUSES", ())]
 
 
 @pytest.fixture(autouse=True)
 def _in_time() -> Iterator[None]:
     """End what hangs, as a failure."""
-
-    def stop(_number: int, _frame: FrameType | None) -> None:
-        raise TimeoutError(f"not done after {_SECONDS} s")
-
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.alarm(_SECONDS)
-    yield
-    signal.alarm(0)
-    signal.signal(signal.SIGALRM, before)
+    with in_time(_SECONDS):
+        yield
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
@@ -57,7 +49,9 @@ def test_fault_ends_in_a_sentence_and_an_exit_code(
     monkeypatch.chdir(tmp_path)
     for variable, value in fault.environment.items():
         monkeypatch.setenv(variable, value.format(folder=tmp_path))
-    arguments = fault.make(tmp_path)
+    parts = fault.make if isinstance(fault.make, tuple) else fault.make(tmp_path)
+    made = [part(tmp_path) if callable(part) else part for part in parts]
+    arguments = [part for part in made if part is not None]
     earlier = _KEPT.get(str(arguments[0])) if fault.code and "--json" not in arguments else None
     if earlier:
         output = tmp_path / "earlier-result.json"

@@ -1,8 +1,11 @@
-"""A fleet: a result for each log, a reason for each other, and nothing done twice."""
+"""A fleet: a result for each log, a reason for each other, none takes another with it."""
 
 import json
 import os
+import signal
+import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +25,11 @@ from axisid import (
     read_record,
 )
 from axisid.estimation.monte_carlo import twin_of
-from axisid.fleets import Fleet
-from axisid.fleets.items import gather_items
-from axisid.fleets.table import columns_of
+from axisid.fleets import Fleet, gather_items
+from axisid.fleets.result import columns_of
 from axisid.modeling.declaration import back_and_forth
 from axisid.twins import TwinMachines, write_twins
+from tests.fleets.logs import identify_or_harm
 
 FILTER = Prefilter(cutoff=60.0)
 
@@ -64,53 +67,30 @@ def test_a_result_is_that_of_identify_to_the_last_digit(made: Fleet, logs: Path)
 def test_what_was_done_with_the_same_log_axis_and_options_is_left_alone(
     made: Fleet, logs: Path
 ) -> None:
-    def again(**how: Any) -> dict[str, int]:
+    def again(**how: Any) -> Fleet:
         given = {"prefilter": FILTER, "methods": ["idm-ls", "idm-iv"], **how}
-        return fleet(logs, AXIS, logs / "out", jobs=0, resume=True, **given).counts
+        return fleet(logs, AXIS, logs / "out", jobs=0, resume=True, **given)
 
     file = Path(made.folder, "axis00000.json")
     before = file.stat().st_mtime_ns
-    assert again() == {"ok": 0, "skipped": 2, "failed": 1}
+    assert again().counts == {"ok": 0, "skipped": 2, "failed": 1}
     assert file.stat().st_mtime_ns == before
-    assert (
-        fleet(
-            logs,
-            AXIS,
-            logs / "out",
-            jobs=0,
-            resume=True,
-            prefilter=FILTER,
-            methods=["idm-ls", "idm-iv"],
-        )["axis00000"].parameters
-        == made["axis00000"].parameters
-    )
-    assert again(methods=["idm-ls"])["ok"] == 2
+    assert again()["axis00000"].parameters == made["axis00000"].parameters
+    assert again(methods=["idm-ls"]).counts["ok"] == 2
 
 
 @pytest.mark.parametrize("ending", ["parquet", "csv", "npz"])
 def test_the_table_has_a_row_for_each_log(made: Fleet, tmp_path: Path, ending: str) -> None:
-    file = made.write(tmp_path / f"table.{ending}")
-    columns = COLUMNS[ending](file)
+    import pandas as pd
+
+    read = {"parquet": pd.read_parquet, "csv": pd.read_csv, "npz": np.load}[ending]
+    columns = read(made.write(tmp_path / f"table.{ending}"))
     assert list(columns["name"]) == ["axis00000", "axis00001", "corrupt"]
     assert list(columns["status"]) == ["ok", "ok", "failed"]
-    assert float(columns["M"][1]) == made["axis00001"].parameters["M"].value
-
-
-def _parquet(file: Path) -> Any:
-    from pyarrow import parquet
-
-    return parquet.read_table(file).to_pydict()
-
-
-def _csv(file: Path) -> Any:
-    import csv
-
-    with file.open(newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    return {name.partition(" [")[0]: [row[name] for row in rows] for name in rows[0]}
-
-
-COLUMNS: dict[str, Callable[[Path], Any]] = {"parquet": _parquet, "csv": _csv, "npz": np.load}
+    assert (
+        float(columns["M [kg]" if ending == "csv" else "M"][1])
+        == made["axis00001"].parameters["M"].value
+    )
 
 
 def test_columns_tell_their_units(made: Fleet, tmp_path: Path) -> None:
@@ -184,3 +164,73 @@ def test_a_result_that_cannot_be_written_is_told_and_done_again_as_the_fleet_res
     assert "cannot be written" in row.reason
     taken.rmdir()
     assert fleet(log, AXIS, out, resume=True, **arguments).counts["ok"] == 1
+
+
+@pytest.fixture(scope="module")
+def many(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("logs")
+    write_logs(folder, 16, cycles=1)
+    (folder / "axis00003.npz").write_bytes(b"no archive")
+    return folder
+
+
+def killing_at(done: int, kill: Callable[[], None]) -> Callable[[int, int, str], None]:
+    """Progress that kills once."""
+    left = [kill]
+
+    def progress(so_far: int, _: int, __: str) -> None:
+        if so_far >= done and left:
+            left.pop()()
+
+    return progress
+
+
+@pytest.mark.slow
+def test_hanging_and_killing_logs_are_named_and_the_others_are_done(
+    many: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.modules[fleet.__module__], "identify_log", identify_or_harm)
+    names = ("good", "hanging", "killing", "unlucky", "other")
+    for name in names:
+        (tmp_path / f"{name}.npz").write_bytes((many / "axis00000.npz").read_bytes())
+    items = [FleetItem(log=str(tmp_path / f"{name}.npz"), serial=name) for name in names]
+    made = fleet(items, AXIS, tmp_path / "out", jobs=2, time_limit=20.0, methods=["idm-ls"])
+    assert {row.name: row.code for row in made.failed} == {"hanging": "time", "killing": "killed"}
+    assert made["hanging"].reason == "it did not end within the time limit of 20 s."
+    assert made["killing"].reason == "its worker was killed (SIGKILL), 2 times."
+    again = fleet(
+        items[:1] + items[3:], AXIS, tmp_path / "out", jobs=2, resume=True, methods=["idm-ls"]
+    )
+    assert again.counts == {"ok": 0, "skipped": 3, "failed": 0}
+
+
+@pytest.mark.slow
+def test_a_killed_worker_costs_no_log(many: Path, tmp_path: Path) -> None:
+    import multiprocessing
+
+    def kill() -> None:
+        os.kill(multiprocessing.active_children()[0].pid or 0, signal.SIGKILL)
+
+    made = fleet(many, AXIS, tmp_path, jobs=2, methods=["idm-ls"], progress=killing_at(4, kill))
+    assert made.counts == {"ok": 15, "skipped": 0, "failed": 1}
+    assert made["axis00003"].code != "killed"
+    again = fleet(many, AXIS, tmp_path, jobs=2, methods=["idm-ls"], resume=True)
+    assert again.counts == {"ok": 0, "skipped": 15, "failed": 1}
+
+
+@pytest.mark.filterwarnings("default")  # of Dask, as its worker is killed
+@pytest.mark.slow
+def test_dask_loses_nothing_when_a_worker_is_killed(many: Path, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        workers = list(client.run(os.getpid).values())
+        progress = killing_at(4, partial(os.kill, workers[0], signal.SIGKILL))
+        executor = client.get_executor(pure=False)
+        made = fleet(many, AXIS, tmp_path, executor=executor, methods=["idm-ls"], progress=progress)
+    assert made.counts == {"ok": 15, "skipped": 0, "failed": 1}
+    assert len(list(tmp_path.glob("axis*.json"))) == 15

@@ -13,7 +13,7 @@ from axisid.fleets import Fleet, FleetRow
 from axisid.fleets.outliers import groups_of
 from axisid.populations.robust_centre import robust_scatter
 from axisid.support.arrays import Array
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from tests.fleets.logs import BETWEEN, CENTRE, WITHIN, row_of, rows_of
 
 

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 from fleet_logs import AXIS, write_logs
 
-from axisid import DataError, EstimationError, FleetItem, ModelError, fleet
+from axisid import AxisidError, DataError, EstimationError, FleetItem, ModelError, fleet
 from axisid.fleets.fleet import checked
 from axisid.fleets.ledger import FleetRow
 from tests.refusals import refuses
@@ -22,7 +22,6 @@ from tests.refusals import refuses
         ({"fixed": {"K": 3.0}}, "parameters"),
         ({"left_out": ["K"]}, "parameters"),
         ({"methods": ["nosuch"]}, "method"),
-        ({"covariance": "nosuch"}, "method"),
         ({"method": ["idm-ls"]}, "fleet"),
         ({"reading": {"column": {}}}, "fleet"),
     ],
@@ -59,67 +58,46 @@ def test_a_column_that_no_log_has_is_refused_once_and_nothing_is_written(tmp_pat
     assert [row.code for row in made] == ["columns", ""]
 
 
-def rows(codes: list[str], begun: list[str]) -> Iterator[tuple[FleetItem, FleetRow]]:
+def failed(codes: list[str], begun: list[str]) -> Iterator[tuple[FleetItem, FleetRow]]:
+    """Logs that fail by codes; a code that is empty is of a log that does not."""
     for i, code in enumerate(codes):
         begun.append(code)
         status: Any = "failed" if code else "ok"
-        yield (
-            FleetItem(log=f"{i}"),
-            FleetRow(name=f"{i}", log=f"{i}", axis="", status=status, code=code),
-        )
+        reason = f"{code} {i}.csv." if "column" in code else ""
+        row = FleetRow(name=f"{i}", log=f"{i}.csv", axis="", status=status, code=code)
+        yield FleetItem(log=f"{i}.csv"), msgspec.structs.replace(row, reason=reason)
 
 
-def refusing(error: Exception) -> Any:
+NO_COLUMN, NO_TERMS = DataError("none.", code="columns"), ModelError("none.", code="no-terms")
+
+
+@pytest.mark.parametrize(
+    ("codes", "error", "refused", "tried"),
+    [
+        (["no-terms"] * 1000, NO_TERMS, "the first 20 of 1000 logs", 20),
+        (["columns"] * 50, NO_COLUMN, "all 50 logs", 50),
+        (["columns"] * 40 + ["", "columns"], NO_COLUMN, "", 42),
+        (["columns"] * 19 + [""] + ["columns"] * 30, NO_COLUMN, "", 50),
+        (["columns"] * 3 + ["empty"], NO_COLUMN, "", 4),
+        (["column a", "column b"], NO_COLUMN, "", 2),
+        (["internal"] * 3, NO_COLUMN, "", 3),
+        ([""] * 3, NO_COLUMN, "", 3),
+        (["bad"] * 3, DataError("cut off.", code="cut-off"), "", 3),
+        (["bad"] * 3, EstimationError("none.", code="none"), "", 3),
+    ],
+)
+def test_logs_that_all_fail_by_what_no_log_changes_are_refused_once(
+    codes: list[str], error: AxisidError, refused: str, tried: int
+) -> None:
+    begun: list[str] = []
+
     def again(_: FleetItem) -> None:
         raise error
 
-    return again
-
-
-NO_COLUMN = refusing(DataError("no column.", code="columns"))
-
-
-def test_many_logs_are_not_all_tried_for_what_no_log_changes() -> None:
-    begun: list[str] = []
-    with refuses("no-terms", "the first 20 of 1000 logs"):
-        wrong = refusing(ModelError("no terms.", code="no-terms"))
-        list(checked(rows(["no-terms"] * 1000, begun), 1000, wrong))
-    assert len(begun) == 20
-
-
-def test_only_all_logs_tell_that_a_column_is_in_none() -> None:
-    with refuses("columns", "all 50 logs"):
-        list(checked(rows(["columns"] * 50, []), 50, NO_COLUMN))
-    codes = ["columns"] * 40 + ["", "columns"]
-    assert [row.code for row in checked(rows(codes, []), len(codes), NO_COLUMN)] == codes
-
-
-def test_logs_that_lack_other_columns_are_rows() -> None:
-    told = [
-        msgspec.structs.replace(row, reason=f"{row.log} has no {name}.")
-        for name, (_, row) in zip("ab", rows(["columns"] * 2, []), strict=True)
-    ]
-    items = [FleetItem(log=row.log) for row in told]
-    found = checked(zip(items, told, strict=True), 2, NO_COLUMN)
-    assert len(list(found)) == 2
-
-
-@pytest.mark.parametrize(
-    "codes",
-    [
-        ["columns"] * 19 + [""] + ["columns"] * 30,
-        ["columns"] * 3 + ["empty"],
-        ["internal"] * 3,
-        [""] * 3,
-    ],
-)
-def test_logs_that_do_not_fail_alike_are_rows(codes: list[str]) -> None:
-    found = checked(rows(codes, []), len(codes), NO_COLUMN)
-    assert [row.code for row in found] == codes
-
-
-@pytest.mark.parametrize(
-    "error", [DataError("cut off.", code="cut-off"), EstimationError("none.", code="none")]
-)
-def test_logs_that_are_bad_alike_are_rows(error: Exception) -> None:
-    assert len(list(checked(rows(["bad"] * 3, []), 3, refusing(error)))) == 3
+    found = checked(failed(codes, begun), len(codes), again)
+    if refused:
+        with refuses(error.code, refused):
+            list(found)
+    else:
+        assert [row.code for row in found] == codes
+    assert len(begun) == tried

@@ -9,12 +9,12 @@ import os
 import signal
 import time
 import traceback
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -22,13 +22,14 @@ from axisid import AxisidError
 
 SEED = int(os.environ.get("AXISID_FUZZ_SEED", "1"))
 TIMES = float(os.environ.get("AXISID_FUZZ_TIMES", "1"))
-SECONDS = 10  # of work, the most that any input may take
 
-_WAITING = 60.0  # seconds, on a machine that is busy with other things
+_SECONDS = 60.0  # the most that any input may take, on a machine that is busy with other things
 _SHRINKING = 20.0  # seconds for making a failing input smaller
 _SHOWN = 6  # classes of failures
 
 Case = TypeVar("Case")
+#: The command line, as the fixture of that name runs it.
+Run = Callable[..., tuple[int, str, str]]
 
 
 class Hung(BaseException):
@@ -40,22 +41,19 @@ class WrongError(AssertionError):
 
 
 @contextmanager
-def in_time() -> Iterator[None]:
-    """Raise `Hung` after some seconds of work, or many of waiting."""
+def in_time(seconds: float = _SECONDS) -> Iterator[None]:
+    """Raise `Hung` after so many seconds."""
 
     def stop(_number: int, _frame: FrameType | None) -> None:
-        raise Hung
+        raise Hung(f"more than {seconds} s")
 
-    timers = ((signal.ITIMER_PROF, signal.SIGPROF), (signal.ITIMER_REAL, signal.SIGALRM))
-    before = [signal.signal(ended, stop) for _, ended in timers]
-    for (timer, _), seconds in zip(timers, (SECONDS, _WAITING), strict=True):
-        signal.setitimer(timer, seconds)
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         yield
     finally:
-        for (timer, ended), handler in zip(timers, before, strict=True):
-            signal.setitimer(timer, 0)
-            signal.signal(ended, handler)
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,8 +69,6 @@ class Fuzz(Generic[Case]):
         A case from a generator of random numbers.
     check : callable
         Raises `WrongError` where the result is wrong. An `AxisidError` is right if it says why.
-    smaller : callable
-        Cases that are a little smaller, the smallest first.
     shown : callable
         A case as what reproduces it.
     """
@@ -81,8 +77,7 @@ class Fuzz(Generic[Case]):
     count: int
     draw: Callable[[np.random.Generator], Case]
     check: Callable[[Case], None]
-    smaller: Callable[[Case], Iterable[Case]]
-    shown: Callable[[Case], str]
+    shown: Callable[[Case], str] = repr
 
     def run(self) -> None:
         """Try all cases; fail with the smallest input of each class of failures."""
@@ -109,8 +104,8 @@ class Fuzz(Generic[Case]):
         except WrongError as error:
             kind, _, said = str(error).partition(": ")
             return kind, said
-        except Hung:
-            return "hung", f"more than {SECONDS} s"
+        except Hung as hung:
+            return "hung", str(hung)
         except Exception as error:
             return f"{type(error).__name__} in {_place(error)}", str(error)
         return None
@@ -122,18 +117,12 @@ class Fuzz(Generic[Case]):
         return f"{self.name}, case {number}: {kind}: {said[:600]}\n{self.shown(smallest)}"
 
     def _shrunk(self, case: Case, kind: str) -> Case:
-        """A case that fails alike and that no smaller one of its kind does, if time allows."""
-        until = time.monotonic() + _SHRINKING
-        going = True
-        while going:
-            going = False
-            for smaller in self.smaller(case):
-                if time.monotonic() > until:
-                    return case
-                failure = self._failure(smaller)
-                if failure is not None and failure[0] == kind:
-                    case, going = smaller, True
-                    break
+        """A text that fails alike and of which no piece can be left out, if time allows."""
+        until, smaller = time.monotonic() + _SHRINKING, _pieces_left_out(case)
+        while time.monotonic() < until and (fewer := next(smaller, None)) is not None:
+            failure = self._failure(fewer)
+            if failure is not None and failure[0] == kind:
+                case, smaller = fewer, _pieces_left_out(fewer)
         return case
 
 
@@ -150,22 +139,60 @@ def _place(error: Exception) -> str:
     return f"{Path(last.filename).name}:{last.name}"
 
 
-def pieces_left_out(text: str) -> Iterator[str]:
+def _pieces_left_out(case: Any) -> Iterator[Any]:
     """A text without some of its lines, then without some of its letters; large pieces first."""
-    lines = text.splitlines(keepends=True)
-    yield from ("".join(kept) for kept in _without(lines))
-    if len(text) <= 3000:
-        yield from ("".join(kept) for kept in _without(list(text)))
+    letters = list(case) if isinstance(case, str) and len(case) <= 3000 else []
+    for items in (case.splitlines(keepends=True) if isinstance(case, str) else [], letters):
+        size = len(items) // 2
+        while size:
+            for start in range(0, len(items), size):
+                yield "".join(items[:start] + items[start + size :])
+            size //= 2
 
 
-def _without(items: list[str]) -> Iterator[list[str]]:
-    size = len(items) // 2
-    while size:
-        for start in range(0, len(items), size):
-            yield items[:start] + items[start + size :]
-        size //= 2
+def places(value: Any, level: int = 1) -> Iterator[tuple[int, Any, Any]]:
+    """Every place of a tree that holds something: how deep, in what, and under which key."""
+    for key in list(value) if isinstance(value, dict) else range(len(value)):
+        yield level, value, key
+        if isinstance(value[key], (dict, list)):
+            yield from places(value[key], level + 1)
 
 
-def one_of(rng: np.random.Generator, items: "list[Case] | tuple[Case, ...]") -> Case:
+def spoilt(text: str, rng: np.random.Generator, junk: "Sequence[str]", most: int = 4) -> str:
+    """A text with letters lost, doubled or put in, in so many places at most."""
+    for _ in range(int(rng.integers(1, most))):
+        at, kind, length = int(rng.integers(len(text) + 1)), rng.integers(3), rng.integers(1, 40)
+        if kind == 0:
+            text = text[:at] + text[at + int(length) :]
+        elif kind == 1:
+            text = text[:at] + one_of(rng, junk) + text[at:]
+        else:
+            text = text[:at] + text[at : at + int(length)] + text[at:]
+    return text
+
+
+def one_of(rng: np.random.Generator, items: "Sequence[Case]") -> Case:
     """One of some things, which need not be numbers."""
     return items[int(rng.integers(len(items)))]
+
+
+def kept_to(run: Run, *arguments: object, output: Path) -> tuple[int, str]:
+    """Run a command that writes a file; exit code and what it wrote.
+
+    It ends with a documented exit code and one sentence, and writes the file whole or not at all.
+
+    Raises
+    ------
+    WrongError
+        It does not.
+    """
+    output.unlink(missing_ok=True)
+    before = set(output.parent.iterdir())
+    code, _, err = run(*arguments)
+    if code not in (0, 2, 3, 4, 6) or "internal fault" in err or "Traceback" in err:
+        raise WrongError(f"exit code {code}: {err}")
+    if code and not err.startswith("axisid: "):
+        raise WrongError(f"no sentence: {err}")
+    if left := set(output.parent.iterdir()) - before - ({output} if code == 0 else set()):
+        raise WrongError(f"left behind: {sorted(map(str, left))}")
+    return code, output.read_text(encoding="utf-8") if code == 0 else ""

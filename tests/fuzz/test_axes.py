@@ -1,6 +1,9 @@
-"""Axes drawn at random find their own true parameters in their twins, or say what is in the way."""
+"""Axes drawn at random find their own true parameters in their twins, or say what is in the way.
 
-from collections.abc import Iterator
+So do damaged logs of them, which leave nothing half done.
+"""
+
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,8 +12,9 @@ import pytest
 
 from axisid import AxisidError, build, identify, load_axis, twin_record
 from benchmarks.random_axes import RandomAxis, Term, random_axis
-from tests.fuzz.cases import Fuzz, WrongError
-from tests.fuzz.expressions import random_text, renamed
+from tests.fuzz.cases import Fuzz, Run, WrongError, kept_to
+from tests.fuzz.test_expressions import random_text, renamed
+from tests.fuzz.test_text_logs import damaged
 
 _DEVIATIONS, _PERCENT = 6.0, 0.5
 _RATIOS = {"x": "(q/far)", "v": "(dq/fast)"}
@@ -53,10 +57,6 @@ def wild_axis(rng: np.random.Generator) -> RandomAxis:
     return replace(axis, terms=(*axis.terms, force))
 
 
-def _smaller(axis: RandomAxis) -> Iterator[RandomAxis]:
-    yield from (axis.without(k) for k in range(len(axis.terms)))
-
-
 @pytest.mark.slow
 def test_sound_axes_are_identified(tmp_path: Path) -> None:
     Fuzz(
@@ -64,7 +64,6 @@ def test_sound_axes_are_identified(tmp_path: Path) -> None:
         count=4,
         draw=random_axis,
         check=lambda axis: _accepted(axis, tmp_path / "axis.toml"),
-        smaller=_smaller,
         shown=lambda axis: axis.toml,
     ).run()
 
@@ -76,6 +75,48 @@ def test_axes_with_any_force_are_identified_or_objected_to(tmp_path: Path) -> No
         count=4,
         draw=wild_axis,
         check=lambda axis: _identified(axis, tmp_path / "axis.toml"),
-        smaller=_smaller,
         shown=lambda axis: axis.toml,
+    ).run()
+
+
+_ROWS = 1500
+
+
+@pytest.fixture(scope="module")
+def declaration(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("axis") / "axis.toml"
+    file.write_text(random_axis(np.random.default_rng(8)).toml, encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="module")
+def log(declaration: Path) -> bytes:
+    record = twin_record(build(load_axis(declaration)))
+    columns = {role: values[:_ROWS] for role, values in record.channels().items()}
+    rows = (",".join(f"{x:.9g}" for x in row) for row in zip(*columns.values(), strict=True))
+    return "\n".join([",".join(columns), *rows, ""]).encode()
+
+
+@pytest.mark.slow
+def test_damaged_logs_are_identified_or_refused(
+    run: Run, declaration: Path, log: bytes, tmp_path: Path
+) -> None:
+    file, output = tmp_path / "log.csv", tmp_path / "result.json"
+
+    def check(text: str) -> None:
+        file.write_bytes(text.encode("latin-1"))
+        code, written = kept_to(
+            run,
+            *("identify", declaration, file, "--method", "idm-ls", "--json", output),
+            output=output,
+        )
+        if code == 0:
+            json.loads(written)
+
+    Fuzz(
+        name="damaged twins",
+        count=12,
+        draw=lambda rng: damaged(log, rng),
+        check=check,
+        shown=lambda text: repr(text[:3000]),
     ).run()

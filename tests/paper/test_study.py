@@ -1,5 +1,7 @@
 """The paper's twin: what least squares and instruments make of noise inside the loop."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -8,9 +10,13 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.records.record import Record
 from axisid.paper.study import (
     APPROPRIATE,
+    DISTRIBUTION_FILES,
     INAPPROPRIATE,
+    distributions_document,
+    run_distributions,
     run_study,
     study_document,
+    write_distributions,
 )
 from axisid.presentation.blocks import plain_text
 from axisid.presentation.html import blocks_html
@@ -80,3 +86,16 @@ def test_inverse_mass_times_direct_theta1_is_the_squared_partial_correlation(
         assert inverse.physical[0] * direct.theta[0] == pytest.approx(squared, rel=1e-9)
         most = 1 - (inverse.equation_error_percent / 100) ** 2
         assert squared <= most < 1
+
+
+@pytest.mark.slow
+def test_least_squares_is_biased_where_the_filter_lets_noise_through(tmp_path: Path) -> None:
+    found = run_distributions(6)
+    wrong = found["inappropriate"]
+    assert wrong.of("idm-ls", "M").raw_bias.value < -30  # kg of 100
+    assert abs(wrong.of("idm-ls", "M").bias.value) < 1
+    assert abs(wrong.of("idm-iv", "M").bias.value) < 1
+    assert abs(found["appropriate"].of("idm-ls", "M").bias.value) < 1
+    text = plain_text(distributions_document(found))
+    assert "6 twins, inappropriate filter, 180 Hz" in text
+    assert {path.name for path in write_distributions(found, tmp_path)} == set(DISTRIBUTION_FILES)

@@ -6,7 +6,7 @@ import numpy as np
 
 from axisid.estimation.tables import Table, TableBuilder, split_labels
 from axisid.support.errors import DataError
-from axisid.support.files.memory import Room
+from axisid.support.memory import Room
 
 
 def read_daq(file: Path, content: bytes, room: Room) -> Table:

@@ -27,7 +27,7 @@ from axisid.estimation.monte_carlo import twin_of
 from axisid.fleets import FleetRow
 from axisid.fleets.ledger import ledger_of, write_row
 from axisid.modeling.declaration import back_and_forth
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from axisid.trends import Trend
 from axisid.trends.gathering import place_of
 from tests.refusals import refuses
@@ -173,8 +173,8 @@ def test_other_things_are_refused(folder: Path, tmp_path: Path, made: Trend) -> 
         trend(tmp_path)
     with pytest.raises(DataError):
         trend("a" * 5000)  # longer than any file's name
-    with pytest.raises(UsageError, match="a result is 3"):
-        trend([3])  # type: ignore[list-item]
+    with refuses("trend", says="is given 2 times"):
+        trend([folder, folder])
     with pytest.raises(UsageError, match=r"ends in \.csv, \.html, \.json"):
         made.write(tmp_path / "t.pdf")
 
@@ -206,18 +206,16 @@ def test_fits_have_a_trend_of_what_they_fitted(fitted: dict[str, Any], tmp_path:
         trend(tmp_path, method="idm-iv")
 
 
-def test_a_result_that_is_given_twice_is_refused(folder: Path) -> None:
-    with refuses("trend"):
-        trend([folder, folder])
+def point(**conditions: str | float) -> FleetRow:
+    return FleetRow(name="r", log="", axis="a", status="ok", conditions=conditions)
 
 
 @pytest.mark.skipif(not hasattr(time, "tzset"), reason="the zone cannot be set")
 def test_a_date_stands_at_the_same_place_in_every_zone(monkeypatch: pytest.MonkeyPatch) -> None:
-    point = FleetRow(name="r", log="", axis="", status="ok", conditions={"date": "1970-01-02"})
     with monkeypatch.context() as patch:
         patch.setenv("TZ", "Asia/Tokyo")
         time.tzset()
-        place = place_of(point, "date")
+        place = place_of(point(date="1970-01-02"), "date")
     time.tzset()
     assert place == 1.0
 
@@ -245,14 +243,10 @@ def test_results_whose_verdict_fails_hide_no_drift_and_set_no_limits(
     assert counted.set_aside == ()
 
 
-def _point(run: float) -> FleetRow:
-    return FleetRow(name="r", log="", axis="a", status="ok", conditions={"run": run})
-
-
 @pytest.mark.parametrize("place", [1e308, -1e308, 1e200])
 def test_a_condition_whose_square_is_no_number_is_refused(place: float) -> None:
     with refuses("trend"):
-        place_of(_point(place), "run")
+        place_of(point(run=place), "run")
 
 
 @pytest.mark.slow

@@ -29,9 +29,8 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.declaration import Drive, known_text
 from axisid.modeling.quantities import Parameter
-from axisid.support.arrays import Array
-from axisid.support.figures import MaybeInfinite
-from axisid.support.missing import Missing
+from axisid.support.arrays import Array, MaybeInfinite
+from axisid.support.errors import Missing
 
 _MIN_REPETITION_WEIGHT = 0.3  # of the largest, from which another column in a repetition is named
 _MIN_ACCELERATION_SHARE = 0.05  # of the force; a term that takes acceleration and has less says so

@@ -23,10 +23,8 @@ from axisid.estimation.problems import moved_by_rounding, position_step
 from axisid.estimation.regression import factor
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
-from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError
-from axisid.support.figures import MaybeInfinite, MaybeNan
-from axisid.support.missing import Missing, of_found
+from axisid.support.arrays import Array, MaybeInfinite, MaybeNan
+from axisid.support.errors import EstimationError, Missing, of_found
 
 _FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
 _WORST: tuple[Status, ...] = ("fail", "note", "pass")

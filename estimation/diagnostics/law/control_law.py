@@ -34,7 +34,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.missing import Missing, of_found
+from axisid.support.errors import Missing, of_found
 
 from .by_runs import MOST_OPEN, LawByGains, said_of_gains
 from .sentences import (

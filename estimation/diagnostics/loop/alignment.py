@@ -31,7 +31,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, Exact
-from axisid.support.missing import Missing, of_found
+from axisid.support.errors import Missing, of_found
 
 _EARLIEST, _LATEST = -1, 3  # samples
 _MOST_DECLARED = 8  # samples of a declared delay that may be told as none

@@ -35,10 +35,8 @@ from axisid.estimation.thresholds import (
     MAX_SCALE_ERROR,
     MIN_DISTANCE_FROM_NOISE,
 )
-from axisid.support.arrays import Array, covered, relative_error_percent
-from axisid.support.errors import EstimationError
-from axisid.support.figures import MaybeNan
-from axisid.support.missing import Missing
+from axisid.support.arrays import Array, MaybeNan, covered, relative_error_percent
+from axisid.support.errors import EstimationError, Missing
 
 # Hz, up to which columns are compared: far below any current loop's bandwidth
 _MAX_CUTOFF = 30.0

@@ -6,8 +6,7 @@ from difflib import get_close_matches
 
 from axisid.estimation.tables import Samples, Table
 from axisid.modeling.declaration import ROLES, Axis
-from axisid.support.errors import DataError, UsageError
-from axisid.support.quoting import quoted
+from axisid.support.errors import DataError, UsageError, quoted
 
 from .units import assumed_units_text, check_no_counts, to_si
 

@@ -118,22 +118,31 @@ def compare(
         raise click.UsageError("name the candidates: --axes AXIS AXIS..., or --ladder AXIS.")
     if ladder is None and (quadratic or stribeck is not None):
         raise click.UsageError("--quadratic and --stribeck are rungs of a ladder; add --ladder.")
-    inputs = axis_and_records(
-        named[0],
-        record,
-        reading,
-        skip_bad=sharing.skip_bad,
-    )
-    inputs, said = sharing.of(inputs, len(record))
+    inputs = axis_and_records(named[0], record, reading, sharing)
     inputs.say_set_aside()
-    first, data = inputs.axis, inputs.records
+    data = inputs.records
 
     candidates: dict[str, stages.Axis] = {}
     if ladder is not None:
-        shared = _without(first.declared, left_out)
+        shared = _without(inputs.axis.declared, left_out)
         candidates |= stages.friction_ladder(shared, quadratic=quadratic, stribeck=stribeck)
-    _add_named(candidates, axes, left_out)
-    _check_left_out(candidates, left_out)
+    for name in axes:
+        axis = _without(stages.load_axis(name), left_out)
+        label = name if axis.name in candidates else axis.name
+        if label in candidates:
+            raise UsageError(f"the axis {name} is given twice; give each one once.")
+        candidates[label] = axis
+    for name in left_out:
+        if not any(name in {p.name for p in axis.left_out} for axis in candidates.values()):
+            raise UsageError(
+                f"--leave-out {name}: none of the candidates has such a parameter; see axisid show."
+            )
+        for label, axis in candidates.items():
+            if name in {p.name for p in axis.parameters}:  # which a rung brings back
+                raise UsageError(
+                    f"--leave-out {name}: the ladder's rung {label!r} is with {name}, which is "
+                    "friction; leave out what all rungs share, or give the candidates by --axes."
+                )
     with ProgressLine("comparing") as line:
         built = {name: stages.build(axis) for name, axis in candidates.items()}
         filtered = filtering.prefilter(data[0].period)
@@ -144,7 +153,7 @@ def compare(
             method,
             progress=line,
             skip_bad=sharing.skip_bad,
-            **said,
+            **inputs.shared,
         ).with_set_aside(inputs.set_aside)
     put_result(result, json_file)
 
@@ -168,38 +177,9 @@ def compare_results(first: str, second: str, json_file: str | None, force: bool)
     """
     targets = [Target("--json", json_file, "compare-results")]
     check_targets(targets, (first, second), force=force)
-
-    result = stages.compare_results(first, second)
-    put_result(result, json_file)
+    put_result(stages.compare_results(first, second), json_file)
 
 
 def _without(axis: "stages.Axis", names: tuple[str, ...]) -> "stages.Axis":
     """The axis without those of the parameters that it has."""
     return stages.leave_out(axis, *({p.name for p in axis.parameters} & {*names}))
-
-
-def _check_left_out(candidates: "dict[str, stages.Axis]", names: tuple[str, ...]) -> None:
-    """Refuse what no candidate has, and friction that a ladder's rungs bring back."""
-    for name in names:
-        if not any(name in {p.name for p in axis.left_out} for axis in candidates.values()):
-            raise UsageError(
-                f"--leave-out {name}: none of the candidates has such a parameter; see axisid show."
-            )
-        for label, axis in candidates.items():
-            if name in {p.name for p in axis.parameters}:
-                raise UsageError(
-                    f"--leave-out {name}: the ladder's rung {label!r} is with {name}, which is "
-                    "friction; leave out what all rungs share, or give the candidates by --axes."
-                )
-
-
-def _add_named(
-    candidates: "dict[str, stages.Axis]", names: tuple[str, ...], left_out: tuple[str, ...]
-) -> None:
-    """Add axes by their own names, or as they were given where two have the same."""
-    for name in names:
-        axis = _without(stages.load_axis(name), left_out)
-        label = name if axis.name in candidates else axis.name
-        if label in candidates:
-            raise UsageError(f"the axis {name} is given twice; give each one once.")
-        candidates[label] = axis

@@ -1,7 +1,6 @@
 """``axisid generate``."""
 
 import sys
-from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
@@ -44,10 +43,22 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path, fo
     Each axis gets a folder with its CasADi functions, its equations and a manifest. AXES are names
     of the library or TOML or Python files that declare an axis.
     """
-    declared = _declared(axes)
+    declared = [stages.load_axis(name) for name in axes or stages.LIBRARY]
+    for name, axis in zip(axes, declared, strict=False):
+        if axis.name in stages.LIBRARY and name not in stages.LIBRARY:
+            raise UsageError(
+                f"{name} declares an axis named {axis.name!r}, whose folder belongs to the "
+                "library; rename the axis."
+            )
     files = _generated(declared, verbose=verbose)
     if not check:
-        _check_replaced([output / path for path in files], axes, force=force)
+        # A folder with a manifest was generated, whatever has become of its other files.
+        places = [output / path for path in files]
+        manifests = [file for file in places if file.name == stages.MANIFEST and file.is_file()]
+        own = {file.parent for file in manifests if is_earlier(file, "generate")}
+        for earlier in (True, False):
+            chosen = {file: "generate" for file in places if (file.parent in own) == earlier}
+            check_replaced(chosen, "--output", axes, force=force or earlier)
         written = stages.write_files(output, files)
         for path in written:
             click.echo(f"wrote {output / path}")
@@ -67,25 +78,14 @@ def generate(axes: tuple[str, ...], check: bool, verbose: bool, output: Path, fo
         )
     if findings:
         orphan = any(finding.state == "orphan" for finding in findings)
-        command = " ".join(["axisid generate", *axes, *_output_option(output)])
+        place = [] if output == Path("generated") else [f"--output {output}"]
+        command = " ".join(["axisid generate", *axes, *place])
         remove = "; remove the orphans, or name the axes that are meant" if orphan else ""
         click.echo(
             f"not as generated: {len(findings)} of {len(files)}; run: {command}{remove}", err=True
         )
         sys.exit(1)
     click.echo(f"{len(files)} files are current.")
-
-
-def _declared(axes: tuple[str, ...]) -> "list[stages.Axis]":
-    """The axes to generate; the library's folders belong to the library's axes."""
-    declared = [stages.load_axis(name) for name in axes or stages.LIBRARY]
-    for name, axis in zip(axes, declared, strict=False):
-        if axis.name in stages.LIBRARY and name not in stages.LIBRARY:
-            raise UsageError(
-                f"{name} declares an axis named {axis.name!r}, whose folder belongs to the "
-                "library; rename the axis."
-            )
-    return declared
 
 
 def _generated(declared: "list[stages.Axis]", *, verbose: bool) -> dict[Path, str]:
@@ -103,19 +103,3 @@ def _generated(declared: "list[stages.Axis]", *, verbose: bool) -> dict[Path, st
         for (name, begin), (_, end) in pairwise(begun):
             click.echo(f"{name}: {1e3 * (end - begin):.0f} ms")
     return files
-
-
-def _check_replaced(files: Sequence[Path], axes: tuple[str, ...], *, force: bool) -> None:
-    """Refuse to write over what was not generated, or declares an axis.
-
-    A folder with a manifest was generated, whatever has become of its other files.
-    """
-    manifests = [file for file in files if file.name == stages.MANIFEST and file.is_file()]
-    generated = {file.parent for file in manifests if is_earlier(file, "generate")}
-    for earlier in (True, False):
-        chosen = {file: "generate" for file in files if (file.parent in generated) == earlier}
-        check_replaced(chosen, "--output", axes, force=force or earlier)
-
-
-def _output_option(output: Path) -> list[str]:
-    return [] if output == Path("generated") else [f"--output {output}"]

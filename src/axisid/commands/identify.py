@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import click
 
@@ -33,19 +32,13 @@ from axisid.commands.options import (
     method_option,
     option,
     print_result,
-    put_json,
     stages,
     takes,
+    write_output,
 )
 from axisid.presentation.console import ProgressLine, print_document
 from axisid.support.errors import AxisidError, EstimationError, UsageError
-
-
-def _check_idle(json_file: str | None) -> None:
-    """Refuse options that the others leave without effect."""
-    check_needed(("--validate-like",), ("--validate",))
-    if json_file == "-":
-        check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
+from axisid.support.files import json_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,24 +129,23 @@ def identify(
     filtering.prefilter()  # refused before anything is read
     targets = [Target("--json", json_file, "identify"), Target("--report", report, "report")]
     check_targets(targets, (*record, axis, *validating.further), force=force)
-    _check_idle(json_file)
+    check_needed(("--validate-like",), ("--validate",))
+    if json_file == "-":
+        check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
     check_methods(methods)
-    _check_figures(figures, len(record), force=force)
-    inputs = axis_and_records(
-        axis,
-        record,
-        reading,
-        validating.further,
-        fixed=fix,
-        left_out=left_out,
-        skip_bad=sharing.skip_bad,
-    )
-    if validating.further:
-        sharing.check_validates(validating.like)
-    inputs, shared = sharing.of(inputs, len(record))
-
-    generated, first = inputs.axis, inputs.records[0]
-    prefilter = filtering.prefilter(first.period)
+    if figures is not None:
+        numbers = ["", *(f"-{i + 1}" for i in range(len(record)) if len(record) > 1)]
+        drawn = {f"{name}{i}.pdf": "figure" for name in stages.NAMES for i in numbers}
+        check_folder(figures, "--figures", drawn, force=force)
+    further = validating.further
+    inputs = axis_and_records(axis, record, reading, sharing, further, fixed=fix, left_out=left_out)
+    if further and (sharing.local or sharing.known) and validating.like is None:
+        raise click.UsageError(
+            "--validate holds parameters against another record, of which nothing says what "
+            "--local and --known say of each; name the record that it is like: --validate-like 1."
+        )
+    generated = inputs.axis
+    prefilter = filtering.prefilter(inputs.records[0].period)
     others = _held_out(generated, validating, reading, prefilter)
     with ProgressLine(f"identifying {generated.axis.name}"):
         result = stages.identify(
@@ -165,7 +157,7 @@ def identify(
             bounded=bounded,
             bootstrap=bootstrap,
             loss=loss,
-            **shared,
+            **inputs.shared,
         ).with_set_aside(inputs.set_aside)
 
     like = validating.like
@@ -215,16 +207,6 @@ def _held_out(
     return records
 
 
-def _check_figures(folder: str | None, records: int, *, force: bool) -> None:
-    """Refuse a folder of figures that holds others of the same names."""
-    if folder is None:
-        return
-
-    numbers = ["", *(f"-{i + 1}" for i in range(records) if records > 1)]
-    drawn = {f"{name}{i}.pdf": "figure" for name in stages.NAMES for i in numbers}
-    check_folder(folder, "--figures", drawn, force=force)
-
-
 def _put(
     result: "stages.Identification",
     json_file: str | None,
@@ -240,10 +222,10 @@ def _put(
     refused: UsageError | None = None
     if json_file is not None and written is not None:
         checked = [validation.to_dict() for validation in validations]
-        added: dict[str, Any] = {"validation": checked[0]} if checked else {}
-        added |= {"validations": checked} if len(checked) > 1 else {}
+        written |= {"validation": checked[0]} if checked else {}
+        written |= {"validations": checked} if len(checked) > 1 else {}
         try:
-            put_json(json_file, {**written, **added})
+            write_output(json_file, json_text(written))
         except UsageError as error:
             refused = error  # told after the result, which it must not cost
     if json_file == "-":

@@ -13,28 +13,25 @@ import sys
 import warnings
 from collections.abc import Iterable
 from textwrap import indent
-from typing import Any, NoReturn, TextIO
+from typing import Any, NoReturn
 
 import click
 
-from axisid.commands.many.fleet import fleet
-from axisid.commands.many.trend import trend
-from axisid.commands.many.twin import twin
 from axisid.commands.options import completion
 from axisid.support.errors import AxisidError, asks_for_tracebacks
-from axisid.support.jobs.one_thread import one_thread, without_arithmetic_warnings
+from axisid.support.one_thread import one_thread, without_arithmetic_warnings
 from axisid.support.version import __version__
 
 from .compare import compare, compare_results
 from .export import export
-from .fit import fit
+from .fit_sweep_law import fit, law, sweep
+from .fleet_and_trend import fleet, trend
 from .generate import generate
 from .identify import identify
-from .law import law
-from .many.study import study
 from .new_and_show import new, show
 from .paper import paper
-from .sweep import sweep
+from .study import study
+from .twin import twin
 
 _USAGE, _DATA, _INTERRUPTED = 2, 3, 130
 
@@ -84,13 +81,20 @@ def main() -> NoReturn:
     try:
         code = _run()
     except click.ClickException as error:
-        code = _refused(error)
+        code = error.exit_code
+        if isinstance(error, click.exceptions.NoArgsIsHelpError):  # the help, whole
+            click.echo(error.format_message(), err=True)
+        else:
+            _fail(error.format_message(), code)
     except (click.Abort, KeyboardInterrupt):
         code = _fail("interrupted", _INTERRUPTED)
     except Exception as error:
         code = _failed(error)
-    for stream in (sys.stdout, sys.stderr):
-        _let_go(stream)
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        try:
+            stream.flush()
+        except OSError:  # what is left is dropped: the interpreter would complain at its end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
     sys.exit(code)
 
 
@@ -98,7 +102,8 @@ def _run() -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("default", RuntimeWarning)
         without_arithmetic_warnings()
-        warnings.showwarning = _show_warning  # type: ignore[assignment]
+        # One line on stderr in place of Python's two, which name a source line.
+        warnings.showwarning = lambda message, *_, **__: click.echo(f"axisid: {message}", err=True)
         code = cli.main(prog_name="axisid", standalone_mode=False)
     if sys.stdout is not None:
         sys.stdout.flush()
@@ -112,13 +117,15 @@ def _failed(error: Exception) -> int:
     if isinstance(error, MemoryError):
         return _fail(_NO_MEMORY, _DATA)
     if isinstance(error, OSError):
-        return _fail(_unusable(error), _USAGE)
+        place = error.filename or "standard output, or a file that is written to,"
+        return _fail(f"{place} cannot be used: {error.strerror or error}.", _USAGE)
     if isinstance(error, AxisidError):
         headline = getattr(error, "headline", str(error))
         return _fail(headline, error.exit_code, getattr(error, "mistakes", ()))
     if asks_for_tracebacks():
         raise error
-    return _fail(_fault(error), 1)
+    fault = f"internal fault: {type(error).__name__}: {error}"
+    return _fail(f"{fault}. Set AXISID_DEBUG=1 for the traceback and report it.", 1)
 
 
 def _fill_closed() -> None:
@@ -134,29 +141,6 @@ def _fill_closed() -> None:
             os.open(os.devnull, os.O_RDWR)
 
 
-def _let_go(stream: TextIO | None) -> None:
-    """Write what is left of a stream, or drop it: the interpreter would complain at its end."""
-    if stream is None:
-        return
-    try:
-        stream.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-
-
-def _show_warning(message: Warning | str, *_: Any) -> None:
-    """One line on stderr in place of Python's two, which name a source line."""
-    click.echo(f"axisid: {message}", err=True)
-
-
-def _refused(error: click.ClickException) -> int:
-    """What click says in one sentence; the help, which it gives for want of a command, whole."""
-    if isinstance(error, click.exceptions.NoArgsIsHelpError):
-        click.echo(error.format_message(), err=True)
-        return error.exit_code
-    return _fail(error.format_message(), error.exit_code)
-
-
 def _fail(message: str, code: int, listed: Iterable[str] = ()) -> int:
     """One sentence on stderr; the mistakes of a declaration, one under the other."""
     with contextlib.suppress(OSError):  # the exit code is left to say it
@@ -164,15 +148,3 @@ def _fail(message: str, code: int, listed: Iterable[str] = ()) -> int:
         for mistake in listed:
             click.echo(indent(mistake, "  "), err=True)
     return code
-
-
-def _unusable(error: OSError) -> str:
-    place = error.filename or "standard output, or a file that is written to,"
-    return f"{place} cannot be used: {error.strerror or error}."
-
-
-def _fault(error: Exception) -> str:
-    return (
-        f"internal fault: {type(error).__name__}: {error}. Set AXISID_DEBUG=1 for the traceback "
-        "and report it."
-    )

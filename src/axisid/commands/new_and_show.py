@@ -46,27 +46,33 @@ def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
             check_idle(
                 option, "or its opposite is of a declaration, and --record starts a run.toml"
             )
-        _start_run(Path(record), name or "run")
+        log, name = Path(record), name or "run"
+        if Path(name).name != name:
+            raise UsageError(
+                f"{name!r} is no name of a file beside {log}; give one without a folder."
+            )
+        file = log.parent / f"{name.removesuffix('.toml')}.toml"
+        _check_free(file)
+        write_output(str(file), stages.started_run(log))
+        click.echo(f"wrote {file}; take the # away from what is wanted in it, then:")
+        click.echo(f"  axisid identify AXIS {file}")
         return
     if name is None:
         raise click.UsageError("name the axis, or a log by --record LOG.")
     file = Path(f"{name}.toml" if toml else f"{name}.py")
-    _check_new(name, file)
+    try:
+        stages.check_name(name, "the axis")
+    except ModelError as error:
+        raise UsageError(str(error)) from error
+    if name in stages.LIBRARY:
+        raise UsageError(f"{name!r} is an axis of the library; choose another name.")
+    _check_free(file)
+    if file.suffix == ".py" and find_spec(name) is not None:
+        raise UsageError(f"{name}.py would hide the Python module {name}; choose another name.")
     write_output(str(file), scaffold(name, newton=newton, toml=toml))
     click.echo(f"wrote {file}; edit it, then (the last line is of its twin; add your log to it):")
     click.echo(f"  axisid show {file}")
     click.echo(f"  axisid identify {file}")
-
-
-def _start_run(log: Path, name: str) -> None:
-    """Write what is found in a log beside it."""
-    if Path(name).name != name:
-        raise UsageError(f"{name!r} is no name of a file beside {log}; give one without a folder.")
-    file = log.parent / f"{name.removesuffix('.toml')}.toml"
-    _check_free(file)
-    write_output(str(file), stages.started_run(log))
-    click.echo(f"wrote {file}; take the # away from what is wanted in it, then:")
-    click.echo(f"  axisid identify AXIS {file}")
 
 
 @click.command(cls=Command, epilog="Example: axisid show emps --format latex > emps.tex")
@@ -99,19 +105,6 @@ def scaffold(name: str, *, newton: bool, toml: bool) -> str:
     file = f"{'newton' if newton else 'lagrange'}.{'toml' if toml else 'py.txt'}"
     template = resources.files("axisid.commands") / "scaffolds" / file
     return template.read_text(encoding="utf-8").replace("NAME", name)
-
-
-def _check_new(name: str, file: Path) -> None:
-    """Refuse a name that cannot be an axis's, a module's or a new file's."""
-    try:
-        stages.check_name(name, "the axis")
-    except ModelError as error:
-        raise UsageError(str(error)) from error
-    if name in stages.LIBRARY:
-        raise UsageError(f"{name!r} is an axis of the library; choose another name.")
-    _check_free(file)
-    if file.suffix == ".py" and find_spec(name) is not None:
-        raise UsageError(f"{name}.py would hide the Python module {name}; choose another name.")
 
 
 def _check_free(file: Path) -> None:

@@ -16,14 +16,10 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.formulas import decimals, symbol_latex, unit_latex
 from axisid.presentation.saved import FittedAxis, SavedIdentification, fitted_axis
-from axisid.support.errors import UsageError
-from axisid.support.files.csv_text import csv_text
-from axisid.support.files.json_text import json_text
-from axisid.support.number_text import range_text
-from axisid.support.quoting import is_among, quoted
-from axisid.support.real_numbers import is_real
+from axisid.support.errors import UsageError, is_among, is_real, quoted, range_text
+from axisid.support.files import csv_text, json_text
 
-from .targets import TARGETS, Target
+from .targets import TARGETS
 
 _HEADER = (
     "axis method parameter unit value sd_hac lower_95 upper_95 sd_iid sd_gain filter_bias "
@@ -31,13 +27,12 @@ _HEADER = (
 ).split()
 _PLAIN = (1e-4, 1e6)  # values outside get a power of ten
 _LEAST_POWER = -300
-_SCHEMA = "axisid.parameters/1"
 
 
 def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
     """The parameters by method and name, and where they come from."""
     document = {
-        "schema": _SCHEMA,
+        "schema": "axisid.parameters/1",
         "axis": fitted.model.axis.name,
         "signature": fitted.signature,
         "record": {"source": fitted.source, "sha256": fitted.sha256 or None},
@@ -101,7 +96,8 @@ def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
         lines.append(
             f"{name} = {{ value = {v.value!r}, unit = {_text(v.unit)}, sd_hac = {v.sd_hac!r}, "
             f"interval_95 = [{low!r}, {high!r}], interval_covariance = {_text(v.chosen)} }}"
-            f"{_centred(v)}"
+            + f"  # {v.corrected!r} {CORRECTED}"
+            * v.is_shifted
         )
     return "\n".join(lines) + "\n"
 
@@ -124,11 +120,6 @@ def _declared(parameter: Parameter, v: Value) -> str:
     listed = ", ".join(f"{key} = {value}" for key, value in fields.items())
     said = f"  # outside its bound {broken[0]}" if broken else ""
     return f"{parameter.name} = {{ {listed} }}{said}"
-
-
-def _centred(v: Value) -> str:
-    """What a value is without its bias, where its interval is noticeably about that."""
-    return f"  # {v.corrected!r} {CORRECTED}" if v.is_shifted else ""
 
 
 def _text(text: str) -> str:
@@ -158,7 +149,7 @@ def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
         lines.append(" & ".join(cells) + r" \\")
         found = [estimate.get(name) for estimate in estimates]
         if any(v is not None and v.is_shifted for v in found):
-            centres = (f"${_centre(v)}$" if v is not None else "--" for v in found)
+            centres = (f"${_scaled(v, v.corrected)}$" if v is not None else "--" for v in found)
             lines.append(" & ".join([rf"\quad {CORRECTED}", "", *centres]) + r" \\")
     return "\n".join([*lines, r"\hline", r"\end{tabular}"]) + "\n"
 
@@ -170,27 +161,19 @@ def with_deviation(value: Value) -> str:
     ----------
     value : Value
     """
-    power = _power(value)
-    scaled, sd = value.value / 10.0**power, value.deviation / 10.0**power
-    places = decimals(sd) if sd > 0 else 6
-    figures = rf"{scaled:.{places}f} \pm {sd:.{places}f}"
-    return rf"({figures}) \cdot 10^{{{power}}}" if power else figures
+    return _scaled(value, value.value, value.deviation)
 
 
-def _centre(value: Value) -> str:
-    """What `with_deviation` gives of the centre of a value's interval, without the deviation."""
-    power = _power(value)
+def _scaled(value: Value, *figures: float) -> str:
+    """Figures of a value, with its digits and its power of ten."""
+    size, power = max(abs(value.value), value.deviation), 0
+    if size and not _PLAIN[0] <= size < _PLAIN[1]:
+        power = max(math.floor(math.log10(size)), _LEAST_POWER)
     sd = value.deviation / 10.0**power
-    figures = f"{value.corrected / 10.0**power:.{decimals(sd) if sd > 0 else 6}f}"
-    return rf"{figures} \cdot 10^{{{power}}}" if power else figures
-
-
-def _power(value: Value) -> int:
-    """Of ten, for the very large or small; else 0."""
-    size = max(abs(value.value), value.deviation)
-    if not size or _PLAIN[0] <= size < _PLAIN[1]:
-        return 0
-    return max(math.floor(math.log10(size)), _LEAST_POWER)
+    places = decimals(sd) if sd > 0 else 6
+    told = r" \pm ".join(f"{figure / 10.0**power:.{places}f}" for figure in figures)
+    whole = f"({told})" if len(figures) > 1 else told
+    return rf"{whole} \cdot 10^{{{power}}}" if power else told
 
 
 def export(
@@ -232,7 +215,10 @@ def export(
     DataError
         The file is not the result of an identification.
     """
-    target = _target(to)
+    target = next((target for target in TARGETS if is_among(to, (target.name,))), None)
+    if target is None:
+        names = ", ".join(target.name for target in TARGETS)
+        raise UsageError(f"there is no target {quoted(to)}; choose from {names}.", code="export")
     if not is_real(dead_zone):
         raise UsageError(
             f"the dead zone is {quoted(dead_zone)}; give a speed of 0 or more.",
@@ -249,14 +235,6 @@ def export(
     return target.write(fitted, list(fitted.estimates) if several else [chosen])
 
 
-def _target(name: object) -> Target:
-    for target in TARGETS:
-        if is_among(name, (target.name,)):
-            return target
-    names = ", ".join(target.name for target in TARGETS)
-    raise UsageError(f"there is no target {quoted(name)}; choose from {names}.", code="export")
-
-
 def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForward:
     axis, estimate = fitted.model.axis, fitted.values(method)
     label = COVARIANCES[next(iter(estimate.values())).chosen].label
@@ -269,13 +247,10 @@ def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForw
         "noise, where twins of the record tell it.",
         "Give it the motion of the reference, whose velocity at rest is 0.",
     )
-    comments = {
-        p.name: (estimate[p.name].corrected, _comment(p, estimate[p.name])) for p in axis.parameters
-    }
+    comments = {}
+    for p in axis.parameters:
+        value = estimate[p.name]
+        interval = range_text(*value.interval, " to ", digits=6)
+        said = f"{p.unit}, +- {value.deviation:.3g}, {interval} (95 %)"
+        comments[p.name] = (value.corrected, f"{said}, {p.description}" if p.description else said)
     return feed_forward(fitted.model, comments, about, dead_zone)
-
-
-def _comment(parameter: Parameter, value: Value) -> str:
-    interval = range_text(*value.interval, " to ", digits=6)
-    said = f"{parameter.unit}, +- {value.deviation:.3g}, {interval} (95 %)"
-    return f"{said}, {parameter.description}" if parameter.description else said

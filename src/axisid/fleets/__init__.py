@@ -5,6 +5,7 @@ of the command line, and of how a log is identified.
 """
 
 from .fleet import fleet as fleet, written_files as written_files
+from .items import FleetItem as FleetItem, gather_items as gather_items
 from .ledger import (
     FleetRow as FleetRow,
     FleetValue as FleetValue,
@@ -13,4 +14,4 @@ from .ledger import (
     read_ledger as read_ledger,
     strays as strays,
 )
-from .result import Fleet as Fleet
+from .result import Fleet as Fleet, Reported as Reported

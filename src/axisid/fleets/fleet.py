@@ -13,30 +13,33 @@ from typing import Any
 import msgspec
 
 from axisid.codegen.artefacts import as_declared
-from axisid.estimation.identification import check_choices, identify, requested_methods
+from axisid.estimation.identification import identify, requested_methods
 from axisid.estimation.records import read_record
 from axisid.estimation.signals import Prefilter
-from axisid.fleets.items import FleetItem, gather_items, result_names
 from axisid.modeling.declaration import Axis
-from axisid.support.errors import AxisidError, DataError, ModelError, UsageError
-from axisid.support.files.json_text import is_unchanged
-from axisid.support.files.regular_file import kept_if_filled
-from axisid.support.jobs.outcome import Failure, Outcome
-from axisid.support.jobs.run import run_jobs
+from axisid.support.errors import (
+    AxisidError,
+    DataError,
+    ModelError,
+    UsageError,
+    first_of,
+    is_real,
+    is_whole,
+    quoted,
+)
+from axisid.support.files import is_unchanged, kept_if_filled
+from axisid.support.jobs import Failure, run_jobs
 from axisid.support.progress import Progress
-from axisid.support.quoting import first_of, quoted
-from axisid.support.real_numbers import is_real, is_whole
 
+from .items import FleetItem, gather_items, result_names
 from .ledger import LEDGER, FleetRow, Ledger, ledger_of, read_ledger, strays, write_row
-from .one_log import Named, Settings, check_kinds, identify_log, log_digest, result_file, result_of
-from .result import Fleet
-from .table import TABLES
+from .one_log import Named, Settings, identify_log, log_digest, result_file, result_of
+from .result import TABLES, Fleet
 
 #: Arguments of `identify` that are of several records together.
 OF_SEVERAL = ("local", "known", "gain", "skip_bad")
 _LOOKED_AT = 20  # logs that fail alike by what no log changes, before the others are given up
 _OF_COLUMNS = ("columns", "units", "test-signal", "missing-column")
-_CHOICES = {"covariance", "start", "loss"}  # of `identify`, which have nothing to do with a log
 _UNTOLD = ("", "internal", "time", "killed")  # codes of what may be otherwise another time
 
 
@@ -107,16 +110,22 @@ def fleet(
         The axis of all logs is wrong, or all logs are without a column; what is wrong with one log
         is in its row.
     """
-    _check(jobs, time_limit, identifying)
-    if not isinstance(out, (str, Path)):
+    if not (is_whole(jobs) and jobs >= 0):
+        raise UsageError(f"the jobs are {quoted(jobs)}; give a whole number, 0 for none besides.")
+    if time_limit is not None and not (is_real(time_limit) and 0 < time_limit < math.inf):
         raise UsageError(
-            f"the folder of the results is {quoted(out)}; give its path.", code="fleet"
+            f"the time limit is {quoted(time_limit)}; give a positive number of seconds."
         )
-    check_kinds(fixed=fixed, left_out=left_out, drive_time=drive_time, reading=reading)
+    if several := sorted({*OF_SEVERAL} & identifying.keys()):
+        raise UsageError(
+            f"{', '.join(several)} is of several records together, and a fleet identifies each "
+            "log by itself; leave it out.",
+            code="fleet",
+        )
     items = gather_items(logs, Path(out))
     settings = Settings(
         folder=str(out),
-        axis=_axis_of(axis),
+        axis=str(axis or "") if isinstance(axis, (str, Path)) else as_declared(axis) or "",
         fixed=dict(fixed or {}),
         left_out=tuple(left_out),
         drive_time=drive_time or "",
@@ -126,7 +135,11 @@ def fleet(
         identifying=identifying,
         draws=draws,
     )
-    check_settings(settings, items)
+    _check_names(identify, settings.identifying)
+    _check_names(read_record, settings.reading, taken=("log", "axis"))
+    requested_methods(settings.identifying.get("methods"))
+    if len({item.axis for item in items}) == 1:
+        settings.generated(items[0])  # what is wrong with the axis of all is refused at once
     named = [Named(name=n, item=i) for n, i in zip(result_names(items), items, strict=True)]
     ledger = read_ledger(Path(settings.folder))
     before = ledger.rows if resume else {}
@@ -144,7 +157,10 @@ def fleet(
         executor=executor,
         limit=time_limit,
     )
-    rows = {name: _skipped(row) for name, row in done.items()}
+    rows = {
+        name: msgspec.structs.replace(row, status="skipped") if row.has_result else row
+        for name, row in done.items()
+    }
     rows |= {row.name: row for row in made}
     return Fleet(
         folder=str(out),
@@ -157,7 +173,7 @@ def _notes(ledger: Ledger, names: Container[str], *, resume: bool) -> Iterator[s
     """What is said of the ledger as it was, and of results that it does not have now."""
     if resume and ledger.broken:
         yield (
-            f"{ledger.broken_text()}, as a run leaves that is cut off; logs that no other line has "
+            f"{ledger.broken}, as a run leaves that is cut off; logs that no other line has "
             "were identified again."
         )
     if left := strays(ledger.file.parent, names):
@@ -196,8 +212,10 @@ def _work(
             for row in moved:
                 write_row(ledger, row)
             for row in chain(first, rows):
-                if not row.has_result:
-                    _take_away(result_file(settings.folder, row.name), Path(row.log))
+                result, log = result_file(settings.folder, row.name), Path(row.log)
+                is_log = log.exists() and result.exists() and result.samefile(log)
+                if not row.has_result and result.is_file() and not is_log:
+                    result.unlink()  # that of an earlier run
                 write_row(ledger, row)
                 yield row
 
@@ -206,26 +224,14 @@ def _rows(
     function: Callable[[Named], FleetRow], todo: Sequence[Named], **how: Any
 ) -> Generator[tuple[FleetItem, FleetRow], None, None]:
     """Items with what became of them, as they end."""
-    if not todo:
-        return
-    for outcome in run_jobs(function, todo, total=len(todo), said="identifying logs", **how):
-        named = todo[outcome.place]
-        yield named.item, _row(named, outcome)
-
-
-def _row(named: Named, outcome: Outcome[FleetRow]) -> FleetRow:
-    failure = outcome.failure
-    if failure is None and outcome.value is not None:
-        return outcome.value
-    told = failure or Failure("error", "nothing came of it")
-    code = "internal" if told.kind == "error" else told.kind
-    return named.row(status="failed", reason=f"{told.reason}.", code=code)
-
-
-def _take_away(result: Path, log: Path) -> None:
-    """Take away the result of an earlier run, which a log that now fails has no more."""
-    if result.is_file() and not (log.exists() and result.samefile(log)):
-        result.unlink()
+    for place, made in run_jobs(function, todo, total=len(todo), said="identifying logs", **how):
+        named = todo[place]
+        if not isinstance(made, Failure):
+            yield named.item, made
+        else:
+            code = "internal" if made.kind == "error" else made.kind
+            row = named.row(status="failed", reason=f"{made.reason}.", code=code)
+            yield named.item, row
 
 
 def _finished(
@@ -237,12 +243,18 @@ def _finished(
     its result, which is another one where another log of that name has come since.
     """
     names = {each.name for each in named}
-    others = {_done_as(row.log, row.key): row for row in before.values() if row.name not in names}
+    others = {
+        (Path(row.log).resolve(), row.key): row for row in before.values() if row.name not in names
+    }
     for each in named:
-        key, row = _key_now(settings, each), before.get(each.name)
+        try:
+            key = settings.key(each.item, log_digest(Path(each.item.log)))
+        except (AxisidError, OSError):
+            continue
+        row = before.get(each.name)
         if row is None or row.key != key:
-            row = others.pop(_done_as(each.item.log, key), None)
-        if row is None or not key:
+            row = others.pop((Path(each.item.log).resolve(), key), None)
+        if row is None:
             continue
         if row.has_result and not _is_whole(result_file(settings.folder, row.name)):
             continue
@@ -258,68 +270,6 @@ def _is_whole(result: Path) -> bool:
         return isinstance(members, dict) and is_unchanged(members)
     except (OSError, msgspec.DecodeError, UnicodeDecodeError):
         return False
-
-
-def _done_as(log: str, key: str) -> tuple[Path, str]:
-    """What tells a row by its log, axis and options."""
-    return Path(log).resolve(), key
-
-
-def _skipped(row: FleetRow) -> FleetRow:
-    """A row that was done before, as it is told."""
-    return msgspec.structs.replace(row, status="skipped") if row.has_result else row
-
-
-def _key_now(settings: Settings, named: Named) -> str:
-    """The key that a log has now; empty where it has none."""
-    try:
-        return settings.key(named.item, log_digest(Path(named.item.log)))
-    except (AxisidError, OSError):
-        return ""
-
-
-def _axis_of(axis: Axis | str | Path | None) -> Axis | str:
-    if axis is None or isinstance(axis, (str, Path)):
-        return str(axis or "")
-    declared = as_declared(axis)
-    return declared if declared is not None else ""
-
-
-def _check(jobs: object, limit: object, identifying: Mapping[str, Any]) -> None:
-    if not (is_whole(jobs) and int(jobs) >= 0):
-        raise UsageError(f"the jobs are {quoted(jobs)}; give a whole number, 0 for none besides.")
-    if limit is not None and not (is_real(limit) and 0 < limit < math.inf):
-        raise UsageError(f"the time limit is {quoted(limit)}; give a positive number of seconds.")
-    several = sorted({*OF_SEVERAL} & identifying.keys())
-    if several:
-        raise UsageError(
-            f"{', '.join(several)} is of several records together, and a fleet identifies each "
-            "log by itself; leave it out.",
-            code="fleet",
-        )
-
-
-def check_settings(settings: Settings, items: Sequence[FleetItem]) -> None:
-    """Refuse what no log can be identified with, before any is begun.
-
-    Raises
-    ------
-    UsageError
-        An argument is not known, or has no such choice; or no log has an axis.
-    ModelError
-        The axis of all logs cannot be built.
-    """
-    _check_names(identify, settings.identifying)
-    _check_names(read_record, settings.reading, taken=("log", "axis"))
-    chosen = {name: settings.identifying[name] for name in _CHOICES & settings.identifying.keys()}
-    check_choices(**{**{name: _default(name) for name in _CHOICES}, **chosen})
-    requested_methods(settings.identifying.get("methods"))
-    if len({item.axis for item in items}) == 1:
-        settings.generated(items[0])
-
-
-def _default(name: str) -> object:
-    return signature(identify).parameters[name].default
 
 
 def _check_names(
@@ -363,18 +313,24 @@ def checked(
     held: list[tuple[FleetItem, FleetRow]] = []
     for item, row in rows:
         held.append((item, row))
-        if not _are_alike(held):
+        said = {(i.axis, tuple(i.columns.items()), r.code, _reason(r)) for i, r in held}
+        if len(said) > 1 or row.code in _UNTOLD:
             break
-        if len(held) in (total, _LOOKED_AT) and not _is_open(held, total, again):
+        if len(held) in (total, _LOOKED_AT):
+            try:
+                again(held[0][0])
+            except (UsageError, ModelError) as error:
+                raise _of_all(error, len(held), total) from error
+            except DataError as error:
+                if error.code in _OF_COLUMNS and len(held) == total:
+                    raise _of_all(error, len(held), total) from error
+                if error.code in _OF_COLUMNS:
+                    continue  # logs that follow may have the column: only all of them tell
+            except AxisidError:
+                pass  # of the log
             break
     yield from (row for _, row in held)
     yield from (row for _, row in rows)
-
-
-def _are_alike(held: Sequence[tuple[FleetItem, FleetRow]]) -> bool:
-    """Whether logs that are said to be alike failed alike."""
-    said = {(item.axis, tuple(item.columns.items()), row.code, _reason(row)) for item, row in held}
-    return len(said) == 1 and held[0][1].code not in _UNTOLD
 
 
 def _reason(row: FleetRow) -> str:
@@ -382,22 +338,8 @@ def _reason(row: FleetRow) -> str:
     return row.reason.replace(row.log, "").replace(Path(row.log).name, "")
 
 
-def _is_open(
-    held: Sequence[tuple[FleetItem, FleetRow]], total: int, again: Callable[[FleetItem], object]
-) -> bool:
-    """Whether all logs may yet fail alike by their columns; raises what is wrong with any log.
-
-    Logs that follow may have a column that the first ones lack: only all of them tell.
-    """
-    try:
-        again(held[0][0])
-    except AxisidError as error:
-        kind = next((k for k in (UsageError, ModelError, DataError) if isinstance(error, k)), None)
-        if kind is None or (kind is DataError and error.code not in _OF_COLUMNS):
-            return False
-        if kind is DataError and len(held) < total:
-            return True
-        of = f"all {total} logs" if len(held) == total else f"the first {len(held)} of {total} logs"
-        lead = f"{of} fail alike: " if total > 1 else ""
-        raise kind(f"{lead}{error}", code=error.code) from error
-    return False
+def _of_all(error: AxisidError, held: int, total: int) -> AxisidError:
+    """The error of a log, told of all."""
+    kind = next(k for k in (UsageError, ModelError, DataError) if isinstance(error, k))
+    of = f"all {total} logs" if held == total else f"the first {held} of {total} logs"
+    return kind(f"{of} fail alike: {error}" if total > 1 else str(error), code=error.code)

@@ -1,9 +1,8 @@
 """What a fleet has done, as it is done: a file of one line for each log."""
 
 import math
-from collections import Counter
-from collections.abc import Container, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Container, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
@@ -17,10 +16,9 @@ from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification
 from axisid.populations import LARGEST
 from axisid.presentation.schema import JsonObject, Matrix, about
-from axisid.support.errors import DataError
-from axisid.support.quoting import first_of
+from axisid.support.errors import DataError, first_of
 
-_NO_RESULT, _IN_RESULT = "it came to no result", "see the result of the log"
+_IN_RESULT = "see the result of the log"
 
 Status = Literal["ok", "failed", "skipped"]
 #: In the folder of the results.
@@ -95,7 +93,7 @@ class FleetRow(
     def checks(self) -> tuple[Check, ...]:
         """Those that fail, the gravest first, which alone says what; the result has all."""
         if not self.has_result:
-            return (Check.unless("result", self.reason or _NO_RESULT),)
+            return (Check.unless("result", self.reason or "it came to no result"),)
         said = (self.doubt or _IN_RESULT, *[_IN_RESULT] * len(self.failing))
         return tuple(map(Check.unless, self.failing, said))
 
@@ -112,17 +110,10 @@ class FleetRow(
         return all(abs(each) < LARGEST for each in found)
 
 
-def counts_of(rows: Iterable[FleetRow]) -> dict[str, int]:
-    """How many rows there are of each status."""
-    found = Counter(row.status for row in rows)
-    return {status: found[status] for status in ("ok", "skipped", "failed")}
-
-
 def judged(result: Identification) -> dict[str, Any]:
     """What a row has of a result."""
     estimate = result.preferred
-    fails = [check for check in result.verdict if check.status == "fail"]
-    said = {check.name: check.meaning for check in fails}
+    said = {check.name: check.meaning for check in result.verdict if check.status == "fail"}
     failing = gravest_first(said)
     return {
         "signature": result.axis.signature,
@@ -154,20 +145,13 @@ class Ledger:
     file : Path
     rows : dict of str to FleetRow
         The last one of each name, in the order in which they were written.
-    broken : tuple of int
-        Numbers of the lines that are no JSON, from 1.
+    broken : str
+        How many lines are no JSON, and which; empty where none is.
     """
 
     file: Path
     rows: dict[str, FleetRow] = field(default_factory=dict)
-    broken: tuple[int, ...] = ()
-
-    def broken_text(self) -> str:
-        """How many lines are broken, and which; empty where none is."""
-        if not self.broken:
-            return ""
-        lines = "1 line" if len(self.broken) == 1 else f"{len(self.broken)} lines"
-        return f"{lines} of {self.file} cannot be read ({first_of(list(map(str, self.broken)))})"
+    broken: str = ""
 
 
 def read_ledger(folder: Path) -> Ledger:
@@ -182,7 +166,7 @@ def read_ledger(folder: Path) -> Ledger:
     """
     file = folder / LEDGER
     rows: dict[str, FleetRow] = {}
-    broken: list[int] = []
+    broken: list[str] = []
     try:
         content = file.read_bytes()
     except FileNotFoundError:
@@ -199,31 +183,24 @@ def read_ledger(folder: Path) -> Ledger:
                 code="fleet",
             ) from error
         except (msgspec.DecodeError, UnicodeDecodeError):
-            broken.append(number)
+            broken.append(str(number))
             continue
         rows.pop(row.name, None)
         rows[row.name] = row
-    return Ledger(file=file, rows=rows, broken=tuple(broken))
+    lines = "1 line" if len(broken) == 1 else f"{len(broken)} lines"
+    said = f"{lines} of {file} cannot be read ({first_of(broken)})" if broken else ""
+    return Ledger(file=file, rows=rows, broken=said)
 
 
 def strays(folder: Path, names: Container[str]) -> list[str]:
     """Names of the results in a folder that are not among those that are known, in their order."""
-    files = sorted(file for file in folder.glob("*.json") if file.stem not in names)
-    return [file.stem for file in files if _is_result(file)]
-
-
-def _is_result(file: Path) -> bool:
-    """Whether it is whole JSON of what a log may have as its result."""
-    try:
-        return msgspec.json.decode(file.read_bytes(), type=_Anything).schema.startswith(_RESULTS)
-    except (OSError, msgspec.MsgspecError, UnicodeDecodeError):
-        return False
-
-
-class _Anything(msgspec.Struct):
-    """JSON of some schema."""
-
-    schema: str
+    found = []
+    for file in sorted(file for file in folder.glob("*.json") if file.stem not in names):
+        with suppress(OSError, msgspec.MsgspecError, UnicodeDecodeError):
+            members = msgspec.json.decode(file.read_bytes(), type=dict[str, Any])
+            if str(members.get("schema")).startswith(_RESULTS):
+                found.append(file.stem)
+    return found
 
 
 def _row(line: bytes) -> FleetRow:

@@ -6,26 +6,21 @@ from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from pathlib import Path
 from time import process_time
-from types import NoneType
 from typing import Any
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import log_of, read_record
 from axisid.estimation.signals import Prefilter
-from axisid.fleets.items import FleetItem
 from axisid.modeling.declaration import Axis, fix, leave_out
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.text import load_axis
 from axisid.support.errors import AxisidError, DataError, UsageError
-from axisid.support.files.json_text import json_text
-from axisid.support.files.regular_file import opened_regular, read_regular, replace_file
-from axisid.support.quoting import quoted
+from axisid.support.files import json_text, opened_regular, read_regular, write_file
 from axisid.support.version import __version__
 
+from .items import FleetItem
 from .ledger import FleetRow, judged
-
-#: The code of a log that is not there or cannot be opened.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,12 +84,16 @@ class Settings:
             generated.signature,
             declared,
             self.native,
-            sorted({**self.reading, **({"columns": item.columns} if item.columns else {})}.items()),
+            sorted(self.reading_of(item).items()),
             self.prefilter,
             sorted(self.identifying.items()),
             self.draws,
         )
         return _digest(repr(told))
+
+    def reading_of(self, item: FleetItem) -> dict[str, Any]:
+        """Arguments of `read_record` for the log of an item."""
+        return {**self.reading, **({"columns": item.columns} if item.columns else {})}
 
     def _built(self, item: FleetItem) -> tuple[GeneratedAxis, str]:
         axis = item.axis or self.axis
@@ -115,32 +114,9 @@ class Settings:
                 "manifest.",
                 code="fleet",
             )
-        source = axis if isinstance(axis, Axis) else str(axis)
-        mark = _canonical(source) if isinstance(source, Axis) else _mark(source)
+        mark = _canonical(axis) if isinstance(axis, Axis) else _mark(axis)
         fixed = tuple(sorted(self.fixed.items()))
-        return _built(_Same(source, mark), fixed, self.left_out, self.drive_time, self.native)
-
-
-def check_kinds(*, fixed: object, left_out: object, drive_time: object, reading: object) -> None:
-    """Refuse settings of a fleet that are not of the kind that they have to be.
-
-    Raises
-    ------
-    UsageError
-        One is not.
-    """
-    mapping = "a mapping of names to values"
-    kinds: tuple[tuple[str, object, type | tuple[type, ...], str], ...] = (
-        ("fixed", fixed, (Mapping, NoneType), mapping),
-        ("left_out", left_out, (list, tuple), "a list of parameters' names"),
-        ("drive_time", drive_time, (str, NoneType), "'delay' or 'lag'"),
-        ("reading", reading, (Mapping, NoneType), mapping),
-    )
-    for name, given, kind, wanted in kinds:
-        if not isinstance(given, kind):
-            raise UsageError(
-                f"{name} is {quoted(given)}; give {wanted}, or leave it out.", code="fleet"
-            )
+        return _built(_Same(axis, mark), fixed, self.left_out, self.drive_time, self.native)
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,10 +192,8 @@ class Named:
 
     def row(self, **what: Any) -> FleetRow:
         """A row of it."""
-        said = {
-            name: getattr(self.item, name) for name in ("log", "serial", "columns", "conditions")
-        }
-        return FleetRow(name=self.name, **{"axis": self.item.axis, **said, **what})
+        said = {name: getattr(self.item, name) for name in FleetItem.__slots__}
+        return FleetRow(name=self.name, **{**said, **what})
 
 
 def result_file(folder: str | Path, name: str) -> Path:
@@ -237,9 +211,18 @@ def identify_log(settings: Settings, named: Named) -> FleetRow:
     try:
         generated = settings.generated(named.item)
         axis = generated.axis.name
-        key = _key(settings, named.item)
+        try:
+            key = settings.key(named.item, log_digest(Path(named.item.log)))
+        except OSError as error:
+            raise DataError(
+                f"{error.filename or named.item.log} cannot be read: {error.strerror}. Check the "
+                "path.",
+                code="log-file",
+            ) from error
         result = result_of(settings, named.item)
-        _write(result.to_dict(settings.draws), result_file(settings.folder, named.name))
+        write_file(
+            result_file(settings.folder, named.name), json_text(result.to_dict(settings.draws))
+        )
     except AxisidError as error:
         said = " ".join(str(error).split())
         return named.row(
@@ -255,28 +238,6 @@ def identify_log(settings: Settings, named: Named) -> FleetRow:
     )
 
 
-def _key(settings: Settings, item: FleetItem) -> str:
-    try:
-        return settings.key(item, log_digest(Path(item.log)))
-    except OSError as error:
-        raise DataError(
-            f"{error.filename or item.log} cannot be read: {error.strerror}. Check the path.",
-            code="log-file",
-        ) from error
-
-
-def _write(document: dict[str, Any], file: Path) -> None:
-    """Write the result whole or not at all."""
-    try:
-        replace_file(file, json_text(document))
-    except OSError as error:
-        raise UsageError(
-            f"{file} cannot be written: {error.strerror}; make room for it and resume, or name "
-            "another folder.",
-            code="file",
-        ) from error
-
-
 def result_of(settings: Settings, item: FleetItem) -> Identification:
     """What is identified from a log.
 
@@ -286,6 +247,5 @@ def result_of(settings: Settings, item: FleetItem) -> Identification:
         As `read_record` and `identify`.
     """
     generated = settings.generated(item)
-    reading = {**settings.reading, **({"columns": item.columns} if item.columns else {})}
-    record = read_record(item.log, generated, **reading)
+    record = read_record(item.log, generated, **settings.reading_of(item))
     return identify(generated, record, settings.prefilter, **settings.identifying)

@@ -6,15 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.estimation.thresholds import FLEET_LEVEL
-from axisid.populations import Alike, Usual, alike_points, spread_of
+from axisid.populations import Usual, alike_points, spread_of
 from axisid.support.arrays import Array
+from axisid.support.errors import Missing
 from axisid.support.mappings import grouped
-from axisid.support.missing import Missing
 
 from .ledger import FleetRow
 
 _MIN_LOGS_PER_PARAMETER = 5  # with fewer, half of the logs hardly tell a scatter
-
 _FAR = 1e3  # median deviations
 
 
@@ -79,22 +78,22 @@ def groups_of(rows: Iterable[FleetRow]) -> tuple[AxisGroup, ...]:
         for row in rows
         if row.has_result and row.is_comparable
     )
-    return tuple(_group(axis, names, each) for (axis, names), each in found.items())
-
-
-def _group(axis: str, names: tuple[str, ...], rows: Sequence[FleetRow]) -> AxisGroup:
-    machines = _machines(rows)
-    usual, outliers = _judged(names, machines)
-    return AxisGroup(
-        axis=axis,
-        names=names,
-        units=tuple(value.unit for value in rows[0].parameters.values()),
-        rows=tuple(rows),
-        machines=len(machines),
-        untold=len(rows) - sum(map(len, machines)),
-        usual=usual,
-        outliers=outliers,
-    )
+    groups = []
+    for (axis, names), each in found.items():
+        machines = _machines(each)
+        usual, outliers = _judged(names, machines)
+        group = AxisGroup(
+            axis=axis,
+            names=names,
+            units=tuple(value.unit for value in each[0].parameters.values()),
+            rows=tuple(each),
+            machines=len(machines),
+            untold=len(each) - sum(map(len, machines)),
+            usual=usual,
+            outliers=outliers,
+        )
+        groups.append(group)
+    return tuple(groups)
 
 
 def _machines(rows: Sequence[FleetRow]) -> list[list[FleetRow]]:
@@ -114,31 +113,38 @@ def _machines(rows: Sequence[FleetRow]) -> list[list[FleetRow]]:
 def _judged(
     names: Sequence[str], machines: Sequence[Sequence[FleetRow]]
 ) -> tuple[Usual | Missing, tuple[Outlier, ...]]:
-    values = np.array([np.mean([_values(row) for row in each], axis=0) for each in machines])
-    least = int(_MIN_LOGS_PER_PARAMETER) * max(len(names), 1)
+    values = np.array(
+        [np.mean([[v.value for v in r.parameters.values()] for r in each], 0) for each in machines]
+    )
+    least, logs = _MIN_LOGS_PER_PARAMETER * max(len(names), 1), sum(map(len, machines))
     if len(machines) < least:
-        logs = sum(map(len, machines))
         count, enough = "1 log is" if logs == 1 else f"{logs} logs are", f"{least}"
         if logs > len(machines):
             count, enough = f"{logs} logs of {len(machines)} machines are", f"{least} machines"
-        each = int(_MIN_LOGS_PER_PARAMETER)
-        few = f"{count} too few to tell which stand out; {enough} do, {each} for each parameter"
-        return Missing(few), ()
+        each = f"{_MIN_LOGS_PER_PARAMETER} for each parameter"
+        return Missing(f"{count} too few to tell which stand out; {enough} do, {each}"), ()
     if not _is_spread(values):
         return Missing("the values of the logs lie in fewer dimensions than parameters"), ()
     covariances = np.array(
         [np.mean([row.covariance for row in each], axis=0) / len(each) for each in machines]
     )
     found = alike_points(values, covariances, FLEET_LEVEL.value)
-    return found.usual, tuple(
-        _outlier(names, row, values[i], covariances[i], found, i)
-        for i in found.far
-        for row in machines[i]
-    )
-
-
-def _values(row: FleetRow) -> list[float]:
-    return [value.value for value in row.parameters.values()]
+    outliers = []
+    for i in found.far:
+        scatter = np.sqrt(np.diag(found.usual.between + covariances[i]))
+        apart = (values[i] - found.usual.centre) / scatter
+        furthest = int(np.argmax(np.abs(apart)))
+        outliers += [
+            Outlier(
+                name=row.name,
+                distance=float(np.sqrt(found.distances[i])),
+                p_value=float(found.p_values[i]),
+                parameter=names[furthest],
+                apart=float(apart[furthest]),
+            )
+            for row in machines[i]
+        ]
+    return found.usual, tuple(outliers)
 
 
 def _is_spread(values: Array) -> bool:
@@ -149,23 +155,3 @@ def _is_spread(values: Array) -> bool:
     apart = (values - np.median(values, axis=0)) / spread
     near = apart[np.all(np.abs(apart) < _FAR, axis=1)]  # beside the others these are one point
     return bool(len(near) and np.linalg.matrix_rank(near - near.mean(axis=0)) == values.shape[1])
-
-
-def _outlier(
-    names: Sequence[str],
-    row: FleetRow,
-    value: Array,
-    covariance: Array,
-    found: Alike,
-    place: int,
-) -> Outlier:
-    usual = found.usual
-    apart = (value - usual.centre) / np.sqrt(np.diag(usual.between + covariance))
-    furthest = int(np.argmax(np.abs(apart)))
-    return Outlier(
-        name=row.name,
-        distance=float(np.sqrt(found.distances[place])),
-        p_value=float(found.p_values[place]),
-        parameter=names[furthest],
-        apart=float(apart[furthest]),
-    )

@@ -1,15 +1,21 @@
-"""A fleet that was identified: what is believed, what is usual, what stands out, what failed."""
+"""A fleet that was identified: what is believed, what is usual, what stands out, what failed.
 
+Its table has a row for each log, as Parquet, CSV or NumPy's arrays.
+"""
+
+import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Belief, Checked
+from axisid.estimation.tables import UNITS_ENTRY, npz_bytes, parquet_bytes, split_labels
 from axisid.presentation.blocks import (
     Block,
     Cell,
@@ -21,73 +27,89 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.html import blocks_html
-from axisid.support.errors import UsageError
-from axisid.support.missing import Missing
-from axisid.support.quoting import first_of, is_among, quoted
+from axisid.presentation.schema import schema_of
+from axisid.support.errors import Missing, UsageError, first_of, is_among, quoted
+from axisid.support.files import csv_text, write_file
 
-from .ledger import FleetRow, counts_of
+from .ledger import FleetRow
 from .outliers import AxisGroup, Outlier, groups_of
-from .table import write_table
 
+#: Names of the table where it is given none.
+TABLES = ("fleet.parquet", "fleet.csv")
+#: The table by column.
+Columns = dict[str, list[str | float | None]]
 _MOST_SHOWN = 20  # rows of a table; all are in the file
 _MOST_REASONS = 5  # logs of a verdict with what is wrong with each
+_BELIEFS: tuple[Belief, ...] = ("believed", "with care", "not believed")
 
 
 def fleet_document(
     folder: str, rows: Sequence[FleetRow], groups: Sequence[AxisGroup], notes: Sequence[str] = ()
 ) -> Document:
     """What is believed, for each axis what is usual and what stands out, doubts, and failures."""
+    # "ok" says nothing yet of what a result is worth.
+    told = {"ok": "identified", "skipped": "done before", "failed": "without a result"}
+    spent = [row.seconds for row in rows if row.status == "ok"]
     heading = Heading(
         title=f"Fleet of {_logs(len(rows))}",
         facts=(
-            ("logs", _statuses(rows)),
-            ("verdicts", _verdicts(rows)),
+            ("logs", _counted((told[row.status] for row in rows), told.values())),
+            ("verdicts", _counted((row.verdict for row in rows), _BELIEFS)),
             ("results", folder),
-            ("work", _work(rows)),
+            ("work", f"{np.mean(spent):.2g} s of CPU for each log" if spent else ""),
         ),
     )
-    by_axis = (block for group in groups for block in _group_blocks(group))
-    doubts = (*_checks(rows), *_doubted(rows, "not believed"), *_doubted(rows, "with care"))
-    said = (paragraph(*notes),) if notes else ()
-    return heading, *by_axis, *_not_comparable(rows), *doubts, *_failures(rows), *said
+    blocks: list[Block] = [heading, *(block for group in groups for block in _group_blocks(group))]
+    if odd := [row.name for row in rows if row.has_result and not row.is_comparable]:
+        logs = "1 log has" if len(odd) == 1 else f"{len(odd)} logs have"
+        said = (
+            f"{logs} values or deviations that are not finite, or too large to compare, and no "
+            f"part in what is usual: {first_of(odd)}."
+        )
+        blocks.append(paragraph(said))
+    if failing := Counter(name for row in rows for name in row.failing):
+        cells = tuple(
+            (name, str(count), first_of([row.name for row in rows if name in row.failing]))
+            for name, count in failing.most_common()
+        )
+        heads = ("check that fails", "logs", "which")
+        blocks.append(Table(columns=text_columns(heads), rows=cells))
+    for verdict in ("not believed", "with care"):
+        if doubted := [row for row in rows if row.verdict == verdict]:
+            lines = [f"{row.name}: {row.failing[0]}: {row.doubt}" for row in doubted]
+            ended = [
+                each if each.endswith(".") else f"{each.removesuffix(': ')}." for each in lines
+            ]
+            title = f"{verdict.capitalize()}: {_logs(len(doubted))}"
+            blocks.append(_listed(ended, title, _MOST_REASONS))
+    if failed := [row for row in rows if not row.has_result]:
+        lines = [
+            row.reason if row.reason.startswith(row.log) else f"{row.log}: {row.reason}"
+            for row in failed
+        ]
+        blocks.append(_listed(lines, f"Without a result: {_logs(len(failed))}", _MOST_SHOWN))
+    if notes:
+        blocks.append(paragraph(*notes))
+    return tuple(blocks)
 
 
-def _statuses(rows: Sequence[FleetRow]) -> str:
-    """How the logs ended: ``ok`` says nothing yet of what a result is worth."""
-    told = {"ok": "identified", "skipped": "done before", "failed": "without a result"}
-    return ", ".join(f"{n} {told[status]}" for status, n in counts_of(rows).items() if n)
+def _listed(lines: Sequence[str], title: str, most: int) -> Block:
+    """The first of some lines, and how many more there are."""
+    return paragraph(*lines[:most], *_more(len(lines), most), title=title)
 
 
-def _verdicts(rows: Sequence[FleetRow]) -> str:
-    """How many results can be believed."""
-    found = Counter(row.verdict for row in rows)
-    kinds: tuple[Belief, ...] = ("believed", "with care", "not believed")
-    return ", ".join(f"{found[kind]} {kind}" for kind in kinds if found[kind])
+def _counted(found: Iterable[str], kinds: Iterable[str]) -> str:
+    """How many there are of each kind, those of which there is any."""
+    count = Counter(found)
+    return ", ".join(f"{count[kind]} {kind}" for kind in kinds if count[kind])
 
 
 def _logs(count: int) -> str:
     return "1 log" if count == 1 else f"{count} logs"
 
 
-def _work(rows: Sequence[FleetRow]) -> str:
-    spent = [row.seconds for row in rows if row.status == "ok"]
-    return f"{np.mean(spent):.2g} s of CPU for each log" if spent else ""
-
-
 def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
-    if isinstance(group.usual, Missing):
-        said = f"{group.axis}: {group.usual.reason}; so the sd between {_of(group)} is not told."
-        return _values(group), paragraph(said)
-    return (_values(group), _outliers(group))
-
-
-def _of(group: AxisGroup) -> str:
-    """What is held against one another."""
-    return "logs" if group.machines == len(group.rows) else "machines"
-
-
-def _values(group: AxisGroup) -> Table:
-    """Each parameter over the logs: middle, scatter, and the deviation of one estimate."""
+    """Each parameter over the logs (middle, scatter, deviation of one estimate), and outliers."""
     values = np.array([[v.value for v in row.parameters.values()] for row in group.rows])
     own = np.array([[v.sd for v in row.parameters.values()] for row in group.rows])
     usual = None if isinstance(group.usual, Missing) else group.usual
@@ -96,19 +118,23 @@ def _values(group: AxisGroup) -> Table:
         between = "" if usual is None else f"{np.sqrt(usual.between[i, i]):.3g}"
         middle = np.median(values[:, i]) if usual is None else usual.centre[i]
         rows.append((name, unit, f"{middle:.6g}", between, f"{np.median(own[:, i]):.3g}"))
-    of = _of(group)
-    heads = ("parameter", "unit", "centre", f"sd between {of}", "sd of an estimate")
+    of = "logs" if group.machines == len(group.rows) else "machines"
     title = f"{group.axis}, {_logs(len(group.rows))}"
     if of == "machines":
         title += f" of {group.machines} machines"
     if group.untold:
         title += f", {group.untold} without a serial number and so not compared"
-    return Table(columns=text_columns(heads), rows=tuple(rows), title=title)
-
-
-def _outliers(group: AxisGroup) -> Block:
+    heads = ("parameter", "unit", "centre", f"sd between {of}", "sd of an estimate")
+    table = Table(columns=text_columns(heads), rows=tuple(rows), title=title)
+    if isinstance(group.usual, Missing):
+        said = f"{group.axis}: {group.usual.reason}; so the sd between {of} is not told."
+        return table, paragraph(said)
     if not group.outliers:
-        return paragraph(f"No log of {group.axis} stands out.")
+        return table, paragraph(f"No log of {group.axis} stands out.")
+    return table, _outliers(group)
+
+
+def _outliers(group: AxisGroup) -> Table:
     serials = {row.name: row.serial for row in group.rows}
     rows = tuple(
         (
@@ -129,65 +155,32 @@ def _outliers(group: AxisGroup) -> Block:
     )
 
 
-def _not_comparable(rows: Sequence[FleetRow]) -> tuple[Block, ...]:
-    """Which logs are held against no others, since there is nothing to compare."""
-    found = [row.name for row in rows if row.has_result and not row.is_comparable]
-    logs = "1 log has" if len(found) == 1 else f"{len(found)} logs have"
-    said = (
-        f"{logs} values or deviations that are not finite, or too large to compare, and no part in "
-        f"what is usual: {first_of(found)}."
-    )
-    return (paragraph(said),) if found else ()
-
-
-def _checks(rows: Sequence[FleetRow]) -> tuple[Block, ...]:
-    """Which checks fail, and of which logs."""
-    found = Counter(name for row in rows for name in row.failing)
-    cells = tuple(
-        (name, str(count), first_of([row.name for row in rows if name in row.failing]))
-        for name, count in found.most_common()
-    )
-    if not cells:
-        return ()
-    return (Table(columns=text_columns(("check that fails", "logs", "which")), rows=cells),)
-
-
-def _doubted(rows: Sequence[FleetRow], verdict: Belief) -> tuple[Block, ...]:
-    """The logs of a verdict, each with what the gravest of its checks says."""
-    found = [row for row in rows if row.verdict == verdict]
-    if not found:
-        return ()
-    lines = [f"{row.name}: {row.failing[0]}: {row.doubt}" for row in found[:_MOST_REASONS]]
-    title = f"{verdict.capitalize()}: {_logs(len(found))}"
-    return (paragraph(*map(_ended, lines), *_more(len(found), _MOST_REASONS), title=title),)
-
-
-def _ended(text: str) -> str:
-    """A sentence with its full stop."""
-    return text if text.endswith(".") else f"{text.removesuffix(': ')}."
-
-
-def _failures(rows: Sequence[FleetRow]) -> tuple[Block, ...]:
-    failed = [row for row in rows if not row.has_result]
-    if not failed:
-        return ()
-    lines = [_with_log(row) for row in failed[:_MOST_SHOWN]]
-    title = f"Without a result: {_logs(len(failed))}"
-    return (paragraph(*lines, *_more(len(failed)), title=title),)
-
-
-def _with_log(row: FleetRow) -> str:
-    """A reason with the path of its log, which it may begin with."""
-    return row.reason if row.reason.startswith(row.log) else f"{row.log}: {row.reason}"
-
-
 def _more(count: int, shown: int = _MOST_SHOWN) -> tuple[str, ...]:
     left = count - shown
     return (f"and {left} more, which the table of the fleet has.",) if left > 0 else ()
 
 
+class Reported(Checked):
+    """What is shown as a document of blocks: as text, and in notebooks."""
+
+    def document(self) -> Document:
+        """What there is to say, in blocks."""
+        raise NotImplementedError
+
+    def summary(self) -> str:
+        """The same as text."""
+        return plain_text(self.document())
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def _repr_html_(self) -> str:
+        """For notebooks."""
+        return blocks_html(self.document())
+
+
 @dataclass(frozen=True, kw_only=True)
-class Fleet(Checked):
+class Fleet(Reported):
     """What became of the logs of a fleet.
 
     Attributes
@@ -221,13 +214,11 @@ class Fleet(Checked):
             )
         return found[name]
 
-    def __str__(self) -> str:
-        return self.summary()
-
     @property
     def counts(self) -> dict[str, int]:
         """How many logs there are of each status."""
-        return counts_of(self.rows)
+        found = Counter(row.status for row in self.rows)
+        return {status: found[status] for status in ("ok", "skipped", "failed")}
 
     @property
     def failed(self) -> tuple[FleetRow, ...]:
@@ -259,14 +250,6 @@ class Fleet(Checked):
             Check.unless("outlying logs", out and f"stand out: {out}", "no log stands out"),
         )
 
-    def summary(self) -> str:
-        """Counts, what is usual, what stands out, and what failed, as text."""
-        return plain_text(self.document())
-
-    def _repr_html_(self) -> str:
-        """For notebooks."""
-        return blocks_html(self.document())
-
     def document(self) -> Document:
         """The same in blocks."""
         return fleet_document(self.folder, self.rows, self.groups, self.notes)
@@ -290,5 +273,94 @@ class Fleet(Checked):
         UsageError
             The ending is another one, or the place cannot be written to.
         """
-        place = None if file is None else Path(file)
-        return write_table(self.rows, self.outliers, Path(self.folder), place)
+        default = Path(self.folder, TABLES[find_spec("pyarrow") is None])
+        place = default if file is None else Path(file)
+        if place.suffix not in _WRITERS:
+            raise UsageError(
+                f"the table is {quoted(str(place))}; give a name that ends in "
+                f"{', '.join(_WRITERS)}.",
+                code="fleet",
+            )
+        columns, units = columns_of(self.rows, self.outliers), _units_of(self.rows)
+        return write_file(place, _WRITERS[place.suffix](columns, units, place))
+
+
+def columns_of(rows: Sequence[FleetRow], outliers: Sequence[Outlier]) -> Columns:
+    """The table by column: what a log is, how it ended, its parameters, how far it is out."""
+    out = {each.name: each for each in outliers}
+    columns: Columns = {
+        name: [getattr(row, name) for row in rows]
+        for name in ("name", "log", "axis", "serial", "status", "reason", "code", "method")
+    }
+    columns["verdict"] = [row.verdict for row in rows]
+    columns["failing"] = ["; ".join(row.failing) for row in rows]
+    for name in _each([row.conditions for row in rows]):
+        values = [row.conditions.get(name) for row in rows]
+        # Numbers where all are, else texts, since a column has one kind.
+        numeric = all(value is None or isinstance(value, float) for value in values)
+        columns[f"condition.{name}"] = [v if v is None or numeric else str(v) for v in values]
+    for name in _each([row.parameters for row in rows]):
+        found = [row.parameters.get(name) for row in rows]
+        columns[name] = [None if v is None else v.value for v in found]
+        columns[f"{name}.sd"] = [None if v is None else v.sd for v in found]
+        columns[f"{name}.low"] = [None if v is None else v.interval_95[0] for v in found]
+        columns[f"{name}.high"] = [None if v is None else v.interval_95[1] for v in found]
+        if _unit(name, rows) is None:  # of axes that call different things the same
+            columns[f"{name}.unit"] = [None if v is None else v.unit for v in found]
+    found_out = [out.get(row.name) for row in rows]
+    columns["outlier_distance"] = [None if each is None else each.distance for each in found_out]
+    columns["outlier_p"] = [None if each is None else each.p_value for each in found_out]
+    columns["seconds"] = [row.seconds for row in rows]
+    return columns
+
+
+def _each(mappings: Iterable[Mapping[str, object]]) -> list[str]:
+    """Names in any of them, in the order in which they come."""
+    return list(dict.fromkeys(name for each in mappings for name in each))
+
+
+def _unit(name: str, rows: Sequence[FleetRow]) -> str | None:
+    """The unit of a parameter; None where its rows have several."""
+    units = {row.parameters[name].unit for row in rows if name in row.parameters}
+    return units.pop() if len(units) == 1 else None
+
+
+def _units_of(rows: Sequence[FleetRow]) -> dict[str, str]:
+    """Units of the columns that have one."""
+    found: dict[str, str] = {"outlier_distance": "1", "outlier_p": "1", "seconds": "s"}
+    for name in _each([row.parameters for row in rows]):
+        if unit := _unit(name, rows):
+            found |= dict.fromkeys((name, f"{name}.sd", f"{name}.low", f"{name}.high"), unit)
+    for name in _each([row.conditions for row in rows]):
+        if unit := split_labels([name])[0][1]:
+            found[f"condition.{name}"] = unit
+    return found
+
+
+def _csv(columns: Columns, units: Mapping[str, str], _: Path) -> str:
+    # The name of a condition may have its unit already.
+    heads = [
+        f"{n} [{units[n]}]" if n in units and not n.endswith(("]", ")")) else n for n in columns
+    ]
+    return csv_text([heads, *zip(*columns.values(), strict=True)])
+
+
+def _parquet(columns: Columns, units: Mapping[str, str], file: Path) -> bytes:
+    return parquet_bytes(columns, units, {"axisid": schema_of(FleetRow)}, file)
+
+
+def _npz(columns: Columns, units: Mapping[str, str], _: Path) -> bytes:
+    arrays = {
+        name: np.array(["" if cell is None else cell for cell in cells])
+        if any(isinstance(cell, str) for cell in cells)
+        else np.array(cells, dtype=np.float64)
+        for name, cells in columns.items()
+    }
+    return npz_bytes({**arrays, UNITS_ENTRY: json.dumps(units)})
+
+
+_WRITERS: Mapping[str, Callable[[Columns, Mapping[str, str], Path], str | bytes]] = {
+    ".parquet": _parquet,
+    ".csv": _csv,
+    ".npz": _npz,
+}

@@ -4,12 +4,6 @@ In: nothing, or its record. Out: its tables beside ours, figures, files. Knows n
 records, and of the command line.
 """
 
-from .encoder import (
-    ENCODER_FILES as ENCODER_FILES,
-    encoder_document as encoder_document,
-    run_encoder_study as run_encoder_study,
-    write_encoder_study as write_encoder_study,
-)
 from .study import (
     DISTRIBUTION_FILES as DISTRIBUTION_FILES,
     STUDY_FILES as STUDY_FILES,

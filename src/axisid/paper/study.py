@@ -7,15 +7,14 @@ and coverage stand with their Monte-Carlo errors.
 """
 
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from axisid.codegen.artefacts import build
-from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.monte_carlo import MonteCarlo, monte_carlo
 from axisid.estimation.signals import Prefilter
@@ -33,9 +32,7 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.monte_carlo import estimand_tables, findings, legend, study_facts
-from axisid.support.errors import EstimationError, UsageError
-from axisid.support.files.json_text import json_text
-from axisid.support.files.regular_file import replace_file
+from axisid.support.files import json_text, write_file
 from axisid.support.progress import Progress, with_progress
 
 #: The paper's four methods.
@@ -74,13 +71,6 @@ DISTRIBUTION_FILES = {
 }
 
 
-@cache
-def published_tables(kind: str) -> dict[int, dict[str, Any]]:
-    """The paper's tables of a kind by their numbers: estimates, mapped or iterations."""
-    text = (resources.files("axisid.paper") / "published.toml").read_text(encoding="utf-8")
-    return {table["number"]: table for table in tomllib.loads(text)[kind]}
-
-
 @dataclass(frozen=True, slots=True)
 class Study:
     """The twin identified under both filters."""
@@ -88,29 +78,23 @@ class Study:
     appropriate: Identification
     inappropriate: Identification
 
-    def under(self, *, appropriate: bool) -> Identification:
-        """The identification under one filter."""
-        return self.appropriate if appropriate else self.inappropriate
-
 
 def run_study(progress: Progress | None = None) -> Study:
     """Identify the twin of `emps2015` by the paper's methods under both filters."""
     axis = build(load_axis("emps2015"))
     record = twin_record(axis)
-    filters = with_progress(
-        (APPROPRIATE, INAPPROPRIATE), progress, lambda f: f"filter of {f.cutoff:g} Hz"
-    )
-    return Study(
-        *(identify(axis, record, prefilter, METHODS, start="nominal") for prefilter in filters)
-    )
+    filters = with_progress(FILTERS.items(), progress, lambda f: f"filter of {f[1].cutoff:g} Hz")
+    return Study(**{n: identify(axis, record, f, METHODS, start="nominal") for n, f in filters})
 
 
 def study_document(study: Study) -> Document:
     """The paper's tables in its order, each with the published figures beside the twin's."""
     record = study.appropriate.record
     made = f"{record.provenance.source}, {len(record)} samples of {1e3 * record.period:g} ms"
+    true, axis = record.provenance.truth, study.appropriate.axis.axis
+    said = ", ".join(f"{p.name} = {true[p.name]:g} {p.unit}" for p in axis.parameters)
     return (
-        paragraph(made, f"true values: {_truth(study)}", filled=False),
+        paragraph(made, f"true values: {said}", filled=False),
         *(study_table(study, number) for number in range(1, 9)),
         paragraph(*_NOTES.splitlines(), filled=False),
     )
@@ -123,10 +107,10 @@ def table_text(study: Study, number: int) -> str:
 
 def study_table(study: Study, number: int) -> Table:
     """One of the paper's tables, 1 to 8, with the published figures beside the twin's."""
-    for kind, written in (("mapped", _mapped), ("iterations", _iterations)):
-        if number in published_tables(kind):
-            return written(study, published_tables(kind)[number])
-    return _estimates(study, published_tables("estimates")[number])
+    text = (resources.files("axisid.paper") / "published.toml").read_text(encoding="utf-8")
+    published = tomllib.loads(text)
+    (table,) = (t for each in published.values() for t in each if t["number"] == number)
+    return _iterations(study, table) if "method" in table else _estimates(study, table)
 
 
 def write_study(study: Study, folder: Path) -> list[Path]:
@@ -139,87 +123,46 @@ def write_study(study: Study, folder: Path) -> list[Path]:
     """
     from axisid.presentation.drawing import force_figure
 
-    texts = {
-        "tables.txt": plain_text(study_document(study)),
-        "appropriate.json": json_text(study.appropriate.to_dict()),
-        "inappropriate.json": json_text(study.inappropriate.to_dict()),
-    }
-    figures = {
-        "figure3.png": (study.appropriate["idm-iv"], "IDM-IV, appropriate filter (figure 3)"),
-        "figure4.png": (study.inappropriate["idm-ls"], "IDM-LS, inappropriate filter (figure 4)"),
-    }
-
-    def drawn() -> list[Path]:
-        for name, (estimate, title) in figures.items():
-            force_figure(estimate, title, folder / name)
-        return [folder / name for name in figures]
-
-    return written_into(folder, texts, drawn)
-
-
-def written_into(
-    folder: Path, texts: Mapping[str, str], draw: Callable[[], list[Path]]
-) -> list[Path]:
-    """Write a study's texts by their names, and then its figures, into a folder.
-
-    Raises
-    ------
-    UsageError
-        The folder cannot be written to.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            replace_file(folder / name, text)
-        return [*(folder / name for name in texts), *draw()]
-    except OSError as error:
-        raise UsageError(f"{folder} cannot be written to: {error.strerror}.") from error
-
-
-def _truth(study: Study) -> str:
-    axis = study.appropriate.axis.axis
-    truth = axis.experiment.truth if axis.experiment else {}
-    return ", ".join(f"{p.name} = {truth[p.name]:g} {p.unit}" for p in axis.parameters)
-
-
-def _error(estimate: Estimate) -> float:
-    """The error that the published tables can mean: simulated for IV, of the equation for LS."""
-    if not estimate.iterates:
-        return estimate.equation_error_percent
-    if estimate.simulation_error_percent is None:
-        raise EstimationError(f"{estimate.method} has no simulation error.")
-    return estimate.simulation_error_percent
+    write_file(folder / "tables.txt", plain_text(study_document(study)))
+    for name in FILTERS:
+        write_file(folder / f"{name}.json", json_text(getattr(study, name).to_dict()))
+    least, instruments = study.inappropriate["idm-ls"], study.appropriate["idm-iv"]
+    force_figure(instruments, "IDM-IV, appropriate filter (figure 3)", folder / "figure3.png")
+    force_figure(least, "IDM-LS, inappropriate filter (figure 4)", folder / "figure4.png")
+    return [folder / name for name in STUDY_FILES]
 
 
 def _estimates(study: Study, table: dict[str, Any]) -> Table:
-    result = study.under(appropriate=table["appropriate"])
-    methods = table["methods"]
-    columns = [Column(m.upper(), parts=("rel. sd", "paper", "rel. sd")) for m in methods]
-    estimates = [result[method] for method in methods]
-    values = [list((e.ddm_parameters or e.parameters).items()) for e in estimates]
+    result = study.appropriate if table["appropriate"] else study.inappropriate
+    published, is_mapped = table["published"], table.get("mapped", False)
+    estimates = [result[method] for method in table["methods"]]
+    values = [
+        list(((not is_mapped and e.ddm_parameters) or e.parameters).items()) for e in estimates
+    ]
     rows: list[tuple[Cell, ...]] = []
     for i, (name, first) in enumerate(values[0]):
-        of_methods = zip(values, table["published"], strict=True)
-        cells = (_beside(column[i][1], *published[i]) for column, published in of_methods)
+        of_methods = zip(values, published, strict=True)
+        cells = (_beside(column[i][1], *paper[i]) for column, paper in of_methods)
         rows.append((name, first.unit, *cells))
-    errors = zip(estimates, table["errors"], strict=True)
-    cells = (Quantity(f"{_error(estimate):.1f}", "", (f"{paper:g}",)) for estimate, paper in errors)
-    rows.append(("error", "%", *cells))
-    return _titled(table["number"], table["title"], columns, rows)
-
-
-def _mapped(study: Study, table: dict[str, Any]) -> Table:
-    published, result = table["published"], study.under(appropriate=table["appropriate"])
-    methods = ("ddm-ls", "ddm-iv")
-    columns = [Column(method.upper(), parts=("rel. sd", "paper")) for method in methods]
-    rows: list[tuple[Cell, ...]] = []
-    for i, quantity in enumerate(result.axis.parameters):
-        values = [result[method].parameters[quantity.name] for method in methods]
-        cells = (_beside(v, paper[i]) for v, paper in zip(values, published, strict=True))
-        rows.append((quantity.name, quantity.unit, *cells))
-    which = "appropriate" if table["appropriate"] else "inappropriate"
-    title = f"DDM mapped to physical parameters, {which} filter"
-    return _titled(table["number"], title, columns, rows)
+    if errors := table["errors"]:
+        # What the published ones can mean: simulated for IV, of the equation for LS.
+        own = (
+            each.simulation_error_percent if each.iterates else each.equation_error_percent
+            for each in estimates
+        )
+        both = zip(own, errors, strict=True)
+        cells = (Quantity(f"{error:.1f}", "", (f"{paper:g}",)) for error, paper in both)
+        rows.append(("error", "%", *cells))
+    parts = ("rel. sd", "paper", "rel. sd")[: 1 + len(published[0][0])]
+    return Table(
+        columns=(
+            *text_columns(["", "unit"]),
+            *(Column(method.upper(), parts=parts) for method in table["methods"]),
+        ),
+        rows=tuple(rows),
+        labels=2,
+        title=f"Table {table['number']}. {table['title']}",
+    )
 
 
 def _beside(value: Value, paper: float, paper_sd: float | None = None) -> Quantity:
@@ -256,17 +199,6 @@ def _iterations(study: Study, table: dict[str, Any]) -> Table:
 def _significant(value: float) -> str:
     """Four significant digits, never in exponent form for table-sized numbers."""
     return f"{value:#.4g}".rstrip(".") if value else "0"
-
-
-def _titled(
-    number: int, title: str, columns: Iterable[Column], rows: Iterable[tuple[Cell, ...]]
-) -> Table:
-    return Table(
-        columns=(*text_columns(["", "unit"]), *columns),
-        rows=tuple(rows),
-        labels=2,
-        title=f"Table {number}. {title}",
-    )
 
 
 def run_distributions(
@@ -321,11 +253,7 @@ def write_distributions(found: Mapping[str, MonteCarlo], folder: Path) -> list[P
     UsageError
         The folder cannot be written to.
     """
-    texts = {
-        "distributions.txt": plain_text(distributions_document(found)),
-        **{
-            f"distributions_{name}.json": json_text(result.to_dict())
-            for name, result in found.items()
-        },
-    }
-    return written_into(folder, texts, list)
+    write_file(folder / "distributions.txt", plain_text(distributions_document(found)))
+    for name, result in found.items():
+        write_file(folder / f"distributions_{name}.json", json_text(result.to_dict()))
+    return [folder / name for name in DISTRIBUTION_FILES]

@@ -1,6 +1,5 @@
 """What a series does over time: nothing, steps, or a drift."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from operator import itemgetter
 
@@ -37,83 +36,40 @@ class Step:
     p_value: float
 
 
-@dataclass(frozen=True, slots=True)
-class StepCandidate:
-    """Where the level changes most.
+def _largest_step(values: Array, variances: Array) -> tuple[int, float] | None:
+    """Place and probability of the largest step; too few values have none.
 
-    Attributes
-    ----------
-    place : int
-        Of the first value on the new level, from 0.
-    p_value : float
-        Of a step as large somewhere in the series, if its order told nothing.
-    """
-
-    place: int
-    p_value: float
-
-
-def largest_step(values: Array, variances: Array) -> StepCandidate | None:
-    """The largest step of a series, held against those of the same values in other orders.
-
-    Parameters
-    ----------
-    values, variances : array, (n,)
-        Estimates in their order, and the variance of each; too few have no step.
+    It is held against those of the same values in other orders.
     """
     if len(values) < 2 * _SHORTEST:
         return None
-    weights = 1 / total_variances(values, variances)
-    sizes, places = _largest(values[None], weights[None])
-    orders = other_orders(len(values))
-    others, _ = _largest(values[orders], weights[orders])
-    return StepCandidate(int(places[0]), share_as_large(others, sizes[0]))
-
-
-def steps_beside(
-    values: Array, variances: Array, level: float, largest: StepCandidate
-) -> tuple[Step, ...]:
-    """The steps of a series in their order: the largest, and those on either side of it.
-
-    Parameters
-    ----------
-    values, variances : array, (n,)
-    level : float
-        Probability that a step is told of a side where there is none.
-    largest : StepCandidate
-    """
-    places = sorted(_places(values, variances, level, 0, largest))
-    bounds = [0, *(place for place, _ in places), len(values)]
-    return tuple(
-        _step(values, variances, first, place, last, p_value)
-        for first, (place, p_value), last in zip(bounds, places, bounds[2:], strict=False)
-    )
+    weights = 1 / _total_variances(values, variances)
+    orders = _orders(len(values))
+    sizes, places = _largest(values[orders], weights[orders])
+    return int(places[0]), float(np.mean(sizes >= sizes[0]))
 
 
 def _places(
-    values: Array, variances: Array, level: float, first: int, largest: StepCandidate
+    values: Array, variances: Array, level: float, first: int, largest: tuple[int, float]
 ) -> list[tuple[int, float]]:
-    """Where the level changes, with the probability of each by itself."""
-    place, found = largest.place, [(first + largest.place, largest.p_value)]
+    """Where the level changes, on either side of the largest step too, and the probability."""
+    place, p_value = largest
+    found = [(first + place, p_value)]
     for begin, side in ((first, slice(None, place)), (first + place, slice(place, None))):
-        own = largest_step(values[side], variances[side])
-        if own is not None and own.p_value <= level:
+        own = _largest_step(values[side], variances[side])
+        if own is not None and own[1] <= level:
             found += _places(values[side], variances[side], level, begin, own)
     return found
 
 
-def other_orders(count: int) -> NDArray[np.intp]:
-    """Orders in which so many values might have come as well, (k, n)."""
+def _orders(count: int) -> NDArray[np.intp]:
+    """The order of so many values, and others in which they might have come as well, (k, n)."""
+    own = np.arange(count)
     rng = np.random.default_rng(_SEED)
-    return rng.permuted(np.tile(np.arange(count), (_ORDERS, 1)), axis=1)
+    return np.vstack([own, rng.permuted(np.tile(own, (_ORDERS, 1)), axis=1)])
 
 
-def share_as_large(others: Array, own: float) -> float:
-    """Probability of a figure as large, if the order told nothing."""
-    return float((1 + np.count_nonzero(others >= own)) / (1 + len(others)))
-
-
-def total_variances(values: Array, variances: Array) -> Array:
+def _total_variances(values: Array, variances: Array) -> Array:
     """Variance of each value about one level: its own and what is between them."""
     between = max(float(np.var(values, ddof=1) - np.mean(variances)), 0.0)
     return variances + between
@@ -131,7 +87,14 @@ def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
     weight = np.cumsum(np.pad(weights, ((0, 0), (1, 0))), axis=1)
     best = np.full(len(values), -np.inf)
     places = np.zeros(len(values), dtype=np.intp)
-    for start, stop in _stretches(values.shape[1]):
+    count = values.shape[1]
+    # All of it, then ever shorter ones that overlap by half and more.
+    stretches, length = [(0, count)], count / _SHORTER
+    while length >= 2 * _SHORTEST:
+        starts = np.linspace(0, count - length, 2 * int(np.ceil(count / length)) - 1)
+        stretches += [(int(start), int(np.ceil(start + length))) for start in starts]
+        length /= _SHORTER
+    for start, stop in stretches:
         inner = slice(start + _SHORTEST, stop - _SHORTEST + 1)
         before, of_before = (x[:, inner] - x[:, [start]] for x in (sums, weight))
         after, of_after = (x[:, [stop]] - x[:, inner] for x in (sums, weight))
@@ -142,32 +105,18 @@ def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
     return best, places
 
 
-def _stretches(count: int) -> list[tuple[int, int]]:
-    """Stretches of a series: all of it, then ever shorter ones that overlap by half and more."""
-    found, length = [(0, count)], count / _SHORTER
-    while length >= 2 * _SHORTEST:
-        number = 2 * int(np.ceil(count / length)) - 1
-        starts = np.linspace(0, count - length, number)
-        found += [(int(start), int(np.ceil(start + length))) for start in starts]
-        length /= _SHORTER
-    return found
-
-
 def _step(
     values: Array, variances: Array, first: int, place: int, last: int, p_value: float
 ) -> Step:
     """The step between two levels."""
-    means, spreads = [], []
-    for part in (slice(first, place), slice(place, last)):
-        weights = 1 / total_variances(values[part], variances[part])
-        means.append(float(np.average(values[part], weights=weights)))
-        spreads.append(1 / float(np.sum(weights)))
-    return Step(
-        place=place,
-        difference=means[1] - means[0],
-        deviation=float(np.sqrt(sum(spreads))),
-        p_value=p_value,
+    parts = (slice(first, place), slice(place, last))
+    weights = [1 / _total_variances(values[part], variances[part]) for part in parts]
+    before, after = (
+        float(np.average(values[part], weights=each))
+        for part, each in zip(parts, weights, strict=True)
     )
+    deviation = float(np.sqrt(sum(1 / np.sum(each) for each in weights)))
+    return Step(place=place, difference=after - before, deviation=deviation, p_value=p_value)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -220,21 +169,27 @@ def change_in(values: Array, variances: Array, places: Array, level: float) -> C
     level : float
         Probability that a change is told where there is none.
     """
-    largest = largest_step(values, variances)
+    largest = _largest_step(values, variances)
     if largest is None:
         return Change()
     drift = _drift(values, variances, places)
-    looks = [largest.p_value, *([] if drift is None else [drift.p_value])]
+    looks = [largest[1], *([] if drift is None else [drift.p_value])]
     chance = len(looks) * min(looks)
     if chance > level:
         return Change()
-    largest = replace(largest, p_value=min(largest.p_value, chance))
-    steps = steps_beside(values, variances, level, largest)
-    # A step's place is chosen as well as its size.
-    by_steps = _criterion(values, variances, _levels(len(values), steps), len(steps))
+    told = (largest[0], min(largest[1], chance))
+    changes = sorted(_places(values, variances, level, 0, told))
+    bounds = [0, *(place for place, _ in changes), len(values)]
+    steps = tuple(
+        _step(values, variances, first, place, last, p_value)
+        for first, (place, p_value), last in zip(bounds, changes, bounds[2:], strict=False)
+    )
+    # A column for each level; a step's place is chosen as well as its size.
+    number = np.searchsorted(bounds[1:-1], np.arange(len(values)), side="right")
+    levels = np.asarray(np.eye(len(steps) + 1)[number])
     found = [
         (_criterion(values, variances, np.ones((len(values), 1)), 0), Change()),
-        (by_steps, Change(steps=steps)),
+        (_criterion(values, variances, levels, len(steps)), Change(steps=steps)),
     ]
     if drift is not None:
         drift = replace(drift, p_value=min(drift.p_value, chance))
@@ -248,12 +203,6 @@ def _straight(places: Array) -> Array:
     return np.column_stack([np.ones(len(places)), away / np.ptp(away)])
 
 
-def _levels(count: int, steps: Sequence[Step]) -> Array:
-    """A column for each level, (n, s + 1)."""
-    number = np.searchsorted([step.place for step in steps], np.arange(count), side="right")
-    return np.asarray(np.eye(len(steps) + 1)[number])
-
-
 def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
     """The line through the values, its slope held against that of other orders; none of a point."""
     reach = float(np.ptp(places))
@@ -261,10 +210,12 @@ def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
         return None
     # So that no unit of the places decides whether their squares are numbers.
     places = (places - places.mean()) / reach
-    weights = 1 / total_variances(values, variances)
-    orders = other_orders(len(values))
-    own = float(_slopes(values[None], weights[None], places)[0])
-    others = _slopes(values[orders], weights[orders], places)
+    orders = _orders(len(values))
+    weights = (1 / _total_variances(values, variances))[orders]
+    total = weights.sum(axis=1, keepdims=True)
+    away = places - (weights * places).sum(axis=1, keepdims=True) / total
+    along = (weights * away * values[orders]).sum(axis=1)
+    squared = along**2 / (weights * away**2).sum(axis=1)  # slopes in deviations
     columns = _straight(places)
     # The likeliest scatter about a line is less than that about the true one.
     rest = len(values) / (len(values) - columns.shape[1])
@@ -273,17 +224,9 @@ def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
     return Drift(
         slope=float(coefficients[1] / reach),
         deviation=float(np.sqrt(covariance[1, 1]) / reach),
-        p_value=share_as_large(others, own),
+        p_value=float(np.mean(squared >= squared[0])),
         line=columns @ coefficients,
     )
-
-
-def _slopes(values: Array, weights: Array, places: Array) -> Array:
-    """Squared slopes in deviations of several series, (s, n)."""
-    total = weights.sum(axis=1, keepdims=True)
-    away = places - (weights * places).sum(axis=1, keepdims=True) / total
-    along = (weights * away * values).sum(axis=1)
-    return np.asarray(along**2 / (weights * away**2).sum(axis=1))
 
 
 def _fitted(values: Array, variances: Array, columns: Array) -> tuple[Array, Array]:

@@ -58,8 +58,22 @@ def robust_scatter(points: Array) -> tuple[Array, Array]:
     """
     middle, scale = np.median(points, axis=0), spread_of(points)
     scaled = (points - middle) / scale
-    chosen = _closest(scaled)
-    centre, covariance = _moments(scaled[chosen])
+    count, size = scaled.shape
+    rng = np.random.default_rng(_SEED)
+    few = rng.choice(count, _FEW, replace=False) if count > _FEW else np.arange(count)
+    part = scaled[few]
+    ranks = rng.random((_STARTS, len(few)))
+    chosen = np.argpartition(ranks, size + 1, axis=1)[:, : size + 1]
+    for _ in range(2):
+        chosen, determinants = _concentrated(part, part[chosen])
+    begun = few[chosen[np.argsort(determinants, kind="stable")[:_KEPT]]]
+    chosen, determinants = _concentrated(scaled, scaled[begun])
+    for _ in range(_STEPS):
+        before = determinants
+        chosen, determinants = _concentrated(scaled, scaled[chosen])
+        if np.all(determinants >= before):
+            break
+    centre, covariance = _moments(scaled[chosen[np.argmin(determinants)]])
     distances = squared_distances(scaled, centre, covariance)
     usual = 2 * gammaincinv(points.shape[1] / 2, 0.5)  # the median of chi-squared
     covariance = covariance * (np.median(distances) / usual)
@@ -72,35 +86,11 @@ def spread_of(points: Array) -> Array:
     return np.asarray(np.where(apart > 0, apart, np.std(points, axis=0)))
 
 
-def _half(count: int, size: int) -> int:
-    return (count + size + 1) // 2
-
-
-def _closest(points: Array) -> Places:
-    """Which of the points are the half of least determinant."""
-    count, size = points.shape
-    rng = np.random.default_rng(_SEED)
-    few = rng.choice(count, _FEW, replace=False) if count > _FEW else np.arange(count)
-    part = points[few]
-    ranks = rng.random((_STARTS, len(few)))
-    chosen = np.argpartition(ranks, size + 1, axis=1)[:, : size + 1]
-    for _ in range(2):
-        chosen, determinants = _concentrated(part, part[chosen])
-    begun = few[chosen[np.argsort(determinants, kind="stable")[:_KEPT]]]
-    chosen, determinants = _concentrated(points, points[begun])
-    for _ in range(_STEPS):
-        before = determinants
-        chosen, determinants = _concentrated(points, points[chosen])
-        if np.all(determinants >= before):
-            break
-    return np.asarray(chosen[np.argmin(determinants)])
-
-
 def _concentrated(points: Array, chosen: Array) -> tuple[Places, Array]:
     """The halves, (s, h), that are closest to chosen points, (s, m, p), and their determinants."""
     centre, covariance = _moments(chosen)
     distances = squared_distances(points, centre, covariance)
-    half = _half(*points.shape)
+    half = (sum(points.shape) + 1) // 2
     nearest = np.argpartition(distances, half - 1, axis=1)[:, :half]
     return nearest, np.linalg.det(_moments(points[nearest])[1])
 

@@ -13,9 +13,8 @@ from axisid.estimation.monte_carlo import MonteCarlo, run_columns
 from axisid.estimation.records import Record
 from axisid.estimation.studies import Comparison, Sweep, Validation
 from axisid.presentation.saved import SavedEstimate, SavedIdentification
-from axisid.support.errors import UsageError
+from axisid.support.errors import UsageError, is_among, quoted
 from axisid.support.presentable import Presentable
-from axisid.support.quoting import is_among, quoted
 
 _LIBRARIES = ("pandas", "polars")
 

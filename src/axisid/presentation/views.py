@@ -77,13 +77,9 @@ from axisid.presentation.text import (
     sweep_document,
     validation_document,
 )
-from axisid.support.errors import UsageError
-from axisid.support.files.json_text import json_text
-from axisid.support.files.regular_file import write_file
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing, UsageError, is_among, is_whole, quoted
+from axisid.support.files import json_text, write_file
 from axisid.support.presentable import Presentable
-from axisid.support.quoting import is_among, quoted
-from axisid.support.real_numbers import is_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -1,14 +1,20 @@
-"""One array type for all rooms, and equality to the last bit of what holds arrays.
+"""Arrays, equality to the last bit of what holds them, and what is computed when it is asked for.
 
 Dimensions: N samples of a record, n rows of a regression, p physical parameters, m parameters of
-the direct model.
+the direct model. A dataclass with members that JSON has otherwise (numbers that are not finite, and
+arrays) is its own document: msgspec writes, reads and describes it, with the three functions for
+what it does not know itself.
 """
 
 import dataclasses
 import math
-from collections.abc import Iterable, Mapping
-from typing import Any, TypeAlias
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields
+from functools import cached_property
+from numbers import Real
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
+import msgspec
 import numpy as np
 from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
@@ -105,3 +111,95 @@ def _says_itself(kind: Any) -> bool:
     """Whether a dataclass has an equality of its own, neither made for it nor one of `Exact`."""
     made = kind.__dataclass_params__.eq
     return not made and kind.__eq__ not in (object.__eq__, Exact.__eq__)
+
+
+if TYPE_CHECKING:
+    MaybeNan: TypeAlias = float
+    MaybeInfinite: TypeAlias = float
+else:
+
+    class MaybeNan(Real):
+        """A float; JSON's null is not a number."""
+
+    class MaybeInfinite(Real):
+        """A float; JSON's null is infinite."""
+
+    MaybeNan.register(float)
+    MaybeInfinite.register(float)
+
+#: What a number was that JSON has as null, by its annotation.
+OF_NULL: dict[Any, float] = {MaybeInfinite: math.inf, MaybeNan: math.nan, float: math.nan}
+
+
+def to_json(value: Any) -> Any:
+    """A number or an array of NumPy as Python's."""
+    return value.tolist()
+
+
+def from_json(kind: Any, value: Any) -> Any:
+    """What is of `MaybeNan`, `MaybeInfinite` or `Array` for a value of JSON.
+
+    Raises
+    ------
+    ValueError
+        It is none.
+    """
+    try:
+        if kind in OF_NULL:
+            return OF_NULL[kind] if value is None else msgspec.convert(value, float)
+        return np.array(msgspec.convert(value, list[float | None]), dtype=float)
+    except msgspec.ValidationError as error:
+        raise ValueError(str(error)) from error
+
+
+def schema_of_kind(kind: Any) -> dict[str, Any]:
+    """The JSON schema of the same."""
+    number = {"type": ["number", "null"]}
+    return number if kind in OF_NULL else {"type": "array", "items": number}
+
+
+T = TypeVar("T")
+
+
+class Deferred(Generic[T]):
+    """A value that is worked out when it is first asked for, once.
+
+    A pickle or a copy has the value, not the way to it; two are equal if their values are.
+
+    Parameters
+    ----------
+    make : callable
+        Gives the value; let go of when it has.
+    """
+
+    def __init__(self, make: Callable[[], T]) -> None:
+        self._make = make
+
+    @classmethod
+    def of(cls, value: T) -> "Deferred[T]":
+        """A value that there is already."""
+        return cls(lambda: value)
+
+    @cached_property
+    def value(self) -> T:
+        """The value; whatever making it raises, every time that it is asked for."""
+        value = self._make()
+        del self._make
+        return value
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Deferred.of, (self.value,)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Deferred) and same(self.value, other.value)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+class Uncached:
+    """A dataclass that is pickled by its fields, without what was computed of them."""
+
+    __slots__ = ()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {each.name: getattr(self, each.name) for each in fields(self)}  # type: ignore[arg-type]

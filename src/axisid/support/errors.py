@@ -1,14 +1,57 @@
-"""The errors a user can meet, each with a code and the exit code of the command line.
+"""Errors with their codes and exit codes, what cannot be told, and how values stand in messages.
 
 Every message says what was given, what was expected and what to do. An exception that is not an
-`AxisidError` is a fault of the program, not of its user.
+`AxisidError` is a fault of the program, not of its user. This is imported without NumPy.
 """
 
+import math
 import os
-from collections.abc import Sequence
-from typing import ClassVar
+import re
+import sys
+from collections.abc import Callable, Container, Sequence
+from dataclasses import dataclass, is_dataclass
+from functools import wraps
+from typing import TYPE_CHECKING, ClassVar, Concatenate, ParamSpec, TypeGuard, TypeVar
 
-from .number_text import plain_numbers
+#: Of a thousand and more to few digits; what is part of a word, a name or a formula stays.
+_RAISED = re.compile(r"""(?<![\w.^*/)'"+-])([+-]?)(\d(?:\.\d+)?)e\+0([1-5])(?![\w^*/'"]|\.\w)""")
+_PLAIN = 1e5  # up to which numbers of a sentence are written out
+
+
+def range_text(low: float, high: float, between: str = " .. ", *, digits: int = 4) -> str:
+    """Two bounds, to as many digits as tell them apart: ``10.98 .. 11.04``, never ``11 .. 11``.
+
+    Parameters
+    ----------
+    low, high : float
+    between : str
+        What stands between them.
+    digits : int
+        Significant ones, if that is enough.
+    """
+    width, most = abs(high - low), max(abs(low), abs(high))
+    if 0 < width < math.inf:
+        digits = max(
+            digits, min(math.floor(math.log10(most)) - math.floor(math.log10(width)) + 2, 15)
+        )
+    return f"{low:.{digits}g}{between}{high:.{digits}g}"
+
+
+def or_dash(value: float | None, form: str) -> str:
+    """A number in a format, such as ``.4g``; a dash where there is none."""
+    return "-" if value is None else format(value, form)
+
+
+def plain_numbers(text: str) -> str:
+    """A sentence whose numbers up to 1e5 are written out: ``100 N``, never ``1e+02 N``."""
+    return _RAISED.sub(_written_out, text) if "e+0" in text else text
+
+
+def _written_out(found: re.Match[str]) -> str:
+    sign, figures, exponent = found.groups()
+    value = float(f"{figures}e{exponent}")
+    places = max(len(figures.partition(".")[2]) - int(exponent), 0)
+    return f"{sign}{value:.{places}f}" if value <= _PLAIN else found[0]
 
 
 class AxisidError(ValueError):
@@ -105,3 +148,144 @@ class EstimationError(AxisidError):
 def asks_for_tracebacks() -> bool:
     """Whether ``AXISID_DEBUG`` is set: a fault then ends the program where it is."""
     return bool(os.environ.get("AXISID_DEBUG"))
+
+
+Found = TypeVar("Found")
+Made = TypeVar("Made")
+Further = ParamSpec("Further")
+
+
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """What stands in place of something that could not be measured, drawn or computed.
+
+    Attributes
+    ----------
+    reason : str
+        Why, as the end of a sentence, and what can be done: ``"the axis declares no control law"``.
+    """
+
+    reason: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "reason", plain_numbers(self.reason))
+
+    def __str__(self) -> str:
+        return self.reason
+
+
+def of_found(
+    make: Callable[Concatenate[Found, Further], Made],
+) -> Callable[Concatenate[Found | Missing, Further], Made | Missing]:
+    """What is made of something that was found: where that is missing, so is this, for its reason.
+
+    Parameters
+    ----------
+    make : callable
+        Its first parameter, by place, is what was found.
+    """
+
+    @wraps(make)
+    def made(
+        found: Found | Missing, /, *further: Further.args, **named: Further.kwargs
+    ) -> Made | Missing:
+        return found if isinstance(found, Missing) else make(found, *further, **named)
+
+    return made
+
+
+_SHORT = 60  # letters of a value that is shown as it is
+_DIGITS_OF_A_BIT = 0.30103
+
+
+def quoted(value: object) -> str:
+    """A value as it would be written, or what kind of thing it is where that would be long."""
+    if isinstance(value, int) and value.bit_length() * _DIGITS_OF_A_BIT > _SHORT:
+        # Python refuses to write numbers of some thousand digits.
+        return f"a whole number of {value.bit_length() * _DIGITS_OF_A_BIT:.0f} digits"
+    # What a dataclass says of itself reads as a sentence within another.
+    written = "" if is_dataclass(value) else repr(value)
+    if written and len(written) <= _SHORT and "\n" not in written:
+        return written
+    kind = type(value).__name__
+    return f"{'an' if kind[0] in 'AEIOUaeiou' else 'a'} {kind}"
+
+
+def is_among(value: object, names: Container[str]) -> TypeGuard[str]:
+    """Whether a value is one of some names; what is no text may have no hash, or no one ``==``."""
+    return isinstance(value, str) and value in names
+
+
+def first_of(names: Sequence[str], most: int = 3) -> str:
+    """The first of some names, and how many more there are."""
+    left = len(names) - most
+    return ", ".join(names[:most]) + (f" and {left} more" if left > 0 else "")
+
+
+if TYPE_CHECKING:  # an axis is declared without NumPy
+    from numpy.typing import ArrayLike
+
+    from .arrays import Array
+
+_KINDS = {"c": "complex", "U": "text", "S": "text"}
+
+
+def is_real(value: object) -> TypeGuard[float]:
+    """Whether a value is one real number within floating point or infinite, and no truth value."""
+    if isinstance(value, int) and not isinstance(value, bool):
+        return abs(value) <= sys.float_info.max
+    return isinstance(value, float) or _is_numpys(value, "integer", "floating")
+
+
+def is_whole(value: object) -> TypeGuard[int]:
+    """Whether a value is one whole number of a type for those, and no truth value."""
+    if isinstance(value, int):
+        return not isinstance(value, bool)
+    return _is_numpys(value, "integer")
+
+
+def _is_numpys(value: object, *kinds: str) -> bool:
+    """Whether a value is a NumPy number, which there is only where NumPy is loaded."""
+    numpy = sys.modules.get("numpy")
+    return numpy is not None and isinstance(value, tuple(getattr(numpy, kind) for kind in kinds))
+
+
+def is_nothing(count: object) -> bool:
+    """Whether a count is 0 or left out; what is no count is left to what would count by it."""
+    return count is None or (isinstance(count, int) and count == 0)
+
+
+def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageError) -> "Array":
+    """Return an array of floats; one that is none yet is made.
+
+    Parameters
+    ----------
+    values : array_like
+    what : str
+        They are, for messages.
+    error : type of AxisidError
+
+    Raises
+    ------
+    AxisidError
+        They are masked, complex, ragged or no numbers.
+    """
+    import numpy as np
+
+    if type(values) is np.ndarray and values.dtype == np.float64:
+        return values
+    if isinstance(values, np.ma.MaskedArray) and (masked := int(np.sum(values.mask))):
+        raise error(
+            f"{what}: {masked} of the values are masked; leave them out, or repair them.",
+            code="record",
+        )
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind == "O":  # None would become not a number without a word
+            array = np.array([float(each) for each in array.ravel()]).reshape(array.shape)
+    except (TypeError, ValueError, OverflowError) as reason:
+        raise error(f"{what}: the values are not numeric: {reason}.") from reason
+    if array.dtype.kind not in "biuf":
+        kind = _KINDS.get(array.dtype.kind, f"of the type {array.dtype}")
+        raise error(f"{what}: the values are {kind}; give real numbers.", code="record")
+    return np.asarray(array, dtype=float)

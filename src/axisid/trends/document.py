@@ -3,13 +3,14 @@
 import base64
 import io
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 from string import Template
 
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.populations import LARGEST, Drift
+from axisid.populations import LARGEST
 from axisid.presentation.blocks import (
     Block,
     Cell,
@@ -22,10 +23,8 @@ from axisid.presentation.blocks import (
 from axisid.presentation.html import blocks_html
 from axisid.presentation.plots import Panel, Plot, Series as Curve, Tone, labelled
 from axisid.support.arrays import Array
+from axisid.support.errors import Missing, first_of, range_text
 from axisid.support.mappings import grouped
-from axisid.support.missing import Missing
-from axisid.support.number_text import range_text
-from axisid.support.quoting import first_of
 from axisid.support.version import __version__
 
 from .series import Chart, Series, notable_first
@@ -66,11 +65,14 @@ def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ())
     """A table of all series, then each with its limits and what changed, the notable first."""
     listed = notable_first(series)
     notable = sum(each.has_changed or each.has_beyond for each in listed)
+    changed = sum(each.has_changed for each in series)
+    beyond = notable - changed
+    also = f", {beyond} {'more ' if changed else ''}with results beyond the limits"
     heading = Heading(
         title="Trend",
         facts=(
             ("results", str(sum(len(each.points) for each in series))),
-            ("series", _series_text(series)),
+            ("series", f"{len(series)}, {changed} with a step or a drift{also * bool(beyond)}"),
             ("order", by or "as the files are named"),
         ),
     )
@@ -79,48 +81,49 @@ def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ())
     left = len(listed) - len(shown)
     more = (f"and {left} more series without a change.",) if left > 0 else ()
     said = (paragraph(*more, *notes),) if more or notes else ()
-    return heading, *_overview(shown), *blocks, *said
-
-
-def _series_text(series: Sequence[Series]) -> str:
-    """How many there are, and what is told of them."""
-    changed = sum(each.has_changed for each in series)
-    beyond = sum(each.has_beyond and not each.has_changed for each in series)
-    also = f", {beyond} {'more ' if changed else ''}with results beyond the limits"
-    return f"{len(series)}, {changed} with a step or a drift{also if beyond else ''}"
-
-
-def _overview(series: Sequence[Series]) -> tuple[Block, ...]:
-    """A row for each series, where there are several."""
-    if len(series) < 2:
-        return ()
     heads = ("series", "results", "steps", "drifts", "beyond the limits", "verdict fails")
-    return (Table(columns=text_columns(heads), rows=tuple(map(_overview_row, series))),)
-
-
-def _overview_row(series: Series) -> tuple[Cell, ...]:
-    """The parameters of which something is told, and how many results are beyond or fail."""
-    steps = (chart.parameter for chart in series.charts if chart.steps)
-    drifts = (chart.parameter for chart in series.charts if chart.drift is not None)
-    beyond = (f"{chart.parameter} {len(chart.beyond)}" for chart in series.charts if chart.beyond)
-    failing = sum(bool(point.failing) for point in series.points)
-    return (
-        series.title,
-        str(len(series.points)),
-        *(", ".join(each) for each in (steps, drifts, beyond)),
-        str(failing) if failing else "",
-    )
+    rows = []
+    for each in shown:
+        steps = (chart.parameter for chart in each.charts if chart.steps)
+        drifts = (chart.parameter for chart in each.charts if chart.drift is not None)
+        far = (f"{chart.parameter} {len(chart.beyond)}" for chart in each.charts if chart.beyond)
+        told = [", ".join(names) for names in (steps, drifts, far)]
+        failing = sum(bool(point.failing) for point in each.points)
+        rows.append((each.title, str(len(each.points)), *told, str(failing or "")))
+    overview = Table(columns=text_columns(heads), rows=tuple(rows))
+    return heading, *([overview] if len(shown) > 1 else []), *blocks, *said
 
 
 def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
-    said = _without_limits(series)
-    said += [line for chart in series.charts for line in _changes(series, chart, by)]
-    methods = dict.fromkeys(point.method.upper() for point in series.points)
-    results = "1 result" if len(series.points) == 1 else f"{len(series.points)} results"
+    points = series.points
+    without = grouped(
+        (chart.limits.reason, chart.parameter)
+        for chart in series.charts
+        if isinstance(chart.limits, Missing)
+    )
+    said = [f"{', '.join(of)}: {reason}." for reason, of in without.items()]
+    of = "day" if series.origin(by) else f"unit of {by}" if by else "result"
+    for chart in series.charts:
+        name, unit, drift = chart.parameter, chart.unit, chart.drift
+        said += [
+            f"{name} steps by {step.difference:+.4g} +- {step.deviation:.2g} {unit} from "
+            f"{points[step.place].name} on (p {step.p_value:.2g})."
+            for step in chart.steps
+        ]
+        if drift is not None:
+            said.append(
+                f"{name} drifts by {drift.slope:+.3g} +- {drift.deviation:.2g} {unit} for each "
+                f"{of}, {drift.line[-1] - drift.line[0]:+.3g} {unit} in all (p "
+                f"{drift.p_value:.2g})."
+            )
+        if chart.beyond:
+            beyond = first_of([points[place].name for place in chart.beyond], _MOST_SHOWN)
+            said.append(f"{name} is beyond its limits in {beyond}.")
+    methods = dict.fromkeys(point.method.upper() for point in points)
+    results = "1 result" if len(points) == 1 else f"{len(points)} results"
+    heads = ("parameter", "unit", "centre", "sd between", "sd of the last", "limits of the last")
     table = Table(
-        columns=text_columns(
-            ("parameter", "unit", "centre", "sd between", "sd of the last", "limits of the last")
-        ),
+        columns=text_columns(heads),
         rows=tuple(map(_row, series.charts)),
         title=f"{series.title}, {results} by {' and '.join(methods)}",
     )
@@ -129,45 +132,21 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
             "The results are judged by different methods, which may differ: follow one of them "
             "with --method METHOD, method=."
         )
-    if len({point.signature for point in series.points}) > 1:
+    if len({point.signature for point in points}) > 1:
         said.append("The results are of different models of that name, whose values may differ.")
-    said += [*_failing(series), *_not_comparable(series)]
+    if failing := [f"{p.name} ({', '.join(p.failing)})" for p in points if p.failing]:
+        aside = any(points[i].failing for i in series.set_aside)
+        what = "set no limits and tell no change" if aside else "count like the others"
+        said.append(
+            f"The verdict fails of {len(failing)} of {len(points)} results, which {what} and may "
+            f"be wrong: {first_of(failing, _MOST_SHOWN)}."
+        )
+    if odd := [point.name for point in points if not point.is_comparable]:
+        said.append(
+            "Values or deviations that are not finite, or too large to compare, set no limits and "
+            f"tell no change: {first_of(odd, _MOST_SHOWN)}."
+        )
     return table, paragraph(*(said or ["Nothing beyond the limits, no step and no drift."]))
-
-
-def _without_limits(series: Series) -> list[str]:
-    """Why parameters have no limits, each reason once."""
-    found = grouped(
-        (chart.limits.reason, chart.parameter)
-        for chart in series.charts
-        if isinstance(chart.limits, Missing)
-    )
-    return [f"{', '.join(names)}: {reason}." for reason, names in found.items()]
-
-
-def _failing(series: Series) -> list[str]:
-    """Which results have a verdict that fails, and by which checks."""
-    failing = [point for point in series.points if point.failing]
-    if not failing:
-        return []
-    shown = first_of([f"{p.name} ({', '.join(p.failing)})" for p in failing], _MOST_SHOWN)
-    aside = any(series.points[i].failing for i in series.set_aside)
-    what = "set no limits and tell no change" if aside else "count like the others"
-    return [
-        f"The verdict fails of {len(failing)} of {len(series.points)} results, which {what} and "
-        f"may be wrong: {shown}."
-    ]
-
-
-def _not_comparable(series: Series) -> list[str]:
-    """Which results have values that nothing can be made of."""
-    found = [point.name for point in series.points if not point.is_comparable]
-    if not found:
-        return []
-    return [
-        "Values or deviations that are not finite, or too large to compare, set no limits and tell "
-        f"no change: {first_of(found, _MOST_SHOWN)}."
-    ]
 
 
 def _row(chart: Chart) -> tuple[Cell, ...]:
@@ -182,31 +161,6 @@ def _row(chart: Chart) -> tuple[Cell, ...]:
         f"{limits.between:.3g}",
         own,
         range_text(limits.lower[-1], limits.upper[-1]),
-    )
-
-
-def _changes(series: Series, chart: Chart, by: str) -> list[str]:
-    """What is said of a parameter."""
-    said = [
-        f"{chart.parameter} steps by {step.difference:+.4g} +- {step.deviation:.2g} {chart.unit} "
-        f"from {series.points[step.place].name} on (p {step.p_value:.2g})."
-        for step in chart.steps
-    ]
-    if chart.drift is not None:
-        said.append(_drift(series, chart, chart.drift, by))
-    if chart.beyond:
-        names = first_of([series.points[place].name for place in chart.beyond], _MOST_SHOWN)
-        said.append(f"{chart.parameter} is beyond its limits in {names}.")
-    return said
-
-
-def _drift(series: Series, chart: Chart, drift: Drift, by: str) -> str:
-    """How fast a parameter drifts, and how far it has."""
-    of = "day" if series.origin(by) else f"unit of {by}" if by else "result"
-    whole = drift.line[-1] - drift.line[0]
-    return (
-        f"{chart.parameter} drifts by {drift.slope:+.3g} +- {drift.deviation:.2g} {chart.unit} for "
-        f"each {of}, {whole:+.3g} {chart.unit} in all (p {drift.p_value:.2g})."
     )
 
 
@@ -241,34 +195,18 @@ def _panel(chart: Chart, places: Array) -> Panel:
     beyond, drawn = np.isin(np.arange(len(places)), chart.beyond), _drawn(chart)
     curves = []
     if not isinstance(chart.limits, Missing):
-        limits = chart.limits
-        curves.append(
-            Curve(
-                label="centre and limits",
-                x=places,
-                y=limits.centre,
-                low=limits.lower,
-                high=limits.upper,
-                tone="other",
-            )
-        )
+        centre, low, high = chart.limits.centre, chart.limits.lower, chart.limits.upper
+        label = "centre and limits"
+        curves.append(Curve(label=label, x=places, y=centre, low=low, high=high, tone="other"))
     kinds: tuple[tuple[str, NDArray[np.bool_], Tone], ...] = (
         ("results", drawn & ~beyond, "model"),
         ("beyond the limits", drawn & beyond, "error"),
     )
     for label, kept, tone in kinds:
         if kept.any():
-            curves.append(
-                Curve(
-                    label=label,
-                    x=places[kept],
-                    y=chart.values[kept],
-                    low=chart.low[kept],
-                    high=chart.high[kept],
-                    kind="points",
-                    tone=tone,
-                )
-            )
+            y, low, high = chart.values[kept], chart.low[kept], chart.high[kept]
+            curve = Curve(label=label, x=places[kept], y=y, low=low, high=high, kind="points")
+            curves.append(replace(curve, tone=tone))
     return Panel(label=labelled(chart.parameter, chart.unit), series=tuple(curves))
 
 

@@ -1,8 +1,9 @@
 """Results of a series: by name and folder, what is taken of each, what a ledger says of it."""
 
 import math
+import os
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -12,13 +13,11 @@ from msgspec import structs
 from scipy.special import ndtri
 
 from axisid.estimation.choices import FIT
-from axisid.estimation.estimates import Value
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.fleets import FleetRow, FleetValue, Ledger, fleet_value, read_ledger, strays
 from axisid.populations import LARGEST
 from axisid.presentation.saved import SavedIdentification, SavedOutputFit, load_result
-from axisid.support.errors import DataError, UsageError
-from axisid.support.quoting import first_of, quoted
+from axisid.support.errors import DataError, UsageError, first_of, quoted
 
 #: The ledger of a folder.
 Ledgers: TypeAlias = Callable[[Path], Ledger]
@@ -26,30 +25,16 @@ Ledgers: TypeAlias = Callable[[Path], Ledger]
 Saved: TypeAlias = SavedIdentification | SavedOutputFit
 
 _DAY = 86_400.0  # s
-_RESULTS = "*.json"
 
 
-def point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRow:
-    """A result as a row of a fleet, whatever wrote it; of a fit the method is ``fit:`` and outputs.
-
-    Parameters
-    ----------
-    saved : result of `load_result`
-    row : FleetRow or None
-        What a fleet says of its log.
-    method : str or None
-        Whose estimate; the judged one where it is None.
-
-    Raises
-    ------
-    UsageError
-        The result has not the method.
-    """
-    told, parameters = (
-        _of_fit(saved, method)
-        if isinstance(saved, SavedOutputFit)
-        else _of_identification(saved, method)
-    )
+def _point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRow:
+    """A result as a row of a fleet, whatever wrote it, with what a fleet says of its log."""
+    if isinstance(saved, SavedOutputFit):
+        told, parameters = _of_fit(saved, method)
+    else:
+        estimate = saved.preferred if method is None else saved[method]
+        told = estimate.method
+        parameters = {n: fleet_value(value) for n, value in estimate.parameters.items()}
     return FleetRow(
         name=Path(saved.file).stem,
         log="" if row is None else row.log,
@@ -64,14 +49,6 @@ def point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRow
     )
 
 
-def _of_identification(
-    saved: SavedIdentification, method: str | None
-) -> tuple[str, dict[str, FleetValue]]:
-    """The method and its parameters."""
-    estimate = saved.preferred if method is None else saved[method]
-    return estimate.method, {n: fleet_value(value) for n, value in estimate.parameters.items()}
-
-
 def _of_fit(saved: SavedOutputFit, method: str | None) -> tuple[str, dict[str, FleetValue]]:
     """The outputs that were fitted, and the parameters that were free and that they show."""
     own = f"{FIT}{saved.output.replace(' and ', ',')}"
@@ -80,22 +57,15 @@ def _of_fit(saved: SavedOutputFit, method: str | None) -> tuple[str, dict[str, F
             f"{saved.file} is of a fit, which has no {quoted(method)} but {own}; leave it out.",
             code="trend",
         )
-    found = {
-        name: structs.replace(fleet_value(value), sd=_one_sided(value))
-        if told.at_bound
-        else fleet_value(value)
-        for (name, value), told in zip(
-            saved.parameters.items(), saved.document.parameters.values(), strict=True
-        )
-        if not told.fixed
-    }
-    return own, {name: each for name, each in found.items() if math.isfinite(each.sd)}
-
-
-def _one_sided(value: Value) -> float:
-    """The deviation of a value at its bound, by its 95 % interval to one side."""
-    low, high = value.interval
-    return float((high - low) / ndtri(INTERVAL_LEVEL.value))
+    found = {}
+    for name, told in saved.document.parameters.items():
+        value = fleet_value(saved.parameters[name])
+        if told.at_bound:  # the deviation is by the 95 % interval to one side
+            low, high = value.interval_95
+            value = structs.replace(value, sd=float((high - low) / ndtri(INTERVAL_LEVEL.value)))
+        if not told.fixed and math.isfinite(value.sd):
+            found[name] = value
+    return own, found
 
 
 def place_of(point: FleetRow, by: str) -> float:
@@ -153,10 +123,20 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
     given = list(listed)
     ledgers: Ledgers = cache(read_ledger)  # each folder's once
     every = [saved for each in given for saved in _saved(each, ledgers)]
-    _check_once(every)
-    found = [point_of(saved, _row_of(saved, ledgers), method) for saved in every]
-    named = {Path(saved.file).resolve() for saved in every}
-    notes = [note for each in given for note in _left_out(each, ledgers, named)]
+    files = Counter(Path(saved.file).resolve() for saved in every)
+    if twice := [file for file, times in files.items() if times > 1]:
+        raise UsageError(  # it would move limits and hide steps
+            f"{quoted(str(twice[0]))} is given {files[twice[0]]} times; give each result once.",
+            code="trend",
+        )
+    found = []
+    for saved in every:
+        file = Path(saved.file)
+        found.append(_point_of(saved, ledgers(file.parent).rows.get(file.stem), method))
+    folders = [
+        Path(each) for each in given if isinstance(each, (str, Path)) and os.path.isdir(each)
+    ]
+    notes = [note for each in folders for note in _left_out(each, ledgers(each), {*files})]
     if not found:
         raise UsageError(
             " ".join(
@@ -171,30 +151,14 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
     return found, notes
 
 
-def _row_of(saved: Saved, ledgers: Ledgers) -> FleetRow | None:
-    """What a fleet says of a result's log."""
-    file = Path(saved.file)
-    return ledgers(file.parent).rows.get(file.stem)
-
-
-def _check_once(results: Sequence[Saved]) -> None:
-    """A result that counts twice moves limits and hides steps."""
-    files = Counter(Path(saved.file).resolve() for saved in results)
-    if twice := [str(file) for file, times in files.items() if times > 1]:
-        raise UsageError(
-            f"{quoted(twice[0])} is given {files[Path(twice[0])]} times; give each result once.",
-            code="trend",
-        )
-
-
 def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
     if isinstance(given, Saved):
         yield given
     elif not isinstance(given, (str, Path)):
         raise UsageError(f"a result is {quoted(given)}; give a file, a folder or load_result(...).")
-    elif _is_folder(given):
+    elif os.path.isdir(given):
         done = ledgers(Path(given)).rows
-        files = sorted(Path(given).glob(_RESULTS))
+        files = sorted(Path(given).glob("*.json"))
         # What a fleet did not write in its folder may be anything.
         kept = last_results(done.values())
         yield from (_loaded(file) for file in files if not done or file.stem in kept)
@@ -202,29 +166,16 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
         yield _loaded(given)
 
 
-def _is_folder(given: str | Path) -> bool:
-    """Whether it names a folder; what no name can be is told where it is read as a file."""
-    try:
-        return Path(given).is_dir()
-    except OSError:
-        return False
-
-
-def _left_out(given: object, ledgers: Ledgers, named: set[Path]) -> Iterator[str]:
+def _left_out(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
     """What is said of the results of a folder that its ledger has not."""
-    if not isinstance(given, (str, Path)) or not _is_folder(given):
-        return
-    folder, ledger = Path(given), ledgers(Path(given))
     if not ledger.rows:
         if ledger.broken:
-            yield f"{ledger.broken_text()}: serial numbers and conditions are not known."
+            yield f"{ledger.broken}: serial numbers and conditions are not known."
         return
-    unnamed = (
-        n for n in strays(folder, ledger.rows) if (folder / f"{n}.json").resolve() not in named
-    )
-    if left := list(unnamed):
+    left = strays(folder, ledger.rows)
+    if left := [name for name in left if (folder / f"{name}.json").resolve() not in named]:
         of = "1 result is" if len(left) == 1 else f"{len(left)} results are"
-        why = f" {ledger.broken_text()}." if ledger.broken else ""
+        why = f" {ledger.broken}." if ledger.broken else ""
         yield (
             f"{of} left out that {ledger.file} has no line of: {first_of(left)}.{why} Give the "
             "files by name, or identify the logs again with axisid fleet --resume."

@@ -12,8 +12,8 @@ from axisid.estimation.thresholds import TREND_LEVEL
 from axisid.fleets import FleetRow
 from axisid.populations import Change, Drift, Step, alike_points, change_in, limit_of_a_new_point
 from axisid.support.arrays import Array, Exact
-from axisid.support.missing import Missing
-from axisid.support.quoting import first_of
+from axisid.support.errors import Missing, first_of
+from axisid.support.mappings import grouped
 
 _MIN_SERIES = 5  # results; with fewer a limit is some ten deviations wide
 
@@ -102,7 +102,14 @@ def chart_of(
     values, deviations = (np.array([getattr(v, n) for v in own]) for n in ("value", "sd"))
     level = TREND_LEVEL.value / parameters
     counted = np.setdiff1d(np.arange(len(points)), np.array(set_aside, dtype=np.intp))
-    change = _change_of(values, deviations, np.array(places), counted, level)
+    change = change_in(values[counted], deviations[counted] ** 2, np.array(places)[counted], level)
+    # What the results that count do, at the places of all.
+    steps = tuple(replace(step, place=int(counted[step.place])) for step in change.steps)
+    drift = change.drift
+    if drift is not None:
+        line = drift.line[0] + drift.slope * (np.array(places) - places[counted[0]])
+        drift = replace(drift, line=line)
+    change = Change(steps=steps, drift=drift)
     limits, beyond = _limits(values, deviations, change, counted, level)
     return Chart(
         parameter=parameter,
@@ -118,28 +125,15 @@ def chart_of(
     )
 
 
-def _change_of(
-    values: Array, deviations: Array, places: Array, counted: Places, level: float
-) -> Change:
-    """What the results that count do, at the places of all."""
-    found = change_in(values[counted], deviations[counted] ** 2, places[counted], level)
-    steps = tuple(replace(step, place=int(counted[step.place])) for step in found.steps)
-    if found.drift is None:
-        return Change(steps=steps)
-    line = found.drift.line[0] + found.drift.slope * (places - places[counted[0]])
-    return Change(steps=steps, drift=replace(found.drift, line=line))
-
-
 def _limits(
     values: Array, deviations: Array, change: Change, counted: Places, level: float
 ) -> tuple[Limits | Missing, tuple[int, ...]]:
     """Limits for all from the results that count before the first step, about a drift's line."""
     first = change.steps[0].place if change.steps else len(values)
     before = counted[counted < first]
-    least = int(_MIN_SERIES)
-    if len(before) < least:
+    if len(before) < _MIN_SERIES:
         few = "1 result tells" if len(before) == 1 else f"{len(before)} results tell"
-        return Missing(f"{few} no limits; {least} or more do"), ()
+        return Missing(f"{few} no limits; {_MIN_SERIES} or more do"), ()
     variances = deviations**2
     line = np.zeros(len(values)) if change.drift is None else change.drift.line
     apart = (values - line)[before]
@@ -203,7 +197,7 @@ class Series(Checked):
         """Whether a parameter changes or is beyond its limits, and whether results are believed."""
         changed = ", ".join(chart.parameter for chart in self.charts if chart.has_changed)
         beyond = ", ".join(chart.parameter for chart in self.charts if chart.beyond)
-        failing = dict.fromkeys(name for point in self.points for name in point.failing)
+        found = grouped((name, point.name) for point in self.points for name in point.failing)
         rows = (
             ("changes", changed and f"step or drift of {changed}", "no step and no drift"),
             ("limits", beyond and f"beyond the limits: {beyond}", "nothing beyond the limits"),
@@ -211,12 +205,11 @@ class Series(Checked):
         of = f"{self.title}: "
         return (
             *(Check.unless(name, bad and of + bad, of + good) for name, bad, good in rows),
-            *(Check.unless(name, f"{of}fails in {self._failing(name)}") for name in failing),
+            *(
+                Check.unless(name, f"{of}fails in {first_of(of_it)}")
+                for name, of_it in found.items()
+            ),
         )
-
-    def _failing(self, check: str) -> str:
-        """The results that a check fails in."""
-        return first_of([point.name for point in self.points if check in point.failing])
 
     @property
     def has_changed(self) -> bool:

@@ -5,19 +5,14 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics import Checked
-from axisid.fleets import FleetRow
-from axisid.populations import Drift
-from axisid.presentation.blocks import Document, plain_text
-from axisid.presentation.html import blocks_html
-from axisid.support.errors import DataError, UsageError
-from axisid.support.files.csv_text import csv_text
-from axisid.support.files.json_text import json_text
-from axisid.support.files.regular_file import write_file
+from axisid.fleets import FleetRow, Reported
+from axisid.presentation.blocks import Document
+from axisid.support.errors import DataError, Missing, UsageError, quoted
+from axisid.support.files import csv_text, json_text, write_file
 from axisid.support.mappings import grouped
-from axisid.support.missing import Missing
-from axisid.support.quoting import quoted
 
 from .document import trend_document, trend_page
 from .gathering import Saved, place_of, points_of
@@ -29,77 +24,38 @@ _COLUMNS = (
 )
 
 
-def trend_csv(series: Sequence[Series]) -> str:
+def _csv(series: Sequence[Series]) -> str:
     """A row for each value of each result."""
-    charts = [(each, chart) for each in series for chart in each.charts]
-    return csv_text([_COLUMNS, *(row for of_one in charts for row in _rows(*of_one))])
-
-
-def _rows(series: Series, chart: Chart) -> list[list[object]]:
-    steps = {step.place: step.difference for step in chart.steps}
-    return [
-        [
-            series.axis,
-            series.serial,
-            point.name,
-            series.places[i],
-            point.method,
-            chart.parameter,
-            chart.unit,
-            float(chart.values[i]),
-            float(chart.deviations[i]),
-            float(chart.low[i]),
-            float(chart.high[i]),
-            *_limits(chart, i),
-            int(i in chart.beyond),
-            steps.get(i, ""),
-            "" if chart.drift is None else chart.drift.slope,
-        ]
-        for i, point in enumerate(series.points)
-    ]
-
-
-def _limits(chart: Chart, place: int) -> tuple[object, object, object]:
-    limits = chart.limits
-    if isinstance(limits, Missing):
-        return "", "", ""
-    return float(limits.centre[place]), float(limits.lower[place]), float(limits.upper[place])
-
-
-def trend_dict(series: Sequence[Series], by: str, notes: Sequence[str] = ()) -> dict[str, object]:
-    """The trend as plain data."""
-    return {
-        "schema": "axisid.trend/1",
-        "by": by,
-        "notes": list(notes),
-        "series": [_series_dict(each) for each in series],
-    }
-
-
-def _series_dict(series: Series) -> dict[str, object]:
-    return {
-        "axis": series.axis,
-        "serial": series.serial,
-        "results": [point.name for point in series.points],
-        "failing": [list(point.failing) for point in series.points],
-        "places": list(series.places),
-        "parameters": {chart.parameter: _chart_dict(chart) for chart in series.charts},
-    }
+    rows: list[Iterable[object]] = [_COLUMNS]
+    for each in series:
+        for chart in each.charts:
+            steps = {step.place: step.difference for step in chart.steps}
+            limits = None if isinstance(chart.limits, Missing) else chart.limits
+            columns = (chart.values, chart.deviations, chart.low, chart.high)
+            own = [] if limits is None else [limits.centre, limits.lower, limits.upper]
+            for i, point in enumerate(each.points):
+                where = (each.axis, each.serial, point.name, each.places[i], point.method)
+                figures = [float(column[i]) for column in (*columns, *own)]
+                unknown = [] if own else [""] * 3
+                drift = "" if chart.drift is None else chart.drift.slope
+                beyond, step = int(i in chart.beyond), steps.get(i, "")
+                name = (chart.parameter, chart.unit)
+                rows.append([*where, *name, *figures, *unknown, beyond, step, drift])
+    return csv_text(rows)
 
 
 def _chart_dict(chart: Chart) -> dict[str, object]:
     limits = chart.limits
     known = None if isinstance(limits, Missing) else limits
+    drift = chart.drift
     return {
         "unit": chart.unit,
         "values": chart.values.tolist(),
         "sd": chart.deviations.tolist(),
-        "interval_95": [list(pair) for pair in zip(chart.low, chart.high, strict=True)],
+        "interval_95": np.column_stack([chart.low, chart.high]).tolist(),
         "centre": None if known is None else known.centre.tolist(),
         "sd_between": None if known is None else known.between,
-        "limits": None
-        if known is None
-        else [list(pair) for pair in zip(known.lower.tolist(), known.upper.tolist(), strict=True)],
+        "limits": known and np.column_stack([known.lower, known.upper]).tolist(),
         "no_limits": limits.reason if isinstance(limits, Missing) else "",
         "beyond": list(chart.beyond),
         "steps": [
@@ -111,16 +67,12 @@ def _chart_dict(chart: Chart) -> dict[str, object]:
             }
             for step in chart.steps
         ],
-        "drift": None if chart.drift is None else _drift_dict(chart.drift),
+        "drift": drift and {"slope": drift.slope, "sd": drift.deviation, "p_value": drift.p_value},
     }
 
 
-def _drift_dict(drift: Drift) -> dict[str, float]:
-    return {"slope": drift.slope, "sd": drift.deviation, "p_value": drift.p_value}
-
-
 @dataclass(frozen=True, kw_only=True)
-class Trend(Checked):
+class Trend(Reported):
     """Series of results, each of one axis.
 
     Attributes
@@ -135,9 +87,6 @@ class Trend(Checked):
     series: tuple[Series, ...]
     by: str = ""
     notes: tuple[str, ...] = ()
-
-    def __str__(self) -> str:
-        return self.summary()
 
     @property
     def checks(self) -> tuple[Check, ...]:
@@ -158,17 +107,24 @@ class Trend(Checked):
         """What there is to say, in blocks."""
         return trend_document(self.series, self.by, self.notes)
 
-    def summary(self) -> str:
-        """The same as text."""
-        return plain_text(self.document())
-
-    def _repr_html_(self) -> str:
-        """For notebooks."""
-        return blocks_html(self.document())
-
     def to_dict(self) -> dict[str, object]:
         """The same as plain data."""
-        return trend_dict(self.series, self.by, self.notes)
+        return {
+            "schema": "axisid.trend/1",
+            "by": self.by,
+            "notes": list(self.notes),
+            "series": [
+                {
+                    "axis": each.axis,
+                    "serial": each.serial,
+                    "results": [point.name for point in each.points],
+                    "failing": [list(point.failing) for point in each.points],
+                    "places": list(each.places),
+                    "parameters": {c.parameter: _chart_dict(c) for c in each.charts},
+                }
+                for each in self.series
+            ],
+        }
 
     def write(self, file: str | Path) -> Path:
         """Write the trend, whole or not at all.
@@ -189,7 +145,7 @@ class Trend(Checked):
         """
         path = Path(file)
         writers: dict[str, Callable[[], str]] = {
-            ".csv": partial(trend_csv, self.series),
+            ".csv": partial(_csv, self.series),
             ".html": partial(trend_page, self.series, self.by, self.document()),
             ".json": lambda: json_text(self.to_dict()),
         }
@@ -242,17 +198,12 @@ def trend(
     """
     points, notes = points_of(results, method)
     found = grouped(((each.axis, each.serial, tuple(each.parameters)), each) for each in points)
-    for each in found.values():
-        _check_units(each)
-    series = [
-        _series(axis, serial, each, by, count_failing=count_failing)
-        for (axis, serial, _), each in found.items()
-    ]
+    series = [_series(each, by, count_failing=count_failing) for each in found.values()]
     return Trend(series=tuple(series), by=by or "", notes=tuple(notes))
 
 
-def _check_units(points: list[FleetRow]) -> None:
-    """Refuse values of one parameter in several units, which no chart can hold together."""
+def _series(points: list[FleetRow], by: str | None, *, count_failing: bool) -> Series:
+    """The results of one axis and machine in their order; in several units no chart holds them."""
     first = points[0]
     for point in points:
         for name, value in point.parameters.items():
@@ -263,24 +214,19 @@ def _check_units(points: list[FleetRow]) -> None:
                     "one unit, or follow each by itself.",
                     code="trend",
                 )
-
-
-def _series(
-    axis: str, serial: str, points: list[FleetRow], by: str | None, *, count_failing: bool
-) -> Series:
     places = [float(i) for i in range(1, len(points) + 1)]
     if by is not None:
         found = sorted(((place_of(p, by), i) for i, p in enumerate(points)))
         points, places = [points[i] for _, i in found], [place for place, _ in found]
-    names = tuple(points[0].parameters)
     set_aside = tuple(
         i
         for i, point in enumerate(points)
         if not point.is_comparable or (point.failing and not count_failing)
     )
+    names = tuple(first.parameters)
     return Series(
-        axis=axis,
-        serial=serial,
+        axis=first.axis,
+        serial=first.serial,
         points=tuple(points),
         places=tuple(places),
         charts=tuple(chart_of(name, points, places, len(names), set_aside) for name in names),

@@ -17,12 +17,9 @@ from axisid.estimation.records.columns import log_content
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import Chain
 from axisid.modeling.declaration import Axis
-from axisid.support.errors import UsageError
-from axisid.support.files.csv_text import csv_text
-from axisid.support.files.regular_file import kept_if_filled, replace_file, write_file
+from axisid.support.errors import UsageError, is_real, is_whole, quoted
+from axisid.support.files import csv_text, kept_if_filled, replace_file, write_file
 from axisid.support.progress import Progress, with_progress
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real, is_whole
 
 _FIRST_DAY = date(2026, 1, 1)
 _MOST = 1_000_000  # machines: the noise of each day is that of runs from here on
@@ -72,18 +69,29 @@ class TwinMachines:
     sample_period: float | None = None
 
     def __post_init__(self) -> None:
-        _check_whole("number of machines", self.count, 1, _MOST)
-        _check_whole("number of days", self.days, 1, _MOST_DAYS)
-        _check_whole("seed", self.seed, 0, None)
+        for what, given, least, most in (
+            ("number of machines", self.count, 1, _MOST),
+            ("number of days", self.days, 1, _MOST_DAYS),
+            ("seed", self.seed, 0, math.inf),
+        ):
+            if not (is_whole(given) and least <= given <= most):
+                span = f"from {least} to {most}" if most < math.inf else f"of {least} or more"
+                raise UsageError(
+                    f"the {what} of twins is {quoted(given)}; give a whole number {span}.",
+                    code="twin",
+                )
         true = self.true_values
-        for what, shares in (("scatter", self.scatter), ("drift", self.drift)):
-            for name, share in shares.items():
-                _check_share(what, name, share, true)
-        if least := [name for name in self.scatter if self.scatter[name] < 0]:
-            raise UsageError(
-                f"the scatter of {least[0]} is {self.scatter[least[0]]:g}; give 0 or more.",
-                code="twin",
-            )
+        shares = [("scatter", *each) for each in self.scatter.items()]
+        for what, name, share in (*shares, *(("drift", *each) for each in self.drift.items())):
+            wrong = ""
+            if name not in true:
+                wrong = f"the axis does not declare it; its parameters are {', '.join(true)}"
+            elif not (is_real(share) and abs(share) <= 1 and (share >= 0 or what == "drift")):
+                wrong = "give a share of its value, at most 1, such as 0.02 for 2 %"
+            elif share and not true[name]:
+                wrong = "its true value is 0; give it another one as its truth, or leave that out"
+            if wrong:
+                raise UsageError(f"the {what} of {name} is {quoted(share)}: {wrong}.", code="twin")
         noise_of(self.noise, self.axis)
 
     @property
@@ -137,36 +145,6 @@ class TwinMachines:
     def each(self) -> Iterator[tuple[int, int]]:
         """Every machine with every day."""
         return ((machine, day) for machine in range(self.count) for day in range(self.days))
-
-
-def _check_whole(what: str, value: object, least: int, most: int | None) -> None:
-    if not (is_whole(value) and least <= int(value) and (most is None or value <= most)):
-        span = f"of {least} or more" if most is None else f"from {least} to {most}"
-        raise UsageError(
-            f"the {what} of twins is {quoted(value)}; give a whole number {span}.",
-            code="twin",
-        )
-
-
-def _check_share(what: str, name: str, share: object, true: Mapping[str, float]) -> None:
-    if name not in true:
-        raise UsageError(
-            f"the {what} is of {quoted(name)}, which the axis does not declare; its parameters are "
-            f"{', '.join(true)}.",
-            code="twin",
-        )
-    if not (is_real(share) and abs(share) <= 1):
-        raise UsageError(
-            f"the {what} of {name} is {quoted(share)}; give a share of its value, at most 1, such "
-            "as 0.02 for 2 %.",
-            code="twin",
-        )
-    if share and not true[name]:
-        raise UsageError(
-            f"the {what} of {name} is {share:g} of its true value, which is 0; give it another one "
-            "as its truth, or leave that out.",
-            code="twin",
-        )
 
 
 def twin_content(record: Record, axis: Axis, file: Path) -> str | bytes:
@@ -245,8 +223,18 @@ def write_twins(
             kept_if_filled(place),
             tempfile.TemporaryDirectory(prefix=".twins-", dir=place) as made,
         ):
-            names = _logs(machines, Path(made), ending, progress)
-            rows = [_row(machines, name, place, axis, *at) for name, at in names.items()]
+            names = {_name(machines, ending, *at): at for at in machines.each()}
+            declared, rows = machines.axis.declared, []
+            units = {p.name: p.unit for p in declared.parameters}
+            for name in with_progress(names, progress, lambda name: f"simulating {name}"):
+                machine, day = names[name]
+                record, file = machines.record(machine, day), Path(made, name)
+                replace_file(file, twin_content(record, declared, file))
+                own = {"axis": _from(place, axis), "serial": machines.serial(machine)}
+                dated = {"date": machines.date(day)} if machines.days > 1 else {}
+                true = machines.truth(machine, day).items()
+                told = {f"true {name} [{units[name]}]": value for name, value in true}
+                rows.append({"log": name, **own, **dated, **told})
             for name in names:
                 os.replace(Path(made, name), place / name)
         replace_file(place / MANIFEST, csv_text([rows[0], *(row.values() for row in rows)]))
@@ -273,33 +261,6 @@ def _check_ending(ending: str, given: str) -> None:
 def _name(machines: TwinMachines, ending: str, machine: int, day: int) -> str:
     parts = (machines.axis.axis.name, machines.serial(machine), machines.date(day))
     return "-".join(filter(None, parts)) + ending
-
-
-def _logs(
-    machines: TwinMachines, folder: Path, ending: str, progress: Progress | None
-) -> dict[str, tuple[int, int]]:
-    """Write the logs; their machines and days by name."""
-    places = {_name(machines, ending, *at): at for at in machines.each()}
-    for name in with_progress(places, progress, lambda name: f"simulating {name}"):
-        record = machines.record(*places[name])
-        replace_file(folder / name, twin_content(record, machines.axis.declared, folder / name))
-    return places
-
-
-def _row(
-    machines: TwinMachines, name: str, folder: Path, axis: str, machine: int, day: int
-) -> dict[str, object]:
-    dated = {"date": machines.date(day)} if machines.days > 1 else {}
-    units = {p.name: p.unit for p in machines.axis.declared.parameters}
-    truth = machines.truth(machine, day)
-    true = {f"true {name} [{units[name]}]": value for name, value in truth.items()}
-    return {
-        "log": name,
-        "axis": _from(folder, axis),
-        "serial": machines.serial(machine),
-        **dated,
-        **true,
-    }
 
 
 def _from(folder: Path, axis: str) -> str:

@@ -3,8 +3,7 @@
 import pytest
 
 from axisid.estimation.checks import unless_faulty
-from axisid.support.errors import EstimationError
-from axisid.support.missing import Missing
+from axisid.support.errors import EstimationError, Missing
 
 
 def _raising(error: Exception) -> float:

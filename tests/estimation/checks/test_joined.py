@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from axisid.estimation.checks import Check, joined
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 PASSED = Check(name="lack of fit", status="pass", meaning="nothing", figure=1.0, threshold=2.0)
 FAILED = replace(PASSED, status="fail", meaning="there is one: go on")

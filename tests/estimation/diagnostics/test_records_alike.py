@@ -18,7 +18,7 @@ from axisid.estimation.diagnostics.records_alike import (
 )
 from axisid.estimation.fitting.spread import Scores
 from axisid.support.arrays import Array
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from tests.axes.stage import generated, stage, stage_record
 
 METHOD = ["idm-iv"]

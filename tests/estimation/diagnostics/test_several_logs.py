@@ -11,7 +11,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics.diagnose import DIAGNOSTICS, Diagnostic
 from axisid.estimation.diagnostics.diagnosis import Case
 from axisid.support.arrays import Array
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from tests.axes.servo import TRUTH, servo, servo_log, servo_record
 
 

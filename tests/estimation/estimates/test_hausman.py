@@ -8,7 +8,7 @@ import pytest
 from axisid import Identification, Record, identify, read_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.estimates import Estimate, HausmanTest, hausman, significant_differences
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from benchmarks.machines import Machine, records, white
 
 

@@ -17,8 +17,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.simulation.twin import trajectory
-from axisid.support.errors import DataError
-from axisid.support.missing import Missing
+from axisid.support.errors import DataError, Missing
 from tests.axes.recorded import MOVES, PERIOD_S, TRUTH, recorded_axis, recorded_values
 
 KINDS = [("pressure", "linear"), ("pressure", "held"), ("supply", "linear"), ("feed", "held")]

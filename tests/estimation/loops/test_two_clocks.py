@@ -17,7 +17,7 @@ from axisid.estimation.simulation import LoopInputs, simulate_loop
 from axisid.estimation.simulation.twin import trajectory
 from axisid.estimation.simulation.two_clocks import TwoClocks
 from axisid.modeling.declaration.experiment import Move, back_and_forth
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from tests.axes.simulated import F0, Fc, Fv, M, q
 from tests.estimation.simulation.test_loop_start import THETA, p_pi
 

@@ -229,8 +229,6 @@ def test_values_of_any_kind_are_taken_or_told(tmp_path: Path) -> None:
             (one_of(rng, [*LOG_KEYS]), one_of(rng, values)) for _ in range(int(rng.integers(1, 4)))
         ),
         check=check,
-        smaller=lambda case: (case[:i] + case[i + 1 :] for i in range(len(case))),
-        shown=repr,
     ).run()
 
 

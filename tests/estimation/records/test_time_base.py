@@ -11,7 +11,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
 from axisid.estimation.diagnostics.law.control_law import LawCheck, check_law
 from axisid.estimation.records.resampling import own_period
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from tests.refusals import refuses
 
 

@@ -10,7 +10,7 @@ from statsmodels.tsa.stattools import ccf
 from axisid.estimation.regression import power_density
 from axisid.estimation.regression.residual_tests import residual_tests
 from axisid.estimation.signals import RowTimes
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 
 @pytest.mark.parametrize("colour", [0.0, 0.6])

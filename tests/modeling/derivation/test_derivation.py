@@ -16,7 +16,7 @@ from axisid.elements import coulomb, spring, viscous
 from axisid.modeling.derivation.model import AxisModel
 from axisid.modeling.description.identifiability import describe_combinations
 from axisid.modeling.quantities.symbols import DIRECTION, FORCE
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from tests.axes.bodies import Fc, Fv, J, M, body, energetic, k, q
 from tests.axes.simulated import AXES
 from tests.bounded import within

@@ -15,7 +15,7 @@ from axisid.modeling.derivation.inverse import Regressor
 from axisid.modeling.derivation.model import AxisModel
 from axisid.modeling.library import crank
 from axisid.modeling.quantities.symbols import DIRECTION, FORCE
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 
 def friction(dq: sympy.Symbol, fv: sympy.Symbol, fc: sympy.Symbol) -> sympy.Expr:

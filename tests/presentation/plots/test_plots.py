@@ -31,7 +31,7 @@ from axisid.presentation.plots.estimate import (
 )
 from axisid.presentation.plots.plot import Plot, Series
 from axisid.presentation.plots.result import record_plot, result_plots, sweep_plot, tracking_plot
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from tests.axes.bodies import b, body, c, k, m, x
 from tests.refusals import refuses
 

@@ -23,7 +23,7 @@ from axisid.presentation.schema import (
     plain,
     schema_of,
 )
-from axisid.support.figures import from_json
+from axisid.support.arrays import from_json
 
 DOCUMENTS = (
     WrittenIdentification,

@@ -4,11 +4,6 @@ In: words of the command line. Out: an axis, a record, settings; files written. 
 what a command does with them, and of how a result looks.
 """
 
-from .completion import (
-    complete_axis as complete_axis,
-    complete_file as complete_file,
-    completion as completion,
-)
 from .estimator_options import (
     Filtering as Filtering,
     Fitting as Fitting,
@@ -24,13 +19,18 @@ from .groups import (
     Options as Options,
     check_idle as check_idle,
     check_needed as check_needed,
+    complete_axis as complete_axis,
+    complete_file as complete_file,
+    completion as completion,
     option as option,
     takes as takes,
 )
 from .inputs import (
     Inputs as Inputs,
+    Reading as Reading,
     Sharing as Sharing,
     axis_and_records as axis_and_records,
+    is_log as is_log,
     leave_out_option as leave_out_option,
 )
 from .outputs import (
@@ -43,12 +43,7 @@ from .outputs import (
     is_earlier as is_earlier,
     json_option as json_option,
     print_result as print_result,
-    put_json as put_json,
     put_result as put_result,
     write_output as write_output,
     write_page as write_page,
-)
-from .record_options import (
-    Reading as Reading,
-    is_log as is_log,
 )

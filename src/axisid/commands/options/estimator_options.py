@@ -107,17 +107,15 @@ def _names(texts: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _outputs(texts: tuple[str, ...]) -> tuple[str, ...]:
-    names = _names(texts)
-    for name in names:
+    for name in _names(texts):
         if name not in OUTPUTS:
             raise click.BadParameter(
                 f"there is no output {name!r}; choose from {', '.join(OUTPUTS)}."
             )
-    return names
+    return _names(texts)
 
 
 def _priors(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
-
     found = stages.read_fixed(texts)
     for text, (_, deviation) in zip(texts, found.values(), strict=True):
         if not deviation:
@@ -129,32 +127,30 @@ def _priors(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
 
 
 def _bounds(texts: tuple[str, ...]) -> dict[str, tuple[float | None, float | None]]:
-    return dict(map(_bound, texts))
-
-
-def _bound(text: str) -> tuple[str, tuple[float | None, float | None]]:
-    match = _BOUND.fullmatch(text)
-    if match is None or not (match[2] or match[3]):
-        raise click.BadParameter(
-            f"{text!r} bounds nothing; write NAME=LOW..HIGH, SI, one of them left out for none, as "
-            "in Fv=0.."
-        )
-    low, high = (float(x) if x else None for x in (match[2], match[3]))
-    return match[1], (low, high)
+    found = {}
+    for text in texts:
+        match = _BOUND.fullmatch(text)
+        if match is None or not (match[2] or match[3]):
+            raise click.BadParameter(
+                f"{text!r} bounds nothing; write NAME=LOW..HIGH, SI, one of them left out for "
+                "none, as in Fv=0.."
+            )
+        low, high = (float(x) if x else None for x in (match[2], match[3]))
+        found[match[1]] = (low, high)
+    return found
 
 
 def _weights(texts: tuple[str, ...]) -> dict[str, float] | None:
-    return dict(map(_weight, texts)) or None
-
-
-def _weight(text: str) -> tuple[str, float]:
-    match = _WEIGHT.fullmatch(text)
-    if match is None:
-        raise click.BadParameter(
-            f"{text!r} weighs nothing; write OUTPUT=NUMBER, the inverse of the deviation of its "
-            "errors, as in position=2e5."
-        )
-    return match[1], float(match[2])
+    found = {}
+    for text in texts:
+        match = _WEIGHT.fullmatch(text)
+        if match is None:
+            raise click.BadParameter(
+                f"{text!r} weighs nothing; write OUTPUT=NUMBER, the inverse of the deviation of "
+                "its errors, as in position=2e5."
+            )
+        found[match[1]] = float(match[2])
+    return found or None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

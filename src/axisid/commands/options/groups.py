@@ -2,25 +2,29 @@
 
 A field stands once for what the option is called, what it says, its default, its type and how its
 text is read; a command with the group takes the object that is made of them. Options that would be
-ignored are refused: the user meant something by them.
+ignored are refused: the user meant something by them. Shells complete commands, axes and files.
 """
 
 import functools
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import click
 from click.core import ParameterSource
+from click.shell_completion import CompletionItem, get_completion_class
 
 from axisid.estimation.choices import LOG_KEYS
 
 
 def option(
-    said: str,
+    said: str = "",
     default: Any = None,
     *,
+    key: str = "",
     name: str = "",
     read: Callable[[Any], Any] | None = None,
     **how: Any,
@@ -31,6 +35,8 @@ def option(
     ----------
     said : str
         Its help.
+    key : str
+        Of a run.toml, which says the help, the name and the form of the value.
     default : optional
         Given, it is in the help; True or False make a flag.
     name : str
@@ -41,6 +47,9 @@ def option(
     **how
         Further arguments of `click.option`, such as its type.
     """
+    if key:
+        row = LOG_KEYS[key]
+        said, name, how = row.said, row.option, {"metavar": row.metavar, **how}
     is_flag = isinstance(default, bool)
     shown = {"is_flag": True} if is_flag else {"show_default": default is not None}
     asked = {"help": said, "default": default, **shown, **how}
@@ -62,7 +71,7 @@ class Options:
 
 
 def takes(
-    parameter: str, group: type[Options], without: Collection[str] = (), **helps: str
+    parameter: str, group: type[Options], without: Collection[str] = ()
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Add the options of a group; the command takes them as one object.
 
@@ -73,8 +82,6 @@ def takes(
     group : type of Options
     without : collection of str
         Fields that are no options of this command.
-    **helps : str
-        What an option of this command says, by its field.
     """
     names = group.names()
     chosen = [each for each in fields(group) if each.name not in without]
@@ -85,25 +92,19 @@ def takes(
             made = {}
             for each in chosen:
                 value, read = values.pop(f"{parameter}_{each.name}"), each.metadata["read"]
-                made[each.name] = value if read is None else _read(read, value, names[each.name])
+                try:
+                    made[each.name] = value if read is None else read(value)
+                except click.BadParameter as error:
+                    error.param_hint = names[each.name]
+                    raise
             command(**{parameter: group(**made)}, **values)
 
         for each in reversed(chosen):
-            asked = {**each.metadata["option"]}
-            asked["help"] = helps.get(each.name, asked["help"])
-            decorate = click.option(names[each.name], f"{parameter}_{each.name}", **asked)
-            collected = decorate(collected)
+            asked, name = each.metadata["option"], f"{parameter}_{each.name}"
+            collected = click.option(names[each.name], name, **asked)(collected)
         return collected
 
     return add
-
-
-def _read(read: Callable[[Any], Any], value: Any, option: str) -> Any:
-    try:
-        return read(value)
-    except click.BadParameter as error:
-        error.param_hint = option
-        raise
 
 
 #: Titles of a command's help, and the options below each; those of no title are first.
@@ -158,15 +159,12 @@ class Command(click.Command):
                     ctx,
                 ) from error
             for parameter, times in Counter(order).items():
-                if times > 1 and isinstance(parameter, click.Option) and _counts_once(parameter):
+                if times == 1 or not isinstance(parameter, click.Option) or parameter.multiple:
+                    continue
+                if not parameter.is_flag or parameter.secondary_opts:  # a flag says the same again
                     names = "/".join((*parameter.opts, *parameter.secondary_opts))
                     raise click.UsageError(f"{names} is given {times} times; give it once.", ctx)
         return super().parse_args(ctx, args)
-
-
-def _counts_once(option: click.Option) -> bool:
-    """Whether it is no list, nor a flag that says the same however often."""
-    return not option.multiple and (not option.is_flag or bool(option.secondary_opts))
 
 
 def given_options() -> list[str]:
@@ -197,3 +195,42 @@ def check_idle(option: str, why: str) -> None:
     """Refuse an option that has no effect, for a reason that goes on after its name."""
     if option in given_options():
         raise click.UsageError(f"{option} {why}; leave one of them out.")
+
+
+def complete_file(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Let the shell complete a file's name."""
+    return [CompletionItem(incomplete, type="file")]
+
+
+def complete_axis(
+    ctx: click.Context, param: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Axes of the library and declarations in this folder; elsewhere any file."""
+    # By their files: importing the library would bring SymPy.
+    spec = find_spec("axisid.modeling")
+    places = [*((spec.submodule_search_locations if spec else None) or [])]
+    library = sorted(p.stem for place in places for p in Path(place, "library").glob("[!_]*.py"))
+    here = (p.name for p in sorted(Path().glob("*")) if p.suffix in (".toml", ".py"))
+    names = [*library, *here]
+    found = [CompletionItem(name) for name in names if name.startswith(incomplete)]
+    return found or complete_file(ctx, param, incomplete)
+
+
+@click.command(
+    cls=Command,
+    short_help="Print a completion script for the shell.",
+    epilog='Example: axisid completion bash. In ~/.bashrc: eval "$(axisid completion bash)"',
+)
+@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+@click.pass_context
+def completion(ctx: click.Context, shell: str) -> None:
+    """Print the script that completes commands, options, axes and files in a SHELL.
+
+    In ~/.zshrc it is the same with zsh; for fish write it into
+    ~/.config/fish/completions/axisid.fish.
+    """
+    kind = get_completion_class(shell)
+    if kind is None:  # click has lost a shell
+        raise click.UsageError(f"there is no completion for {shell}.")
+    made = kind(ctx.find_root().command, {}, "axisid", "_AXISID_COMPLETE")
+    click.echo(made.source_template % made.source_vars())

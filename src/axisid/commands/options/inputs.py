@@ -1,18 +1,22 @@
-"""What commands make of their arguments: the axis, its records, and what several of these share."""
+"""What commands make of their arguments: the axis, its records, and what several of these share.
 
+Few options are of a log; all else of it is said in its run.toml.
+"""
+
+import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import click
 
+from axisid.estimation.choices import LOG_KEYS
 from axisid.presentation.console import ProgressLine
 from axisid.support.errors import AxisidError, UsageError
 
 from . import stages
 from .groups import Options, option
-from .record_options import Reading, is_log
 
 leave_out_option = click.option(
     "--leave-out",
@@ -22,6 +26,62 @@ leave_out_option = click.option(
     help="A parameter that is not identified, as the record does not show it: held at what --fix "
     "says, else at 0 (at its nominal value if it enters nonlinearly); again for each.",
 )
+
+
+def is_log(file: str) -> bool:
+    """Whether an argument is a log, by its ending, or a run.toml, which stands in its place."""
+    return Path(file).suffix.lower() in stages.log_endings() or stages.log_of(file) != Path(file)
+
+
+def _roles(text: str | None) -> dict[str, str]:
+    """Columns by role."""
+    found: dict[str, str] = {}
+    for pair in next(csv.reader([text], skipinitialspace=True)) if text else ():
+        role, equals, column = (part.strip() for part in pair.partition("="))
+        if not equals or not role or not column or role in found:
+            raise click.BadParameter(
+                f"{pair!r} is not ROLE=NAME or ROLE=NAME:UNIT with each role once, as in "
+                "time=t,position=qm:mm; quote a pair whose name has a comma: "
+                'time=t,"control=I, raw"'
+            )
+        found[role] = column
+    return found
+
+
+def _rate(text: str | None) -> float | str | None:
+    """Hertz, where it is a number."""
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        return text
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading(Options):
+    """What the command line says of a log."""
+
+    columns: dict[str, str] = option(key="columns", read=_roles)
+    windows: tuple[str, ...] = option(key="windows", multiple=True)
+    resample: float | str | None = option(key="resample", read=_rate)
+    gaps: str | None = option(key="gaps")
+
+    @property
+    def given(self) -> list[str]:
+        """Names of the options that were given."""
+        return [name for field, name in self.names().items() if getattr(self, field)]
+
+    def record(
+        self, file: str, axis: "stages.GeneratedAxis", *, whole: bool = False
+    ) -> "stages.Record":
+        """Read a log as the record of an axis, whole or within the windows."""
+        given = self.settings()
+        return stages.read_record(file, axis, **given if not whole else {**given, "windows": ()})
+
+    def settings(self) -> dict[str, Any]:
+        """Arguments of `read_record`."""
+        said = self.arguments()
+        repairs = {key: said.pop(key) for key in [*said] if LOG_KEYS[key].is_repair}
+        return {**said, "repairs": stages.Repairs(**repairs)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,77 +96,20 @@ class Inputs:
         Which of the logs they are.
     set_aside : mapping of str to str
         Logs that could not be read and were to be skipped, with the reason.
+    shared : mapping
+        Arguments of `identify`: what the records that are used have for themselves.
     """
 
     axis: "stages.GeneratedAxis"
     records: "tuple[stages.Record, ...]"
     used: tuple[int, ...]
-    set_aside: "Mapping[str, str]"
+    set_aside: Mapping[str, str]
+    shared: Mapping[str, Any] = field(default_factory=dict)
 
     def say_set_aside(self) -> None:
         """Tell of each log that could not be read."""
         for name, why in self.set_aside.items():
             click.echo(f"axisid: without {name}: {why}", err=True)
-
-
-def axis_and_records(
-    axis: str,
-    logs: Sequence[str],
-    reading: Reading,
-    further: Sequence[str] = (),
-    *,
-    fixed: tuple[str, ...] = (),
-    left_out: tuple[str, ...] = (),
-    skip_bad: bool = False,
-) -> Inputs:
-    """The axis that was named, and its records or its twin's.
-
-    Parameters
-    ----------
-    axis : str
-    logs : sequence of str
-    reading : Reading
-    further : sequence of str
-        Other logs that `reading` is of.
-    fixed, left_out : tuple of str
-    skip_bad : bool
-    """
-    named = f"the twin of {axis}" if not logs else " and ".join(logs)
-    with ProgressLine(f"reading {named}"):
-        if is_log(axis):
-            raise UsageError(f"{axis} is a log; the axis comes first: AXIS RECORD.")
-        whole = stages.fix(stages.load_axis(axis), **stages.read_fixed(fixed))
-        generated = stages.build(stages.leave_out(whole, *left_out))
-        if logs:
-            return _read(generated, logs, reading, skip_bad=skip_bad)
-        if reading.given and not further:
-            verb = "describes" if len(reading.given) == 1 else "describe"
-            said = f"{' and '.join(reading.given)} {verb} a record"
-            raise UsageError(f"{said}; name its file.")
-        # The twin has every term, as an axis does whatever is identified of it.
-        own = stages.build(whole) if left_out else generated
-        return Inputs(axis=generated, records=(stages.twin_record(own),), used=(0,), set_aside={})
-
-
-def _read(
-    axis: "stages.GeneratedAxis",
-    logs: Sequence[str],
-    reading: Reading,
-    *,
-    skip_bad: bool,
-) -> Inputs:
-    """Read every log; what cannot be read is named with the others that cannot."""
-    found: dict[int, stages.Record] = {}
-    bad: dict[str, str] = {}
-    for i, log in enumerate(logs):
-        try:
-            found[i] = reading.record(log, axis)
-        except AxisidError as error:
-            if len(logs) == 1:
-                raise
-            bad[log if log not in bad else f"{log} ({i + 1})"] = str(error)
-    stages.check_bad(bad, len(logs), skip_bad=skip_bad)
-    return Inputs(axis=axis, records=tuple(found.values()), used=tuple(found), set_aside=bad)
 
 
 def file_of(argument: str) -> Path:
@@ -146,41 +149,71 @@ class Sharing(Options):
         False,
     )
 
-    def check_validates(self, like: int | None) -> None:
-        """Refuse to hold estimates against a record of which nothing says what is its own."""
-        if (self.local or self.known) and like is None:
-            raise click.UsageError(
-                "--validate holds parameters against another record, of which nothing says what "
-                "--local and --known say of each; name the record that it is like: "
-                "--validate-like 1."
-            )
 
-    def of(self, inputs: Inputs, logs: int) -> tuple[Inputs, dict[str, Any]]:
-        """The inputs, with what is not identified without logs that are set aside; and arguments.
+def axis_and_records(
+    axis: str,
+    logs: Sequence[str],
+    reading: Reading,
+    sharing: Sharing | None = None,
+    further: Sequence[str] = (),
+    *,
+    fixed: tuple[str, ...] = (),
+    left_out: tuple[str, ...] = (),
+) -> Inputs:
+    """The axis that was named, and its records or its twin's.
 
-        The arguments are those of `identify` for the logs that are used.
+    Parameters
+    ----------
+    axis : str
+    logs : sequence of str
+    reading : Reading
+    sharing : Sharing, optional
+        Where there may be several records.
+    further : sequence of str
+        Other logs that `reading` is of.
+    fixed, left_out : tuple of str
 
-        Raises
-        ------
-        UsageError
-            There are not as many known values as logs, or something is each log's own of one.
-        """
-        stages.known_of(self.known, max(logs, 1))
-        if not inputs.set_aside:
-            return inputs, {"local": self.local, "known": self.known}
-        declared = {p.name for p in inputs.axis.declared.parameters}
-        own = [name for name in self.local if name in declared]  # others are refused later
-        commanded = stages.tells_gain(inputs.records)
-        whole = stages.layout_for(inputs.axis, logs, own, self.known, commanded=commanded)
-        _, _, known, aside = stages.layout_without(
-            inputs.axis,
-            whole,
-            inputs.used,
-            inputs.set_aside,
-            own,
-            self.known,
-            commanded=commanded,
-        )
-        told = replace(inputs, set_aside=aside)
-        local = self.local if len(inputs.used) > 1 else ()
-        return told, {"local": local, "known": known}
+    Raises
+    ------
+    UsageError
+        There are not as many known values as logs, or something is each log's own of one.
+    AxisidError
+        What cannot be read; of several logs it is named with the others that cannot.
+    """
+    local: tuple[str, ...] = () if sharing is None else sharing.local
+    known: Mapping[str, Any] = {} if sharing is None else sharing.known
+    named = f"the twin of {axis}" if not logs else " and ".join(logs)
+    with ProgressLine(f"reading {named}"):
+        if is_log(axis):
+            raise UsageError(f"{axis} is a log; the axis comes first: AXIS RECORD.")
+        whole = stages.fix(stages.load_axis(axis), **stages.read_fixed(fixed))
+        generated = stages.build(stages.leave_out(whole, *left_out))
+        found: dict[int, stages.Record] = {}
+        bad: dict[str, str] = {}
+        for i, log in enumerate(logs):
+            try:
+                found[i] = reading.record(log, generated)
+            except AxisidError as error:
+                if len(logs) == 1:
+                    raise
+                bad[log if log not in bad else f"{log} ({i + 1})"] = str(error)
+        stages.check_bad(bad, len(logs), skip_bad=sharing is not None and sharing.skip_bad)
+        if not logs:
+            if reading.given and not further:
+                verb = "describes" if len(reading.given) == 1 else "describe"
+                said = f"{' and '.join(reading.given)} {verb} a record"
+                raise UsageError(f"{said}; name its file.")
+            # The twin has every term, as an axis does whatever is identified of it.
+            found[0] = stages.twin_record(stages.build(whole) if left_out else generated)
+    stages.known_of(known, max(len(logs), 1))
+    records, used = tuple(found.values()), tuple(found)
+    aside: Mapping[str, str] = bad
+    if bad:  # what is not identified without these is told
+        declared = {p.name for p in generated.declared.parameters}
+        own = [name for name in local if name in declared]  # others are refused later
+        told = {"commanded": stages.tells_gain(records)}
+        layout = stages.layout_for(generated, len(logs), own, known, **told)
+        _, _, known, aside = stages.layout_without(generated, layout, used, bad, own, known, **told)
+        local = local if len(used) > 1 else ()
+    shared = {"local": local, "known": known} if sharing is not None else {}
+    return Inputs(axis=generated, records=records, used=used, set_aside=aside, shared=shared)

@@ -14,13 +14,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import click
 
 from axisid.presentation.console import print_document
-from axisid.support.files.json_text import json_text
-from axisid.support.files.regular_file import write_file
+from axisid.support.files import json_text, write_file
 from axisid.support.presentable import Presentable
 
 from . import stages
@@ -92,10 +91,9 @@ def json_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None
     return click.option("--json", "json_file", metavar="FILE", help=said)
 
 
-def force_option(command: Callable[..., None]) -> Callable[..., None]:
-    """Add ``--force``, which the command takes as `force`."""
-    said = "Write over a file that this command did not write."
-    return click.option("--force", is_flag=True, help=said)(command)
+force_option = click.option(
+    "--force", is_flag=True, help="Write over a file that this command did not write."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,14 +136,13 @@ def check_targets(
         if target.file is None:
             continue
         problem = _unfit(target, taken) or _foreign(target.file, target.kind, force=force)
+        if not problem and not target.file.endswith(target.endings):
+            problem = f"the name must end in {', '.join(target.endings)}"
         if problem:
             _refuse(target.file, problem, target.option)
-        if not target.file.endswith(target.endings):
-            said = f"the name must end in {', '.join(target.endings)}"
-            _refuse(target.file, said, target.option)
         if not _is_special(target.file):
-            said = f"{target.option} is written there; name another file"
-            taken[_real(Path(target.file))] = said
+            real = os.path.realpath(target.file)
+            taken[real] = f"{target.option} is written there; name another file"
 
 
 def check_replaced(
@@ -164,7 +161,7 @@ def check_replaced(
     """
     taken = _read_by(inputs)
     for file, kind in files.items():
-        problem = taken.get(_real(file), "") or _foreign(str(file), kind, force=force)
+        problem = taken.get(os.path.realpath(file), "") or _foreign(str(file), kind, force=force)
         if not problem and file.is_dir():
             problem = "it is a folder; take it away, or name another place"
         if problem:
@@ -175,16 +172,11 @@ def _read_by(inputs: Sequence[str | None]) -> dict[str, str]:
     """What is said of the files that a run reads, by their real paths."""
     said = "it is an input of this run; name another file"
     files = [file_of(given) for given in inputs if given]
-    return {_real(file): said for file in (*files, *map(stages.log_of, files))}
+    return {os.path.realpath(file): said for file in (*files, *map(stages.log_of, files))}
 
 
 def _refuse(file: str, problem: str, option: str) -> NoReturn:
     raise click.BadParameter(f"{file!r}: {problem}", param_hint=option)
-
-
-def _real(path: Path) -> str:
-    """A path that two names of one file share; links that lead to themselves stay."""
-    return os.path.realpath(path)
 
 
 def _unfit(target: Target, taken: Mapping[str, str]) -> str:
@@ -196,7 +188,7 @@ def _unfit(target: Target, taken: Mapping[str, str]) -> str:
         return "it is no file; name one"
     if _is_special(file):
         return ""
-    real = _real(Path(file))
+    real = os.path.realpath(file)
     if real in taken:
         return taken[real]
     if not os.path.isdir(os.path.dirname(real)):
@@ -246,7 +238,6 @@ def check_folder(
     option: str,
     files: Mapping[str, str],
     *,
-    deep: bool = False,
     force: bool = False,
 ) -> None:
     """Refuse a folder that can neither be used nor made, or that holds files of others.
@@ -254,34 +245,22 @@ def check_folder(
     Parameters
     ----------
     folder : str, Path or None
-        It may be new, in a folder that is there.
+        It may be new, with the folders that it is in.
     option : str
         That names it.
     files : mapping of str to str
         What may be written into it, by name, with its kind as `is_earlier` knows it.
-    deep : bool
-        Whether the folder that it is in may be new too.
     force : bool
         Whether files may go that the command did not write.
     """
     if folder is None:
         return
-    place = os.path.abspath(folder) if str(folder) else ""
-    existing = place
-    while (
-        deep
-        and existing
-        and not os.path.lexists(existing)
-        and existing != os.path.dirname(existing)
-    ):
-        existing = os.path.dirname(existing)
-    fits = os.path.isdir(existing) or (
-        not os.path.lexists(existing) and os.path.isdir(os.path.dirname(existing))
-    )
-    if not fits:
+    place = Path(os.path.abspath(folder))
+    existing = next(each for each in (place, *place.parents) if os.path.lexists(each))
+    if not str(folder) or not existing.is_dir():
         _refuse(str(folder), "it is no folder, nor a new one in a folder; name one", option)
-    probe = os.path.join(existing, next(iter(files))) if os.path.isdir(existing) else existing
-    if problem := _unwritable(probe):
+    probe = existing / (next(iter(files)) if existing == place else "new")
+    if problem := _unwritable(str(probe)):
         _refuse(str(folder), problem, option)
     inside = {Path(folder, name): kind for name, kind in files.items()}
     check_replaced(inside, option, (), force=force)
@@ -317,23 +296,11 @@ def command_line() -> str:
 def put_result(result: Presentable, json_file: str | None) -> None:
     """Write a result where ``--json`` says, and print it unless that is standard output."""
     if json_file is not None:
-        put_json(json_file, result.to_dict())
+        write_output(json_file, json_text(result.to_dict()))
     if json_file != "-":
         print_result(result)
 
 
-def print_result(result: Presentable, **how: Any) -> None:
-    """Print a result as its summary, dressed on a terminal.
-
-    Parameters
-    ----------
-    result : Presentable
-    **how
-        As its `summary` takes it.
-    """
-    print_document(stages.as_blocks(result, **how))
-
-
-def put_json(file: str, result: dict[str, Any]) -> None:
-    """Write a result as JSON into a file, or to standard output for ``-``."""
-    write_output(file, json_text(result))
+def print_result(result: Presentable) -> None:
+    """Print a result as its summary, dressed on a terminal."""
+    print_document(stages.as_blocks(result))

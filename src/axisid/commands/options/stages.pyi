@@ -47,8 +47,12 @@ from axisid.estimation.studies import (
 )
 from axisid.estimation.twins import Chain as Chain
 from axisid.exports.export import export as export
-from axisid.fleets import Fleet as Fleet, fleet as fleet, written_files as written_files
-from axisid.fleets.items import gather_items as gather_items
+from axisid.fleets import (
+    Fleet as Fleet,
+    fleet as fleet,
+    gather_items as gather_items,
+    written_files as written_files,
+)
 from axisid.modeling.declaration import (
     Axis as Axis,
     Move as Move,
@@ -63,16 +67,12 @@ from axisid.modeling.quantities import check_name as check_name
 from axisid.modeling.text import load_axis as load_axis
 from axisid.paper import (
     DISTRIBUTION_FILES as DISTRIBUTION_FILES,
-    ENCODER_FILES as ENCODER_FILES,
     STUDY_FILES as STUDY_FILES,
     distributions_document as distributions_document,
-    encoder_document as encoder_document,
     run_distributions as run_distributions,
-    run_encoder_study as run_encoder_study,
     run_study as run_study,
     study_document as study_document,
     write_distributions as write_distributions,
-    write_encoder_study as write_encoder_study,
     write_study as write_study,
 )
 from axisid.presentation.blocks import Document as Document

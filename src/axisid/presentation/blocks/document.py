@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-from axisid.support.number_text import plain_numbers
+from axisid.support.errors import plain_numbers
 
 Align = Literal["left", "right"]
 Status = Literal["fail", "note", "not evaluated", "pass"]

@@ -13,7 +13,7 @@ from axisid.presentation.schema import (
     WrittenExcitation,
     WrittenLawCheck,
 )
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 from .same_members import written_as
 

@@ -34,8 +34,7 @@ from axisid.presentation.schema import (
     WrittenValue,
 )
 from axisid.support.arrays import Array, finite
-from axisid.support.missing import Missing
-from axisid.support.real_numbers import is_nothing
+from axisid.support.errors import Missing, is_nothing
 
 from .diagnosis import diagnosis_members, record_members
 from .same_members import written_as

@@ -15,8 +15,7 @@ import numpy as np
 from msgspec import UNSET, Struct
 
 from axisid.presentation.schema import JsonObject
-from axisid.support.arrays import Array, finite, frozen
-from axisid.support.figures import OF_NULL
+from axisid.support.arrays import OF_NULL, Array, finite, frozen
 
 _Written = TypeVar("_Written", bound=Struct)
 _Result = TypeVar("_Result")

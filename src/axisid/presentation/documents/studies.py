@@ -33,7 +33,7 @@ from axisid.presentation.schema import (
     WrittenValidation,
 )
 from axisid.support.arrays import finite
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 from .diagnosis import written_law
 from .identification import (

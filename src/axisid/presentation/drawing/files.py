@@ -7,7 +7,7 @@ from pathlib import Path
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.studies import Sweep
 from axisid.presentation.plots import Panel, Plot, Series, force_plot, row_times, sweep_plot
-from axisid.support.files.regular_file import replace_file
+from axisid.support.files import replace_file
 
 from .matplotlib import Drawing, draw, rendered
 

@@ -14,7 +14,7 @@ from axisid.presentation.html import blocks_html
 from axisid.presentation.plots import TITLES, Panel, Plot, Series, Tone, labelled, paired
 from axisid.presentation.report import facts_html, figures_html, made_text, model_html, page_of
 from axisid.support.arrays import Array
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from axisid.support.version import __version__
 
 from .document import (

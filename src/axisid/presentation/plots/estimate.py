@@ -14,7 +14,7 @@ from axisid.estimation.studies import FrictionCurve, friction_curve
 from axisid.estimation.thresholds import CONVERGED
 from axisid.presentation.saved import SavedEstimate, SavedIdentification
 from axisid.support.arrays import Array
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 from .plot import TITLES, Panel, Plot, Series, broken, labelled, line, paired, squared
 

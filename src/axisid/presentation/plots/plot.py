@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike
 
 from axisid.presentation.formulas import readable_unit
 from axisid.support.arrays import Array, frozen
-from axisid.support.errors import UsageError
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing, UsageError
 
 Kind: TypeAlias = Literal["line", "points", "stems"]
 #: What a series stands for; each way of drawing has a colour for it.

@@ -13,8 +13,7 @@ from axisid.estimation.records import Record, windows_text
 from axisid.estimation.regression import loop_reference, simulated_loops, simulated_position
 from axisid.estimation.studies import Sweep
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, EstimationError, ModelError
-from axisid.support.missing import Missing
+from axisid.support.errors import DataError, EstimationError, Missing, ModelError
 
 from .estimate import (
     autocorrelation_plot,

@@ -8,7 +8,7 @@ from axisid.presentation.blocks import Heading, Notes, Table
 from axisid.presentation.html import blocks_html
 from axisid.presentation.plots import Plot, numbered, output_plot
 from axisid.presentation.text import output_fit_document
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 from .page import figures_html, model_html, page_of, simulated_html
 from .parameters import verdict_html

@@ -9,7 +9,7 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.studies import Sweep, Validation
 from axisid.presentation.plots import Plot, plots_by_record
 from axisid.support.errors import EstimationError, UsageError
-from axisid.support.files.regular_file import replace_file
+from axisid.support.files import replace_file
 
 from .page import report_html, report_sweep
 

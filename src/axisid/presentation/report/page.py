@@ -26,7 +26,7 @@ from axisid.presentation.formulas import formula_mathml
 from axisid.presentation.html import prose_html
 from axisid.presentation.plots import SHADED, TITLES, Panel, Plot, Series, plots_by_record
 from axisid.presentation.saved import identification_facts
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from axisid.support.version import __version__
 
 from .parameters import parameters_html, verdict_html

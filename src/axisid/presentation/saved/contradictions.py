@@ -13,9 +13,8 @@ from axisid.presentation.schema import (
     WrittenResponse,
     plain,
 )
-from axisid.support.errors import DataError, ModelError, UsageError
-from axisid.support.files.result_file import WRITE_AGAIN
-from axisid.support.quoting import quoted
+from axisid.support.errors import DataError, ModelError, UsageError, quoted
+from axisid.support.files import WRITE_AGAIN
 
 from .estimate import (
     written_covariances,

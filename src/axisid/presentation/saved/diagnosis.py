@@ -20,7 +20,7 @@ from axisid.presentation.schema import (
     WrittenMember,
 )
 from axisid.support.arrays import Array, frozen
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 
 def read_diagnosis(written: WrittenIdentification) -> Diagnosis:

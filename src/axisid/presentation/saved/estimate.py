@@ -20,10 +20,8 @@ from axisid.presentation.schema import (
     WrittenValue,
 )
 from axisid.support.arrays import Array, Exact, frozen
-from axisid.support.errors import UsageError
+from axisid.support.errors import UsageError, is_among, is_whole, quoted
 from axisid.support.presentable import Presentable
-from axisid.support.quoting import is_among, quoted
-from axisid.support.real_numbers import is_whole
 
 
 @dataclass(frozen=True, kw_only=True)

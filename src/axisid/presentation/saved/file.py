@@ -21,9 +21,8 @@ from axisid.presentation.schema import (
     read_document,
     schema_of,
 )
-from axisid.support.errors import AxisidError, DataError, UsageError
-from axisid.support.files.result_file import AS_WRITTEN, WRITE_AGAIN
-from axisid.support.quoting import quoted
+from axisid.support.errors import AxisidError, DataError, UsageError, quoted
+from axisid.support.files import AS_WRITTEN, WRITE_AGAIN
 
 from .contradictions import contradiction, refuse_contradictions, refuse_other_drive
 from .identification import SavedIdentification

@@ -8,8 +8,7 @@ from axisid.estimation.estimates import Value, physical_parameters
 from axisid.estimation.identification import Identification, RecordInfo
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel, derive
-from axisid.support.errors import UsageError
-from axisid.support.quoting import is_among, quoted
+from axisid.support.errors import UsageError, is_among, quoted
 
 from .file import joined_model, read_identification
 from .identification import SavedIdentification

@@ -34,10 +34,9 @@ from axisid.presentation.schema import (
     WrittenOutputFit,
     WrittenRecord,
 )
-from axisid.support.arrays import Array, Exact, frozen
+from axisid.support.arrays import Array, Exact, MaybeInfinite, frozen
 from axisid.support.errors import DataError
-from axisid.support.figures import MaybeInfinite
-from axisid.support.files.result_file import WRITE_AGAIN
+from axisid.support.files import WRITE_AGAIN
 from axisid.support.presentable import Presentable
 
 

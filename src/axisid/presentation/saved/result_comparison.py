@@ -28,8 +28,7 @@ from axisid.presentation.schema import (
     WrittenValue,
     plain,
 )
-from axisid.support.errors import DataError
-from axisid.support.number_text import or_dash
+from axisid.support.errors import DataError, or_dash
 
 from .file import read_identification
 from .identification import SavedIdentification

@@ -10,10 +10,9 @@ from typing import Any, TypeVar
 import msgspec
 from msgspec import json
 
+from axisid.support.arrays import from_json, schema_of_kind, to_json
 from axisid.support.errors import DataError
-from axisid.support.figures import from_json, schema_of_kind, to_json
-from axisid.support.files.json_text import is_unchanged
-from axisid.support.files.result_file import GIVE_RESULT, WRITE_AGAIN, read_result
+from axisid.support.files import GIVE_RESULT, WRITE_AGAIN, is_unchanged, read_result
 
 from .diagnosis import WrittenLawSearch
 from .identification import WrittenIdentification, WrittenSweep

@@ -22,9 +22,8 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
+from axisid.support.errors import Missing, or_dash
 from axisid.support.mappings import grouped
-from axisid.support.missing import Missing
-from axisid.support.number_text import or_dash
 
 from .estimate import quantity
 from .record import (

@@ -18,8 +18,7 @@ from axisid.presentation.blocks import (
 )
 from axisid.presentation.formulas import figure_text
 from axisid.presentation.saved import SavedEstimate
-from axisid.support.missing import Missing
-from axisid.support.number_text import or_dash
+from axisid.support.errors import Missing, or_dash
 
 
 def details_document(estimates: Mapping[str, SavedEstimate], diagnosis: Diagnosis) -> Document:

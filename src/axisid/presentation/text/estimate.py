@@ -9,8 +9,8 @@ from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
 from axisid.modeling.declaration import known_text
 from axisid.presentation.blocks import Cell, Column, Document, Quantity, Table, text_columns
 from axisid.presentation.saved import SavedEstimate
+from axisid.support.errors import or_dash, range_text
 from axisid.support.mappings import grouped
-from axisid.support.number_text import or_dash, range_text
 
 _SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
 _STARTS = {"least-squares": "LS", "nominal": "nominal"}

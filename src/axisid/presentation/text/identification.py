@@ -31,9 +31,8 @@ from axisid.presentation.saved import (
     SavedIdentification,
     identification_facts,
 )
+from axisid.support.errors import is_nothing, or_dash, range_text
 from axisid.support.mappings import grouped
-from axisid.support.number_text import or_dash, range_text
-from axisid.support.real_numbers import is_nothing
 
 from .details import checks_table, details_document
 from .estimate import band_row, iterations, moves_notes, physical_notes, places, quantity

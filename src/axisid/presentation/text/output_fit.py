@@ -19,7 +19,7 @@ from axisid.presentation.blocks import (
 from axisid.presentation.documents import written_output_fit
 from axisid.presentation.saved import SavedOutputFit
 from axisid.presentation.schema import WrittenFitted
-from axisid.support.number_text import range_text
+from axisid.support.errors import range_text
 
 from .estimate import quantity
 from .identification import verdict_block

@@ -12,7 +12,7 @@ from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import Signal
 from axisid.presentation.blocks import Document, Heading, Table, text_columns
 from axisid.presentation.saved import SavedIdentification
-from axisid.support.number_text import or_dash
+from axisid.support.errors import or_dash
 
 
 def rows_text(

@@ -20,7 +20,7 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.formulas import figure_text
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 from .identification import verdict_block
 from .record import record_facts, set_aside_facts, several_facts

@@ -18,7 +18,7 @@ from axisid.estimation.diagnostics.estimates import (
     method_check,
 )
 from axisid.estimation.estimates import Estimate, HausmanTest
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from benchmarks.machines import Machine, records, white
 
 BOTH = ("idm-iv", "didim")

@@ -12,7 +12,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import ControlLaw
 from axisid.estimation import LawCheck, check_law
 from axisid.support.arrays import Array
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 from tests.axes.cascaded import cascaded
 from tests.axes.ready_laws import LAWS, with_law
 

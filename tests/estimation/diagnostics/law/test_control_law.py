@@ -28,7 +28,7 @@ from axisid.control import (
 from axisid.estimation.diagnostics.law.control_law import check_law
 from axisid.modeling.declaration import back_and_forth
 from axisid.modeling.laws.cascade_pd import CASCADES
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 
 def test_emps_law_reproduces_the_record_to_a_quarter_percent(

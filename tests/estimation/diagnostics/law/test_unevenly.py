@@ -11,7 +11,7 @@ from axisid import Record, build, identify, load_axis, read_record, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
 from axisid.estimation.diagnostics.law import check_law
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from axisid.estimation.diagnostics.loop import (
     motion_check,
 )
 from axisid.estimation.records import Record as _Record
-from axisid.support.missing import Missing
+from axisid.support.errors import Missing
 
 SIZE = 0.08  # m/s
 

@@ -1,6 +1,5 @@
 """``axisid study``."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import click
@@ -36,8 +35,6 @@ from .twin import (
     truth_option,
 )
 
-_RUNS, _CHECKS = 200, 0
-
 
 @click.command(
     cls=Command,
@@ -46,7 +43,7 @@ _RUNS, _CHECKS = 200, 0
     "axisid study emps2015 --truth Fc=30 --runs 20 --report study.html",
 )
 @click.argument("axis", shell_complete=complete_axis)
-@click.option("--runs", type=click.IntRange(min=1), default=_RUNS, show_default=True, help="Twins.")
+@click.option("--runs", type=click.IntRange(min=1), default=200, show_default=True, help="Twins.")
 @click.option(
     "--method",
     "methods",
@@ -68,7 +65,7 @@ _RUNS, _CHECKS = 200, 0
 @click.option(
     "--checks",
     type=click.IntRange(min=0),
-    default=_CHECKS,
+    default=0,
     show_default=True,
     metavar="N",
     help="Judge the first N runs too: how often each check fails. A verdict costs several times an "
@@ -117,12 +114,39 @@ def study(
     Bias and scatter of every estimate, how often its intervals hold the truth, and how often each
     check fails: on twins of the axis itself, or of another one (--twin).
     """
-    _check_methods(methods)
+    regressions = tuple(method for method in methods if not fitted_output(method))
+    check_methods(regressions)
+    for option in () if regressions else ("--loss", "--bootstrap", *Filtering.names().values()):
+        check_idle(option, f"is of identify, which --method {' and '.join(methods)} does without")
     check_needed(("--correlation-time",), ("--control-noise", "--disturbance"))
-    outputs = _Outputs(output=output, report=report, figures=figures)
-    outputs.check(json_file, (axis, twin), force=force)
+    targets = [
+        Target("--output", output, "study-runs"),
+        Target("--json", json_file, "study"),
+        Target("--report", report, "report"),
+    ]
+    check_targets(targets, (axis, twin), force=force)
+    if output is not None:
+        stages.check_output(Path(output))
+    if figures is not None:
+        drawn = {f"{name}.pdf": "figure" for name in stages.PLOTS}
+        check_folder(figures, "--figures", drawn, force=force)
     with ProgressLine(f"deriving {axis}"):
-        identified, simulated = _axes(axis, twin, left_out)
+        whole = stages.load_axis(axis)
+        identified = stages.build(stages.leave_out(whole, *left_out))
+        # What is simulated has every term, as an axis has.
+        simulated = identified
+        if twin is not None or left_out:
+            simulated = stages.build(whole if twin is None else stages.load_axis(twin))
+
+    def keep(partial: stages.MonteCarlo) -> None:
+        """Keep what is done of a study that ends early, and say so."""
+        done = f"{len(partial)} of {partial.plan.runs} runs are done"
+        if output is not None:
+            stages.write_runs(partial, output)
+        kept = (
+            "; --output FILE would have kept them" if output is None else f" and kept in {output}"
+        )
+        click.echo(f"axisid: {done}{kept}", err=True)
 
     with ProgressLine("twins") as line:
         result = stages.monte_carlo(
@@ -139,78 +163,28 @@ def study(
             loss=loss,
             jobs=jobs,
             progress=line,
-            keep=outputs.keep,
+            keep=keep,
         )
-    written = outputs.write(result)  # before what is printed, whose reader may have gone
+    # Before what is printed, whose reader may have gone.
+    written = _written(result, output, report, figures)
     put_result(result, json_file)
     for path in written:
         click.echo(f"wrote {path}", err=json_file == "-")
 
 
-def _check_methods(methods: tuple[str, ...]) -> None:
-    """Refuse options of identify that the methods leave without effect."""
-    regressions = tuple(method for method in methods if not fitted_output(method))
-    if regressions:
-        check_methods(regressions)
-        return
-    for option in ("--loss", "--bootstrap", *Filtering.names().values()):
-        check_idle(option, f"is of identify, which --method {' and '.join(methods)} does without")
-
-
-def _axes(
-    axis: str, twin: str | None, left_out: tuple[str, ...]
-) -> "tuple[stages.GeneratedAxis, stages.GeneratedAxis]":
-    """What is identified, and what is simulated: with every term, as an axis has."""
-    whole = stages.load_axis(axis)
-    identified = stages.build(stages.leave_out(whole, *left_out))
-    if twin is not None:
-        return identified, stages.build(stages.load_axis(twin))
-    return identified, stages.build(whole) if left_out else identified
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Outputs:
-    """What is written beside what is printed."""
-
-    output: str | None
-    report: str | None
-    figures: str | None
-
-    def check(self, json_file: str | None, inputs: tuple[str | None, ...], *, force: bool) -> None:
-        """Refuse places that cannot or must not be written to, before anything is computed."""
-        targets = [
-            Target("--output", self.output, "study-runs"),
-            Target("--json", json_file, "study"),
-            Target("--report", self.report, "report"),
-        ]
-        check_targets(targets, inputs, force=force)
-        if self.output is not None:
-            stages.check_output(Path(self.output))
-        if self.figures is not None:
-            names = {f"{name}.pdf": "figure" for name in stages.PLOTS}
-            check_folder(self.figures, "--figures", names, force=force)
-
-    def keep(self, partial: "stages.MonteCarlo") -> None:
-        """Keep what is done of a study that ends early, and say so."""
-        done = f"{len(partial)} of {partial.plan.runs} runs are done"
-        if self.output is None:
-            click.echo(f"axisid: {done}; --output FILE would have kept them", err=True)
-            return
-
-        stages.write_runs(partial, self.output)
-        click.echo(f"axisid: {done} and kept in {self.output}", err=True)
-
-    def write(self, result: "stages.MonteCarlo") -> list[str]:
-        """Write what is asked for and return the places."""
-        written: list[str] = []
-        if self.output is not None:
-            stages.write_runs(result, self.output)
-            written.append(self.output)
-        if self.report is not None:
-            write_page(self.report, stages.monte_carlo_page, result)
-            written.append(self.report)
-        if self.figures is not None:
-            drawn = stages.monte_carlo_plots(result).values()
-            plots = [plot for plot in drawn if isinstance(plot, stages.Plot)]
-            written += map(str, stages.write_figures(plots, Path(self.figures), "pdf"))
-        return written
+def _written(
+    result: "stages.MonteCarlo", output: str | None, report: str | None, figures: str | None
+) -> list[object]:
+    """Write what is asked for and return the places."""
+    written: list[object] = []
+    if output is not None:
+        stages.write_runs(result, output)
+        written.append(output)
+    if report is not None:
+        write_page(report, stages.monte_carlo_page, result)
+        written.append(report)
+    if figures is not None:
+        drawn = stages.monte_carlo_plots(result).values()
+        plots = [plot for plot in drawn if isinstance(plot, stages.Plot)]
+        written += stages.write_figures(plots, Path(figures), "pdf")
+    return written

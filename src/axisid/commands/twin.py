@@ -61,28 +61,29 @@ def given_noise(axis: "stages.GeneratedAxis", noise: Mapping[str, float | None])
 
 def truth_of(texts: tuple[str, ...]) -> dict[str, float]:
     """True values by name."""
-    return dict(_pair(text, "--truth", "NAME=VALUE, SI, as in M=110", float) for text in texts)
+    return _pairs(texts, "--truth", "NAME=VALUE, SI, as in M=110")
 
 
-def shares_of(texts: tuple[str, ...], option: str) -> dict[str, float]:
+def _shares(texts: tuple[str, ...], option: str) -> dict[str, float]:
     """Shares of true values by name; that of all of them has the name ``""``."""
-    form = "NAME=SHARE, as in Fc=5% or Fc=0.05"
-    return dict(_pair(text if "=" in text else f"={text}", option, form, _share) for text in texts)
+    named = tuple(text if "=" in text else f"={text}" for text in texts)
+    return _pairs(named, option, "NAME=SHARE, as in Fc=5% or Fc=0.05", percent=True)
 
 
-def _share(text: str) -> float:
-    number, percent, _ = text.strip().partition("%")
-    return float(number) / 100 if percent else float(number)
-
-
-def _pair(text: str, option: str, form: str, read: Callable[[str], float]) -> tuple[str, float]:
-    name, _, value = text.partition("=")
-    try:
-        return name.strip(), read(value)
-    except ValueError as error:
-        raise click.BadParameter(
-            f"{text.removeprefix('=')!r}: write {form}", param_hint=option
-        ) from error
+def _pairs(
+    texts: tuple[str, ...], option: str, form: str, *, percent: bool = False
+) -> dict[str, float]:
+    found = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        number = value.strip().removesuffix("%") if percent else value
+        try:
+            found[name.strip()] = float(number) / (100 if percent and "%" in value else 1)
+        except ValueError as error:
+            raise click.BadParameter(
+                f"{text.removeprefix('=')!r}: write {form}", param_hint=option
+            ) from error
+    return found
 
 
 @click.command(
@@ -177,9 +178,24 @@ def twin(
     check_needed(("--drift",), ("--days",))
     if not folder:
         check_targets([Target("--output", output, "twin")], [axis], force=force)
-        _check_ending(output)
-    scatters, drifts = shares_of(scatter, "--scatter"), shares_of(drift, "--drift")
-    moves, values = _moves(speeds, acceleration, seconds, repeat, dwell), truth_of(truth)
+        if not output.endswith((".csv", ".parquet")):
+            raise click.BadParameter(
+                f"{output!r}: one log is a file whose name ends in .csv or .parquet; name one, or "
+                "add --count or --days, whose logs are in a folder",
+                param_hint="--output",
+            )
+    scatters, drifts = _shares(scatter, "--scatter"), _shares(drift, "--drift")
+    values, moves = truth_of(truth), None
+    if speeds:
+        if acceleration is None:
+            raise click.UsageError("--speed says nothing without --acceleration; add that too.")
+        moves = stages.back_and_forth(
+            speeds=speeds,
+            acceleration=acceleration,
+            seconds=1.0 if seconds is None else seconds,
+            repeat=1 if repeat is None else repeat,
+            dwell=dwell or 0.0,
+        )
     with ProgressLine(f"deriving {axis}"):
         built = stages.build(stages.load_axis(axis))
         made = stages.twin_of(built, values, moves)
@@ -195,66 +211,23 @@ def twin(
         of_all = scatters.pop("", 0.0)
         each = {name: of_all for name, value in alike.true_values.items() if value and of_all}
         machines = replace(alike, scatter={**each, **scatters})
-    if folder:
-        _write_many(machines, axis, output, f".{form}", force=force)
-    else:
-        _write_one(machines, axis, output)
-
-
-def _check_ending(output: str) -> None:
-    """Refuse a name that does not say what is written, before anything is computed."""
-    if not output.endswith((".csv", ".parquet")):
-        raise click.BadParameter(
-            f"{output!r}: one log is a file whose name ends in .csv or .parquet; name one, or add "
-            "--count or --days, whose logs are in a folder",
-            param_hint="--output",
-        )
-
-
-def _moves(
-    speeds: tuple[float, ...],
-    acceleration: float | None,
-    seconds: float | None,
-    repeat: int | None,
-    dwell: float | None,
-) -> "tuple[stages.Move, ...] | None":
-    """The motion in place of the experiment's, if there is one."""
-    if not speeds:
-        return None
-    if acceleration is None:
-        raise click.UsageError("--speed says nothing without --acceleration; add that too.")
-
-    return stages.back_and_forth(
-        speeds=speeds,
-        acceleration=acceleration,
-        seconds=1.0 if seconds is None else seconds,
-        repeat=1 if repeat is None else repeat,
-        dwell=dwell or 0.0,
-    )
-
-
-def _write_one(machines: "stages.TwinMachines", axis: str, output: str) -> None:
-    """Write a log and say how it is identified."""
-    with ProgressLine(f"simulating {axis}"):
-        file = stages.write_twin(machines, output)
-    click.echo(f"wrote {file}")
-    units = {p.name: p.unit for p in machines.axis.declared.parameters}
-    truth = machines.truth(0, 0).items()
-    click.echo("true: " + ", ".join(f"{name} = {v:.6g} {units[name]}" for name, v in truth))
-    measured = [
-        f"{role}={role}"
-        for role in ("velocity", "acceleration")
-        if getattr(machines.noise, role) is not None and role not in machines.axis.axis.columns
-    ]
-    columns = ["--columns", ",".join(measured)] if measured else []
-    click.echo("next: " + shlex.join(["axisid", "identify", axis, str(file), *columns]))
-
-
-def _write_many(
-    machines: "stages.TwinMachines", axis: str, output: str, ending: str, *, force: bool
-) -> None:
-    """Write logs and their manifest, and say how they are identified."""
-    check_folder(output, "--output", stages.twin_files(machines, ending), deep=True, force=force)
+    if not folder:
+        with ProgressLine(f"simulating {axis}"):
+            file = stages.write_twin(machines, output)
+        click.echo(f"wrote {file}")
+        units = {p.name: p.unit for p in machines.axis.declared.parameters}
+        true = machines.truth(0, 0).items()
+        click.echo("true: " + ", ".join(f"{name} = {v:.6g} {units[name]}" for name, v in true))
+        measured = [
+            f"{role}={role}"
+            for role in ("velocity", "acceleration")
+            if getattr(machines.noise, role) is not None and role not in machines.axis.axis.columns
+        ]
+        columns = ["--columns", ",".join(measured)] if measured else []
+        click.echo("next: " + shlex.join(["axisid", "identify", axis, str(file), *columns]))
+        return
+    ending = f".{form}"
+    check_folder(output, "--output", stages.twin_files(machines, ending), force=force)
     with ProgressLine(f"simulating {axis}") as line:
         manifest = stages.write_twins(machines, output, axis=axis, ending=ending, progress=line)
     logs = machines.count * machines.days

@@ -1,5 +1,6 @@
-"""``axisid fleet``."""
+"""``axisid fleet`` and ``axisid trend``: many logs, and many results."""
 
+import os
 from pathlib import Path
 
 import click
@@ -8,21 +9,26 @@ from axisid.commands.options import (
     Command,
     Filtering,
     Reading,
+    Target,
     bounded_option,
     check_folder,
     check_methods,
+    check_targets,
     complete_axis,
     complete_file,
     fix_option,
     force_option,
+    json_option,
     leave_out_option,
     loss_option,
     method_option,
     stages,
     takes,
+    write_output,
 )
 from axisid.presentation.console import ProgressLine, print_document
 from axisid.support.errors import EstimationError
+from axisid.support.files import json_text
 
 
 @click.command(
@@ -100,14 +106,16 @@ def fleet(
     prefilter = filtering.prefilter()  # refused before anything is read
 
     items = stages.gather_items(logs, output)
-    check_folder(output, "--output", stages.written_files(items), deep=True, force=force)
+    check_folder(output, "--output", stages.written_files(items), force=force)
+    affinity = getattr(os, "sched_getaffinity", None)  # not on macOS and Windows
+    cores = len(affinity(0)) if affinity is not None else os.cpu_count() or 1
     try:
         with ProgressLine(f"identifying {len(items)} logs") as line:
             result = stages.fleet(
                 items,
                 axis,
                 output,
-                jobs=jobs or _cores(),
+                jobs=jobs or cores,
                 time_limit=time_limit,
                 resume=resume,
                 prefilter=prefilter,
@@ -122,11 +130,6 @@ def fleet(
     except KeyboardInterrupt:
         click.echo(f"axisid: what is done is in {output}; --resume goes on from there", err=True)
         raise
-    _put(result)
-
-
-def _put(result: "stages.Fleet") -> None:
-    """Print a fleet and write its table; fail as the first log did that could not be used."""
     print_document(result.document())
     click.echo(f"wrote {result.write()}")
     if result.failed:
@@ -138,9 +141,60 @@ def _put(result: "stages.Fleet") -> None:
         )
 
 
-def _cores() -> int:
-    """Cores that this process may use."""
-    import os
+@click.command(
+    cls=Command,
+    short_help="Follow parameters over results.",
+    epilog="Example: axisid identify emps2015 --json a.json && axisid trend a.json, or "
+    "axisid trend results --by date --report trend.html --csv trend.csv",
+)
+@click.argument("results", nargs=-1, required=True, shell_complete=complete_file)
+@click.option(
+    "--by",
+    metavar="CONDITION",
+    help="What orders the results: a column of a fleet's manifest with numbers or dates.  "
+    "[default: the order in which they are named]",
+)
+@click.option(
+    "--method", metavar="METHOD", help="Whose estimates are taken.  [default: the judged one]"
+)
+@click.option(
+    "--count-failing",
+    is_flag=True,
+    help="Let results whose verdict fails set limits and tell changes like the others.",
+)
+@click.option("--csv", "table", metavar="FILE", help="Write a row for each value of each result.")
+@click.option("--report", metavar="FILE", help="Write a page of HTML with a figure of each series.")
+@json_option("Write the trend as JSON; - for stdout.")
+@force_option
+def trend(
+    results: tuple[str, ...],
+    by: str | None,
+    method: str | None,
+    count_failing: bool,
+    table: str | None,
+    report: str | None,
+    json_file: str | None,
+    force: bool,
+) -> None:
+    """Follow the parameters of axes over RESULTS, and tell what changed.
 
-    affinity = getattr(os, "sched_getaffinity", None)  # not on macOS and Windows
-    return len(affinity(0)) if affinity is not None else os.cpu_count() or 1
+    RESULTS are files that identify --json or fit --json wrote, and folders of them, such as those
+    of a fleet.
+    Results of one axis and serial number are a series: control limits are from the results'
+    deviations and the scatter between them; results beyond the limits and steps are told.
+    """
+    targets = (
+        Target("--csv", table, "trend-table", (".csv",)),
+        Target("--report", report, "report", (".html",)),
+        Target("--json", json_file, "trend"),
+    )
+    check_targets(targets, results, force=force)
+
+    with ProgressLine("reading results"):
+        result = stages.trend(results, by=by, method=method, count_failing=count_failing)
+    for file in filter(None, (table, report)):
+        click.echo(f"wrote {result.write(Path(file))}", err=json_file == "-")
+    if json_file is not None:
+        write_output(json_file, json_text(result.to_dict()))
+    if json_file != "-":
+        print_document(result.document())

@@ -3,6 +3,11 @@
 The paper's axis is simulated with encoders of fewer and fewer counts a revolution, in the loop and
 in the record, many twins each, and identified under both of the paper's filters. The screw has
 20 mm a revolution. The velocity that the law reads is an ideal sensor's, as in the paper's twin.
+
+    python benchmarks/encoder.py --jobs 2                   100 twins of each encoder, minutes
+    python benchmarks/encoder.py --output FOLDER            figures too
+    python benchmarks/encoder.py --runs 2 --counts 1000 20  in small
+    python benchmarks/encoder.py --json -                   one JSON object
 """
 
 import math
@@ -12,12 +17,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from figures import give, parser_of
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.choices import CONTROL, FIT
 from axisid.estimation.monte_carlo import PARAMETER, MonteCarlo, Share, monte_carlo, stated_by
 from axisid.estimation.twins import Chain
 from axisid.modeling.text import load_axis
+from axisid.paper.study import FILTERS
 from axisid.presentation.blocks import (
     Cell,
     Column,
@@ -30,13 +37,7 @@ from axisid.presentation.blocks import (
 )
 from axisid.presentation.plots import Panel, Plot, Series, Tone
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, UsageError
-from axisid.support.files.json_text import json_text
-from axisid.support.progress import Progress, with_progress
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_whole
-
-from .study import FILTERS, written_into
+from axisid.support.errors import EstimationError
 
 #: Counts of an encoder a revolution, and the metres of a revolution.
 COUNTS, REVOLUTION = (4000, 1000, 400, 200, 100, 50, 20), 0.02
@@ -45,12 +46,6 @@ METHODS = ("idm-ls", "idm-iv", "didim")
 #: The fit of the control beside them, which passes no filter.
 CONTROL_FIT = "clie"
 _FEWEST = 2  # estimates that a scatter is told of
-#: What `write_encoder_study` writes, and of which kind it is.
-ENCODER_FILES = {
-    "encoder.txt": "paper",
-    "encoder.json": "paper",
-    **{f"encoder_{name}.png": "figure" for name in FILTERS},
-}
 _TONES: dict[str, Tone] = {
     "idm-ls": "error",
     "idm-iv": "model",
@@ -140,12 +135,7 @@ class EncoderStudy:
 
 
 def run_encoder_study(
-    runs: int = 100,
-    counts: Sequence[int] = COUNTS,
-    *,
-    seed: int = 1,
-    jobs: int = 1,
-    progress: Progress | None = None,
+    runs: int = 100, counts: Sequence[int] = COUNTS, *, seed: int = 1, jobs: int = 1
 ) -> EncoderStudy:
     """Identify twins of the paper's axis with coarser and coarser encoders.
 
@@ -158,29 +148,14 @@ def run_encoder_study(
     seed : int
     jobs : int
         Processes, as `monte_carlo` takes them.
-    progress : callable, optional
-        See `Progress`.
-
-    Raises
-    ------
-    UsageError
-        The runs are no whole number of 2 or more, or counts none of 1 or more.
 
     References
     ----------
     [Brunot2015]_, whose conclusion names it as future work.
     """
-    for what, least, values in (("runs", 2, [runs]), ("counts", 1, counts)):
-        if not all(is_whole(value) and value >= least for value in values):
-            given = quoted(list(values) if what == "counts" else runs)
-            raise UsageError(
-                f"the {what} of the encoder's study are {given}; give whole numbers of {least} or "
-                "more.",
-                code="study",
-            )
     axis = build(load_axis("emps2015"))
     found: list[EncoderCase] = []
-    for each in with_progress(counts, progress, lambda each: f"{each} counts"):
+    for each in counts:
         noise = Chain(position=NOISE, position_step=REVOLUTION / each, anywhere=True)
         how: dict[str, Any] = {"noise": noise, "seed": seed, "jobs": jobs}
         fits = _of_control(axis, runs, **how)
@@ -350,24 +325,6 @@ def encoder_plot(study: EncoderStudy, name: str) -> Plot:
     )
 
 
-def write_encoder_study(study: EncoderStudy, folder: Path) -> list[Path]:
-    """Write tables, figures and figures as data into a folder.
-
-    Raises
-    ------
-    UsageError
-        The folder cannot be written to.
-    """
-    from axisid.presentation.drawing import write_figures
-
-    texts = {
-        "encoder.txt": plain_text(encoder_document(study)),
-        "encoder.json": json_text(encoder_dict(study)),
-    }
-    plots = [encoder_plot(study, name) for name in FILTERS]
-    return written_into(folder, texts, lambda: write_figures(plots, folder, "png"))
-
-
 def encoder_dict(study: EncoderStudy) -> dict[str, object]:
     """The study as plain data; what is not known is None."""
     return {
@@ -397,3 +354,24 @@ def encoder_dict(study: EncoderStudy) -> dict[str, object]:
 
 def _known(values: Array) -> list[float | None]:
     return [None if np.isnan(value) else float(value) for value in values]
+
+
+def main() -> None:
+    """Print the tables, or write the JSON object; and draw the figures."""
+    parser = parser_of(__doc__)
+    parser.add_argument("--runs", type=int, default=100, help="twins of each encoder (default 100)")
+    parser.add_argument("--counts", type=int, nargs="+", default=COUNTS, help="a revolution")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
+    parser.add_argument("--output", type=Path, metavar="FOLDER", help="of figures, which are drawn")
+    options = parser.parse_args()
+    study = run_encoder_study(options.runs, options.counts, seed=options.seed, jobs=options.jobs)
+    if options.output is not None:
+        from axisid.presentation.drawing import write_figures
+
+        write_figures([encoder_plot(study, name) for name in FILTERS], options.output, "png")
+    give(encoder_dict(study), options.json, [plain_text(encoder_document(study))])
+
+
+if __name__ == "__main__":
+    main()

@@ -10,9 +10,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from axisid.support.errors import DataError, UsageError
-from axisid.support.quoting import quoted
-from axisid.support.real_numbers import is_real
+from .errors import DataError, UsageError, is_real, quoted
 
 GIGABYTE = 1e9
 #: Code of an error about a log that takes more memory than there is.

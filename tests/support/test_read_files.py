@@ -1,6 +1,7 @@
-"""A packed log that unfolds to more than there is room for is refused before it is unfolded."""
+"""A log that unfolds beyond the room for it, or changes while it is read, is refused."""
 
 import gzip
+import hashlib
 import io
 import tracemalloc
 import zipfile
@@ -13,8 +14,12 @@ import pytest
 from scipy.io import savemat
 
 from axisid import read_record
-from axisid.support.files import memory
+from axisid.estimation.logs import formats, read_table
+from axisid.estimation.records.record import Record
+from axisid.estimation.tables.table import Table
+from axisid.support import memory
 from tests.bounded import within
+from tests.estimation.logs.test_rosbag import bag_of
 from tests.refusals import refuses
 
 ROOM = 20e6  # bytes; each file below unfolds to more and is smaller by far
@@ -114,25 +119,9 @@ def test_packed_log_is_refused_before_it_is_unfolded(
 
 
 def test_messages_of_a_bag_are_counted(tmp_path: Path) -> None:
-    rosbag = pytest.importorskip("rosbags.rosbag2")
-    stores = pytest.importorskip("rosbags.typesys")
-    store = stores.get_typestore(stores.Stores.LATEST)
-    kind: Any = "sensor_msgs/msg/JointState"
-    types = store.types
-    stamp = types["builtin_interfaces/msg/Time"](sec=1, nanosec=0)
-    message = types[kind](
-        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=""),
-        name=["joint"],
-        position=np.zeros(1),
-        velocity=np.zeros(0),
-        effort=np.zeros(1),
-    )
-    with rosbag.Writer(tmp_path / "log", version=9) as writer:
-        connection = writer.add_connection("/joint_states", kind, typestore=store)
-        for k in range(100):
-            writer.write(connection, k, store.serialize_cdr(message, kind))
+    file = bag_of(tmp_path, [("/joint_states", k, k, [0.0]) for k in range(100)])
     with refuses("memory"):
-        read_record(tmp_path / "log", max_memory=1e5)
+        read_record(file, max_memory=1e5)
 
 
 def test_a_file_too_large_to_read_is_to_be_cut_into_shorter_ones(tmp_path: Path) -> None:
@@ -184,3 +173,79 @@ def test_lack_of_memory_exits_3(run: Any, monkeypatch: pytest.MonkeyPatch) -> No
     assert (code, out) == (3, "")
     assert "there is not enough memory for this record" in err
     assert err.count("\n") == 1
+
+
+def written(file: Path, twin: Record, factor: float = 1.0) -> Path:
+    """A log of the twin, of one size whatever the factor of its control is."""
+    columns = {
+        "time": twin.time,
+        "position": twin.position,
+        "control": factor * np.array(twin.control),
+    }
+    if file.suffix == ".parquet":
+        arrow = pytest.importorskip("pyarrow")
+        options = {"compression": "none", "use_dictionary": False, "write_statistics": False}
+        pytest.importorskip("pyarrow.parquet").write_table(arrow.table(columns), file, **options)
+    else:
+        table = np.column_stack(list(columns.values()))
+        head = ",".join(columns)
+        np.savetxt(file, table, fmt="%+.12e", delimiter=",", header=head, comments="")
+    return file
+
+
+def digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def longer(file: Path, _: Path) -> None:
+    with file.open("ab") as stream:
+        stream.write(b"\n")
+
+
+@pytest.mark.parametrize("ending", [".csv", ".parquet"])
+def test_hash_of_a_whole_log_is_of_the_bytes_that_were_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, twin: Record, ending: str
+) -> None:
+    file = written(tmp_path / f"log{ending}", twin)
+    record = read_record(file)
+    assert record.provenance.sha256 == digest(file)
+    whole = Path.read_bytes
+
+    def appended(self: Path) -> bytes:
+        content = whole(self)
+        longer(self, self)
+        return content
+
+    monkeypatch.setattr(Path, "read_bytes", appended)
+    with refuses("log-file"):
+        read_record(file)
+
+
+def test_log_that_its_library_reads_is_held_against_its_hash(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "log.mf4"
+    file.write_bytes(b"MDF     4.10    ")
+
+    def reading(path: Path, _: object) -> Table:
+        longer(path, path)
+        return Table(source=str(path), columns={})
+
+    row = formats.Format(name="MDF", endings=(".mf4",), read_file=reading)
+    monkeypatch.setattr(formats, "FORMATS", (row,))
+    with refuses("log-file"):
+        read_table(file)
+
+
+def test_paths_stand_beside_each_other_as_given_and_absolute(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, twin: Record
+) -> None:
+    (tmp_path / "logs").mkdir()
+    written(tmp_path / "logs" / "log.csv", twin)
+    monkeypatch.chdir(tmp_path)
+    for given in ("logs/log.csv", Path("logs", "log.csv")):
+        provenance = read_record(given).provenance
+        assert provenance.source == "log.csv"
+        assert provenance.given == "logs/log.csv"
+        assert provenance.path == str(tmp_path / "logs" / "log.csv")
+    assert read_record({"time": twin.time, "position": twin.position}).provenance.path == ""

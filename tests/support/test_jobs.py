@@ -1,4 +1,4 @@
-"""Jobs on processes and executors: none harms another."""
+"""Jobs on processes and executors: none harms another, and each has one thread of algebra."""
 
 import math
 import os
@@ -9,36 +9,37 @@ import time
 from collections.abc import Iterable
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from axisid.support.jobs.outcome import Outcome
-from axisid.support.jobs.run import pace, run_jobs
-from tests.support.jobs.work import FAILS, HANGS, KILLS, double, double_at_second_attempt, square
+from axisid.support.jobs import Failure, pace, run_jobs
+from axisid.support.one_thread import one_thread, started_with_one_thread
+from tests.support.work import FAILS, HANGS, KILLS, double, double_at_second_attempt, square
 
 
-def outcomes(items: list[int], **how: Any) -> list[Outcome[int]]:
+def outcomes(items: list[int], **how: Any) -> list[int | Failure]:
     """By place; each has one."""
-    found = sorted(run_jobs(double, items, total=len(items), **how), key=lambda each: each.place)
-    assert [each.place for each in found] == list(range(len(items)))
-    return found
+    found = sorted(run_jobs(double, items, total=len(items), **how), key=itemgetter(0))
+    assert [place for place, _ in found] == list(range(len(items)))
+    return [made for _, made in found]
 
 
-def kinds(found: Iterable[Outcome[int]]) -> list[object]:
-    return [each.value if each.failure is None else each.failure.kind for each in found]
+def kinds(found: Iterable[int | Failure]) -> list[object]:
+    return [each.kind if isinstance(each, Failure) else each for each in found]
 
 
 def test_in_this_process_what_raises_is_told_and_the_others_go_on() -> None:
     found = outcomes([1, FAILS, 3], jobs=0)
     assert kinds(found) == [2, "error", 6]
-    assert found[1].failure.reason == "ValueError: no number to double"
+    assert found[1].reason == "ValueError: no number to double"
 
 
 def test_a_process_says_nothing_of_its_arithmetic(capfd: pytest.CaptureFixture[str]) -> None:
-    (found,) = run_jobs(square, [1e200], total=1, jobs=1)
-    assert found.value == math.inf
+    ((_, found),) = run_jobs(square, [1e200], total=1, jobs=1)
+    assert found == math.inf
     assert capfd.readouterr().err == ""
 
 
@@ -51,14 +52,14 @@ def test_threads_are_left_behind_that_take_too_long() -> None:
 def test_a_process_that_dies_or_hangs_takes_its_item_alone() -> None:
     found = outcomes([1, KILLS, HANGS, FAILS, *range(4, 30)], jobs=2, limit=3.0)
     assert kinds(found) == [2, "killed", "time", "error", *range(8, 60, 2)]
-    assert found[1].failure.reason == "its worker was killed (SIGKILL), 2 times"
+    assert found[1].reason == "its worker was killed (SIGKILL), 2 times"
 
 
 @pytest.mark.slow
 def test_the_item_of_a_process_that_was_killed_once_is_done_anew(tmp_path: Path) -> None:
     items = [(str(tmp_path / "mark"), 3)]
-    (found,) = run_jobs(double_at_second_attempt, items, total=1, jobs=1)
-    assert found.value == 6
+    ((_, found),) = run_jobs(double_at_second_attempt, items, total=1, jobs=1)
+    assert found == 6
 
 
 @pytest.mark.slow
@@ -95,8 +96,8 @@ def _hanging(root: Path) -> "subprocess.Popen[str]":
     """A program whose two workers hang."""
     program = (
         "import signal\n"
-        "from axisid.support.jobs.run import run_jobs\n"
-        "from tests.support.jobs.work import HANGS, double\n"
+        "from axisid.support.jobs import run_jobs\n"
+        "from tests.support.work import HANGS, double\n"
         "if __name__ == '__main__':\n"
         "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a background has none
         "    for _ in run_jobs(double, [1, HANGS, HANGS], total=3, jobs=2):\n"
@@ -120,3 +121,38 @@ def _hanging(root: Path) -> "subprocess.Popen[str]":
 )
 def test_progress_tells_the_rate_and_what_remains(done: int, seconds: float, said: str) -> None:
     assert pace(done, 100, seconds) == said
+
+
+COMMAND = """
+import os, sys
+from axisid.commands.main import main
+sys.argv = ["axisid", "--version"]
+try:
+    main()
+finally:
+    print(os.environ["OPENBLAS_NUM_THREADS"], "numpy" in sys.modules)
+"""
+
+
+@pytest.mark.parametrize(("said", "taken"), [(None, "1"), ("3", "3")])
+def test_commands_say_so_before_numpy_is_imported(said: str | None, taken: str) -> None:
+    environment = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
+    if said is not None:
+        environment["OPENBLAS_NUM_THREADS"] = said
+    done = subprocess.run(
+        [sys.executable, "-c", COMMAND], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines()[-1] == f"{taken} False"
+
+
+def test_what_the_user_said_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "4")
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    monkeypatch.delenv("BLIS_NUM_THREADS", raising=False)
+    with started_with_one_thread():
+        assert (os.environ["OMP_NUM_THREADS"], os.environ["MKL_NUM_THREADS"]) == ("4", "1")
+    assert "MKL_NUM_THREADS" not in os.environ
+    assert one_thread() == ["MKL_NUM_THREADS", "BLIS_NUM_THREADS"]
+    for name in ("MKL_NUM_THREADS", "BLIS_NUM_THREADS"):
+        monkeypatch.delenv(name)

@@ -1,0 +1,197 @@
+"""``axisid fit``, ``axisid sweep`` and ``axisid law``."""
+
+from pathlib import Path
+
+import click
+
+from axisid.commands.options import (
+    Command,
+    Filtering,
+    Fitting,
+    Reading,
+    Sharing,
+    Target,
+    axis_and_records,
+    check_targets,
+    complete_axis,
+    complete_file,
+    force_option,
+    json_option,
+    leave_out_option,
+    put_result,
+    stages,
+    takes,
+    write_page,
+)
+from axisid.presentation.console import ProgressLine
+from axisid.support.errors import UsageError
+
+
+@click.command(
+    cls=Command,
+    short_help="Fit a simulated output to the recorded one.",
+    epilog="Examples: axisid fit emps2015, or "
+    "axisid fit emps DATA_EMPS.mat --prior M=95+-2 --json fit.json, or "
+    "axisid fit stage.py empty.csv loaded.csv --local tau0 --bound Fv=0..",
+)
+@click.argument("axis", shell_complete=complete_axis)
+@click.argument("record", nargs=-1, shell_complete=complete_file)
+@takes("asked", Fitting)
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Of further starts.",
+)
+@takes("reading", Reading)
+@takes("sharing", Sharing)
+@click.option(
+    "--fix",
+    multiple=True,
+    metavar="NAME=VALUE[+-SD]",
+    help="A parameter that is held, SI, or weighed where it has a standard deviation; again for "
+    "each.",
+)
+@leave_out_option
+@json_option("Write the result as JSON; - for standard output.")
+@click.option("--report", metavar="FILE", help="Write a page of HTML: verdict, table, figures.")
+@force_option
+def fit(
+    axis: str,
+    record: tuple[str, ...],
+    asked: Fitting,
+    seed: int,
+    reading: Reading,
+    sharing: Sharing,
+    fix: tuple[str, ...],
+    left_out: tuple[str, ...],
+    json_file: str | None,
+    report: str | None,
+    force: bool,
+) -> None:
+    """Fit AXIS to one RECORD or several (or to its twin) by output error, without a filter.
+
+    The closed loop is simulated from the reference, as the record starts, until its control (or
+    its position) is the recorded one as nearly as the model allows. Noise of the encoder biases
+    nothing; the control law must be the drive's, which is checked.
+    """
+    targets = [Target("--json", json_file, "fit"), Target("--report", report, "report")]
+    check_targets(targets, (*record, axis), force=force)
+    inputs = axis_and_records(axis, record, reading, sharing, fixed=fix, left_out=left_out)
+    inputs.say_set_aside()
+
+    with ProgressLine(f"fitting {inputs.axis.axis.name}") as line:
+        result = stages.fit(
+            inputs.axis,
+            inputs.records,
+            progress=line,
+            seed=seed,
+            **asked.arguments(),
+            **inputs.shared,
+        )
+    put_result(result, json_file)
+    if report is not None:
+        write_page(report, stages.fit_report_html, result)
+        click.echo(f"wrote {report}", err=json_file == "-")
+
+
+@click.command(
+    cls=Command,
+    short_help="Identify at many cut-offs; recommend one.",
+    epilog="Examples: axisid sweep emps2015 --points 3, or "
+    "axisid sweep emps DATA_EMPS.mat --figure sweep.png",
+)
+@click.argument("axis", shell_complete=complete_axis)
+@click.argument("record", nargs=-1, shell_complete=complete_file)
+@click.option("--from", "lowest", type=float, metavar="HZ", help="Lowest cut-off.")
+@click.option("--to", "highest", type=float, metavar="HZ", help="Highest cut-off.")
+@click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
+@takes("filtering", Filtering, without=("cutoff", "decimate"))
+@takes("reading", Reading)
+@takes("sharing", Sharing)
+@leave_out_option
+@json_option("Write the results as JSON; - for stdout.")
+@click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
+@force_option
+def sweep(
+    axis: str,
+    record: tuple[str, ...],
+    lowest: float | None,
+    highest: float | None,
+    points: int,
+    filtering: Filtering,
+    reading: Reading,
+    sharing: Sharing,
+    left_out: tuple[str, ...],
+    json_file: str | None,
+    figure: str | None,
+    force: bool,
+) -> None:
+    """Identify AXIS from one RECORD or several (or its twin) at many cut-offs, and recommend one.
+
+    Least squares drifts where noise begins to bias it; instruments stay. The decimation follows the
+    cut-off.
+    """
+    targets = [
+        Target("--json", json_file, "sweep"),
+        Target("--figure", figure, "figure", (".png", ".svg", ".pdf")),
+    ]
+    check_targets(targets, (*record, axis), force=force)
+    if figure is not None:
+        import axisid.presentation.drawing  # noqa: F401 - refused before anything is computed
+
+    inputs = axis_and_records(axis, record, reading, sharing, left_out=left_out)
+    inputs.say_set_aside()
+    generated, data = inputs.axis, inputs.records
+    cutoffs = stages.default_cutoffs(1 / data[0].period, lowest, highest, points)
+    with ProgressLine(f"sweeping {generated.axis.name}") as line:
+        result = stages.sweep(
+            generated,
+            data,
+            cutoffs,
+            filtering.prefilter(),
+            progress=line,
+            skip_bad=sharing.skip_bad,
+            **inputs.shared,
+        ).with_set_aside(inputs.set_aside)
+    put_result(result, json_file)
+    if figure is not None:
+        try:
+            with ProgressLine(f"drawing {figure}"):
+                stages.sweep_figure(result, Path(figure))
+        except (OSError, ValueError) as error:
+            raise UsageError(f"{figure} cannot be drawn: {error}.") from error
+        click.echo(f"wrote {figure}", err=json_file == "-")
+
+
+@click.command(
+    cls=Command,
+    short_help="Find the control law of a record.",
+    epilog="Examples: axisid law emps2015, or axisid law emps DATA_EMPS.mat --json law.json",
+)
+@click.argument("axis", shell_complete=complete_axis)
+@click.argument("record", required=False, shell_complete=complete_file)
+@takes("reading", Reading)
+@json_option("Write the result as JSON; - for stdout.")
+@force_option
+def law(
+    axis: str,
+    record: str | None,
+    reading: Reading,
+    json_file: str | None,
+    force: bool,
+) -> None:
+    """Find which of the ready laws explains the control of a RECORD of AXIS, or of its twin.
+
+    Of each the gains and the delay are found from half of the rows, and it is judged by what it
+    leaves of the others. The law that AXIS declares, if it does, plays no part.
+    """
+    logs = () if record is None else (record,)
+    check_targets([Target("--json", json_file, "law")], (*logs, axis), force=force)
+    inputs = axis_and_records(axis, logs, reading)
+
+    generated, data = inputs.axis, inputs.records[0]
+    with ProgressLine(f"finding the law of {generated.axis.name}") as line:
+        result = stages.find_law(generated, data, progress=line)
+    put_result(result, json_file)

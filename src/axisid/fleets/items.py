@@ -1,0 +1,271 @@
+"""Logs by name, pattern, folder or manifest, a table that says what is known of each."""
+
+import csv
+import glob
+import hashlib
+import io
+import math
+import os
+from collections import Counter
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from axisid.estimation.logs import log_endings
+from axisid.estimation.records import log_of
+from axisid.estimation.tables import library
+from axisid.support.errors import DataError, UsageError, quoted
+from axisid.support.files import opened_regular, read_regular
+
+Condition = str | float
+_LOG, _OWN = "log", ("log", "axis", "serial", "columns")
+_TEXT, _PARQUET = (".csv", ".tsv", ".txt"), (".parquet", ".pq")
+_LOOKED_AT = 4096  # bytes of a header
+_BY_PATH = ""  # where nothing but the path of a log is told
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FleetItem:
+    """A log and what is said of it; never its samples, so that it can be sent anywhere.
+
+    Attributes
+    ----------
+    log : str
+        Path of the file.
+    axis : str
+        Name in the library, or file that declares it; empty for the fleet's.
+    serial : str
+        Which machine it is of; empty where nothing says so.
+    columns : mapping of str to str
+        Columns of this log by role, in place of those of all.
+    conditions : mapping of str to str or float
+        What else is known of the log: a temperature, a date. It goes on into the table.
+    """
+
+    log: str
+    axis: str = ""
+    serial: str = ""
+    columns: Mapping[str, str] = field(default_factory=dict)
+    conditions: Mapping[str, Condition] = field(default_factory=dict)
+
+    @property
+    def columns_text(self) -> str:
+        """The columns in an order of their own, the same where they are the same."""
+        return ",".join(f"{role}={name}" for role, name in sorted(self.columns.items()))
+
+
+def result_names(items: Sequence[FleetItem]) -> list[str]:
+    """Names of the items' results: those of the logs, with a mark where two have the same.
+
+    The name of a run.toml says nothing, and gives way to its log's. The mark is of a log, its axis
+    and its columns, the same in every run.
+    """
+    plain = []
+    for item in items:
+        stem = Path(item.log).name.partition(".")[0]
+        plain.append((log_of(item.log).name.partition(".")[0] if stem == "run" else stem) or _LOG)
+    times = Counter(name.lower() for name in plain)  # some file systems know no case
+    names = []
+    for name, item in zip(plain, items, strict=True):
+        told = "\0".join(filter(None, (f"{item.log}\0{item.axis}", item.columns_text)))
+        mark = hashlib.sha256(told.encode(errors="replace")).hexdigest()[:8]
+        names.append(name if times[name.lower()] == 1 else f"{name}-{mark}")
+    return names
+
+
+def _is_manifest(file: Path) -> bool:
+    """Whether a table's first column names are those of a manifest: one of them is ``log``."""
+    kind = file.suffix.lower()
+    try:
+        if kind in _TEXT:
+            return _LOG in _heads(_first_lines(file)[0])
+        return kind in _PARQUET and _LOG in _parquet(file).schema_arrow.names
+    except (OSError, ValueError, NotImplementedError):  # pyarrow's are of these
+        return False  # who reads it says what is wrong
+
+
+def _first_lines(file: Path) -> list[str]:
+    """The first two lines of a text, empty where there are none."""
+    with opened_regular(file) as stream:
+        lines = stream.read(_LOOKED_AT).decode("utf-8-sig", "replace").splitlines()
+    return [*lines, "", ""][:2]
+
+
+def _check_no_manifest(file: Path) -> None:
+    """Refuse a table that names logs in another column than a manifest does, which is no log."""
+    try:
+        heads, cells = map(_heads, _first_lines(file) if file.suffix.lower() in _TEXT else ("", ""))
+    except OSError:
+        return  # who reads it says what is wrong
+    for head, cell in zip(heads, cells, strict=False):
+        path = file.parent / cell
+        with suppress(OSError):
+            names_log = path.suffix.lower() in log_endings() and path.is_file()
+            if names_log and not path.samefile(file):
+                raise DataError(
+                    f"{file} names logs and has no column {_LOG!r}, which a manifest has; it has "
+                    f"{', '.join(heads)}. Call the column {head!r} {_LOG!r}.",
+                    code="manifest",
+                )
+
+
+def _manifest_items(file: Path) -> Iterator[tuple[FleetItem, str]]:
+    """The items of a manifest, each with who tells of it; paths are as from its folder."""
+    for number, row in enumerate(_rows(file), 1):
+        told = {k.strip(): v for k, v in row.items() if k and v not in (None, "")}
+        conditions = {k: _condition(v) for k, v in told.items() if k not in _OWN}
+        if not told.get(_LOG):
+            raise DataError(
+                f"{file}: row {number} names no log; give its path in the column {_LOG!r}.",
+                code="manifest",
+            )
+        axis, columns = str(told.get("axis", "")), str(told.get("columns", ""))
+        pairs = [pair.partition("=") for pair in columns.split(",") if pair.strip()]
+        if any(not (role.strip() and name.strip()) for role, _, name in pairs):
+            raise DataError(
+                f"{file}: row {number} has the columns {columns!r}; write ROLE=NAME[:UNIT],....",
+                code="manifest",
+            )
+        item = FleetItem(
+            log=str(file.parent / str(told[_LOG])),
+            axis=str(file.parent / axis) if ".py" in axis or ".toml" in axis else axis,
+            serial=str(told.get("serial", "")),
+            columns={role.strip(): name.strip() for role, _, name in pairs},
+            conditions={k: v for k, v in conditions.items() if v is not None},
+        )
+        yield item, f"{file}, row {number},"
+
+
+def _rows(file: Path) -> Iterator[Mapping[str, Any]]:
+    if file.suffix.lower() in _PARQUET:
+        yield from _parquet(file).read().to_pylist()
+        return
+    try:
+        text = read_regular(file).decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise DataError(f"{file} cannot be read: {error}.", code="manifest") from error
+    first = text.split("\n", 1)[0]
+    if twice := [head for head, times in Counter(_heads(first)).items() if head and times > 1]:
+        raise DataError(
+            f"{file} has {_heads(first).count(twice[0])} columns {twice[0]!r}; leave one.",
+            code="manifest",
+        )
+    yield from csv.DictReader(io.StringIO(text), delimiter=_delimiter(first), skipinitialspace=True)
+
+
+def _parquet(file: Path) -> Any:
+    return library("pyarrow.parquet", "parquet", file).ParquetFile(file)
+
+
+def _delimiter(line: str) -> str:
+    """The one that the header has most of."""
+    return max(",;\t", key=line.count)
+
+
+def _heads(line: str) -> list[str]:
+    return [head.strip().strip('"') for head in line.strip().split(_delimiter(line))]
+
+
+def _condition(given: Any) -> Condition | None:
+    """A number where it is one; none where that is not finite, as of an empty cell."""
+    try:
+        number = float(str(given))
+    except ValueError:
+        return str(given)
+    return number if math.isfinite(number) else None
+
+
+def gather_items(
+    logs: str | Path | FleetItem | Iterable[str | Path | FleetItem], out: Path
+) -> list[FleetItem]:
+    """Items of all that is named, each once, in their order.
+
+    A log is there several times where other axes or columns are told of it, as of a file of two
+    machines. Where a manifest or an item tells what it is, its bare path adds nothing.
+
+    Parameters
+    ----------
+    logs : path, FleetItem or iterable of them
+        Files, patterns, folders (with the folders and manifests in them), manifests; a run.toml
+        among them stands in the place of its log. A manifest is a table with a column ``log``, and
+        where they are wanted ``axis``, ``serial`` and ``columns`` (as ``--columns`` takes them);
+        every other column is a condition.
+    out : Path
+        Folder of the results, whose files are no logs.
+
+    Raises
+    ------
+    UsageError
+        There is none, or something is no path.
+    DataError
+        A manifest cannot be read, or the same columns of a log are told to be of another machine.
+    """
+    listed = [logs] if isinstance(logs, (str, Path, FleetItem)) else list(logs)
+    told = [each for place, one in enumerate(listed, 1) for each in _items(one, out, place)]
+    described = {os.path.abspath(item.log) for item, by in told if by != _BY_PATH}
+    runs = ((item.log, log_of(item.log)) for item, _ in told)
+    described |= {os.path.abspath(log) for run, log in runs if log != Path(run)}
+    found: dict[Hashable, tuple[FleetItem, str]] = {}
+    for item, by in told:
+        place = os.path.abspath(item.log)
+        if by == _BY_PATH and place in described:
+            continue
+        before, by_before = found.setdefault((place, item.axis, item.columns_text), (item, by))
+        for what in ("serial", "conditions"):
+            first, second = getattr(before, what), getattr(item, what)
+            if first != second:
+                raise DataError(
+                    f"{by_before} and {by} tell other {what} of {item.log}: {_said(first)} and "
+                    f"{_said(second)}. Leave one out, or give each its own columns where the log "
+                    "is of several machines.",
+                    code="manifest",
+                )
+    if not found:
+        said = " and ".join(map(str, listed))
+        raise UsageError(f"there is no log in {said or 'nothing'}; name some.", code="fleet")
+    return [item for item, _ in found.values()]
+
+
+def _said(told: str | Mapping[str, Condition]) -> str:
+    """A serial number or conditions, as they are told."""
+    text = told if isinstance(told, str) else ", ".join(f"{k}={v}" for k, v in told.items())
+    return quoted(text) if text else "none"
+
+
+def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, str]]:
+    """Items, each with who tells of it."""
+    if isinstance(given, FleetItem):
+        yield given, f"item {place}"
+        return
+    if not isinstance(given, (str, Path)):
+        raise UsageError(
+            f"a log is {quoted(given)}; give a path, a pattern, a folder or a FleetItem.",
+            code="fleet",
+        )
+    path, files = Path(given), [Path(given)]
+    in_folder = path.is_dir() and not (path / "metadata.yaml").is_file()  # a ROS 2 bag is one log
+    if in_folder:
+        files = [file for file in sorted(path.rglob("*")) if _may_be_log(file, out)]
+        # A file of that name says what a log is, though it be wrong.
+        runs = {f for f in files if f.name == "run.toml" or log_of(f) != f}
+        files = [f for f in files if f.suffix.lower() in log_endings() or f in runs]
+    elif not path.exists() and glob.has_magic(str(path)):
+        named = map(Path, sorted(glob.glob(str(path), recursive=True)))
+        files = [file for file in named if _may_be_log(file, out)]
+    for file in files:
+        if file.is_file() and _is_manifest(file):
+            yield from _manifest_items(file)
+        else:
+            if not in_folder:
+                _check_no_manifest(file)
+            yield FleetItem(log=str(file)), _BY_PATH
+
+
+def _may_be_log(file: Path, out: Path) -> bool:
+    """Whether it is no hidden file, and nothing that a fleet wrote; a link to nothing may be."""
+    own = out.resolve() == file.parent.resolve() and (
+        file.suffix == ".json" or file.stem == "fleet"
+    )
+    return (file.is_file() or not file.exists()) and not file.name.startswith(".") and not own

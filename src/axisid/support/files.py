@@ -1,0 +1,300 @@
+"""Files that are read and written: regular ones, whole, unchanged while read, as JSON and CSV."""
+
+import csv
+import errno
+import hashlib
+import io
+import json
+import math
+import os
+import re
+import secrets
+import shutil
+import stat
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from hashlib import sha256
+from io import BufferedReader
+from pathlib import Path
+from typing import Any
+
+from .errors import AxisidError, DataError, EstimationError, UsageError
+
+
+@contextmanager
+def opened_regular(path: Path) -> Iterator[BufferedReader]:
+    """Open a regular file for reading; a link is followed.
+
+    Raises
+    ------
+    OSError
+        It cannot be read, or is a pipe, a socket, a device or a folder.
+    """
+    # Without O_NONBLOCK the opening of a pipe waits for who writes to it.
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    try:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise OSError(errno.EINVAL, "no regular file")
+        with open(descriptor, "rb", closefd=False) as file:
+            yield file
+    finally:
+        os.close(descriptor)
+
+
+def read_regular(path: Path) -> bytes:
+    """Return the content of a regular file; a link is followed.
+
+    Raises
+    ------
+    OSError
+        It cannot be read, or is a pipe, a socket, a device or a folder.
+    """
+    with opened_regular(path) as file:
+        return file.read()
+
+
+def replace_file(path: Path, content: str | bytes) -> None:
+    """Write a file, text as UTF-8, whole or not at all, through a temporary file beside it.
+
+    A link is followed. What is no regular file (a device, a pipe) is written to, not replaced. An
+    existing file keeps its mode; a new one gets the user's default.
+
+    Raises
+    ------
+    OSError
+        The file system refuses; the file is as it was.
+    """
+    # Names of files may hold bytes that are no text.
+    data = content.encode(errors="replace") if isinstance(content, str) else content
+    if path.exists() and not path.is_file():
+        path.write_bytes(data)  # by this name: that of an open pipe leads nowhere
+        return
+    try:
+        path = path.resolve()
+    except RuntimeError as error:  # before Python 3.13
+        raise OSError(errno.ELOOP, "the link leads to itself") from error
+    if path.exists() and not os.access(path, os.W_OK):
+        raise PermissionError(errno.EACCES, "the file is read-only")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    try:
+        with temporary.open("xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        if path.exists():
+            shutil.copymode(path, temporary)
+        temporary.replace(path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def write_file(path: Path, content: str | bytes) -> Path:
+    """Write a file as `replace_file` does, and return its path.
+
+    Raises
+    ------
+    UsageError
+        The file system refuses; the file is as it was.
+    """
+    try:
+        replace_file(path, content)
+    except OSError as error:
+        raise UsageError(f"{path} cannot be written: {error.strerror}.", code="file") from error
+    return path
+
+
+@contextmanager
+def kept_if_filled(place: Path) -> Iterator[None]:
+    """A folder, which is not left behind empty where it is new and what is done ends early.
+
+    Raises
+    ------
+    OSError
+        It cannot be made.
+    """
+    fresh = not place.exists()
+    place.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    except BaseException:
+        if fresh:
+            with suppress(OSError):
+                place.rmdir()
+        raise
+
+
+#: What tells a file from the same file at another time: device, number, size and time of change.
+Stamp = tuple[int, int, int, int]
+
+
+def changed(file: Path) -> DataError:
+    """The error of a file that changed while it was read."""
+    return DataError(
+        f"{file} changed while it was read. Wait until what writes it has closed it, or take a "
+        "copy, and read that.",
+        code="log-file",
+    )
+
+
+def stamps(path: Path) -> dict[Path, Stamp]:
+    """The stamp of a file, or of every file of a folder.
+
+    Raises
+    ------
+    OSError
+        It cannot be read.
+    """
+    files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
+    found = {file: file.stat() for file in files}
+    return {f: (s.st_dev, s.st_ino, s.st_size, s.st_mtime_ns) for f, s in found.items()}
+
+
+def digest_of(files: Iterator[Path] | list[Path]) -> str:
+    """SHA-256 of the contents of files, one after the other."""
+    digest = hashlib.sha256()
+    for file in files:
+        with file.open("rb") as stream:
+            hashlib.file_digest(stream, lambda: digest)
+    return digest.hexdigest()
+
+
+def read_whole(file: Path) -> tuple[bytes, str]:
+    """The content of a file and its SHA-256.
+
+    Raises
+    ------
+    OSError
+        It cannot be read.
+    DataError
+        It changed meanwhile.
+    """
+    before = stamps(file)
+    content = file.read_bytes()
+    if stamps(file) != before:
+        raise changed(file)
+    return content, hashlib.sha256(content).hexdigest()
+
+
+#: How a result becomes a file.
+AS_WRITTEN = "written with --json, or by save()"
+#: What to do about a file that is none.
+GIVE_RESULT = f"Give a result of identify, {AS_WRITTEN}."
+#: What to do about a file that was changed or cut off.
+WRITE_AGAIN = f"Identify again; the result is {AS_WRITTEN}."
+
+_LARGEST = 64_000_000  # bytes; a result has some ten thousand
+#: What was opened by whoever started the program, and can be read to its end.
+_OPENED = re.compile(r"/dev/stdin|(/dev|/proc/self)/fd/\d+")
+
+
+def read_result(file: Path, error: type[AxisidError]) -> bytes:
+    """The bytes of a file that has an end and the size of a result.
+
+    Parameters
+    ----------
+    file : Path
+        A regular file, or what the program was given opened, as ``/dev/stdin`` is.
+    error : type
+        Of what is raised.
+
+    Raises
+    ------
+    AxisidError
+        As `error` says: it cannot be read, is no regular file, or too large.
+    """
+    try:
+        kind = file.stat().st_mode
+        if not stat.S_ISREG(kind) and (stat.S_ISDIR(kind) or not _OPENED.fullmatch(str(file))):
+            what = "a folder" if stat.S_ISDIR(kind) else "a pipe, a device or a socket"
+            raise error(
+                f"{file} cannot be read: it is {what}. {GIVE_RESULT}",
+                code="result-file",
+            )
+        with file.open("rb") as stream:
+            content = stream.read(_LARGEST + 1)
+    except AxisidError:
+        raise  # it is a ValueError too
+    except ValueError as refused:  # a null, or half of a letter
+        raise error(
+            f"{str(file)!r} is no name of a file. {GIVE_RESULT}", code="result-file"
+        ) from refused
+    except OSError as refused:
+        raise error(
+            f"{file} cannot be read: {refused.strerror}. Check the path.", code="result-file"
+        ) from refused
+    if len(content) > _LARGEST:
+        raise error(f"{file} is larger than any result, {_LARGEST // 10**6} MB. {GIVE_RESULT}")
+    return content
+
+
+def json_text(document: Mapping[str, Any]) -> str:
+    """A result as JSON on several lines, with its `digest` if it has a schema.
+
+    Raises
+    ------
+    EstimationError
+        A number in it is infinite or none; where it stands is said.
+    """
+    try:
+        if "schema" in document:
+            document = {**document, "digest": digest(document)}
+        return json.dumps(document, indent=2, allow_nan=False) + "\n"
+    except ValueError as error:
+        place, value = next(_not_finite(document, ""))
+        raise EstimationError(
+            f"the result cannot be written as JSON, since {place} is {value}. Check the equation "
+            "of motion over the positions and speeds of the record, and its units: something in it "
+            "is beyond floating point.",
+            code="result-file",
+        ) from error
+
+
+def digest(document: Mapping[str, Any]) -> str:
+    """What no other document has: sha256 of its members but this one, whose numbers are floats.
+
+    Other programs write 1.0 as 1.
+    """
+    others = {name: value for name, value in document.items() if name != "digest"}
+    floats = json.loads(json.dumps(others), parse_int=float)
+    return sha256(json.dumps(floats, sort_keys=True).encode()).hexdigest()
+
+
+def is_unchanged(document: Mapping[str, Any]) -> bool:
+    """Whether a document that was read is as it was written, as far as it says what that was."""
+    return "digest" not in document or document["digest"] == digest(document)
+
+
+def _not_finite(value: Any, place: str) -> Iterator[tuple[str, float]]:
+    """Where numbers stand that JSON does not know."""
+    if isinstance(value, float) and not math.isfinite(value):
+        yield place, value
+    items = enumerate(value) if isinstance(value, (list, tuple)) else ()
+    for key, inner in value.items() if isinstance(value, Mapping) else items:
+        yield from _not_finite(inner, f"{place}.{key}" if place else str(key))
+
+
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
+
+
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    """Rows as CSV; None is an empty cell.
+
+    A text that a spreadsheet would run as a formula gets an apostrophe before it, by which
+    spreadsheets know text: serials and names of logs are anybody's.
+    """
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(map(_as_text, row) for row in rows)
+    return text.getvalue()
+
+
+def _as_text(cell: object) -> object:
+    if not isinstance(cell, str):
+        return cell
+    begins_one = cell.startswith(_FORMULA)
+    with suppress(ValueError):
+        float(cell)
+        begins_one = False
+    # The writer quotes no carriage return, at which readers begin a row.
+    return "'" * begins_one + cell.replace("\r", "\n")
