@@ -92,14 +92,6 @@ def test_several_outputs_are_followed_and_read_back(run: Run, log: Path, tmp_pat
     saved = load_result(file)
     assert isinstance(saved, SavedOutputFit)
     assert saved.to_dict().items() <= written.items()
-    del written["digest"]
-    file.write_text(
-        json.dumps(
-            {**written, "record_errors": [*written["record_errors"], written["record_errors"][0]]}
-        )
-    )
-    with refuses("result-file"):
-        load_result(file)
 
 
 def test_a_file_of_a_fit_that_was_changed_is_refused(run: Run, log: Path, tmp_path: Path) -> None:
@@ -119,8 +111,3 @@ def test_a_fit_is_no_result_of_identify(run: Run, log: Path, tmp_path: Path) -> 
     run("fit", "emps2015", log, "--json", file)
     with refuses("result-file", says="is of a fit of an output"):
         compare_results(file, file)
-    written = json.loads(file.read_text())
-    del written["digest"]
-    file.write_text(json.dumps({**written, "covariance": []}))
-    with refuses("result-file"):
-        load_result(file)

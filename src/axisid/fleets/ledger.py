@@ -16,7 +16,7 @@ from axisid.estimation.diagnostics import Belief, Checked, gravest_first
 from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification
 from axisid.populations import LARGEST
-from axisid.presentation.schema import JsonObject, Matrix, about
+from axisid.presentation.saved import JsonObject, Matrix, about
 from axisid.support.errors import DataError
 from axisid.support.quoting import first_of
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from axisid.estimation.tables import UNITS_ENTRY, npz_bytes, parquet_bytes, split_labels
-from axisid.presentation.schema import schema_of
+from axisid.presentation.saved import schema_of
 from axisid.support.errors import UsageError
 from axisid.support.files.csv_text import csv_text
 from axisid.support.files.regular_file import write_file

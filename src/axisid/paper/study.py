@@ -32,7 +32,8 @@ from axisid.presentation.blocks import (
     plain_text,
     text_columns,
 )
-from axisid.presentation.monte_carlo import estimand_tables, findings, legend, study_facts
+from axisid.presentation.saved import study_facts
+from axisid.presentation.text import estimand_tables, findings, legend
 from axisid.support.errors import EstimationError, UsageError
 from axisid.support.files.json_text import json_text
 from axisid.support.files.regular_file import replace_file

@@ -13,7 +13,6 @@ from axisid.presentation.blocks import (
     Interval,
     Intervals,
     Listing,
-    NotedText,
     Notes,
     Quantity,
     Sentence,
@@ -64,8 +63,8 @@ class Elements(HTMLParser):
             rows=(("b", Quantity(HOSTILE, HOSTILE, (HOSTILE,))),),
         ),
         Table(
-            columns=(Column("a"), Column("b", kind="method")),
-            rows=((NotedText(HOSTILE, HOSTILE, HOSTILE), HOSTILE),),
+            columns=(Column("a"), Column(HOSTILE, kind="method")),
+            rows=((HOSTILE, HOSTILE),),
         ),
         Checks(judged=(CheckGroup("fail", (HOSTILE,), HOSTILE),), conclusion=HOSTILE),
         Notes((HOSTILE,)),

@@ -11,8 +11,7 @@ from jsonschema import Draft202012Validator
 
 from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.presentation.saved.result_comparison import compare_results
-from axisid.presentation.schema import WrittenAlone
+from axisid.presentation.saved.result_comparison import WrittenAlone, compare_results
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]

@@ -16,7 +16,6 @@ from .document import (
     Document,
     Heading,
     Listing,
-    NotedText,
     Notes,
     Paragraph,
     Quantity,
@@ -67,15 +66,14 @@ class Grid:
 
 def grid(table: Table) -> Grid:
     """The texts of a table; a column with parts becomes as many columns."""
-    columns = [column for column in table.columns for _ in range(1 + len(column.parts))]
+    # Intervals are drawn, or left out.
+    kept = [i for i, column in enumerate(table.columns) if column.kind != "intervals"]
+    whole = [table.columns[i] for i in kept]
+    columns = [column for column in whole for _ in range(1 + len(column.parts))]
     return Grid(
-        heads=tuple(head for column in table.columns for head in _heads(column)),
+        heads=tuple(head for column in whole for head in _heads(column)),
         rows=tuple(
-            tuple(
-                text
-                for cell, column in zip(row, table.columns, strict=True)
-                for text in _texts(cell, column)
-            )
+            tuple(text for i in kept for text in _texts(row[i], table.columns[i]))
             for row in table.rows
         ),
         aligns=tuple(column.align for column in columns),
@@ -110,16 +108,9 @@ def _texts(cell: Cell, column: Column) -> Iterator[str]:
 
 def joined(cell: Cell) -> str:
     """A cell as one text."""
-    match cell:
-        case str():
-            return cell
-        case Quantity():
-            return f"{cell.value} +- {cell.deviation}" if cell.deviation else cell.value
-        case NotedText():
-            text = f"{cell.text} [{cell.unit}]" if cell.unit else cell.text
-            return f"{text} ({cell.note})" if cell.note else text
-        case _:
-            return ""
+    if isinstance(cell, Quantity):
+        return f"{cell.value} +- {cell.deviation}" if cell.deviation else cell.value
+    return cell if isinstance(cell, str) else ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -62,12 +62,29 @@ def _equation(model: AxisModel) -> list[Section]:
         Section(
             title="Equation of motion",
             lines=(equation_of_motion(declared), inertia),
-            note=f"position {q.symbol} [{q.unit}], velocity {q.velocity}, acceleration "
-            f"{q.acceleration}; {FORCE} is the drive's force on the load side",
+            note=_motion_note(q),
         ),
         Section(title="Parameters", lines=tuple(_parameters(declared))),
         *_signals(declared),
     ]
+
+
+def motion_sections(axis: Axis) -> list[Section]:
+    """The equation of motion, its parameters, the drive and the control law."""
+    motion = Section(
+        title="Equation of motion",
+        lines=(equation_of_motion(axis),),
+        note=_motion_note(axis.coordinate),
+    )
+    parameters = Section(title="Parameters", lines=tuple(_parameters(axis)))
+    return [motion, parameters, *_around(axis)[:2]]
+
+
+def _motion_note(q: Coordinate) -> str:
+    return (
+        f"position {q.symbol} [{q.unit}], velocity {q.velocity}, acceleration {q.acceleration}; "
+        f"{FORCE} is the drive's force on the load side"
+    )
 
 
 def _physical(model: AxisModel) -> list[Section]:

@@ -1,43 +1,53 @@
-"""An identification that was written as JSON, read again."""
+"""An identification that was written as JSON, read again, whole or as one of its records has it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.diagnostics import Diagnosis
-from axisid.estimation.estimates import Physical, PhysicalByMethod
+from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis, RecordDifference
+from axisid.estimation.diagnostics.estimates import Excitation
+from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.diagnostics.loop import Alignment
+from axisid.estimation.estimates import (
+    Physical,
+    PhysicalByMethod,
+    physical_parameters,
+)
 from axisid.estimation.identification import (
     ByMethod,
     DriveTime,
     Identification,
+    RecordInfo,
     RecordResult,
     record_place,
 )
 from axisid.estimation.parameters import known_of, layout_of
 from axisid.estimation.records import Record
+from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.estimation.studies import Validation, validate
 from axisid.modeling.declaration import Axis, Drive, left_out_text
 from axisid.modeling.quantities import Parameter, Signal
-from axisid.presentation.documents import read_as, written_identification
-from axisid.presentation.schema import (
-    WrittenDriveTime,
-    WrittenIdentification,
-    WrittenMember,
-    WrittenPrefilter,
-    WrittenRecord,
-)
-from axisid.support.arrays import Exact
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
+from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable, view_of
 
-from .contradictions import written_drive
-from .diagnosis import read_diagnosis
+from .diagnosis import NOT_EVALUATED, WrittenAlignment, WrittenLawCheck
 from .estimate import SavedEstimate, arrays, named, written_physical_covariances
-from .part import PartEstimate, SavedPart
+from .record import WrittenDriveTime, WrittenPrefilter, WrittenRecord, written_drive
+from .values import read_as
+from .written_identification import (
+    WrittenApart,
+    WrittenIdentification,
+    WrittenMember,
+    written_identification,
+)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -73,7 +83,8 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         The prefilter before what it left open was chosen for the record, if that is known.
     prefilter : Prefilter
         With what was chosen for the record.
-    record : WrittenRecord
+    record : RecordInfo
+        Without its samples.
     sampling : Sampling
         The samples that counted; of those near reversals how many, not which.
     of_records : tuple of RecordResult
@@ -101,7 +112,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     levels: Levels
     requested: Prefilter | None
     prefilter: Prefilter
-    record: WrittenRecord
+    record: RecordInfo
     sampling: Sampling
     of_records: tuple[RecordResult, ...]
     local_names: Mapping[str, tuple[str, ...]]
@@ -144,9 +155,6 @@ class SavedIdentification(ByMethod, Presentable, Exact):
             set_aside=written.set_aside or {},
         )
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return SavedIdentification.of, (self.file, self.document, self.declared)
-
     def __repr__(self) -> str:
         records = [self.document.record, *(m.record for m in (self.document.records or ())[1:])]
         source = " and ".join(record.source for record in records)
@@ -169,7 +177,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         if self.declared is None:
             raise UsageError(
                 f"{self.file} does not hold the axis {self.name!r}; give the one it was "
-                f"identified with: load_result(..., axis=...).",
+                "identified with (axis).",
                 code="result-file",
             )
         return self.declared
@@ -213,38 +221,47 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         """
         return str(view_of("as_text", self, draws=draws, every=every, full=full))
 
-    def part(self, number: int) -> "SavedIdentification | SavedPart":
-        """The result as one of several records has it, by its number from 1; see `SavedPart`.
+    def part(self, number: int) -> "SavedIdentification":
+        """The result as one of several records has it, by its number from 1.
+
+        What is the record's own is a parameter of its axis; with the drive gain among the
+        parameters of all, they are of the declared gain, as in the part of a live result.
 
         Raises
         ------
         UsageError
             There is no such record.
         """
-        place = record_place(number, len(self.of_records))
-        if not (self.local_names or any(of_one.known for of_one in self.of_records)):
+        place, records = record_place(number, len(self.of_records)), self.of_records
+        if not records:
             return self
-        records, gain = self.of_records, self.declared_gain
-        told = {name: [of_one.known[name] for of_one in records] for name in records[0].known}
+        one, gain = records[place], self.declared_gain
+        own = replace(
+            self,
+            record=one.record,
+            sampling=one.sampling,
+            prefilter=one.sampling.prefilter,
+            of_records=(),
+        )
+        if not (self.local_names or one.known):
+            return own
+        told = {name: [each.known[name] for each in records] for name in one.known}
         known, count = known_of(told, len(records)), len(records)
-        form = layout_of(self.axis, count, known, self.local_names, commanded=gain is not None)
-        return SavedPart(
-            requested=self.requested,
-            preferred_method=self.preferred.method,
-            estimates={
-                method: PartEstimate(
-                    method=method,
-                    whole=estimate,
-                    joint=form,
-                    place=place,
-                    equation_error_percent=estimate.equation_error_percent,
-                    simulation_error_percent=estimate.simulation_error_percent,
-                )
-                for method, estimate in self.estimates.items()
-            },
-            record=records[place].record,
-            prefilter=records[place].sampling.prefilter,
-            axis=form.members[place].axis,
+        joint = layout_of(self.axis, count, known, self.local_names, commanded=gain is not None)
+        axis = joint.members[place].axis
+        estimates = {method: e.part(joint, place) for method, e in self.estimates.items()}
+        physical = {
+            method: physical_parameters(method, InverseForm(axis), e.distribution)
+            for method, e in estimates.items()
+        }
+        return replace(
+            own,
+            declared=axis.declared,
+            signature=axis.signature,
+            estimates=estimates,
+            physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
+            local_names={},
+            declared_gain=None,
         )
 
     def validate(self, record: Record, *, like: int | None = None) -> Validation:
@@ -298,6 +315,77 @@ def _prefilter(written: WrittenPrefilter, period: float) -> Prefilter:
     # Ends that are no longer than the filter's transient were not cut off, but given no weight.
     transient = SampledFilter(made, period).dropped
     return made if transient == written.drop else replace(made, drop=written.drop)
+
+
+def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
+    """The diagnosis of a document."""
+    units = {name: v.unit for name, v in written.estimates[0].parameters.items()}
+    return Diagnosis(
+        preferred=written.judged,
+        instruments=written.instruments,
+        excitation=tuple(
+            read_as(Excitation, e, name=name) for name, e in written.excitation.items()
+        ),
+        **_measured(written, units),
+        bands=written.model_bands or {},
+        differences=written.differences or {},
+        records=tuple(
+            RecordDiagnosis(**_measured(member, units), apart=read_apart(member.apart))
+            for member in written.records or ()
+        ),
+    )
+
+
+def _measured(
+    written: WrittenIdentification | WrittenMember, units: Mapping[str, str]
+) -> dict[str, Any]:
+    """What is measured of one record as well as of a whole result."""
+    return {
+        "law": _law(written.law_check),
+        "alignment": _read_alignment(written.alignment, units),
+        "verdict": written.verdict,
+        "lack_of_fit": written.lack_of_fit or None,
+        "motions": written.measured_motion or {},
+    }
+
+
+def _law(written: WrittenLawCheck) -> LawCheck | Missing:
+    if written.passed is None:
+        return Missing(written.meaning.removeprefix(NOT_EVALUATED))
+    return read_as(LawCheck, written, factors=dict(written.factors or {}), delay=written.delay or 0)
+
+
+def _read_alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment | Missing:
+    if written.best is None:
+        return Missing(written.reason or "")
+    sensitivity = np.array([*(written.sensitivity or {}).values()])
+    return read_as(
+        Alignment,
+        written,
+        at_the_end=bool(written.at_the_end),
+        by_instruments=bool(written.by_instruments),
+        sensitivity=sensitivity,
+        names=tuple(written.sensitivity or {}),
+        units=tuple(units.get(name, "") for name in written.sensitivity or {}),
+    )
+
+
+def read_apart(written: WrittenApart | None) -> RecordDifference | Missing:
+    """A record alone beside the others."""
+    if written is None:
+        return Missing("the record alone does not tell the parameters")
+    return read_as(
+        RecordDifference,
+        written,
+        names=tuple(written.own),
+        own=_numbers(written.own),
+        others=_numbers(written.common),
+        deviations=_numbers(written.deviations),
+    )
+
+
+def _numbers(written: Mapping[str, float]) -> Array:
+    return np.array([*written.values()], dtype=float)
 
 
 def _physical(estimate: SavedEstimate) -> Physical | None:

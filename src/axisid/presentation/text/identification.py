@@ -18,6 +18,8 @@ from axisid.presentation.blocks import (
     Column,
     Document,
     Heading,
+    Interval,
+    Intervals,
     Notes,
     Paragraph,
     Sentence,
@@ -26,17 +28,21 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.formulas import decimals
-from axisid.presentation.saved import (
-    SavedEstimate,
-    SavedIdentification,
-    identification_facts,
-)
+from axisid.presentation.saved import SavedEstimate, SavedIdentification, identification_facts
 from axisid.support.mappings import grouped
 from axisid.support.number_text import or_dash, range_text
 from axisid.support.real_numbers import is_nothing
 
-from .details import checks_table, details_document
-from .estimate import band_row, iterations, moves_notes, physical_notes, places, quantity
+from .estimate import (
+    band_row,
+    checks_table,
+    details_document,
+    iterations,
+    moves_notes,
+    physical_notes,
+    places,
+    quantity,
+)
 from .record import (
     force_told,
     record_facts,
@@ -81,7 +87,7 @@ def saved_document(
         return (*_screen(result), *drawn)
     estimates, physical, diagnosis = [*result.estimates.values()], result.physical, result.diagnosis
     recorded = signals_text(result.signals)
-    made = f"{_rows_text(result)}{recorded} Generated code {result.signature[:12]}."
+    made = f"{rows_of(result)}{recorded} Generated code {result.signature[:12]}."
     missing = {**result.skipped, **result.failed}
     notes = [
         *_notes(estimates),
@@ -95,7 +101,10 @@ def saved_document(
     ]
     return (
         _heading(result),
-        *(_estimates_table(beside, diagnosis) for beside in _side_by_side(estimates)),
+        *(
+            _estimates_table(beside, diagnosis, result.record.provenance.truth)
+            for beside in _side_by_side(estimates)
+        ),
         *_physical_tables(result),
         *((records_table(result),) if result.of_records else ()),
         verdict_block(diagnosis.verdict),
@@ -194,14 +203,14 @@ def _side_by_side(estimates: Sequence[SavedEstimate]) -> list[list[SavedEstimate
     return [form[i : i + 2] for form in forms for i in range(0, len(form), 2)]
 
 
-def _rows_text(result: SavedIdentification) -> str:
+def rows_of(result: SavedIdentification) -> str:
     """How the records became rows."""
     used = next(iter(result.estimates.values())).document.rows
     force = force_told(
         result.drive,
         result.document.drive_remark or "",
         is_gain=not result.document.drive_force,
-        measured=result.record.has_force,
+        measured="force" in result.record.provenance.columns,
     )
     samplings = [of_one.sampling for of_one in result.of_records] or [result.sampling]
     records = [of_one.record for of_one in result.of_records] or [result.record]
@@ -245,22 +254,30 @@ def _truth(parameters: Iterable[Parameter], truth: Mapping[str, float]) -> str:
     )
 
 
-def _estimates_table(estimates: Sequence[SavedEstimate], diagnosis: Diagnosis) -> Table:
-    first = estimates[0]
+def _estimates_table(
+    estimates: Sequence[SavedEstimate], diagnosis: Diagnosis, truth: Mapping[str, float]
+) -> Table:
+    first, methods = estimates[0], [e.method for e in estimates]
     rows = _value_rows(
-        [e.parameters for e in estimates],
+        {e.method: e.parameters for e in estimates},
         _labels(first.quantities),
-        [diagnosis.bands.get(e.method, {}) for e in estimates],
+        truth,
+        [diagnosis.bands.get(method, {}) for method in methods],
     )
-    rows += _value_rows([e.ddm_parameters for e in estimates], _labels(first.ddm_quantities))
+    direct = {e.method: e.ddm_parameters for e in estimates}
+    rows += _value_rows(direct, _labels(first.ddm_quantities), truth)
     rows += [
-        ("equation error", "%", *map(_equation_error, estimates)),
-        ("simulation error", "%", *(or_dash(e.simulation_error_percent, ".4f") for e in estimates)),
-        ("rows", "", *(str(e.document.rows) for e in estimates)),
-        ("condition number", "", *(f"{e.condition_number:.3f}" for e in estimates)),
-        ("iterations", "", *map(iterations, estimates)),
+        ("equation error", "%", *map(_equation_error, estimates), ""),
+        (
+            *("simulation error", "%"),
+            *(or_dash(e.simulation_error_percent, ".4f") for e in estimates),
+            "",
+        ),
+        ("rows", "", *(str(e.document.rows) for e in estimates), ""),
+        ("condition number", "", *(f"{e.condition_number:.3f}" for e in estimates), ""),
+        ("iterations", "", *map(iterations, estimates), ""),
     ]
-    return Table(columns=_columns("", [e.method for e in estimates]), rows=tuple(rows), labels=2)
+    return Table(columns=_columns("", methods), rows=tuple(rows), labels=2)
 
 
 def _equation_error(estimate: SavedEstimate) -> str:
@@ -280,13 +297,15 @@ def _physical_tables(result: SavedIdentification) -> list[Table]:
         return []
     columns = _columns("physical parameters", [physical.method for physical in shown])
     names = {name: name for name in shown[0].parameters}
-    rows = _value_rows([physical.parameters for physical in shown], names)
+    values = {physical.method: physical.parameters for physical in shown}
+    rows = _value_rows(values, names, result.record.provenance.truth)
     return [Table(columns=columns, rows=tuple(rows), labels=2)]
 
 
 def _columns(what: str, methods: Iterable[str]) -> tuple[Column, ...]:
-    of_methods = (Column(method.upper(), parts=PARTS) for method in methods)
-    return (*text_columns([what, "unit"]), *of_methods)
+    of_methods = (Column(method.upper(), parts=PARTS, kind="method") for method in methods)
+    drawn = Column("intervals", align="left", kind="intervals")
+    return (*text_columns([what, "unit"]), *of_methods, drawn)
 
 
 def _labels(quantities: Iterable[Quantity]) -> dict[str, str]:
@@ -294,17 +313,25 @@ def _labels(quantities: Iterable[Quantity]) -> dict[str, str]:
 
 
 def _value_rows(
-    columns: Sequence[Mapping[str, Value]],
+    columns: Mapping[str, Mapping[str, Value]],
     labels: Mapping[str, str],
+    truth: Mapping[str, float],
     bands: Sequence[Mapping[str, JackknifeInterval]] = (),
 ) -> list[Row]:
+    """Rows of the parameters by method, their intervals to be drawn behind them."""
     rows: list[Row] = []
     for name, label in labels.items():
-        values = [column[name] for column in columns]
-        rows.append((label, values[0].unit, *map(quantity, values)))
-        rows += _corrected_row(values)
+        values = {method: column[name] for method, column in columns.items()}
+        drawn = (
+            Interval(v.interval[0], v.corrected, v.interval[1], method.rsplit("-", 1)[-1])
+            for method, v in values.items()
+        )
+        beside = [*values.values()]
+        intervals = Intervals(tuple(drawn), truth.get(name))
+        rows.append((label, beside[0].unit, *map(quantity, beside), intervals))
+        rows += _corrected_row(beside)
         if bands:
-            rows += band_row(values, [column.get(name) for column in bands])
+            rows += band_row(beside, [column.get(name) for column in bands])
     return rows
 
 
@@ -313,7 +340,7 @@ def _corrected_row(values: Sequence[Value]) -> list[Row]:
     if not any(v.is_shifted for v in values):
         return []
     numbers = ("-" if v.filter_bias is None else f"{v.corrected:.{places(v)}f}" for v in values)
-    return [(f"  {CORRECTED}", "", *numbers)]
+    return [(f"  {CORRECTED}", "", *numbers, "")]
 
 
 def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> Table:

@@ -10,14 +10,11 @@ import pytest
 from axisid import load_result, trend
 from axisid.estimation.monte_carlo import Mean, Share
 from axisid.presentation.drawing.matplotlib import draw
-from axisid.presentation.monte_carlo.document import mean_cell, share_texts
-from axisid.presentation.monte_carlo.plots import (
-    PLOTS,
-    monte_carlo_page,
-    monte_carlo_plots,
-)
+from axisid.presentation.plots.monte_carlo import PLOTS, monte_carlo_plots
 from axisid.presentation.plots.plot import Plot
+from axisid.presentation.report.page import monte_carlo_page
 from axisid.presentation.saved import SavedMonteCarlo
+from axisid.presentation.text.monte_carlo import mean_cell, share_texts
 from tests.estimation.monte_carlo.short import judged
 from tests.refusals import refuses
 

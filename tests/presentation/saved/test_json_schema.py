@@ -14,15 +14,10 @@ from jsonschema import Draft202012Validator
 
 from axisid import Record, fit, identify, load_axis, sweep, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.presentation.schema import (
-    WrittenComparison,
-    WrittenIdentification,
-    WrittenLawSearch,
-    WrittenOutputFit,
-    WrittenSweep,
-    plain,
-    schema_of,
-)
+from axisid.presentation.saved import plain, schema_of
+from axisid.presentation.saved.output_fit import WrittenOutputFit
+from axisid.presentation.saved.studies import WrittenComparison, WrittenLawSearch, WrittenSweep
+from axisid.presentation.saved.written_identification import WrittenIdentification
 from axisid.support.figures import from_json
 
 DOCUMENTS = (
