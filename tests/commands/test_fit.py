@@ -66,7 +66,7 @@ def test_a_fit_is_read_back_as_it_was_written(
     run("fit", "emps2015", log, "--json", file, "--report", page)
     saved = load_result(file)
     assert isinstance(saved, SavedOutputFit)
-    with refuses("figure", says="no samples to draw a figure of; the one that fit"):
+    with refuses("figure", says="no rows, samples or runs, which the figure needs"):
         saved.plot("")
     assert saved.to_dict().items() <= json.loads(file.read_text()).items()
     found = fit(emps2015, read_record(log, emps2015))

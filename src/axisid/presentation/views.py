@@ -44,6 +44,7 @@ from axisid.presentation.saved import (
     SavedMonteCarlo,
     SavedOutputFit,
     estimate_facts,
+    identification_facts,
     plain,
     result_comparison_document,
     study_facts,
@@ -63,7 +64,6 @@ from axisid.presentation.text import (
     comparison_document,
     diagnosis_blocks,
     fit_validation_document,
-    identification_document,
     law_search_document,
     output_fit_document,
     record_document,
@@ -213,9 +213,10 @@ def _figures_of(
 def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageError:
     listed = ", ".join(there)
     if isinstance(result, SavedEstimate | SavedMonteCarlo | SavedOutputFit):
+        of = f"{quoted(what)} " if what else ""
         return UsageError(
-            f"the file of a result has no rows, samples or runs, which the figure {quoted(what)} "
-            "needs; draw it from what identify, fit or monte_carlo returns"
+            f"the file of a result has no rows, samples or runs, which the figure {of}needs; draw "
+            "it from what identify, fit or monte_carlo returns"
             + (f", or choose from {listed}." if listed else "."),
             code="figure",
         )
@@ -256,7 +257,12 @@ _VIEWS: Mapping[type, tuple[Callable[..., Document], Callable[..., Any]]] = {
     Record: (record_document, written_record),
     Diagnosis: (diagnosis_blocks, written_diagnosis),
     Estimate: (lambda each: saved_estimate_document(estimate_facts(each)), written_estimate),
-    Identification: (identification_document, written_identification),
+    Identification: (
+        lambda each, draws=0, **how: saved_document(
+            identification_facts(each, draws), draws, **how
+        ),
+        written_identification,
+    ),
     Sweep: (sweep_document, written_sweep),
     LawSearch: (law_search_document, written_law_search),
     Comparison: (comparison_document, written_comparison),

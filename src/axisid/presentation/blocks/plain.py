@@ -71,7 +71,14 @@ def grid(table: Table) -> Grid:
     whole = [table.columns[i] for i in kept]
     columns = [column for column in whole for _ in range(1 + len(column.parts))]
     return Grid(
-        heads=tuple(head for column in whole for head in _heads(column)),
+        heads=tuple(
+            head
+            for column in whole
+            for head in (
+                f"{column.head} [{column.unit}]" if column.unit else column.head,
+                *column.parts,
+            )
+        ),
         rows=tuple(
             tuple(text for i in kept for text in _texts(row[i], table.columns[i]))
             for row in table.rows
@@ -90,11 +97,6 @@ def _groups(columns: Sequence[Column]) -> Iterator[tuple[int, ...]]:
 
     for _, numbers in groupby(range(len(columns)), key):
         yield tuple(numbers)
-
-
-def _heads(column: Column) -> Iterator[str]:
-    yield f"{column.head} [{column.unit}]" if column.unit else column.head
-    yield from column.parts
 
 
 def _texts(cell: Cell, column: Column) -> Iterator[str]:
@@ -222,13 +224,11 @@ def _table(texts: Grid) -> str:
     rows = [texts.heads, *texts.rows]
     widths = [max(len(row[i]) for row in rows) for i in range(len(texts.heads))]
     rule = "-" * (sum(widths) + 2 * (len(widths) - 1))
-    head, *others = (_row(row, widths, texts.aligns) for row in rows)
-    return "\n".join([head, rule, *others])
-
-
-def _row(row: Sequence[str], widths: Sequence[int], aligns: Sequence[Align]) -> str:
-    cells = (
-        text.ljust(width) if align == "left" else text.rjust(width)
-        for text, width, align in zip(row, widths, aligns, strict=True)
+    head, *others = (
+        "  ".join(
+            text.ljust(width) if align == "left" else text.rjust(width)
+            for text, width, align in zip(row, widths, texts.aligns, strict=True)
+        ).rstrip()
+        for row in rows
     )
-    return "  ".join(cells).rstrip()
+    return "\n".join([head, rule, *others])

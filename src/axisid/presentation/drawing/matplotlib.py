@@ -348,9 +348,20 @@ def force_figure(estimate: Estimate, title: str, path: Path, *, seconds: float =
     seconds : float
         How much of the record is shown, from its first row.
     """
-    plot = _until(force_plot(estimate), float(row_times(estimate)[0]) + seconds)
+    plot, end = force_plot(estimate), float(row_times(estimate)[0]) + seconds
+    shown = (
+        replace(
+            panel,
+            series=tuple(
+                replace(each, x=each.x[each.x <= end], y=each.y[each.x <= end])
+                for each in panel.series
+            ),
+        )
+        for panel in plot.panels
+    )
     error = estimate.equation_error_percent
-    _save(draw(plot, f"{title}: equation error {error:.1f} %"), path)
+    title = f"{title}: equation error {error:.1f} %"
+    _save(draw(replace(plot, panels=tuple(shown)), title), path)
 
 
 def sweep_figure(result: Sweep, path: Path) -> None:
@@ -393,19 +404,6 @@ def write_figures(plots: Iterable[Plot], folder: Path, form: str) -> list[Path]:
         _save(draw(plot), path)
         written.append(path)
     return written
-
-
-def _until(plot: Plot, end: float) -> Plot:
-    """The plot up to a value of x."""
-
-    def cut(series: Series) -> Series:
-        count = int((series.x <= end).sum())
-        return replace(series, x=series.x[:count], y=series.y[:count])
-
-    def cut_panel(panel: Panel) -> Panel:
-        return replace(panel, series=tuple(map(cut, panel.series)))
-
-    return replace(plot, panels=tuple(map(cut_panel, plot.panels)))
 
 
 def _save(figure: Drawing, path: Path) -> None:

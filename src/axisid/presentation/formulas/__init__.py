@@ -16,9 +16,6 @@ from .latex import (
 from .numbers import (
     decimals as decimals,
     figure_text as figure_text,
-    power_of_ten as power_of_ten,
     readable_text as readable_text,
     readable_unit as readable_unit,
-    significant as significant,
-    true_minus as true_minus,
 )

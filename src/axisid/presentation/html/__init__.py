@@ -8,7 +8,6 @@ from .blocks import (
     blocks_html as blocks_html,
     checks_html as checks_html,
     prose_html as prose_html,
-    sign_html as sign_html,
     table_html as table_html,
     unbroken as unbroken,
 )

@@ -17,7 +17,6 @@ from axisid.presentation.blocks import (
     Notes,
     Paragraph,
     Quantity,
-    Sentence,
     Table,
     joined,
 )
@@ -112,7 +111,11 @@ def block_html(block: Block) -> str:
             listed = "".join(f"<p>[{i}] {prose_html(note)}</p>" for i, note in notes)
             return f"<details><summary>Notes</summary>{listed}</details>"
         case Paragraph():
-            return title + "".join(map(_sentence, block.sentences))
+            sentences = (
+                (f"<b>{escape(lead)}</b> " if (lead := each.lead.strip()) else "", each.text)
+                for each in block.sentences
+            )
+            return title + "".join(f"<p>{lead}{prose_html(text)}</p>" for lead, text in sentences)
         case Listing():
             lines = "".join(f"<li><code>{escape(line)}</code></li>" for line in block.lines)
             return f"{title}<ul>{lines}</ul>"
@@ -176,8 +179,3 @@ def _judged(judged: CheckGroup) -> str:
 def sign_html(status: str) -> str:
     """The sign of an outcome."""
     return f'<span class="sign {STATUS_CLASSES[status]}" title="{status}">{_SIGNS[status]}</span>'
-
-
-def _sentence(sentence: Sentence) -> str:
-    lead = f"<b>{escape(sentence.lead.strip())}</b> " if sentence.lead.strip() else ""
-    return f"<p>{lead}{prose_html(sentence.text)}</p>"

@@ -58,16 +58,11 @@ class _Pool:
     def put(self, values: Any) -> Any:
         if not np.ndim(values):
             return float(values)
-        if len(values) > 2 and _is_even(values):
-            step = float(values[-1] - values[0]) / (len(values) - 1)
+        step = float(values[-1] - values[0]) / max(len(values) - 1, 1)
+        if len(values) > 2 and step and np.allclose(np.diff(values), step, _EVEN, 0.0):
             return {"start": float(values[0]), "step": step, "count": len(values)}
         content = base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")
         return self.numbers.setdefault(content, len(self.numbers))
-
-
-def _is_even(values: Array) -> bool:
-    steps = np.diff(values)
-    return bool(steps[0] != 0 and np.all(np.abs(steps - steps.mean()) <= _EVEN * abs(steps[0])))
 
 
 def _thinned(plot: Plot) -> Plot:

@@ -7,7 +7,6 @@ from msgspec import UNSET, UnsetType
 
 from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.diagnostics.loop import Alignment
 from axisid.support.missing import Missing
 
 from .values import JsonObject, about, written_as
@@ -106,10 +105,23 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
 
 
 def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> dict[str, Any]:
-    """What is measured of one record as well as of a whole result, by member of its document."""
+    """What is measured of one record as well as of a whole result, by member of its document.
+
+    `names` are of the parameters where the delay of the force has none of its own.
+    """
+    profile = found.alignment
     return {
         "law_check": written_law(found.law),
-        "alignment": _alignment(found.alignment, names),
+        "alignment": WrittenAlignment(best=None, reason=profile.reason)
+        if isinstance(profile, Missing)
+        else written_as(
+            WrittenAlignment,
+            profile,
+            sensitivity=dict(
+                zip(profile.names or names, profile.sensitivity.tolist(), strict=True)
+            ),
+            reason=UNSET,
+        ),
         "verdict": found.verdict,
         "lack_of_fit": found.lack_of_fit or UNSET,
         "measured_motion": {
@@ -124,11 +136,3 @@ def written_law(check: LawCheck | Missing) -> WrittenLawCheck:
     if isinstance(check, Missing):
         return WrittenLawCheck(passed=None, meaning=f"{NOT_EVALUATED}{check}")
     return written_as(WrittenLawCheck, check, meaning=check.sentence)
-
-
-def _alignment(profile: Alignment | Missing, names: Sequence[str]) -> WrittenAlignment:
-    """The delay of the force; `names` are of the parameters where it has none of its own."""
-    if isinstance(profile, Missing):
-        return WrittenAlignment(best=None, reason=profile.reason)
-    sensitivity = zip(profile.names or names, profile.sensitivity.tolist(), strict=True)
-    return written_as(WrittenAlignment, profile, sensitivity=dict(sensitivity), reason=UNSET)

@@ -1,7 +1,7 @@
 """One method's estimate as its file has it: what can be said without the rows it was made from."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import is_output_error
 from axisid.estimation.estimates import Estimate, Iterate, NamedValues, SamplingDistribution, Value
 from axisid.estimation.parameters import JointForm
-from axisid.estimation.regression import Drawn, DrawSummary, ResidualTests, correlation
+from axisid.estimation.regression import DrawSummary, ResidualTests, correlation
 from axisid.modeling.text import FunctionLike
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
@@ -95,7 +95,14 @@ class SavedEstimate(Presentable, Exact):
         made = written.physical.base if written.physical else {}
         names, free = [*written.parameters], written.freedom or {}
         usual, slopes = written.rows - len(direct or names), written.gain_slopes
-        covariances = arrays(written_covariances(written))
+        covariances = arrays(
+            {
+                **(written.covariances or {}),
+                "iid": written.covariance,
+                "robust": written.covariance_robust,
+                "hac": written.covariance_hac,
+            }
+        )
         quantities = tuple(
             Quantity(name=name, unit=v.unit, expression=made.get(name, ""))
             for name, v in written.parameters.items()
@@ -127,7 +134,19 @@ class SavedEstimate(Presentable, Exact):
                 else written.gain_relative_sd * np.array([slopes[name] for name in names]),
             ),
             curvatures=np.array([number(c, math.inf) for c in written.curvatures.values()]),
-            iterates=tuple(_iterates(written)),
+            iterates=tuple(
+                Iterate(
+                    physical=np.array([*physical.values()]),
+                    theta=np.array([*theta.values()]),
+                    simulation_error_percent=error,
+                )
+                for physical, theta, error in zip(
+                    written.iterations,
+                    written.theta_ddm_iterations or written.iterations,
+                    written.iteration_simulation_errors_percent,
+                    strict=True,
+                )
+            ),
             started=written.started or "",
         )
 
@@ -234,13 +253,8 @@ class SavedEstimate(Presentable, Exact):
         UsageError
             The file has no such draws.
         """
-        drawn, value = self._drawn(function, draws), self.parameters[function]
-        return DrawSummary(value=value.value, unit=value.unit, **asdict(drawn))
-
-    def _drawn(self, function: object, draws: object) -> Drawn:
-        """The draws of a parameter, if the file has them."""
-        written = self.document.drawn or {}
-        if not is_among(function, written):
+        written, value = self.document.drawn or {}, self.parameters.get(function)
+        if value is None or not is_among(function, written):
             raise UsageError(
                 f"the file holds no draws of {quoted(function)} by {self.method}; identify again "
                 "and write some.",
@@ -254,7 +268,7 @@ class SavedEstimate(Presentable, Exact):
                 f"{quoted(draws)}; identify again and write as many.",
                 code="result-file",
             )
-        return drawn
+        return DrawSummary(value=value.value, unit=value.unit, **asdict(drawn))
 
     def _curvature(self, gradient: Array, hessian: Array) -> float:
         """Second-order part of a function's deviation against the first.
@@ -270,31 +284,9 @@ def estimate_facts(estimate: Estimate) -> SavedEstimate:
     return SavedEstimate.of(written_estimate(estimate), estimate.row_period)
 
 
-def _iterates(written: WrittenEstimate) -> Iterator[Iterate]:
-    """The start and every iterate."""
-    thetas = written.theta_ddm_iterations or written.iterations
-    errors = written.iteration_simulation_errors_percent
-    for physical, theta, error in zip(written.iterations, thetas, errors, strict=True):
-        yield Iterate(
-            physical=np.array([*physical.values()]),
-            theta=np.array([*theta.values()]),
-            simulation_error_percent=error,
-        )
-
-
 def arrays(written: Mapping[str, Matrix]) -> dict[str, Array]:
     """Matrices of a file, by name."""
     return {name: np.array(matrix) for name, matrix in written.items()}
-
-
-def written_covariances(estimate: WrittenEstimate) -> dict[str, Matrix]:
-    """Of an estimate's parameters, by name, those with a member of their own and the others."""
-    return {
-        **(estimate.covariances or {}),
-        "iid": estimate.covariance,
-        "robust": estimate.covariance_robust,
-        "hac": estimate.covariance_hac,
-    }
 
 
 def written_physical_covariances(physical: WrittenPhysical) -> dict[str, Matrix]:
@@ -302,20 +294,23 @@ def written_physical_covariances(physical: WrittenPhysical) -> dict[str, Matrix]
     return {**(physical.covariances or {}), "hac": physical.covariance_hac}
 
 
-def written_deviations(value: WrittenValue) -> dict[str, float]:
-    """Of a value, by covariance, those with a member of their own and the others."""
-    return {
-        **(value.deviations or {}),
-        "iid": value.sd,
-        "robust": value.sd_robust,
-        "hac": value.sd_hac,
-    }
-
-
 def named(written: Mapping[str, WrittenValue], chosen: str = "hac") -> NamedValues:
     """Values by name, as an estimate has them; `chosen` is the covariance of their intervals."""
-    return NamedValues((name, _value(value, chosen)) for name, value in written.items())
-
-
-def _value(written: WrittenValue, chosen: str) -> Value:
-    return read_as(Value, written, deviations=written_deviations(written), chosen=chosen)
+    return NamedValues(
+        (
+            name,
+            read_as(
+                Value,
+                v,
+                # Those with a member of their own, and the others.
+                deviations={
+                    **(v.deviations or {}),
+                    "iid": v.sd,
+                    "robust": v.sd_robust,
+                    "hac": v.sd_hac,
+                },
+                chosen=chosen,
+            ),
+        )
+        for name, v in written.items()
+    )

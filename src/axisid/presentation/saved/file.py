@@ -77,7 +77,13 @@ def read_document(
     found = _schema(file, content)
     for document in expected:
         if found == schema_of(document):
-            return _decoded(file, content, document)
+            try:
+                return msgspec.json.decode(content, type=document, dec_hook=from_json)
+            except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
+                raise DataError(
+                    f"{file} lacks what its schema promises: {_said(error)}. {WRITE_AGAIN}",
+                    code="result-file",
+                ) from error
     if found in refused:
         raise DataError(f"{file} {refused[found]}", code="result-file")
     what = f"its schema is {found[:_SHOWN]!r}" if found else "it has no schema"
@@ -104,16 +110,6 @@ def _schema(file: Path, content: bytes) -> str:
         )
     schema = members.get("schema")
     return schema if isinstance(schema, str) else ""
-
-
-def _decoded(file: Path, content: bytes, document: type[Expected]) -> Expected:
-    try:
-        return msgspec.json.decode(content, type=document, dec_hook=from_json)
-    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        raise DataError(
-            f"{file} lacks what its schema promises: {_said(error)}. {WRITE_AGAIN}",
-            code="result-file",
-        ) from error
 
 
 def _said(error: Exception) -> str:
@@ -147,7 +143,14 @@ def _path(file: object) -> Path:
 
 def _checked(file: Path, document: WrittenIdentification) -> SavedIdentification:
     """Refuse what does not belong together, and what cannot be computed from."""
-    _refuse_unknown(document, file)
+    for estimate in document.estimates:  # a program that has a covariance more: it may be whole
+        if estimate.chosen_covariance not in COVARIANCES:
+            raise DataError(
+                f"{file} has intervals by the covariance {quoted(estimate.chosen_covariance)}, "
+                f"which this program does not have (it has {', '.join(COVARIANCES)}); "
+                "register it as the program did that wrote the file, or identify again.",
+                code="result-file",
+            )
     saved = _told(str(file), lambda: SavedIdentification.of(str(file), document))
     _told(str(file), lambda: saved.summary(full=True))
     return saved
@@ -362,18 +365,6 @@ def _of_drive(document: WrittenIdentification, drive: Drive) -> Iterator[tuple[s
     spread = document.estimates[0].gain_relative_sd  # 0 too where the force was measured
     if spread and not math.isclose(spread, drive.relative_sd, rel_tol=_SAME_DEVIATION):
         yield "the drive's relative_sd", f"{spread:g}", f"{drive.relative_sd:g}"
-
-
-def _refuse_unknown(document: WrittenIdentification, file: Path) -> None:
-    """Refuse a file of a program that has a covariance more: it may well be whole."""
-    for estimate in document.estimates:
-        if estimate.chosen_covariance not in COVARIANCES:
-            raise DataError(
-                f"{file} has intervals by the covariance {quoted(estimate.chosen_covariance)}, "
-                f"which this program does not have (it has {', '.join(COVARIANCES)}); "
-                "register it as the program did that wrote the file, or identify again.",
-                code="result-file",
-            )
 
 
 def contradiction(file: str, problem: str) -> DataError:

@@ -38,12 +38,11 @@ from axisid.support.errors import UsageError
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable, view_of
 
-from .diagnosis import NOT_EVALUATED, WrittenAlignment, WrittenLawCheck
+from .diagnosis import NOT_EVALUATED, WrittenAlignment
 from .estimate import SavedEstimate, arrays, named, written_physical_covariances
-from .record import WrittenDriveTime, WrittenPrefilter, WrittenRecord, written_drive
+from .record import WrittenPrefilter, WrittenRecord, written_drive
 from .values import read_as
 from .written_identification import (
-    WrittenApart,
     WrittenIdentification,
     WrittenMember,
     written_identification,
@@ -127,7 +126,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     ) -> "SavedIdentification":
         """What a document tells."""
         record, drive, asked = written.record, written.drive, written.requested
-        sampling = _sampling(written.prefilter, record)
+        sampling, found = _sampling(written.prefilter, record), drive and drive.estimated
         step = record.period * written.prefilter.decimate
         estimates = {e.method: SavedEstimate.of(e, step) for e in written.estimates}
         physical = {method: _physical(estimate) for method, estimate in estimates.items()}
@@ -140,7 +139,15 @@ class SavedIdentification(ByMethod, Presentable, Exact):
             name=written.axis,
             signals=tuple(Signal(s.name, s.unit, s.between) for s in written.signals or ()),
             drive=written_drive(drive) if drive else Drive(gain=1.0),
-            drive_time=_drive_time(drive.estimated) if drive and drive.estimated else None,
+            drive_time=DriveTime(
+                name=found.of,
+                parameter=Parameter(found.name, "s", nominal=found.nominal),
+                value=found.value,
+                deviation=found.sd,
+                interval=found.interval_95,
+            )
+            if found
+            else None,
             estimates=estimates,
             physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
             diagnosis=read_diagnosis(written),
@@ -275,20 +282,13 @@ def identification_facts(result: Identification, draws: int) -> SavedIdentificat
     return SavedIdentification.of("", document, result.axis.declared)
 
 
-def _drive_time(written: WrittenDriveTime) -> DriveTime:
-    """A lag or a delay as it was found."""
-    return DriveTime(
-        name=written.of,
-        parameter=Parameter(written.name, "s", nominal=written.nominal),
-        value=written.value,
-        deviation=written.sd,
-        interval=written.interval_95,
-    )
-
-
 def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
+    made = read_as(Prefilter, prefilter, drop=None)
+    # Ends that are no longer than the filter's transient were not cut off, but given no weight.
+    if SampledFilter(made, record.period).dropped != prefilter.drop:
+        made = replace(made, drop=prefilter.drop)
     return Sampling(
-        prefilter=_prefilter(prefilter, record.period),
+        prefilter=made,
         samples=record.samples,
         period=record.period,
         segments=record.segments,
@@ -310,13 +310,6 @@ def _of_record(written: WrittenMember) -> RecordResult:
     )
 
 
-def _prefilter(written: WrittenPrefilter, period: float) -> Prefilter:
-    made = read_as(Prefilter, written, drop=None)
-    # Ends that are no longer than the filter's transient were not cut off, but given no weight.
-    transient = SampledFilter(made, period).dropped
-    return made if transient == written.drop else replace(made, drop=written.drop)
-
-
 def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
     """The diagnosis of a document."""
     units = {name: v.unit for name, v in written.estimates[0].parameters.items()}
@@ -330,7 +323,19 @@ def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
         bands=written.model_bands or {},
         differences=written.differences or {},
         records=tuple(
-            RecordDiagnosis(**_measured(member, units), apart=read_apart(member.apart))
+            RecordDiagnosis(
+                **_measured(member, units),
+                apart=Missing("the record alone does not tell the parameters")
+                if member.apart is None
+                else read_as(
+                    RecordDifference,
+                    member.apart,
+                    names=tuple(member.apart.own),
+                    own=_numbers(member.apart.own),
+                    others=_numbers(member.apart.common),
+                    deviations=_numbers(member.apart.deviations),
+                ),
+            )
             for member in written.records or ()
         ),
     )
@@ -340,19 +345,16 @@ def _measured(
     written: WrittenIdentification | WrittenMember, units: Mapping[str, str]
 ) -> dict[str, Any]:
     """What is measured of one record as well as of a whole result."""
+    law = written.law_check
     return {
-        "law": _law(written.law_check),
+        "law": Missing(law.meaning.removeprefix(NOT_EVALUATED))
+        if law.passed is None
+        else read_as(LawCheck, law, factors=dict(law.factors or {}), delay=law.delay or 0),
         "alignment": _read_alignment(written.alignment, units),
         "verdict": written.verdict,
         "lack_of_fit": written.lack_of_fit or None,
         "motions": written.measured_motion or {},
     }
-
-
-def _law(written: WrittenLawCheck) -> LawCheck | Missing:
-    if written.passed is None:
-        return Missing(written.meaning.removeprefix(NOT_EVALUATED))
-    return read_as(LawCheck, written, factors=dict(written.factors or {}), delay=written.delay or 0)
 
 
 def _read_alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment | Missing:
@@ -367,20 +369,6 @@ def _read_alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alig
         sensitivity=sensitivity,
         names=tuple(written.sensitivity or {}),
         units=tuple(units.get(name, "") for name in written.sensitivity or {}),
-    )
-
-
-def read_apart(written: WrittenApart | None) -> RecordDifference | Missing:
-    """A record alone beside the others."""
-    if written is None:
-        return Missing("the record alone does not tell the parameters")
-    return read_as(
-        RecordDifference,
-        written,
-        names=tuple(written.own),
-        own=_numbers(written.own),
-        others=_numbers(written.common),
-        deviations=_numbers(written.deviations),
     )
 
 

@@ -293,8 +293,24 @@ class SavedOutputFit(Checked, Presentable, Exact):
             file=file,
             document=written,
             name=written.axis,
-            outputs=_outputs(written),
-            parameters=NamedValues((n, _value(v, chosen)) for n, v in written.parameters.items()),
+            # Files of one output need not say it of each record.
+            outputs=tuple(dict.fromkeys(e.output or written.output for e in written.record_errors)),
+            parameters=NamedValues(
+                (
+                    name,
+                    Value(
+                        value=v.value,
+                        unit=v.unit,
+                        deviations={of: number(sd, math.inf) for of, sd in v.deviations.items()},
+                        interval=(
+                            number(v.interval_95[0], -math.inf),
+                            number(v.interval_95[1], math.inf),
+                        ),
+                        chosen=chosen,
+                    ),
+                )
+                for name, v in written.parameters.items()
+            ),
             covariance=np.array([[number(x, math.inf) for x in row] for row in written.covariance]),
             levels=written.levels or DEFAULT_LEVELS,
             checks=written.verdict,
@@ -331,19 +347,3 @@ class SavedOutputFit(Checked, Presentable, Exact):
     def physical(self) -> Array:
         """The parameters, (P,)."""
         return np.array([v.value for v in self.parameters.values()])
-
-
-def _outputs(written: WrittenOutputFit) -> tuple[str, ...]:
-    """What was followed; files of one output need not say it of each record."""
-    return tuple(dict.fromkeys(each.output or written.output for each in written.record_errors))
-
-
-def _value(written: WrittenFitted, chosen: str) -> Value:
-    low, high = written.interval_95
-    return Value(
-        value=written.value,
-        unit=written.unit,
-        deviations={n: number(sd, math.inf) for n, sd in written.deviations.items()},
-        interval=(number(low, -math.inf), number(high, math.inf)),
-        chosen=chosen,
-    )

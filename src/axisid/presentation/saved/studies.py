@@ -1,17 +1,14 @@
 """Studies as documents: candidates, validations, sweeps, and laws of a control."""
 
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Any
 
 from msgspec import UNSET, UnsetType
 
-from axisid.estimation.law_search import ExplainedLaw, LawSearch
-from axisid.estimation.parameters import KnownValues
+from axisid.estimation.law_search import LawSearch
 from axisid.estimation.studies import (
-    Candidate,
     Comparison,
     Criteria,
-    MethodValidation,
     NestedTest,
     ParameterCheck,
     Sweep,
@@ -154,57 +151,54 @@ def written_comparison(comparison: Comparison) -> WrittenComparison:
         c,
         record=written_record(c.record),
         records=UNSET if len(c.records) == 1 else tuple(map(written_record, c.records)),
-        known={each.name: _known(each) for each in c.known} or UNSET,
+        known={
+            known.name: tuple(
+                WrittenKnown(value=value, sd=sd)
+                for value, sd in zip(known.values, known.deviations, strict=True)
+            )
+            for known in c.known
+        }
+        or UNSET,
         set_aside=dict(c.set_aside.items()) or UNSET,
         prefilter=written_prefilter(c.data.sampling),
         rows=len(c.candidates[0].estimate.y),
         held_out=WrittenHeldOutBlocks(blocks=c.blocks, gap_rows=c.gap),
-        candidates=tuple(map(_candidate, c.candidates)),
-    )
-
-
-def _known(known: KnownValues) -> tuple[WrittenKnown, ...]:
-    pairs = zip(known.values, known.deviations, strict=True)
-    return tuple(WrittenKnown(value=value, sd=sd) for value, sd in pairs)
-
-
-def _candidate(candidate: Candidate) -> WrittenCandidate:
-    return written_as(
-        WrittenCandidate,
-        candidate,
-        axis=candidate.axis.axis.name,
-        signature=candidate.axis.signature,
-        left_out=left_out(candidate.axis),
-        estimate=written_estimate(candidate.estimate),
-        no_simulation=candidate.reason,
+        candidates=tuple(
+            written_as(
+                WrittenCandidate,
+                each,
+                axis=each.axis.axis.name,
+                signature=each.axis.signature,
+                left_out=left_out(each.axis),
+                estimate=written_estimate(each.estimate),
+                no_simulation=each.reason,
+            )
+            for each in c.candidates
+        ),
     )
 
 
 def written_validation(validation: Validation) -> WrittenValidation:
     """Errors by method; what is not finite becomes None."""
+    methods = []
+    for each in validation:
+        apart = None if each.reestimate is None else each.reestimate.apart
+        again: dict[str, Any] = {"anew": None, "anew_distances": None, "anew_share_percent": None}
+        if apart is not None:
+            again = {
+                "anew": dict(zip(apart.names, map(finite, apart.own.tolist()), strict=True)),
+                "anew_distances": dict(
+                    zip(apart.names, map(finite, apart.distances.tolist()), strict=True)
+                ),
+                "anew_share_percent": finite(apart.share_percent),
+            }
+        methods.append(written_as(WrittenMethodValidation, each, reason=each.reason or "", **again))
     return written_as(
         WrittenValidation,
         validation,
         record=written_record(validation.record),
-        methods=tuple(map(_method, validation)),
+        methods=tuple(methods),
         law_check=written_law(validation.law),
-    )
-
-
-def _method(validation: MethodValidation) -> WrittenMethodValidation:
-    difference = validation.reestimate
-    again = None if difference is None else difference.apart
-    return written_as(
-        WrittenMethodValidation,
-        validation,
-        reason=validation.reason or "",
-        anew=None
-        if again is None
-        else dict(zip(again.names, map(finite, again.own.tolist()), strict=True)),
-        anew_distances=None
-        if again is None
-        else dict(zip(again.names, map(finite, again.distances.tolist()), strict=True)),
-        anew_share_percent=None if again is None else finite(again.share_percent),
     )
 
 
@@ -221,16 +215,16 @@ def written_sweep(sweep: Sweep) -> WrittenSweep:
 
 def written_law_search(search: LawSearch) -> WrittenLawSearch:
     """What ``--json`` writes."""
-    return written_as(WrittenLawSearch, search, laws=tuple(map(_law, search.laws)))
-
-
-def _law(each: ExplainedLaw) -> WrittenExplainedLaw:
-    return written_as(
-        WrittenExplainedLaw,
-        each,
-        law=each.function,
-        gains=dict(each.law.gains),
-        sd=dict(each.deviations),
-        delay=each.law.delay,
-        period=each.law.period,
+    laws = (
+        written_as(
+            WrittenExplainedLaw,
+            each,
+            law=each.function,
+            gains=dict(each.law.gains),
+            sd=dict(each.deviations),
+            delay=each.law.delay,
+            period=each.law.period,
+        )
+        for each in search.laws
     )
+    return written_as(WrittenLawSearch, search, laws=tuple(laws))

@@ -202,7 +202,16 @@ def written_estimate(
         WrittenEstimate,
         estimate,
         parameters={name: written_value(v) for name, v in estimate.parameters.items()},
-        theta_ddm=_direct(estimate) if direct else None,
+        theta_ddm={
+            q.name: written_as(
+                WrittenDirectValue,
+                estimate.ddm_parameters[q.name],
+                deviations=_others(estimate.ddm_parameters[q.name].deviations) or UNSET,
+                expression=q.expression,
+            )
+            for q in estimate.ddm_quantities
+        }
+        or None,
         covariance=matrix(estimate.covariances["iid"]),
         covariance_robust=matrix(estimate.covariances["robust"]),
         covariance_hac=matrix(estimate.covariances["hac"]),
@@ -236,18 +245,6 @@ def written_estimate(
 
 def _slopes(quantities: Iterable[Quantity], slopes: Array | None) -> dict[str, float] | None:
     return None if slopes is None else _named(quantities, slopes)
-
-
-def _direct(estimate: Estimate) -> dict[str, WrittenDirectValue]:
-    return {
-        q.name: written_as(
-            WrittenDirectValue,
-            estimate.ddm_parameters[q.name],
-            deviations=_others(estimate.ddm_parameters[q.name].deviations) or UNSET,
-            expression=q.expression,
-        )
-        for q in estimate.ddm_quantities
-    }
 
 
 def drawn_parameters(estimate: Estimate, draws: int) -> dict[str, Drawn]:

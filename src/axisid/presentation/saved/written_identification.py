@@ -13,7 +13,6 @@ from axisid.estimation.diagnostics.loop import ColumnComparison
 from axisid.estimation.estimates import HausmanTest
 from axisid.estimation.identification import DriveTime, Identification, RecordResult
 from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
-from axisid.estimation.problems import ParameterAtBound
 from axisid.modeling.declaration import Drive
 from axisid.support.arrays import Array
 from axisid.support.missing import Missing
@@ -269,7 +268,13 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
         axis=result.axis.axis.name,
         signature=result.axis.signature,
         left_out=left_out(result.axis),
-        held={each.name: _held(each) for each in result.held} or UNSET,
+        held={
+            each.name: written_as(
+                WrittenHeld, each, interval_95=tuple(sorted((each.bound, each.reach)))
+            )
+            for each in result.held
+        }
+        or UNSET,
         signals=tuple(written_as(WrittenSignal, s) for s in result.axis.axis.signals) or UNSET,
         drive=_response(drive, result.drive_time),
         drive_force=UNSET if drive.is_gain else drive.force_text(result.axis.axis.coordinate),
@@ -297,11 +302,6 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
     )
 
 
-def _held(held: ParameterAtBound) -> WrittenHeld:
-    low, high = sorted((held.bound, held.reach))
-    return written_as(WrittenHeld, held, interval_95=(low, high))
-
-
 def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetType:
     if not drive.of_held_commands and found is None:
         return UNSET
@@ -309,17 +309,13 @@ def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetT
     if path:
         path["unit"] = drive.unit
     if found is not None:
-        path["estimated"] = _drive_time(found)
+        path["estimated"] = written_as(
+            WrittenDriveTime,
+            found,
+            name=found.parameter.name,
+            of=found.name,
+            nominal=found.parameter.nominal,
+            sd=found.deviation,
+        )
     path |= {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged}
     return WrittenResponse(**path)
-
-
-def _drive_time(found: DriveTime) -> WrittenDriveTime:
-    return written_as(
-        WrittenDriveTime,
-        found,
-        name=found.parameter.name,
-        of=found.name,
-        nominal=found.parameter.nominal,
-        sd=found.deviation,
-    )

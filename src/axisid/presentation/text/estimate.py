@@ -54,7 +54,10 @@ def saved_estimate_document(estimate: SavedEstimate) -> Document:
             Column("95 % interval"),
         ),
         rows=(
-            *((name, v.unit, quantity(v), _interval(v)) for name, v in values.items()),
+            *(
+                (name, v.unit, quantity(v), range_text(*v.interval, " … ", digits=6))
+                for name, v in values.items()
+            ),
             *((name, "%", or_dash(error, ".4g"), "") for name, error in errors.items()),
         ),
         labels=2,
@@ -69,11 +72,6 @@ def iterations(estimate: SavedEstimate) -> str:
         return "-"
     count = str(len(estimate.iterates) - 1)
     return f"{count} from {_STARTS[estimate.started]}" if estimate.started else count
-
-
-def _interval(value: Value) -> str:
-    low, high = value.interval
-    return range_text(low, high, " … ", digits=6)
 
 
 def quantity(value: Value) -> Quantity:
@@ -158,7 +156,7 @@ def physical_notes(found: Mapping[str, Physical]) -> list[str]:
         (sentence, method)
         for method, physical in found.items()
         for sentence in (
-            *(_fixable(each) for each in physical.undetermined),
+            *(each + _FIX * each.endswith(" known") for each in physical.undetermined),
             *physical.remarks,
         )
     )
@@ -166,10 +164,6 @@ def physical_notes(found: Mapping[str, Physical]) -> list[str]:
         f"{sentence}." if len(methods) == len(found) else f"{', '.join(methods)}: {sentence}."
         for sentence, methods in said.items()
     ]
-
-
-def _fixable(sentence: str) -> str:
-    return sentence + (_FIX if sentence.endswith(" known") else "")
 
 
 def _how(physical: Physical) -> str:
@@ -190,11 +184,28 @@ def _how(physical: Physical) -> str:
 def details_document(estimates: Mapping[str, SavedEstimate], diagnosis: Diagnosis) -> Document:
     """Intervals, correlations and every diagnostic, each with its figure and threshold."""
     preferred = estimates[diagnosis.preferred]
-    label = COVARIANCES[preferred.chosen].label
+    label, names = COVARIANCES[preferred.chosen].label, [q.name for q in preferred.quantities]
     return (
         _intervals(f"95 % intervals, {label}, less the bias of filter and noise", estimates),
-        _correlation(f"Correlation, {preferred.method.upper()}, {label}", preferred),
-        _excitation(diagnosis),
+        _table(
+            f"Correlation, {preferred.method.upper()}, {label}",
+            ["", *names],
+            (
+                [name, *(f"{r:.3f}" for r in row)]
+                for name, row in zip(names, preferred.correlation, strict=True)
+            ),
+        ),
+        _table(
+            "Excitation",
+            ("", "of the force", "variance inflation", "nearly repeats"),
+            (
+                (
+                    *(e.name, f"{figure_text(100 * e.share)} %", f"{e.inflation:.3g}"),
+                    ", ".join(e.alike) or "-",
+                )
+                for e in diagnosis.excitation
+            ),
+        ),
         *((_by_record(diagnosis),) if diagnosis.records else (_law(diagnosis.law),)),
         _instruments(preferred, diagnosis.instruments),
         _differences(diagnosis, {q.name: q.unit for q in preferred.quantities}),
@@ -220,36 +231,16 @@ def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> Table:
     labels[0] = f"sd {labels[0]}"
     header = ["", "unit", "2.5 %", "97.5 %", *labels, "gain", "bias"]
     rows = (
-        [f"{method.upper()} {name}", value.unit, *_figures(value)]
+        [
+            *(f"{method.upper()} {name}", value.unit),
+            *(f"{end:.6g}" for end in value.interval),
+            *(f"{value.deviations[of]:.3g}" for of in COVARIANCES),
+            *(f"{value.sd_gain:.3g}", or_dash(value.filter_bias, "+.2g")),
+        ]
         for method, estimate in estimates.items()
         for name, value in (estimate.parameters | estimate.ddm_parameters).items()
     )
     return _table(title, header, rows, labels=2)
-
-
-def _figures(value: Value) -> list[str]:
-    ends = [f"{end:.6g}" for end in value.interval]
-    deviations = (*(value.deviations[name] for name in COVARIANCES), value.sd_gain)
-    bias = or_dash(value.filter_bias, "+.2g")
-    return [*ends, *(f"{sd:.3g}" for sd in deviations), bias]
-
-
-def _correlation(title: str, estimate: SavedEstimate) -> Table:
-    names = [q.name for q in estimate.quantities]
-    rows = (
-        [name, *(f"{r:.3f}" for r in row)]
-        for name, row in zip(names, estimate.correlation, strict=True)
-    )
-    return _table(title, ["", *names], rows)
-
-
-def _excitation(diagnosis: Diagnosis) -> Table:
-    rows = (
-        [e.name, f"{figure_text(100 * e.share)} %", f"{e.inflation:.3g}", ", ".join(e.alike) or "-"]
-        for e in diagnosis.excitation
-    )
-    heads = ("", "of the force", "variance inflation", "nearly repeats")
-    return _table("Excitation", heads, rows)
 
 
 def _law(law: LawCheck | Missing) -> Table | Paragraph:

@@ -94,7 +94,7 @@ def _estimands(result: SavedMonteCarlo, figures: Iterable[EstimandFigures], titl
     others = [
         of
         for of in (*COVARIANCES, MODEL_ERROR)
-        if any(of in each.coverage and of != _stated(each, chosen) for each in listed)
+        if any(of in each.coverage and of != stated_by(each.method, chosen) for each in listed)
     ]
     columns = (
         *text_columns(["method", "", "unit"]),
@@ -106,9 +106,22 @@ def _estimands(result: SavedMonteCarlo, figures: Iterable[EstimandFigures], titl
         Column("95 % interval", "%", group="holds"),
         *(Column(_label(of), "%") for of in others),
     )
+    rows: list[tuple[Cell, ...]] = []
+    for each in listed:
+        stated = stated_by(each.method, chosen)
+        shares = ("" if of == stated else share_texts(each.coverage.get(of))[0] for of in others)
+        rows.append(
+            (
+                *(method_title(each.method), each.name, each.unit, _number(each.truth, 6)),
+                *(mean_cell(each.bias), mean_cell(each.scatter)),
+                _number(each.deviations.get(stated, math.nan), 2),
+                *share_texts(each.coverage.get(stated)),
+                *shares,
+            )
+        )
     return Table(
         columns=columns,
-        rows=tuple(_row(each, chosen, others) for each in listed),
+        rows=tuple(rows),
         labels=2,
         title=title,
     )
@@ -119,32 +132,12 @@ def _label(of: str) -> str:
     return named[of] if of in named else COVARIANCES[of].label
 
 
-def _stated(each: EstimandFigures, chosen: str) -> str:
-    """What the printed interval of an estimate is of."""
-    return stated_by(each.method, chosen)
-
-
 def _stated_labels(result: SavedMonteCarlo) -> str:
     """What the printed intervals are of, by all methods."""
     return " and ".join(
         dict.fromkeys(
             _label(stated_by(method, result.chosen)) for method in result.document.methods
         )
-    )
-
-
-def _row(each: EstimandFigures, chosen: str, others: Iterable[str]) -> tuple[Cell, ...]:
-    stated = _stated(each, chosen)
-    return (
-        method_title(each.method),
-        each.name,
-        each.unit,
-        _number(each.truth, 6),
-        mean_cell(each.bias),
-        mean_cell(each.scatter),
-        _number(each.deviations.get(stated, math.nan), 2),
-        *share_texts(each.coverage.get(stated)),
-        *("" if of == stated else share_texts(each.coverage.get(of))[0] for of in others),
     )
 
 
@@ -182,14 +175,20 @@ def study_checks(result: SavedMonteCarlo) -> Table:
     total = ("any of them", *share_texts(result.objected), "", "", "")
     return Table(
         columns=(*text_columns(["check"]), *shares, Column("not evaluated", "%")),
-        rows=(*map(_check_row, beyond), total),
+        rows=(
+            *(
+                (
+                    check.name,
+                    *share_texts(check.fails),
+                    *share_texts(check.notes),
+                    share_texts(check.missing)[0],
+                )
+                for check in beyond
+            ),
+            total,
+        ),
         title=f"Checks of {result.judged} verdicts",
     )
-
-
-def _check_row(check: CheckFigures) -> tuple[Cell, ...]:
-    fails, notes = share_texts(check.fails), share_texts(check.notes)
-    return check.name, *fails, *notes, share_texts(check.missing)[0]
 
 
 def _is_silent(check: CheckFigures) -> bool:

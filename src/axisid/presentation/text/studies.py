@@ -1,13 +1,11 @@
 """Fits and studies as documents: outputs, laws of a control, estimates over the cut-off."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from axisid.estimation.choices import LOSSES, OUTPUTS, SQUARES
-from axisid.estimation.estimates import Value
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.identification import Identification
-from axisid.estimation.law_search import ExplainedLaw, LawSearch
+from axisid.estimation.law_search import LawSearch
 from axisid.estimation.studies import FitValidation, Sweep, Validation
 from axisid.modeling.declaration import Axis, left_out_text
 from axisid.presentation.blocks import (
@@ -32,10 +30,9 @@ from axisid.support.number_text import range_text
 from .estimate import quantity
 from .identification import verdict_block
 from .record import (
-    listed_facts,
     record_facts,
+    records_facts,
     set_aside_facts,
-    several_facts,
 )
 
 #: What each covariance is, for notes.
@@ -56,7 +53,13 @@ def saved_fit_document(fit: SavedOutputFit, *, declared: Axis | None = None) -> 
     """The same of what a file has; `declared` is the axis, which no file has."""
     return (
         _heading(fit, declared),
-        _parameters(fit),
+        Table(
+            columns=text_columns(
+                ["", "unit", "value", "sd [1]", "rel. sd", "95 % interval", "start", "remark"]
+            ),
+            rows=tuple(_row(fit, name) for name in fit.names),
+            labels=2,
+        ),
         _errors(fit),
         verdict_block(fit.checks),
         Notes(tuple(_notes(fit))),
@@ -64,14 +67,13 @@ def saved_fit_document(fit: SavedOutputFit, *, declared: Axis | None = None) -> 
 
 
 def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
-    told = [record_facts(record) for record in fit.records]
     written = fit.document
     facts = {
         "axis": fit.name + (f": {declared.title}" if declared and declared.title else ""),
         "left out": left_out_text(declared)
         if declared
         else ", ".join(f"{name} = {value:g}" for name, value in written.left_out.items()),
-        **(told[0] if len(told) == 1 else listed_facts(told)),
+        **records_facts(fit.records),
         "output": "; ".join(f"{name}, {OUTPUTS[name]}" for name in fit.outputs),
         "loss": "" if written.loss == SQUARES else f"{written.loss}, {LOSSES[written.loss]}",
         "start": f"{written.started}, {len(written.iterations)} steps",
@@ -79,26 +81,16 @@ def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
     return Heading(facts=tuple(facts.items()))
 
 
-def _parameters(fit: SavedOutputFit) -> Table:
-    heads = ["", "unit", "value", "sd [1]", "rel. sd", "95 % interval", "start", "remark"]
-    rows = tuple(_row(fit, name) for name in fit.names)
-    return Table(columns=text_columns(heads), rows=rows, labels=2)
-
-
 def _row(fit: SavedOutputFit, name: str) -> tuple[Cell, ...]:
     value, written = fit[name], fit.document.parameters[name]
     held = written.fixed or written.at_bound is not None
-    shown = _shown(value)
+    shown = Quantity(f"{value.value:.6g}", "inf", ("-", ""))
+    if value.deviation < math.inf:
+        shown = quantity(value)
     sd, relative = ("-", "-") if held else (shown.deviation, shown.more[0])
     interval = "-" if written.fixed else range_text(*value.interval, " to ", digits=6)
     start = f"{written.start:.6g}"
     return name, value.unit, shown.value, sd, relative, interval, start, _remark(written)
-
-
-def _shown(value: Value) -> Quantity:
-    if value.deviation < math.inf:
-        return quantity(value)
-    return Quantity(f"{value.value:.6g}", "inf", ("-", ""))
 
 
 def _remark(written: WrittenFitted) -> str:
@@ -131,34 +123,15 @@ def _errors(fit: SavedOutputFit) -> Table:
     return Table(columns=text_columns(heads), rows=rows)
 
 
-def _compared(fit: SavedOutputFit) -> str:
-    if fit.document.horizon:
-        return (
-            f"Position under the recorded control less the recorded one, in windows of "
-            f"{fit.document.horizon:g} s. Each has a first position and velocity of its own, "
-            "which are fitted with the parameters; percent are of the way from there."
-        )
-    return (
-        f"Simulated less recorded {fit.output} at every sample that is measured and counts; no "
-        "filter, no decimation. The loop starts as the record does."
-    )
-
-
-def _steps(fit: SavedOutputFit) -> str:
-    written = fit.document
-    if not written.encoder_step:
-        return ""
-    size = f"{written.encoder_step:.3g} {written.position_unit}"
-    return f"; what simulated loops with an encoder's steps of {size} scatter, where that is more"
-
-
 def _notes(fit: SavedOutputFit) -> Iterator[str]:
     written, first = fit.document, fit[fit.names[0]]
     chosen = written.chosen_covariance
+    size = f"{written.encoder_step:.3g} {written.position_unit}"
+    steps = f"; what simulated loops with an encoder's steps of {size} scatter, where that is more"
     others = "; ".join(f"{n} ({_COVARIANCES[n]})" for n in first.deviations if n != chosen)
     yield (
         f"Standard deviations: {_COVARIANCES[chosen]}; order by Akaike's criterion, up to "
-        f"0.1 s{_steps(fit)}. Others in JSON: {others}."
+        f"0.1 s{steps * bool(written.encoder_step)}. Others in JSON: {others}."
     )
     if any(each.at_bound for each in written.parameters.values()):
         yield (
@@ -170,7 +143,14 @@ def _notes(fit: SavedOutputFit) -> Iterator[str]:
             "Outputs count by the inverse of what is left of each, or as asked; an autoregression "
             "of them all has what their errors have in common."
         )
-    yield _compared(fit)
+    yield (
+        f"Position under the recorded control less the recorded one, in windows of "
+        f"{written.horizon:g} s. Each has a first position and velocity of its own, which are "
+        "fitted with the parameters; percent are of the way from there."
+        if written.horizon
+        else f"Simulated less recorded {fit.output} at every sample that is measured and counts; "
+        "no filter, no decimation. The loop starts as the record does."
+    )
     for name, own in (written.local or {}).items():
         listed = ", ".join(dict.fromkeys(filter(None, own)))
         yield f"{listed}: {name} of each record, in their order."
@@ -188,12 +168,8 @@ _NOT_TOLD = ("record", "columns")  # but what was assumed and repaired
 
 def law_search_document(search: LawSearch) -> Document:
     """The laws by what they leave, the gains of the best, and how to declare it."""
-    heading = Heading(facts=tuple(record_facts(search.record).items()))
-    return heading, _ranking(search), _gains_table(search.best), _conclusion(search)
-
-
-def _ranking(search: LawSearch) -> Table:
-    return Table(
+    heading, best = Heading(facts=tuple(record_facts(search.record).items())), search.best
+    ranking = Table(
         columns=(
             *text_columns(["", "law"]),
             Column("gains", align="left"),
@@ -215,10 +191,7 @@ def _ranking(search: LawSearch) -> Table:
         labels=2,
         title="Ready laws by what they leave of the control, of held-out and of their own rows",
     )
-
-
-def _gains_table(best: ExplainedLaw) -> Table:
-    return Table(
+    gains = Table(
         columns=(*text_columns([best.title]), Column("value"), Column("sd")),
         rows=tuple(
             (
@@ -229,6 +202,7 @@ def _gains_table(best: ExplainedLaw) -> Table:
             for name, value in best.law.gains.items()
         ),
     )
+    return heading, ranking, gains, _conclusion(search)
 
 
 def _conclusion(search: LawSearch) -> Paragraph:
@@ -247,39 +221,36 @@ def _conclusion(search: LawSearch) -> Paragraph:
 def sweep_document(sweep: Sweep) -> Document:
     """Values by cut-off and method, and the recommendation."""
     first = sweep.results[0]
-    facts = (
-        several_facts(first.of_records, {p.name: p.unit for p in first.axis.declared.parameters})
-        if first.of_records
-        else record_facts(first.record)
-    )
+    units = {p.name: p.unit for p in first.axis.declared.parameters}
+    facts = records_facts(first.records, [of_one.known for of_one in first.of_records], units)
+    if first.of_records:
+        facts = {"records": f"{len(first.records)}, one set of parameters", **facts}
     facts = {
         "left out": left_out_text(first.axis.declared),
         **{name: text for name, text in facts.items() if not name.startswith(_NOT_TOLD)},
     }
     tables: list[Block] = [
-        _sweep_table(sweep, quantity.name, quantity.unit, sweep.methods)
-        for quantity in first.preferred.quantities
+        _sweep_table(sweep, quantity.name, quantity.unit) for quantity in first.preferred.quantities
     ]
     facts |= set_aside_facts(first.set_aside)
     return Heading(facts=tuple(facts.items())), *tables, _sweep_remarks(sweep)
 
 
-def _sweep_table(sweep: Sweep, name: str, unit: str, methods: Sequence[str]) -> Table:
+def _sweep_table(sweep: Sweep, name: str, unit: str) -> Table:
+    methods = sweep.methods
     of_methods = (Column(f"{method.upper()} {name}", unit, parts=("sd",)) for method in methods)
+    rows: list[tuple[Cell, ...]] = []
+    for result in sweep.results:
+        row: list[Cell] = [f"{result.prefilter.cutoff:g}", str(result.prefilter.decimate)]
+        for method in methods:
+            estimate = result.estimates.get(method)
+            value = estimate and estimate.parameters[name]
+            texts = (f"{value.corrected:.5g}", f"{value.deviation:.2g}") if value else ("-", "-")
+            row.append(Quantity(*texts))
+        rows.append(tuple(row))
     return Table(
-        columns=(Column("cut-off", "Hz", "left"), Column("1 of"), *of_methods),
-        rows=tuple(_sweep_row(result, name, methods) for result in sweep.results),
+        columns=(Column("cut-off", "Hz", "left"), Column("1 of"), *of_methods), rows=tuple(rows)
     )
-
-
-def _sweep_row(result: Identification, name: str, methods: Sequence[str]) -> tuple[Cell, ...]:
-    row: list[Cell] = [f"{result.prefilter.cutoff:g}", str(result.prefilter.decimate)]
-    for method in methods:
-        estimate = result.estimates.get(method)
-        value = estimate and estimate.parameters[name]
-        texts = (f"{value.corrected:.5g}", f"{value.deviation:.2g}") if value else ("-", "-")
-        row.append(Quantity(*texts))
-    return tuple(row)
 
 
 def _sweep_remarks(sweep: Sweep) -> Paragraph:
@@ -313,11 +284,10 @@ def validation_table(validation: Validation) -> Table:
     """The errors by method."""
     return Table(
         columns=text_columns(["validation", "unit", *(v.method.upper() for v in validation)]),
-        rows=tuple((*name, *map(_cell, figures)) for name, figures in validation.errors.items()),
+        rows=tuple(
+            (*name, *("-" if x is None else f"{x:#.4g}".rstrip(".") for x in figures))
+            for name, figures in validation.errors.items()
+        ),
         labels=2,
         said=validation.notes,
     )
-
-
-def _cell(value: float | None) -> str:
-    return "-" if value is None else f"{value:#.4g}".rstrip(".")
