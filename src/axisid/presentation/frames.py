@@ -37,23 +37,18 @@ def frame_of(result: Presentable, library: str | None) -> Any:
 
 
 def _library(library: str | None) -> str:
-    if library is None:
-        library = next((name for name in _LIBRARIES if find_spec(name)), None)
-        if library is None:
-            raise UsageError(
-                "a dataframe needs pandas or polars; run: pip install pandas",
-                code="missing-library",
-            )
-    if not is_among(library, _LIBRARIES):
+    """The one that is asked for, or else installed."""
+    name = next(filter(find_spec, _LIBRARIES), "pandas") if library is None else library
+    if not is_among(name, _LIBRARIES):
         raise UsageError(
-            f"there is no dataframe of {quoted(library)}; give pandas or polars.",
-            code="dataframe",
+            f"there is no dataframe of {quoted(name)}; give pandas or polars.", code="dataframe"
         )
-    if find_spec(library) is None:
+    if find_spec(name) is None:
         raise UsageError(
-            f"{library} is not installed; run: pip install {library}", code="missing-library"
+            f"a dataframe needs {name}, which is not installed; run: pip install {name}",
+            code="missing-library",
         )
-    return library
+    return name
 
 
 def _columns_of(result: Presentable) -> Columns:

@@ -68,9 +68,10 @@ def in_terminal(*arguments: str, columns: int = 120, **environment: str) -> str:
 
 
 @pytest.mark.slow
-def test_on_a_terminal_the_verdict_is_coloured_and_the_text_the_same(
-    result: Identification,
+def test_on_a_terminal_the_verdict_is_coloured_and_the_text_that_of_a_pipe(
+    run: Run, result: Identification
 ) -> None:
+    assert run("identify", "emps2015", "--all") == (0, result.summary(every=True), "")
     drawn = in_terminal("identify", "emps2015", "--all")
     assert click.style("pass   ", fg="green") in drawn
     visible = drawn.rpartition("\x1b[2K")[2]  # after a progress line, on a busy machine
@@ -93,11 +94,6 @@ def test_colours_can_be_refused(
     print_document((Checks(judged=(CheckGroup("fail", ("one",), "two"),)),))
     assert ("\x1b" in terminal.getvalue()) == coloured
     assert click.unstyle(terminal.getvalue()) == "FAIL   one: two\n"
-
-
-@pytest.mark.slow
-def test_on_a_pipe_there_is_nothing_but_text(run: Run, result: Identification) -> None:
-    assert run("identify", "emps2015", "--all") == (0, result.summary(every=True), "")
 
 
 def wait_for(text: str, terminal: Terminal) -> None:

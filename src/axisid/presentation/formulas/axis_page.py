@@ -183,13 +183,12 @@ def _lines(section: Section, coordinate: Coordinate) -> Iterator[str]:
     head = max(map(len, heads), default=0) if listed else 0
     unit = max((len(f.unit) for f in formulas), default=0) + 2 if listed else 0
     for line in section.lines:
-        yield line if isinstance(line, str) else _row(line, coordinate, head, unit)
-
-
-def _row(line: Formula, coordinate: Coordinate, head: int, unit: int) -> str:
-    label = f"{line.head(coordinate):<{head}}"
-    label += f"  {f'[{line.unit}]' if line.unit else '':<{unit}}" if line.unit or unit else ""
-    return label if line.column is None else f"{label}  : {written(line.column, coordinate)}"
+        if isinstance(line, str):
+            yield line
+            continue
+        label = f"{line.head(coordinate):<{head}}"
+        label += f"  {f'[{line.unit}]' if line.unit else '':<{unit}}" if line.unit or unit else ""
+        yield label if line.column is None else f"{label}  : {written(line.column, coordinate)}"
 
 
 def _latex(title: str, sections: Iterable[Section], coordinate: Coordinate) -> str:

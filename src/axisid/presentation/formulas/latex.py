@@ -69,7 +69,12 @@ def formula_mathml(formula: Formula, coordinate: Coordinate) -> str:
     """
     prepared = readable(with_named_steps(formula.value), coordinate)
     printer = _Printer(prepared, {}, coordinate)
-    head = [_left(formula, printer, coordinate), printer.leaf("mo", "=")]
+    if isinstance(formula.name, str):
+        left = printer.leaf("mi", formula.name)
+    else:
+        named = readable(formula.name, coordinate)
+        left = _Printer(named, {}, coordinate)._print(named.value)
+    head = [left, printer.leaf("mo", "=")]
     pieces = [head]
     value = prepared.value
     for i, term in enumerate(prepared.terms(value) if value.is_Add else [value]):
@@ -94,14 +99,6 @@ def _element(piece: list[Element], printer: "_Printer") -> str:
     # Round brackets about one letter need not grow for its dot.
     text = _ROUND.sub(r'<mo stretchy="false">(</mo>\1<mo stretchy="false">)</mo>', text)
     return f'<math displaystyle="true">{text}</math>'
-
-
-def _left(formula: Formula, printer: "_Printer", coordinate: Coordinate) -> Element:
-    if isinstance(formula.name, str):
-        return printer.leaf("mi", formula.name)
-    prepared = readable(formula.name, coordinate)
-    left: Element = _Printer(prepared, {}, coordinate)._print(prepared.value)
-    return left
 
 
 class _House(MathMLPresentationPrinter):  # type: ignore[misc]

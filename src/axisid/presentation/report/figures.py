@@ -42,7 +42,10 @@ def script_json(value: Any) -> str:
 def figures_data(plots: Iterable[Plot]) -> dict[str, Any]:
     """What the page's script draws: ``arrays`` in base64, and ``plots`` that refer to them."""
     pool = _Pool()
-    listed = [msgspec.to_builtins(_thinned(plot), enc_hook=pool.put) for plot in plots]
+    listed = []
+    for plot in plots:
+        panels = (replace(p, series=tuple(map(_thinned_series, p.series))) for p in plot.panels)
+        listed.append(msgspec.to_builtins(replace(plot, panels=tuple(panels)), enc_hook=pool.put))
     return {
         "arrays": list(pool.numbers),
         "plots": [{**plot, "shade": SHADED} for plot in listed],
@@ -65,15 +68,8 @@ class _Pool:
         return self.numbers.setdefault(content, len(self.numbers))
 
 
-def _thinned(plot: Plot) -> Plot:
-    """A plot whose curves have no more points than a page can show."""
-    panels = (
-        replace(panel, series=tuple(map(_thinned_series, panel.series))) for panel in plot.panels
-    )
-    return replace(plot, panels=tuple(panels))
-
-
 def _thinned_series(series: Series) -> Series:
+    """No more points than a page can show."""
     if len(series.x) <= _MOST_POINTS or series.low is not None:
         return series
     every = -(-len(series.x) // _MOST_POINTS)

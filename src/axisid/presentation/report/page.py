@@ -22,8 +22,7 @@ from axisid.estimation.monte_carlo import MonteCarlo
 from axisid.estimation.records import Record
 from axisid.estimation.studies import Sweep, Validation, default_cutoffs, sweep
 from axisid.modeling.declaration import Axis
-from axisid.modeling.description import Section
-from axisid.modeling.quantities import Coordinate, Formula
+from axisid.modeling.quantities import Formula
 from axisid.presentation.blocks import Checks, Document, Heading
 from axisid.presentation.formulas import formula_mathml, motion_sections
 from axisid.presentation.html import (
@@ -301,20 +300,18 @@ def report_sweep(
 
 
 def _model_html(axis: Axis) -> str:
-    """The equation of motion, the drive and the control law."""
-    q = axis.coordinate
-    return "".join(
-        f'<h3>{escape(section.title)}</h3><div class="equation">{_typeset(section, q)}</div>'
-        for section in motion_sections(axis)
-    )
-
-
-def _typeset(section: Section, q: Coordinate) -> str:
-    lines = (
-        formula_mathml(line, q) if isinstance(line, Formula) else f"<p>{escape(line)}</p>"
-        for line in section.lines
-    )
-    return "".join(lines) + (f"<p>{escape(section.note)}.</p>" if section.note else "")
+    """The equation of motion, its parameters, the drive and the control law."""
+    parts = ""
+    for section in motion_sections(axis):
+        lines = "".join(
+            formula_mathml(line, axis.coordinate)
+            if isinstance(line, Formula)
+            else f"<p>{escape(line)}</p>"
+            for line in section.lines
+        )
+        note = f"<p>{escape(section.note)}.</p>" if section.note else ""
+        parts += f'<h3>{escape(section.title)}</h3><div class="equation">{lines}{note}</div>'
+    return parts
 
 
 def _asset(name: str) -> str:

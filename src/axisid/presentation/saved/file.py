@@ -13,7 +13,7 @@ import msgspec
 from axisid.codegen.artefacts import signature
 from axisid.estimation.estimates import COVARIANCES
 from axisid.modeling.declaration import Axis, CommandPath, Drive, fix, leave_out
-from axisid.modeling.derivation import AxisModel, derive
+from axisid.modeling.derivation import derive
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.quantities import Parameter
 from axisid.modeling.text import load_axis
@@ -239,29 +239,23 @@ def load_result(
     return saved
 
 
-def joined(saved: SavedIdentification, axis: Axis | str | Path | None) -> SavedIdentification:
-    """The same with the axis that it is of, where that is given or of the library."""
-    model = _joined_model(saved.document, saved.file, axis)
-    return replace(saved, declared=None if model is None else model.base.declared)
-
-
-def _joined_model(
-    document: WrittenIdentification, file: str, given: Axis | str | Path | None
-) -> AxisModel | None:
-    """Derive the axis that a file is of: the one that is given, or the library's of its name.
+def joined(saved: SavedIdentification, given: Axis | str | Path | None) -> SavedIdentification:
+    """A file's result with the axis that it is of: the given one, or the library's of its name.
 
     Returns
     -------
-    AxisModel or None
-        None where no axis is given and the library has not the one that was identified.
+    SavedIdentification
+        Without an axis where none is given and the library has not the one that was identified.
 
     Raises
     ------
     UsageError
         The axis that is given is not the one that was identified.
     """
+    document, file = saved.document, saved.file
+    alone = replace(saved, declared=None)
     if given is None and document.axis not in LIBRARY:
-        return None
+        return alone
     source = document.axis if given is None else given
     axis = source if isinstance(source, Axis) else load_axis(source)
     model = derive(_as_identified(document, axis))
@@ -269,9 +263,9 @@ def _joined_model(
     if made == document.signature:
         if given is not None:
             refuse_differences(document, file, axis, model.base.known)
-        return model
+        return replace(saved, declared=model.base.declared)
     if given is None:
-        return None
+        return alone
     whose = "" if document.axis == axis.name else f" of the axis {document.axis!r}"
     raise UsageError(
         f"{file} was identified with the generated code {document.signature[:12]}{whose}, but "

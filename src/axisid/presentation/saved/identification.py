@@ -156,7 +156,18 @@ class SavedIdentification(ByMethod, Presentable, Exact):
             prefilter=sampling.prefilter,
             record=record,
             sampling=sampling,
-            of_records=tuple(map(_of_record, written.records or ())),
+            of_records=tuple(
+                read_as(
+                    RecordResult,
+                    of_one,
+                    record=of_one.record,
+                    sampling=_sampling(of_one.prefilter, of_one.record),
+                    known={name: (v.value or 0.0, v.sd) for name, v in of_one.known.items()},
+                    share_percent=of_one.apart and of_one.apart.share_percent,
+                    p_value=of_one.apart and of_one.apart.p_value,
+                )
+                for of_one in written.records or ()
+            ),
             local_names=written.local or {},
             declared_gain=written.declared_gain or None,
             set_aside=written.set_aside or {},
@@ -294,19 +305,6 @@ def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
         segments=record.segments,
         masked=record.masked,
         excluded=((0, prefilter.silent),) if prefilter.silent else (),
-    )
-
-
-def _of_record(written: WrittenMember) -> RecordResult:
-    record, apart = written.record, written.apart
-    return read_as(
-        RecordResult,
-        written,
-        record=record,
-        sampling=_sampling(written.prefilter, record),
-        known={name: (float(v.value or 0.0), v.sd) for name, v in written.known.items()},
-        share_percent=None if apart is None else apart.share_percent,
-        p_value=None if apart is None else apart.p_value,
     )
 
 

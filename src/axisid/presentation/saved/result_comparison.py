@@ -180,7 +180,16 @@ def compare_results(first: ComparableResult, second: ComparableResult) -> Result
     DataError
         A file cannot be read or is no result.
     """
-    (name_a, a), (name_b, b) = map(_named_document, (first, second))
+    names, documents = [], []
+    for given in (first, second):
+        if isinstance(given, Identification):
+            names.append("")
+            documents.append(written_identification(given))
+        else:
+            saved = given if isinstance(given, SavedIdentification) else read_identification(given)
+            names.append(f"{saved.file}: ")
+            documents.append(saved.document)
+    a, b = documents
     by_method = [{str(e.method): e for e in result.estimates} for result in (a, b)]
     common = [method for method in by_method[0] if method in by_method[1]]
     labels = [
@@ -203,8 +212,8 @@ def compare_results(first: ComparableResult, second: ComparableResult) -> Result
     checks = [{check.name: check for check in result.verdict} for result in (a, b)]
     settings = [_settings(result) for result in (a, b)]
     return ResultComparison(
-        first=_source(name_a, a),
-        second=_source(name_b, b),
+        first=_source(names[0], a),
+        second=_source(names[1], b),
         differences=tuple(
             _difference(method, name, value, labels[1][label][2])
             for label, (method, name, value) in labels[0].items()
@@ -299,11 +308,3 @@ def _short(value: Any) -> str:
     text = "-" if value is None else str(value)
     is_digest = len(text) == 64 and " " not in text
     return text[:12] if is_digest else text
-
-
-def _named_document(result: ComparableResult) -> tuple[str, WrittenIdentification]:
-    """The file of a result as the head of a line, if there is one, and what it holds."""
-    if isinstance(result, Identification):
-        return "", written_identification(result)
-    saved = result if isinstance(result, SavedIdentification) else read_identification(result)
-    return f"{saved.file}: ", saved.document

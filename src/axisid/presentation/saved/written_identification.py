@@ -305,17 +305,20 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
 def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetType:
     if not drive.of_held_commands and found is None:
         return UNSET
-    path: dict[str, Any] = {**drive.path.declared}
-    if path:
-        path["unit"] = drive.unit
-    if found is not None:
-        path["estimated"] = written_as(
+    told: dict[str, Any] = {"logged": drive.logged, **drive.path.declared}
+    return WrittenResponse(
+        lag=drive.lag,
+        delay=drive.delay,
+        unit=drive.unit if drive.path.declared else UNSET,
+        estimated=UNSET
+        if found is None
+        else written_as(
             WrittenDriveTime,
             found,
             name=found.parameter.name,
             of=found.name,
             nominal=found.parameter.nominal,
             sd=found.deviation,
-        )
-    path |= {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged}
-    return WrittenResponse(**path)
+        ),
+        **told,
+    )

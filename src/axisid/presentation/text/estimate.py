@@ -100,15 +100,17 @@ def band_row(
     """Deviations of the model's error, where one noticeably exceeds that of noise."""
     if not any(band is not None and band.exceeds for band in bands):
         return []
-    cells = (_band_cell(v, b) for v, b in zip(values, bands, strict=True))
+    cells = (
+        Quantity(
+            "",
+            f"{band.deviation:.{places(value)}f}",
+            (f"{100 * band.deviation / abs(value.value):.2f} %" if value.value else "-", ""),
+        )
+        if band
+        else "-"
+        for value, band in zip(values, bands, strict=True)
+    )
     return [(f"  {_OVER_MOVES}", "", *cells, "")]
-
-
-def _band_cell(value: Value, band: JackknifeInterval | None) -> Cell:
-    if band is None:
-        return "-"
-    share = f"{100 * band.deviation / abs(value.value):.2f} %" if value.value else "-"
-    return Quantity("", f"{band.deviation:.{places(value)}f}", (share, ""))
 
 
 def moves_notes(diagnosis: Diagnosis) -> list[str]:

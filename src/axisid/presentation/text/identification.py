@@ -89,7 +89,9 @@ def saved_document(
         _heading(result),
         *(
             _estimates_table(beside, diagnosis, result.record.provenance.truth)
-            for beside in _side_by_side(estimates)
+            # Two of a form are as wide as a terminal; those of the inverse model first.
+            for form in ([e for e in estimates if e.is_direct == way] for way in (False, True))
+            for beside in (form[i : i + 2] for i in range(0, len(form), 2))
         ),
         *_physical_tables(result),
         *((records_table(result),) if result.of_records else ()),
@@ -170,12 +172,6 @@ def _judged_table(result: SavedIdentification) -> Table:
     heads = [judged.method.upper(), "sd", "95 % interval", *(["IDM-LS"] if beside else [])]
     last = Column("remark", align="left")
     return Table(columns=(*text_columns(["", "unit", *heads]), last), rows=tuple(rows), labels=2)
-
-
-def _side_by_side(estimates: Sequence[SavedEstimate]) -> list[list[SavedEstimate]]:
-    """Two of a form are as wide as a terminal; those of the inverse model first."""
-    forms = ([e for e in estimates if e.is_direct == direct] for direct in (False, True))
-    return [form[i : i + 2] for form in forms for i in range(0, len(form), 2)]
 
 
 def rows_of(result: SavedIdentification) -> str:
