@@ -12,7 +12,7 @@ from matplotlib import pyplot as plt
 
 from axisid import identify, load_axis, twin_record
 from axisid.modeling import LIBRARY
-from axisid.presentation.formulas import decimals, readable_unit, significant
+from axisid.presentation.formulas import decimals, readable_unit
 from benchmarks.library import prefilter_of
 from docs.extensions.axis_texts import text_of
 
@@ -20,7 +20,7 @@ for name in LIBRARY:
     axis = load_axis(name)
     result = identify(axis, twin_record(axis), prefilter_of(name), ["idm-iv"])
     rows = ", ".join(
-        f"{n} = {v.corrected:.{decimals(v.deviation)}f} ± {significant(v.deviation)} "
+        f"{n} = {v.corrected:.{decimals(v.deviation)}f} ± {v.deviation:.{decimals(v.deviation)}f} "
         f"{readable_unit(v.unit)}"
         for n, v in result["idm-iv"].parameters.items()
     )

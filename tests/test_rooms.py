@@ -60,15 +60,12 @@ FLOORS = (
     ("presentation.blocks",),
     ("presentation.formulas",),
     ("presentation.html",),
-    ("presentation.schema",),
-    ("presentation.documents",),
     ("presentation.saved",),
     ("presentation.plots",),
     ("presentation.drawing",),
     ("presentation.text",),
     ("presentation.console",),
     ("presentation.report",),
-    ("presentation.monte_carlo",),
     ("presentation",),
     ("exports",),
     ("populations",),
@@ -97,7 +94,6 @@ TESTED_ELSEWHERE = {
     "control": "modeling.laws",
     "modeling.description": "modeling.derivation",
     "codegen.thresholds": "estimation.thresholds",
-    "presentation.documents": "presentation.saved",
 }
 
 

@@ -66,7 +66,7 @@ def test_a_fit_is_read_back_as_it_was_written(
     run("fit", "emps2015", log, "--json", file, "--report", page)
     saved = load_result(file)
     assert isinstance(saved, SavedOutputFit)
-    with refuses("figure", says="no samples to draw a figure of; the one that fit"):
+    with refuses("figure", says="no rows, samples or runs, which the figure needs"):
         saved.plot("")
     assert saved.to_dict().items() <= json.loads(file.read_text()).items()
     found = fit(emps2015, read_record(log, emps2015))
@@ -100,8 +100,3 @@ def test_a_fit_is_no_result_of_identify(run: Run, log: Path, tmp_path: Path) -> 
     run("fit", "emps2015", log, "--json", file)
     with refuses("result-file", says="is of a fit of an output"):
         compare_results(file, file)
-    written = json.loads(file.read_text())
-    del written["digest"]
-    file.write_text(json.dumps({**written, "covariance": []}))
-    with refuses("result-file"):
-        load_result(file)

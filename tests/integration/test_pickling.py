@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from msgspec import Struct
 
 import axisid
 from axisid import (
@@ -40,7 +39,6 @@ from axisid import (
     twin_record,
     validate,
 )
-from axisid.codegen import GeneratedAxis
 from axisid.codegen.lowering.feed_forward import feed_forward
 from axisid.elements import CONTROL, VELOCITY, State, formula_drive, voltage_drive
 from axisid.estimation import (
@@ -64,6 +62,7 @@ from axisid.estimation.identification import DriveTime, DriveTiming
 from axisid.estimation.law_search import find_law
 from axisid.fleets import Fleet, FleetRow
 from axisid.modeling import LIBRARY, Column
+from axisid.support import arrays
 from tests.estimation.monte_carlo.short import judged
 
 FILTER = Prefilter(cutoff=60.0)
@@ -75,27 +74,9 @@ def sent(what: Any) -> Any:
 
 def same(a: Any, b: Any) -> bool:
     """Whether two objects are equal to the last bit, all the way down."""
-    if type(a) is not type(b):
-        return False
-    if isinstance(a, GeneratedAxis):
-        return a.signature == b.signature and a.declared == b.declared and same(a.base, b.base)
-    if isinstance(a, np.ndarray):
-        equal = a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
-        return bool(equal and a.flags.writeable == b.flags.writeable)
-    if dataclasses.is_dataclass(a):
-        names = [field.name for field in dataclasses.fields(a) if field.compare]
-        return all(same(getattr(a, name), getattr(b, name)) for name in names)
-    if isinstance(a, Struct):
-        return all(same(getattr(a, name), getattr(b, name)) for name in a.__struct_fields__)
-    if isinstance(a, Mapping):
-        return list(a) == list(b) and all(same(a[key], b[key]) for key in a)
-    if isinstance(a, (tuple, list)):
-        return len(a) == len(b) and all(map(same, a, b))
-    if isinstance(a, float):
-        return a == b or (a != a and b != b)
     if isinstance(a, Exception):
-        return str(a) == str(b) and a.args == b.args
-    return bool(a == b)
+        return type(a) is type(b) and a.args == b.args
+    return arrays.same(a, b)
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from axisid.estimation.diagnostics import Belief, Checked, gravest_first
 from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification
 from axisid.populations import LARGEST
-from axisid.presentation.schema import JsonObject, Matrix, about
+from axisid.presentation.saved import JsonObject, Matrix, about
 from axisid.support.errors import DataError, first_of
 
 _IN_RESULT = "see the result of the log"

@@ -27,7 +27,7 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.html import blocks_html
-from axisid.presentation.schema import schema_of
+from axisid.presentation.saved import schema_of
 from axisid.support.errors import Missing, UsageError, first_of, is_among, quoted
 from axisid.support.files import csv_text, write_file
 

@@ -31,7 +31,8 @@ from axisid.presentation.blocks import (
     plain_text,
     text_columns,
 )
-from axisid.presentation.monte_carlo import estimand_tables, findings, legend, study_facts
+from axisid.presentation.saved import study_facts
+from axisid.presentation.text import estimand_tables, findings, legend
 from axisid.support.files import json_text, write_file
 from axisid.support.progress import Progress, with_progress
 

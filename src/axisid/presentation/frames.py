@@ -1,11 +1,11 @@
 """Results as dataframes of pandas or polars, whichever is asked for or installed."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from typing import Any
 
 from axisid.estimation.diagnostics import Diagnosis
-from axisid.estimation.estimates import Estimate, Value
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification
 from axisid.estimation.law_search import LawSearch
@@ -19,43 +19,39 @@ from axisid.support.presentable import Presentable
 _LIBRARIES = ("pandas", "polars")
 
 Row = dict[str, Any]
+Columns = list[Row] | Mapping[str, Any]
 
 
 def frame_of(result: Presentable, library: str | None) -> Any:
     """A result as a dataframe, see `Presentable.to_frame`."""
     name = _library(library)
-    columns = columns_of(result)
+    columns = _columns_of(result)
     if name == "pandas":
         import pandas as pd  # type: ignore[import-untyped]
 
         return pd.DataFrame(columns)
     import polars as pl
 
-    return pl.DataFrame(columns)
+    return pl.DataFrame(columns, infer_schema_length=None)
 
 
 def _library(library: str | None) -> str:
-    if library is None:
-        library = next((name for name in _LIBRARIES if find_spec(name)), None)
-        if library is None:
-            raise UsageError(
-                "a dataframe needs pandas or polars; run: pip install pandas",
-                code="missing-library",
-            )
-    if not is_among(library, _LIBRARIES):
+    """The one that is asked for, or else installed."""
+    name = next(filter(find_spec, _LIBRARIES), "pandas") if library is None else library
+    if not is_among(name, _LIBRARIES):
         raise UsageError(
-            f"there is no dataframe of {quoted(library)}; give pandas or polars.",
-            code="dataframe",
+            f"there is no dataframe of {quoted(name)}; give pandas or polars.", code="dataframe"
         )
-    if find_spec(library) is None:
+    if find_spec(name) is None:
         raise UsageError(
-            f"{library} is not installed; run: pip install {library}", code="missing-library"
+            f"a dataframe needs {name}, which is not installed; run: pip install {name}",
+            code="missing-library",
         )
-    return library
+    return name
 
 
-def columns_of(result: Presentable) -> Mapping[str, Any]:
-    """The columns of a result's dataframe by name."""
+def _columns_of(result: Presentable) -> Columns:
+    """The rows of a result's dataframe, or its columns by name."""
     for kind, columns in _COLUMNS.items():
         if isinstance(result, kind):
             return columns(result)
@@ -64,25 +60,16 @@ def columns_of(result: Presentable) -> Mapping[str, Any]:
     )
 
 
-def _of_estimate(result: Estimate | SavedEstimate) -> Mapping[str, Any]:
-    return _columns(_rows(result))
-
-
-def _of_identification(result: Identification | SavedIdentification) -> Mapping[str, Any]:
-    return _columns(row for estimate in result.estimates.values() for row in _rows(estimate))
-
-
-def _of_sweep(result: Sweep) -> Mapping[str, Any]:
-    return _columns(
+def _of_sweep(result: Sweep) -> list[Row]:
+    return [
         {"cutoff": cutoff, **row}
         for cutoff, found in zip(result.cutoffs, result.results, strict=True)
-        for estimate in found.estimates.values()
-        for row in _rows(estimate)
-    )
+        for row in _rows(*found.estimates.values())
+    ]
 
 
-def _of_comparison(result: Comparison) -> Mapping[str, Any]:
-    return _columns(
+def _of_comparison(result: Comparison) -> list[Row]:
+    return [
         {
             "candidate": each.name,
             "parameters": each.size,
@@ -98,11 +85,11 @@ def _of_comparison(result: Comparison) -> Mapping[str, Any]:
             "recommended": each.name == result.recommended,
         }
         for each in result.candidates
-    )
+    ]
 
 
-def _of_validation(result: Validation) -> Mapping[str, Any]:
-    return _columns(
+def _of_validation(result: Validation) -> list[Row]:
+    return [
         {
             "method": each.method,
             "equation_error_percent": each.equation_error_percent,
@@ -116,11 +103,11 @@ def _of_validation(result: Validation) -> Mapping[str, Any]:
             "holds": each.holds,
         }
         for each in result
-    )
+    ]
 
 
-def _of_laws(result: LawSearch) -> Mapping[str, Any]:
-    return _columns(
+def _of_laws(result: LawSearch) -> list[Row]:
+    return [
         {
             "law": each.title,
             "gain": name,
@@ -132,11 +119,11 @@ def _of_laws(result: LawSearch) -> Mapping[str, Any]:
         }
         for each in result.laws
         for name, value in each.law.gains.items()
-    )
+    ]
 
 
-def _of_diagnosis(result: Diagnosis) -> Mapping[str, Any]:
-    return _columns(
+def _of_diagnosis(result: Diagnosis) -> list[Row]:
+    return [
         {
             "check": check.name,
             "status": check.status,
@@ -146,11 +133,11 @@ def _of_diagnosis(result: Diagnosis) -> Mapping[str, Any]:
             "meaning": check.meaning,
         }
         for check in result.verdict
-    )
+    ]
 
 
-def _of_fit(result: OutputFit) -> Mapping[str, Any]:
-    return _columns(
+def _of_fit(result: OutputFit) -> list[Row]:
+    return [
         {
             "parameter": name,
             "unit": value.unit,
@@ -162,40 +149,35 @@ def _of_fit(result: OutputFit) -> Mapping[str, Any]:
             "fixed": name in result.fixed,
         }
         for name, value in result.values.items()
-    )
+    ]
 
 
-def _rows(estimate: Estimate | SavedEstimate) -> Iterable[Row]:
+def _rows(*estimates: Estimate | SavedEstimate) -> list[Row]:
     """A row for each parameter."""
-    for name, value in estimate.parameters.items():
-        yield {"method": estimate.method, "parameter": name, **_row(value)}
-
-
-def _row(value: Value) -> Row:
-    low, high = value.interval
-    return {
-        "unit": value.unit,
-        "value": value.value,
-        "corrected": value.corrected,
-        "sd_hac": value.sd_hac,
-        "lower_95": low,
-        "upper_95": high,
-        "sd_iid": value.sd,
-        "sd_gain": value.sd_gain,
-        "filter_bias": value.filter_bias,
-        "interval_covariance": value.chosen,
-    }
-
-
-def _columns(rows: Iterable[Row]) -> dict[str, list[Any]]:
-    listed = [*rows]
-    return {name: [row[name] for row in listed] for name in (listed[0] if listed else ())}
+    return [
+        {
+            "method": estimate.method,
+            "parameter": name,
+            "unit": value.unit,
+            "value": value.value,
+            "corrected": value.corrected,
+            "sd_hac": value.sd_hac,
+            "lower_95": value.interval[0],
+            "upper_95": value.interval[1],
+            "sd_iid": value.sd,
+            "sd_gain": value.sd_gain,
+            "filter_bias": value.filter_bias,
+            "interval_covariance": value.chosen,
+        }
+        for estimate in estimates
+        for name, value in estimate.parameters.items()
+    ]
 
 
 #: By type of result what gives the columns.
-_COLUMNS: Mapping[Any, Callable[[Any], Mapping[str, Any]]] = {
-    Estimate | SavedEstimate: _of_estimate,
-    Identification | SavedIdentification: _of_identification,
+_COLUMNS: Mapping[Any, Callable[[Any], Columns]] = {
+    Estimate | SavedEstimate: _rows,
+    Identification | SavedIdentification: lambda result: _rows(*result.estimates.values()),
     Sweep: _of_sweep,
     LawSearch: _of_laws,
     Comparison: _of_comparison,

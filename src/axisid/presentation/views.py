@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.identification import Identification
+from axisid.estimation.identification import Identification, record_place
 from axisid.estimation.law_search import LawSearch
 from axisid.estimation.monte_carlo import MonteCarlo
 from axisid.estimation.records import Record
@@ -18,34 +18,17 @@ from axisid.estimation.studies import Comparison, FitValidation, Sweep, Validati
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.presentation.blocks import Document, plain_text
-from axisid.presentation.documents import (
-    written_comparison,
-    written_diagnosis,
-    written_estimate,
-    written_fit_validation,
-    written_identification,
-    written_law_search,
-    written_output_fit,
-    written_record,
-    written_sweep,
-    written_validation,
-)
 from axisid.presentation.formulas import axis_document
 from axisid.presentation.html import blocks_html
-from axisid.presentation.monte_carlo import (
-    PLOTS,
-    monte_carlo_plot,
-    study_document,
-    study_facts,
-    written_study,
-)
 from axisid.presentation.plots import (
+    PLOTS,
     Plot,
     autocorrelation_plot,
     convergence_plot,
     drawable,
     force_plot,
     friction_plot,
+    monte_carlo_plot,
     output_plot,
     record_plot,
     repeats_plot,
@@ -54,30 +37,44 @@ from axisid.presentation.plots import (
     tracking_plot,
 )
 from axisid.presentation.saved import (
+    ResultComparison,
     SavedEstimate,
     SavedFitValidation,
     SavedIdentification,
     SavedMonteCarlo,
     SavedOutputFit,
     estimate_facts,
+    identification_facts,
+    plain,
     result_comparison_document,
+    study_facts,
+    written_comparison,
+    written_diagnosis,
+    written_estimate,
+    written_fit_validation,
+    written_identification,
+    written_law_search,
+    written_output_fit,
+    written_record,
+    written_study,
+    written_sweep,
+    written_validation,
 )
-from axisid.presentation.schema import ResultComparison, plain
 from axisid.presentation.text import (
     comparison_document,
     diagnosis_blocks,
     fit_validation_document,
-    identification_document,
     law_search_document,
     output_fit_document,
     record_document,
     saved_document,
     saved_estimate_document,
     saved_fit_document,
+    study_document,
     sweep_document,
     validation_document,
 )
-from axisid.support.errors import Missing, UsageError, is_among, is_whole, quoted
+from axisid.support.errors import Missing, UsageError, is_among, quoted
 from axisid.support.files import json_text, write_file
 from axisid.support.presentable import Presentable
 
@@ -184,7 +181,7 @@ def _of_identification(
 ) -> Plot:
     """Of several records a figure is of one, by its number; the iteration is of all."""
     if isinstance(result, Identification):
-        place = _place(record, len(result.parts))
+        place = record_place(1 if record is None else record, len(result.parts))
         result = result if what == "convergence" else result.parts[place]
     estimate = result.preferred if method is None else result[method]
     figures = _figures_of(result, estimate)
@@ -210,34 +207,14 @@ def _figures_of(
     return {"repeats": repeats_plot} if told else {}
 
 
-def _output_plot(result: OutputFit, record: int | None = None) -> Plot:
-    return output_plot(result, _place(record, len(result.records)))
-
-
-def _place(record: int | None, count: int) -> int:
-    """The place, from 0, of a record by its number from 1; by default of the first."""
-    number = 1 if record is None else record
-    if not (is_whole(number) and 1 <= number <= count):
-        raise UsageError(
-            f"there is no record {quoted(record)}; give a number from 1 to {count}.",
-            code="result",
-        )
-    return int(number) - 1
-
-
 def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageError:
     listed = ", ".join(there)
-    if isinstance(result, SavedEstimate) and is_among(what, _OF_ESTIMATE):
+    if isinstance(result, SavedEstimate | SavedMonteCarlo | SavedOutputFit):
+        of = f"{quoted(what)} " if what else ""
         return UsageError(
-            f"the file of a result has no rows of its record, which the figure {quoted(what)} "
-            f"needs; identify again, or choose from {listed}.",
-            code="figure",
-        )
-    if type(result) in _WITHOUT_SAMPLES:
-        made, by = _WITHOUT_SAMPLES[type(result)]
-        return UsageError(
-            f"a saved result has no {made} to draw {quoted(what) if what else 'a figure'} of; the "
-            f"one that {by} returns has: call its plot() before it is saved.",
+            f"the file of a result has no rows, samples or runs, which the figure {of}needs; draw "
+            "it from what identify, fit or monte_carlo returns"
+            + (f", or choose from {listed}." if listed else "."),
             code="figure",
         )
     choose = f"; choose from {listed}" if listed else ""
@@ -264,13 +241,12 @@ _FIGURES: Mapping[type, _Figures] = {
     Estimate: _OF_ESTIMATE,
     SavedEstimate: {name: _OF_ESTIMATE[name] for name in ("autocorrelation", "convergence")},
     Sweep: {"sweep": sweep_plot},
-    OutputFit: {"output": _output_plot},
+    OutputFit: {
+        "output": lambda fit, record=None: output_plot(
+            fit, record_place(1 if record is None else record, len(fit.records))
+        )
+    },
     MonteCarlo: {name: partial(monte_carlo_plot, name=name) for name in PLOTS},
-}
-#: What files of these have none of, and what returns a result that has.
-_WITHOUT_SAMPLES: Mapping[type, tuple[str, str]] = {
-    SavedMonteCarlo: ("runs", "monte_carlo"),
-    SavedOutputFit: ("samples", "fit"),
 }
 _as_read = attrgetter("document")  # what a result was read from
 #: By type of result its document and its plain data.
@@ -278,7 +254,12 @@ _VIEWS: Mapping[type, tuple[Callable[..., Document], Callable[..., Any]]] = {
     Record: (record_document, written_record),
     Diagnosis: (diagnosis_blocks, written_diagnosis),
     Estimate: (lambda each: saved_estimate_document(estimate_facts(each)), written_estimate),
-    Identification: (identification_document, written_identification),
+    Identification: (
+        lambda each, draws=0, **how: saved_document(
+            identification_facts(each, draws), draws, **how
+        ),
+        written_identification,
+    ),
     Sweep: (sweep_document, written_sweep),
     LawSearch: (law_search_document, written_law_search),
     Comparison: (comparison_document, written_comparison),
@@ -290,6 +271,6 @@ _VIEWS: Mapping[type, tuple[Callable[..., Document], Callable[..., Any]]] = {
     SavedIdentification: (saved_document, _as_read),
     SavedEstimate: (saved_estimate_document, _as_read),
     SavedOutputFit: (saved_fit_document, _as_read),
-    SavedFitValidation: (fit_validation_document, _as_read),
+    SavedFitValidation: (fit_validation_document, lambda result: result),
     SavedMonteCarlo: (study_document, _as_read),
 }

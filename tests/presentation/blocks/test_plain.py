@@ -7,7 +7,6 @@ from axisid.presentation.blocks import (
     Heading,
     Interval,
     Intervals,
-    NotedText,
     Quantity,
     Table,
     paragraph,
@@ -68,13 +67,10 @@ def test_without_parts_a_quantity_is_one_text() -> None:
     assert lines(table)[2:] == ["a  1.5 +- 0.2", "b           1"]
 
 
-def test_what_is_drawn_and_what_reaches_down_is_left_out() -> None:
+def test_what_is_drawn_is_left_out() -> None:
     drawn = Intervals((Interval(1.0, 2.0, 3.0, "ls"),))
-    table = Table(
-        columns=(Column("", align="left"), Column("how"), Column("interval")),
-        rows=((NotedText("M", "kg", "mass"), "LS", drawn), (None, "IV", None)),
-    )
-    assert lines(table)[2:] == ["M [kg] (mass)   LS", "                IV"]
+    heads = (Column("", align="left"), Column("how"), Column("interval", kind="intervals"))
+    assert lines(Table(columns=heads, rows=(("M", "LS", drawn),)))[2:] == ["M   LS"]
 
 
 def test_letters_of_other_scripts_are_counted_as_letters() -> None:

@@ -1,5 +1,6 @@
 """Figures by Matplotlib, and their ticks."""
 
+import re
 import warnings
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib import font_manager
 
-from axisid.presentation.drawing.matplotlib import Thousands, draw, log_ticks, rendered
+from axisid.presentation.drawing.matplotlib import draw, rendered
 from axisid.presentation.plots.plot import Panel, Plot, Series
 
 
@@ -58,24 +59,21 @@ def test_fonts_that_are_not_there_are_not_asked_for(caplog: pytest.LogCaptureFix
 
 
 @pytest.mark.parametrize(
-    ("first", "last", "ticks"),
+    ("reach", "log", "ticks", "taken_out"),
     [
-        (1e-6, 1e3, [1e-6, 1e-4, 0.01, 1, 100]),
-        (1e-5, 400.0, [1e-5, 1e-4, 1e-3, 0.01, 0.1, 1, 10, 100]),
-        (15, 130, [20, 50, 100]),
-        (19, 31, [20, 22.5, 25, 27.5, 30]),
-        (0.8, 6.0, [1, 2, 5]),
+        ((1e-6, 1e3), True, ["10^-6", "10^-4", "10^0", "10^2"], ""),
+        ((15, 130), True, ["20", "50", "100"], ""),
+        ((0.0, 0.5), False, ["0.0", "0.2", "0.4"], ""),
+        ((-5e-6, 5e-6), False, ["\u22124", "0", "4"], "10^\u22126"),
     ],
 )
-def test_logarithmic_ticks_are_round_and_enough(
-    first: float, last: float, ticks: list[float]
+def test_ticks_are_round_enough_and_written_as_numbers_are_read(
+    reach: tuple[float, float], log: bool, ticks: list[str], taken_out: str
 ) -> None:
-    assert log_ticks(first, last) == pytest.approx(ticks)
-
-
-def test_a_power_of_a_thousand_is_taken_out_of_small_ticks() -> None:
-    form = Thousands()
-    assert form.format_ticks([-5e-6, 0.0, 5e-6]) == ["\u22125", "0", "5"]
-    assert form.get_offset() == "\u00d7 10⁻⁶"
-    assert form.format_ticks([0.0, 0.25, 0.5]) == ["0.00", "0.25", "0.50"]
-    assert form.get_offset() == ""
+    y = np.array(reach)
+    panel = Panel(label="a", series=(Series(label="a", x=y, y=y),), log=log, span=reach)
+    axis = draw(Plot(name="a", title="", caption="", x_label="t", panels=(panel,))).axes[0].yaxis
+    labels = axis.get_major_formatter().format_ticks(axis.get_majorticklocs())
+    shown = {re.sub(r"\\mathdefault|[${}]", "", text) for text in labels}
+    assert {*ticks} <= shown
+    assert taken_out in re.sub("[{}]", "", axis.get_major_formatter().get_offset())

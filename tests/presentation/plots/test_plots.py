@@ -104,38 +104,24 @@ def test_convergence_shows_the_steps_that_end_it_and_least_squares_has_none(
         result["idm-ls"].plot("convergence")
 
 
-def test_friction_law_is_the_closed_form_and_lies_on_the_measurement(
-    result: Identification,
-) -> None:
-    estimate = result["idm-iv"]
-    found = friction_curve(result, estimate)
-    _, viscosity, coulombs = estimate.physical
-    v, force = found.law.T
-    expected = viscosity * v + coulombs * np.sign(v)
-    sliding = np.isfinite(force)
-    assert force[sliding] == pytest.approx(expected[sliding], rel=1e-9)
-    assert np.count_nonzero(~sliding) == 1  # rest is set-valued: the curve breaks there
-    fast = np.abs(found.binned[:, 0]) > 0.02
-    at = found.binned[fast, 0]
-    law = viscosity * at + coulombs * np.sign(at)
-    assert found.binned[fast, 1] == pytest.approx(law, abs=0.1 * np.abs(law).max())
-
-
-def test_friction_is_shown_by_rows_of_whole_weight_alone(
+def test_friction_law_is_the_closed_form_and_lies_on_rows_of_whole_weight(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
     found = identify(emps2015, twin, methods=["idm-ls"])
     estimate = found["idm-ls"]
     shown = friction_curve(found, estimate)
-    assert shown.skipped > 0
-    assert len(shown.velocity) == len(estimate.y) - shown.skipped
     _, viscosity, coulombs = estimate.physical
+    v, force = shown.law.T
+    sliding = np.isfinite(force)
+    assert force[sliding] == pytest.approx(viscosity * v[sliding] + coulombs * np.sign(v[sliding]))
+    assert np.count_nonzero(~sliding) == 1  # rest is set-valued: the curve breaks there
+    assert len(shown.velocity) == len(estimate.y) - shown.skipped < len(estimate.y)
     at, mean, _ = shown.binned.T
     law = viscosity * at + coulombs * np.sign(at)
     assert mean == pytest.approx(law, abs=0.1 * np.abs(law).max())
+    assert not np.any(np.abs(at) < 1e-3)  # no bin mixes both directions
     plot = there(friction_plot(found, estimate))
     assert f"Without {shown.skipped} rows by the reversals" in plot.caption
-    assert not np.any(np.abs(shown.binned[:, 0]) < 1e-3)  # no bin mixes both directions
 
 
 def test_gravity_and_springs_are_taken_off_the_friction() -> None:

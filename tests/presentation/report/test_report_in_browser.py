@@ -87,21 +87,6 @@ def test_every_figure_is_drawn_and_nothing_is_asked_of_the_network(page: Browser
     assert page.complaints == []
 
 
-@pytest.mark.parametrize("width", [400, 1100])
-def test_every_column_of_the_parameters_is_seen(fresh: Browser, width: int) -> None:
-    fresh.emulate(width, 900, "light")
-    fresh.evaluate("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
-    tables = "[...document.querySelectorAll('#parameters .scroll')]"
-    over = f"{tables}.map(s => s.scrollWidth - s.clientWidth)"
-    assert set(fresh.evaluate(over)) == {0}
-    shown = fresh.evaluate(
-        "['value', 'between', 'sd', 'relative', 'intervals'].map(c =>"
-        " document.querySelector('.parameters td.' + c).getBoundingClientRect())"
-        ".every(r => r.width > 20 && r.right <= innerWidth)"
-    )
-    assert shown
-
-
 def test_the_wheel_zooms_about_the_pointer_and_both_panels_follow(fresh: Browser) -> None:
     whole = seen(fresh)
     x, y, w, h = middle(fresh)

@@ -19,17 +19,18 @@ def result() -> Identification:
     return identify(axis, twin_record(axis, signals=recorded_values("pressure")))
 
 
-@pytest.mark.parametrize("form", FORMATS)
-def test_the_page_of_an_axis_lists_its_signals(form: str) -> None:
-    page = axis_page(derive(AXIS), form)
-    assert "Recorded signals" in page
-    assert "pressure" in page
-    assert "held between samples" in page
-
-
-def test_the_record_s_figure_has_a_panel_for_each_signal(result: Identification) -> None:
+def test_signals_are_on_the_page_of_an_axis_in_figures_and_in_frames(
+    result: Identification,
+) -> None:
+    for form in FORMATS:
+        page = axis_page(derive(AXIS), form)
+        assert all(
+            told in page for told in ("Recorded signals", "pressure", "held between samples")
+        )
     labels = [panel.label for panel in record_plot(result).panels]
     assert any("pressure" in label and "Pa" in label for label in labels)
+    frame = result.record.to_frame()
+    assert list(frame["pressure"]) == list(result.record.signals["pressure"])
 
 
 @pytest.mark.slow
@@ -43,9 +44,3 @@ def test_a_saved_result_knows_its_signals(result: Identification, tmp_path: Path
     other = twin_record(build(AXIS), signals=recorded_values("pressure", 5), seed=5)
     for held in (validate(saved, other), validate(result, other)):
         assert held.methods[0].simulation_error_percent is not None
-
-
-def test_a_record_s_frame_has_the_signals() -> None:
-    record = twin_record(build(AXIS), signals=recorded_values("pressure"))
-    frame = record.to_frame()
-    assert list(frame["pressure"]) == list(record.signals["pressure"])

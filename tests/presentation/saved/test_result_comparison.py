@@ -11,8 +11,7 @@ from jsonschema import Draft202012Validator
 
 from axisid import Prefilter, Record, identify
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.presentation.saved.result_comparison import compare_results
-from axisid.presentation.schema import WrittenAlone
+from axisid.presentation.saved.result_comparison import WrittenAlone, compare_results
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
@@ -46,8 +45,7 @@ def test_differences_are_in_combined_deviations(files: tuple[Path, Path]) -> Non
     result = compare_results(*files)
     assert [d.method for d in result.differences] == ["idm-ls"] * 3 + ["idm-iv"] * 3
     assert [d.name for d in result.differences[:3]] == ["M", "Fv", "Fc"]
-    first = a["estimates"][0]["parameters"]["Fv"]
-    second = b["estimates"][0]["parameters"]["Fv"]
+    first, second = (each["estimates"][0]["parameters"]["Fv"] for each in (a, b))
     found = result.differences[1]
     assert found.difference == second["value"] - first["value"]
     assert found.deviations == pytest.approx(
@@ -67,28 +65,23 @@ def test_settings_verdicts_and_methods_that_differ_are_told(files: tuple[Path, P
     assert set(result.checks) == {n for n in statuses[0] if statuses[0][n] != statuses[1].get(n)}
 
 
-def test_a_parameter_in_another_unit_is_not_compared(
+def test_another_unit_is_not_compared_and_exact_estimates_have_no_deviations(
     files: tuple[Path, Path], tmp_path: Path
 ) -> None:
     def rescale(content: dict[str, Any]) -> None:
         content["estimates"][0]["parameters"]["M"]["unit"] = "kg m"
 
-    result = compare_results(files[0], spoiled(files[0], tmp_path, rescale))
-    assert result.alone == WrittenAlone(first=("idm-ls M [kg]",), second=("idm-ls M [kg m]",))
-
-
-def test_exact_estimates_have_no_deviations(files: tuple[Path, Path], tmp_path: Path) -> None:
     def exact(content: dict[str, Any]) -> None:
         estimate = content["estimates"][0]
         estimate["parameters"]["M"]["sd_hac"] = 0.0
-        first, *others = estimate["covariance_hac"]
-        first[:] = [0.0] * len(first)
-        for row in others:
-            row[0] = 0.0
+        estimate["covariance_hac"] = [[0.0] * 3] * 3
 
+    result = compare_results(files[0], spoiled(files[0], tmp_path, rescale))
+    assert result.alone == WrittenAlone(first=("idm-ls M [kg]",), second=("idm-ls M [kg m]",))
     file = spoiled(files[0], tmp_path, exact)
-    assert compare_results(file, file).differences[0].deviations is None
-    compare_results(file, file).summary()
+    result = compare_results(file, file)
+    assert result.differences[0].deviations is None
+    assert "the settings are the same" in result.summary()
 
 
 def test_command_prints_or_writes_what_its_schema_says(
@@ -110,25 +103,19 @@ def test_command_prints_or_writes_what_its_schema_says(
 
 
 @pytest.mark.parametrize(
-    ("value", "code", "says"),
+    ("value", "says"),
     [
-        (True, "result-file", "expected float, got bool"),
-        ("1", "result-file", "expected float, got str"),
-        (10**400, "result-file", "number out of range"),
-        (-1.7e308, "comparison", ""),
+        (True, "expected float, got bool"),
+        ("1", "expected float, got str"),
+        (10**400, "number out of range"),
     ],
-    ids=["true", "1", "huge", "far"],
+    ids=["true", "1", "huge"],
 )
 def test_what_is_no_number_is_not_compared(
-    files: tuple[Path, Path], tmp_path: Path, value: Any, code: str, says: str
+    files: tuple[Path, Path], tmp_path: Path, value: Any, says: str
 ) -> None:
-    def with_value(value: Any) -> Path:
-        def change(content: dict[str, Any]) -> None:
-            wide = {"interval_95": [-1.75e308, 1.75e308], "value": value}
-            content["estimates"][0]["parameters"]["M"].update(wide)
+    def change(content: dict[str, Any]) -> None:
+        content["estimates"][0]["parameters"]["M"]["value"] = value
 
-        return spoiled(files[0], tmp_path, change)
-
-    other = with_value(1.7e308).rename(tmp_path / "great.json")
-    with refuses(code, says):
-        compare_results(other, with_value(value))
+    with refuses("result-file", says):
+        compare_results(files[0], spoiled(files[0], tmp_path, change))

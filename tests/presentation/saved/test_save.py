@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
+from msgspec import UNSET
 
 from axisid import (
     Identification,
@@ -22,8 +23,8 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation import validate_fit
 from axisid.presentation.saved import SavedFitValidation
-from axisid.presentation.saved.contradictions import refuse_other_drive
-from axisid.presentation.schema import WrittenDriveTime, WrittenResponse
+from axisid.presentation.saved.file import refuse_differences
+from axisid.presentation.saved.record import WrittenDriveTime, WrittenResponse
 from tests.refusals import refuses
 
 
@@ -72,33 +73,36 @@ def test_what_no_result_is_saved_by_is_refused_with_what_it_takes(
     assert not [*tmp_path.iterdir()]
 
 
+FOUND = WrittenDriveTime(
+    name="Tc", of="lag", nominal=1e-4, value=1e-3, sd=1e-5, interval_95=(9e-4, 1.1e-3)
+)
+
+
+def _lag(nominal: float) -> Parameter:
+    return Parameter("Tc", "s", nominal=nominal)
+
+
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("given", "found", "says"),
     [
-        ({"lag": 2e-3}, "lag 0.001"),
-        ({"logged": "current"}, "logged command"),
-        ({"lag": Parameter("Tc", "s", nominal=1e-3)}, "to be estimated"),
-        ({"relative_sd": 0.02}, "relative_sd 0.005"),
-        ({}, ""),
+        ({"lag": 2e-3}, UNSET, "lag 0.001"),
+        ({"logged": "current"}, UNSET, "logged command"),
+        ({"lag": _lag(1e-3)}, UNSET, "to be estimated"),
+        ({"relative_sd": 0.02}, UNSET, "relative_sd 0.005"),
+        ({}, UNSET, ""),
+        # The start of a lag that was found is part of the drive.
+        ({"lag": _lag(1e-4)}, FOUND, ""),
+        ({"lag": _lag(1e-3)}, FOUND, ""),
+        ({"lag": _lag(5e-4)}, FOUND, "estimated from 0.0001"),
     ],
 )
-def test_an_axis_with_another_drive_is_refused(given: dict[str, Any], says: str) -> None:
-    written = WrittenResponse(lag=1e-3, delay=0.0, logged="command")
-    held = SimpleNamespace(drive=written, estimates=[SimpleNamespace(gain_relative_sd=0.005)])
+def test_an_axis_with_another_drive_is_refused(
+    given: dict[str, Any], found: Any, says: str
+) -> None:
+    written = WrittenResponse(lag=1e-3, delay=0.0, logged="command", estimated=found)
+    estimate = SimpleNamespace(gain_relative_sd=0.005, physical=None)
+    held = SimpleNamespace(drive=written, estimates=[estimate])
     drive = Drive(**{"gain": 35.0, "lag": 1e-3, "relative_sd": 0.005, **given})
     axis = replace(load_axis("emps2015"), drive=drive)
     with refuses("result-file", says) if says else nullcontext():
-        refuse_other_drive(cast(Any, held), "result.json", axis)
-
-
-def test_the_start_of_a_found_lag_is_part_of_the_drive() -> None:
-    found = WrittenDriveTime(
-        name="Tc", of="lag", nominal=1e-4, value=1e-3, sd=1e-5, interval_95=(9e-4, 1.1e-3)
-    )
-    written = WrittenResponse(lag=1e-3, delay=0.0, logged="command", estimated=found)
-    held = SimpleNamespace(drive=written, estimates=[SimpleNamespace(gain_relative_sd=0.0)])
-    for lag, is_same in ((1e-4, True), (1e-3, True), (5e-4, False)):
-        parameter = Parameter("Tc", "s", nominal=lag)
-        axis = replace(load_axis("emps2015"), drive=Drive(gain=35.0, lag=parameter))
-        with nullcontext() if is_same else refuses("result-file", "estimated from 0.0001"):
-            refuse_other_drive(cast(Any, held), "result.json", axis)
+        refuse_differences(cast(Any, held), "result.json", axis)

@@ -137,21 +137,18 @@ def test_the_command_line_takes_several_logs(logs: list[str], tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("count", "options", "said"),
     [
-        (("--known", "m_add=0"), "has 1 known value,"),
-        (("--known", "m_add=0,x"), "number 2 is no value"),
-        (("--local", "nothing"), "no parameter 'nothing'"),
+        (3, ("--known", "m_add=0"), "has 1 known value,"),
+        (3, ("--known", "m_add=0,x"), "number 2 is no value"),
+        (3, ("--local", "nothing"), "no parameter 'nothing'"),
+        (2, ("--local", "tau0"), "there is 1 record; give several"),
     ],
 )
 def test_options_of_several_have_errors_with_their_place(
-    logs: list[str], options: tuple[str, ...], said: str
+    logs: list[str], count: int, options: tuple[str, ...], said: str
 ) -> None:
-    assert said in _run(*logs[:3], *options)
-
-
-def test_a_single_log_has_no_parameter_of_its_own(logs: list[str]) -> None:
-    assert "there is 1 record; give several" in _run(*logs[:2], "--local", "tau0")
+    assert said in _run(*logs[:count], *options)
 
 
 @pytest.mark.slow

@@ -24,8 +24,12 @@ def test_emps_fits_on_a_screen(run: Run, emps_file: Path, tmp_path: Path) -> Non
     assert max(map(len, lines)) <= 100
 
 
-def test_values_are_the_centres_of_their_intervals(emps2015: GeneratedAxis, twin: Record) -> None:
-    result = identify(emps2015, twin)
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin)
+
+
+def test_values_are_the_centres_of_their_intervals(result: Identification) -> None:
     (row,) = re.findall(r"(?m)^M +kg +(\S+) +\S+ +(\S+) to (\S+)", result.summary())
     value, low, high = map(float, row)
     assert value == pytest.approx((low + high) / 2, abs=1e-3)
@@ -50,18 +54,8 @@ def test_least_squares_stands_beside_what_it_is_off_by(
     assert "IDM-LS" in kept.summary()
 
 
-@pytest.fixture(scope="module")
-def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
-    return identify(emps2015, twin)
-
-
-def block(text: str, title: str) -> list[str]:
-    lines = text[text.index(f"\n{title}") :].strip().split("\n\n")[0].splitlines()
-    return lines[1:]
-
-
 def test_every_parameter_has_its_interval_and_deviations(result: Identification) -> None:
-    rows = block(result.summary(full=True), "95 % intervals")
+    rows = result.summary(full=True).partition("\n95 % intervals")[2].split("\n\n")[0].splitlines()
     for method, estimate in result.estimates.items():
         for name, value in (estimate.parameters | estimate.ddm_parameters).items():
             (row,) = (r for r in rows if r.startswith(f"{method.upper()} {name} "))

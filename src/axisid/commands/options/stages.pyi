@@ -82,14 +82,14 @@ from axisid.presentation.drawing import (
     write_figures as write_figures,
 )
 from axisid.presentation.formulas import axis_document as axis_document, axis_page as axis_page
-from axisid.presentation.monte_carlo import (
+from axisid.presentation.plots import (
     PLOTS as PLOTS,
-    monte_carlo_page as monte_carlo_page,
+    Plot as Plot,
     monte_carlo_plots as monte_carlo_plots,
 )
-from axisid.presentation.plots import Plot as Plot
 from axisid.presentation.report import (
     fit_report_html as fit_report_html,
+    monte_carlo_page as monte_carlo_page,
     write_outputs as write_outputs,
 )
 from axisid.presentation.saved import compare_results as compare_results

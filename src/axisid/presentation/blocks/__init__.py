@@ -14,7 +14,6 @@ from .document import (
     Interval as Interval,
     Intervals as Intervals,
     Listing as Listing,
-    NotedText as NotedText,
     Notes as Notes,
     Paragraph as Paragraph,
     Quantity as Quantity,

@@ -29,15 +29,6 @@ class Quantity:
 
 
 @dataclass(frozen=True, slots=True)
-class NotedText:
-    """A text with its unit and a note that stands back behind it."""
-
-    text: str
-    unit: str = ""
-    note: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class Interval:
     """A confidence interval to be drawn.
 
@@ -69,21 +60,9 @@ class Intervals:
     truth: float | None = None
 
 
-#: None: the cell above reaches down to this row.
-Cell = str | Quantity | NotedText | Intervals | None
+Cell = str | Quantity | Intervals
 #: What is in a column, for pages that show it their own way.
-Kind = Literal[
-    "",
-    "text",
-    "unit",
-    "status",
-    "method",
-    "value",
-    "range between",
-    "range sd",
-    "range relative",
-    "intervals",
-]
+Kind = Literal["", "unit", "status", "method", "intervals"]
 
 
 @dataclass(frozen=True, slots=True)

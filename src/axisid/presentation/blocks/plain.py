@@ -16,7 +16,6 @@ from .document import (
     Document,
     Heading,
     Listing,
-    NotedText,
     Notes,
     Paragraph,
     Quantity,
@@ -67,15 +66,21 @@ class Grid:
 
 def grid(table: Table) -> Grid:
     """The texts of a table; a column with parts becomes as many columns."""
-    columns = [column for column in table.columns for _ in range(1 + len(column.parts))]
+    # Intervals are drawn, or left out.
+    kept = [i for i, column in enumerate(table.columns) if column.kind != "intervals"]
+    whole = [table.columns[i] for i in kept]
+    columns = [column for column in whole for _ in range(1 + len(column.parts))]
     return Grid(
-        heads=tuple(head for column in table.columns for head in _heads(column)),
-        rows=tuple(
-            tuple(
-                text
-                for cell, column in zip(row, table.columns, strict=True)
-                for text in _texts(cell, column)
+        heads=tuple(
+            head
+            for column in whole
+            for head in (
+                f"{column.head} [{column.unit}]" if column.unit else column.head,
+                *column.parts,
             )
+        ),
+        rows=tuple(
+            tuple(text for i in kept for text in _texts(row[i], table.columns[i]))
             for row in table.rows
         ),
         aligns=tuple(column.align for column in columns),
@@ -94,11 +99,6 @@ def _groups(columns: Sequence[Column]) -> Iterator[tuple[int, ...]]:
         yield tuple(numbers)
 
 
-def _heads(column: Column) -> Iterator[str]:
-    yield f"{column.head} [{column.unit}]" if column.unit else column.head
-    yield from column.parts
-
-
 def _texts(cell: Cell, column: Column) -> Iterator[str]:
     """One text for the value and one for each part; what is not told stays empty."""
     texts: tuple[str, ...] = (joined(cell),)
@@ -110,16 +110,9 @@ def _texts(cell: Cell, column: Column) -> Iterator[str]:
 
 def joined(cell: Cell) -> str:
     """A cell as one text."""
-    match cell:
-        case str():
-            return cell
-        case Quantity():
-            return f"{cell.value} +- {cell.deviation}" if cell.deviation else cell.value
-        case NotedText():
-            text = f"{cell.text} [{cell.unit}]" if cell.unit else cell.text
-            return f"{text} ({cell.note})" if cell.note else text
-        case _:
-            return ""
+    if isinstance(cell, Quantity):
+        return f"{cell.value} +- {cell.deviation}" if cell.deviation else cell.value
+    return cell if isinstance(cell, str) else ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -231,13 +224,11 @@ def _table(texts: Grid) -> str:
     rows = [texts.heads, *texts.rows]
     widths = [max(len(row[i]) for row in rows) for i in range(len(texts.heads))]
     rule = "-" * (sum(widths) + 2 * (len(widths) - 1))
-    head, *others = (_row(row, widths, texts.aligns) for row in rows)
-    return "\n".join([head, rule, *others])
-
-
-def _row(row: Sequence[str], widths: Sequence[int], aligns: Sequence[Align]) -> str:
-    cells = (
-        text.ljust(width) if align == "left" else text.rjust(width)
-        for text, width, align in zip(row, widths, aligns, strict=True)
+    head, *others = (
+        "  ".join(
+            text.ljust(width) if align == "left" else text.rjust(width)
+            for text, width, align in zip(row, widths, texts.aligns, strict=True)
+        ).rstrip()
+        for row in rows
     )
-    return "  ".join(cells).rstrip()
+    return "\n".join([head, rule, *others])

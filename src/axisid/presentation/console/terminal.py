@@ -4,17 +4,14 @@ import os
 import shutil
 import sys
 import threading
-import time
-import warnings
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
 if TYPE_CHECKING:
-    from axisid.presentation.blocks import Document
+    from rich.progress import Progress
 
-_ERASE = "\r\x1b[K"
+    from axisid.presentation.blocks import Document
 
 
 def print_document(document: "Document") -> None:
@@ -49,62 +46,41 @@ class ProgressLine:
         What is going on, until something else is said.
     stream : file, optional
         Standard error by default; nothing is drawn where it is no terminal.
-    delay, interval : float
-        Seconds until the line appears, and between its changes.
+    delay : float
+        Seconds until the line appears.
     """
 
-    def __init__(
-        self, what: str, stream: TextIO | None = None, delay: float = 1.0, interval: float = 0.2
-    ) -> None:
+    def __init__(self, what: str, stream: TextIO | None = None, delay: float = 1.0) -> None:
         self._what = what
         self._stream = sys.stderr if stream is None else stream
-        self._delay, self._interval = delay, interval
-        self._ended = threading.Event()
-        self._drawing = threading.Lock()
-        self._thread: threading.Thread | None = None
-        self._begin = 0.0
-        self._show_warning: Any = None
+        self._delay = delay
+        self._progress: Progress | None = None
 
     def __enter__(self) -> "ProgressLine":
         if is_terminal(self._stream):
-            self._begin = time.monotonic()
-            self._show_warning, warnings.showwarning = warnings.showwarning, self._warn
-            self._thread = threading.Thread(target=self._draw, daemon=True)
-            self._thread.start()
+            from rich.console import Console
+            from rich.progress import Progress, TextColumn, TimeElapsedColumn
+
+            self._progress = Progress(
+                TextColumn("{task.description}", markup=False),
+                TimeElapsedColumn(),
+                console=Console(file=self._stream),
+                redirect_stdout=False,
+                transient=True,
+            )
+            self._task = self._progress.add_task(self._what, total=None)
+            self._timer = threading.Timer(self._delay, self._progress.start)
+            self._timer.daemon = True
+            self._timer.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        if self._thread is not None:
-            self._ended.set()
-            self._thread.join()
-            warnings.showwarning = self._show_warning
+    def __exit__(self, *_: object) -> None:
+        if self._progress is not None:
+            self._timer.cancel()
+            self._timer.join()
+            self._progress.stop()
 
     def __call__(self, done: int, total: int, what: str) -> None:
         """Say what is done next."""
-        self._what = f"{what} ({done + 1} of {total})"
-
-    def _draw(self) -> None:
-        wait, drawn = self._delay, False
-        while not self._ended.wait(wait):
-            wait, drawn = self._interval, True
-            seconds = time.monotonic() - self._begin
-            line = f"{self._what}, {seconds:.0f} s"
-            with self._drawing:
-                self._put(f"{_ERASE}{line[: shutil.get_terminal_size().columns - 1]}")
-        if drawn:
-            self._put(_ERASE)
-
-    def _warn(self, *about: Any, **more: Any) -> None:
-        """A warning in place of the line, which comes back under it."""
-        with self._drawing:
-            self._put(_ERASE)
-            self._show_warning(*about, **more)
-
-    def _put(self, text: str) -> None:
-        self._stream.write(text)
-        self._stream.flush()
+        if self._progress is not None:
+            self._progress.update(self._task, description=f"{what} ({done + 1} of {total})")

@@ -3,10 +3,11 @@
 In: `Plot`. Out: figures, files. Knows nothing of what a figure shows.
 """
 
-from .files import (
+from .matplotlib import (
     NAMES as NAMES,
+    draw as draw,
+    draw_on as draw_on,
     force_figure as force_figure,
     sweep_figure as sweep_figure,
     write_figures as write_figures,
 )
-from .matplotlib import draw as draw, draw_on as draw_on

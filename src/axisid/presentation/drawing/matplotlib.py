@@ -1,16 +1,22 @@
-"""Matplotlib draws a `Plot`, with three ticks or more, written as numbers are read.
+"""Matplotlib draws a `Plot`, with ticks that are round and enough, and writes it into a file.
 
 Imported only where one is drawn.
 """
 
 import io
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.studies import Sweep
 from axisid.estimation.tables import one_line
+from axisid.presentation.plots import SHADED, Panel, Plot, Series, force_plot, row_times, sweep_plot
 from axisid.support.errors import UsageError
+from axisid.support.files import replace_file
 
 try:
     from matplotlib import rc_context
@@ -18,15 +24,19 @@ try:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
     from matplotlib.font_manager import fontManager
-    from matplotlib.ticker import Formatter, MaxNLocator
+    from matplotlib.ticker import (
+        LogFormatterMathtext,
+        LogLocator,
+        MaxNLocator,
+        NullLocator,
+        ScalarFormatter,
+    )
 except Exception as error:  # it reads variables and files of the user's as it starts
     raise UsageError(
         f"no figure can be drawn: matplotlib does not start ({one_line(error)}). "
         "Mend what it names, such as the variable MPLBACKEND, or leave the figures out."
     ) from error
 
-from axisid.presentation.formulas import power_of_ten, true_minus
-from axisid.presentation.plots import SHADED, Panel, Plot, Series
 
 # Okabe and Ito's colours, told apart whatever the eye; grey lies beneath.
 _COLORS = {
@@ -37,14 +47,32 @@ _COLORS = {
     "warm": "#c58600",
     "violet": "#b0578d",
 }
+
+
 _INK, _RULE, _SHADE = "#1f2328", "#e3e5e8", "#8a8f98"
+
+
 _WIDTH = 160.0  # mm, of a page with margins
+
+
 _INCH = 25.4  # mm
+
+
 _PANEL, _AROUND = 1.5, 0.7  # inches
+
+
 _NAMED = 0.17  # inches, of the names of marks
+
+
 _DENSE = 2000  # points from which they are drawn as an image inside a vector file
+
+
 _FONTS = ("Source Sans 3", "Helvetica", "Arial", "Liberation Sans")  # by preference
+
+
 _COMPLETE = "DejaVu Sans"  # which matplotlib brings; others lack exponents
+
+
 _STYLE: Any = {
     "font.size": 9.0,
     "axes.edgecolor": _INK,
@@ -71,11 +99,11 @@ _STYLE: Any = {
     "svg.hashsalt": "axisid",
 }
 
-_FEWEST = 3
-_DECADES = 6  # about as many ticks
-_THREE, _SIX = (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)  # of a decade
-_ROUNDING = 1e-9
-_WRITTEN_OUT = (1e-2, 1e5)  # between them numbers are written without a power of ten
+
+_FEWEST = 3  # ticks; decades from which they alone have one
+
+
+_WRITTEN_OUT = (-2, 5)  # powers of ten between which numbers are written out
 
 
 class Drawing(Figure):
@@ -137,7 +165,7 @@ def _draw_panels(axes: Sequence[Axes], plot: Plot, columns: int) -> None:
     for each, panel in zip(axes, plot.panels, strict=True):
         _draw_panel(each, panel, plot, columns)
     axes[-1].set_xlabel(_plain(plot.x_label))
-    set_ticks(axes[-1].xaxis, log=plot.log, whole=plot.whole)
+    _set_ticks(axes[-1].xaxis, log=plot.log, whole=plot.whole)
 
 
 def rendered(figure: Figure, form: str) -> bytes:
@@ -182,7 +210,7 @@ def _draw_panel(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
             _draw_series(axes, series)
     if panel.span is not None:
         axes.set_ylim(*panel.span)
-    set_ticks(axes.yaxis, log=panel.log)
+    _set_ticks(axes.yaxis, log=panel.log)
     for place, _ in plot.marks:
         axes.axvline(place, color=_INK, linewidth=0.7, linestyle=(0, (4, 3)))
     if panel is plot.panels[0]:
@@ -279,77 +307,104 @@ def _plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def set_ticks(axis: Axis, *, log: bool = False, whole: bool = False) -> None:
-    """Give an axis ticks for the range that it shows.
-
-    Parameters
-    ----------
-    axis : matplotlib.axis.Axis
-        Its limits are final.
-    log : bool
-        Whether it is logarithmic.
-    whole : bool
-        Whether it counts.
-    """
-    if log:
-        ticks = log_ticks(*sorted(axis.get_view_interval()))
-        axis.set_ticks(ticks, [number_text(tick) for tick in ticks])
-        axis.set_ticks([], minor=True)
-        return
+def _set_ticks(axis: Axis, *, log: bool = False, whole: bool = False) -> None:
+    """Give an axis ticks for the range that it shows, whose limits are final."""
     fewest = 1 if whole else _FEWEST
     axis.set_major_locator(
         MaxNLocator("auto", steps=[1, 2, 2.5, 5, 10], integer=whole, min_n_ticks=fewest)
     )
-    axis.set_major_formatter(Thousands())
+    plain = ScalarFormatter(useOffset=False, useMathText=True)
+    plain.set_powerlimits(_WRITTEN_OUT)
+    axis.set_major_formatter(plain)
+    if log:
+        low, high = sorted(axis.get_view_interval())
+        many = high > low * 10.0**_FEWEST
+        axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
+        axis.set_major_formatter(LogFormatterMathtext() if many else plain)
+        axis.set_minor_locator(NullLocator())
 
 
-def log_ticks(first: float, last: float) -> list[float]:
-    """Round numbers on a logarithmic scale: decades, or more of each where those are few."""
-    low, high = int(np.floor(np.log10(first))), int(np.ceil(np.log10(last)))
-    every = max(1, round((high - low) / _DECADES))
-    for step, multiples in (*((e, (1.0,)) for e in range(every, 0, -1)), (1, _THREE), (1, _SIX)):
-        decades = range(step * (low // step), high + 1, step)
-        ticks = [m * 10.0**d for d in decades for m in multiples]
-        inside = [t for t in ticks if first * (1 - _ROUNDING) <= t <= last * (1 + _ROUNDING)]
-        if len(inside) >= _FEWEST:
-            return inside
-    even = MaxNLocator(5, min_n_ticks=_FEWEST).tick_values(first, last)
-    return [float(tick) for tick in even if first <= tick <= last and tick > 0]
+FORMATS = ("pdf", "svg", "png")
 
 
-def number_text(value: float) -> str:
-    """A tick's number: plain, or with a power of ten where that is shorter."""
-    if value == 0 or _WRITTEN_OUT[0] <= abs(value) < _WRITTEN_OUT[1]:
-        return true_minus(f"{value:.12g}")
-    mantissa, exponent = f"{value:.6e}".split("e")
-    factor = true_minus(f"{float(mantissa):g}")
-    return power_of_ten(int(exponent), "" if factor == "1" else factor)
+#: Every figure that a result can have.
+NAMES = (
+    *("force", "acceleration", "friction", "convergence", "tracking", "autocorrelation"),
+    *("spectrum", "repeats", "sweep", "record"),
+)
 
 
-class Thousands(Formatter):
-    """Plain numbers; of very large or small ones a power of 1000 is taken out."""
+def force_figure(estimate: Estimate, title: str, path: Path, *, seconds: float = 3.0) -> None:
+    """Draw measured and reconstructed force and their difference, like the paper's figures 3 and 4.
 
-    def __init__(self) -> None:
-        self._power, self._digits = 0, 0
+    Parameters
+    ----------
+    estimate : Estimate
+        Of an inverse model, whose left side is the force.
+    title : str
+        Of the figure.
+    path : Path
+        Written whole or not at all; the suffix chooses the format.
+    seconds : float
+        How much of the record is shown, from its first row.
+    """
+    plot, end = force_plot(estimate), float(row_times(estimate)[0]) + seconds
+    shown = (
+        replace(
+            panel,
+            series=tuple(
+                replace(each, x=each.x[each.x <= end], y=each.y[each.x <= end])
+                for each in panel.series
+            ),
+        )
+        for panel in plot.panels
+    )
+    error = estimate.equation_error_percent
+    title = f"{title}: equation error {error:.1f} %"
+    _save(draw(replace(plot, panels=tuple(shown)), title), path)
 
-    def __call__(self, x: float, pos: int | None = None) -> str:  # noqa: ARG002
-        """Text of one tick."""
-        text = f"{x / 10.0**self._power:.{self._digits}f}"
-        return true_minus(text) if float(text) else text.replace("-", "")
 
-    def format_ticks(self, values: Sequence[float]) -> list[str]:
-        """Texts of all ticks, with the same digits."""
-        largest = max(map(abs, values), default=0.0)
-        exponent = int(np.floor(np.log10(largest) + 1e-9)) if largest else 0
-        self._power = 3 * (exponent // 3) if not -2 <= exponent <= 4 else 0
-        scaled = np.asarray(values, dtype=float) / 10.0**self._power
-        self._digits = next((d for d in range(12) if _same(scaled, d)), 12)
-        return [self(value) for value in values]
+def sweep_figure(result: Sweep, path: Path) -> None:
+    """Draw every parameter over the cut-off.
 
-    def get_offset(self) -> str:
-        """The power that was taken out."""
-        return f"\u00d7 {power_of_ten(self._power)}" if self._power else ""
+    Parameters
+    ----------
+    result : Sweep
+    path : Path
+        Written whole or not at all; the suffix chooses the format.
+    """
+    chosen = result.recommended
+    title = (
+        "no cut-off recommended"
+        if chosen is None
+        else f"recommended cut-off {chosen:g} Hz (dashed)"
+    )
+    _save(draw(sweep_plot(result), title), path)
 
 
-def _same(values: np.ndarray, digits: int) -> bool:
-    return bool(np.allclose(np.round(values, digits), values, rtol=1e-9, atol=1e-9))
+def write_figures(plots: Iterable[Plot], folder: Path, form: str) -> list[Path]:
+    """Write each plot into its own file, made for a page with a caption.
+
+    Parameters
+    ----------
+    plots : iterable of Plot
+    folder : Path
+        Made if it is not there.
+    form : {"pdf", "svg", "png"}
+
+    Returns
+    -------
+    list of Path
+        The files.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for plot in plots:
+        path = folder / f"{plot.name}.{form}"
+        _save(draw(plot), path)
+        written.append(path)
+    return written
+
+
+def _save(figure: Drawing, path: Path) -> None:
+    replace_file(path, rendered(figure, path.suffix.removeprefix(".").lower() or "png"))

@@ -3,7 +3,11 @@
 In: expressions, values. Out: LaTeX, MathML, typeset text. Knows nothing of estimators.
 """
 
-from .axis_page import axis_document as axis_document, axis_page as axis_page
+from .axis_page import (
+    axis_document as axis_document,
+    axis_page as axis_page,
+    motion_sections as motion_sections,
+)
 from .latex import (
     formula_mathml as formula_mathml,
     symbol_latex as symbol_latex,
@@ -12,9 +16,6 @@ from .latex import (
 from .numbers import (
     decimals as decimals,
     figure_text as figure_text,
-    power_of_ten as power_of_ten,
     readable_text as readable_text,
     readable_unit as readable_unit,
-    significant as significant,
-    true_minus as true_minus,
 )

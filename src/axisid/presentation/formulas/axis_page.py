@@ -62,12 +62,29 @@ def _equation(model: AxisModel) -> list[Section]:
         Section(
             title="Equation of motion",
             lines=(equation_of_motion(declared), inertia),
-            note=f"position {q.symbol} [{q.unit}], velocity {q.velocity}, acceleration "
-            f"{q.acceleration}; {FORCE} is the drive's force on the load side",
+            note=_motion_note(q),
         ),
         Section(title="Parameters", lines=tuple(_parameters(declared))),
         *_signals(declared),
     ]
+
+
+def motion_sections(axis: Axis) -> list[Section]:
+    """The equation of motion, its parameters, the drive and the control law."""
+    motion = Section(
+        title="Equation of motion",
+        lines=(equation_of_motion(axis),),
+        note=_motion_note(axis.coordinate),
+    )
+    parameters = Section(title="Parameters", lines=tuple(_parameters(axis)))
+    return [motion, parameters, *_around(axis)[:2]]
+
+
+def _motion_note(q: Coordinate) -> str:
+    return (
+        f"position {q.symbol} [{q.unit}], velocity {q.velocity}, acceleration {q.acceleration}; "
+        f"{FORCE} is the drive's force on the load side"
+    )
 
 
 def _physical(model: AxisModel) -> list[Section]:
@@ -166,13 +183,12 @@ def _lines(section: Section, coordinate: Coordinate) -> Iterator[str]:
     head = max(map(len, heads), default=0) if listed else 0
     unit = max((len(f.unit) for f in formulas), default=0) + 2 if listed else 0
     for line in section.lines:
-        yield line if isinstance(line, str) else _row(line, coordinate, head, unit)
-
-
-def _row(line: Formula, coordinate: Coordinate, head: int, unit: int) -> str:
-    label = f"{line.head(coordinate):<{head}}"
-    label += f"  {f'[{line.unit}]' if line.unit else '':<{unit}}" if line.unit or unit else ""
-    return label if line.column is None else f"{label}  : {written(line.column, coordinate)}"
+        if isinstance(line, str):
+            yield line
+            continue
+        label = f"{line.head(coordinate):<{head}}"
+        label += f"  {f'[{line.unit}]' if line.unit else '':<{unit}}" if line.unit or unit else ""
+        yield label if line.column is None else f"{label}  : {written(line.column, coordinate)}"
 
 
 def _latex(title: str, sections: Iterable[Section], coordinate: Coordinate) -> str:

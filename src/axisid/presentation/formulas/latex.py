@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import Any
 from xml.dom.minidom import Element
 
 import sympy
@@ -22,12 +22,9 @@ from axisid.modeling.quantities import (
     readable,
 )
 
-Piece: TypeAlias = list[Element]
-
 _DOTS = ("", "˙", "¨")
 _TIMES, _SPACE = "<mo>&InvisibleTimes;</mo>", '<mspace width="0.2em"/>'
 _ROUND = re.compile(r"<mo>\(</mo>(<m(?:over|i)>(?:(?!<mo>\().)*?</m(?:over|i)>)<mo>\)</mo>")
-_LONG = 40  # signs from which a term may break between its factors
 _GREEK = dict(
     zip(
         "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau "
@@ -72,72 +69,27 @@ def formula_mathml(formula: Formula, coordinate: Coordinate) -> str:
     """
     prepared = readable(with_named_steps(formula.value), coordinate)
     printer = _Printer(prepared, {}, coordinate)
-    head = [_left(formula, printer, coordinate), printer.leaf("mo", "=")]
-    pieces = [head, *_signed(prepared.value, printer)]
+    if isinstance(formula.name, str):
+        left = printer.leaf("mi", formula.name)
+    else:
+        named = readable(formula.name, coordinate)
+        left = _Printer(named, {}, coordinate)._print(named.value)
+    head = [left, printer.leaf("mo", "=")]
+    pieces = [head]
+    value = prepared.value
+    for i, term in enumerate(prepared.terms(value) if value.is_Add else [value]):
+        negative = term.could_extract_minus_sign()
+        piece = [printer._print(-term if negative else term)]
+        if negative or i:
+            sign = printer.leaf("mo", "-" if negative else "+")
+            # At the start of an element it would be taken for the sign of a number.
+            sign.setAttribute("form", "infix" if i else "prefix")
+            piece.insert(0, sign)
+        pieces.append(piece)
     return f'<div class="formula">{" ".join(_element(piece, printer) for piece in pieces)}</div>'
 
 
-def _signed(value: sympy.Expr, printer: "_Printer") -> list[Piece]:
-    """The terms of a sum, each with its sign."""
-    pieces: list[Piece] = []
-    for term in printer.prepared.terms(value) if value.is_Add else [value]:
-        negative = term.could_extract_minus_sign()
-        parts = _term(-term if negative else term, printer)
-        if negative or pieces:
-            sign = printer.leaf("mo", "-" if negative else "+")
-            # At the start of an element it would be taken for the sign of a number.
-            sign.setAttribute("form", "infix" if pieces else "prefix")
-            parts[0].insert(0, sign)
-        pieces += parts
-    return pieces
-
-
-def _term(term: sympy.Expr, printer: "_Printer") -> list[Piece]:
-    """A term as a whole, or a long one as its factors, the sums among them in brackets."""
-    whole = printer._print(term)
-    factors = sympy.Mul.make_args(term)
-    sums = [factor for factor in factors if factor.is_Add]
-    if not sums or _signs(whole) <= _LONG:
-        return [[whole]]
-    plain = sympy.Mul(*(factor for factor in factors if not factor.is_Add))
-    pieces = [] if plain == 1 else [[printer._print(plain)]]
-    for inside in sums:
-        parts = _signed(inside, printer)
-        size = _height(parts)
-        parts[0].insert(0, _bracket("(", printer, size))
-        parts[-1].append(_bracket(")", printer, size))
-        pieces += parts
-    return pieces
-
-
-def _height(parts: list[Piece]) -> str:
-    """How high brackets about pieces are; they stand in different elements and must agree."""
-    elements = [element for piece in parts for element in piece]
-    raised = [e for element in elements for e in (element, *element.getElementsByTagName("msup"))]
-    if any(e.tagName == "msup" and e.getElementsByTagName("mfrac") for e in raised):
-        return "3.4em"
-    if any(e.tagName == "mfrac" or e.getElementsByTagName("mfrac") for e in elements):
-        return "2.4em"
-    return ""
-
-
-def _bracket(sign: str, printer: "_Printer", size: str) -> Element:
-    bracket = printer.leaf("mo", sign)
-    if size:
-        bracket.setAttribute("minsize", size)
-        bracket.setAttribute("maxsize", size)
-    else:
-        bracket.setAttribute("stretchy", "false")
-    return bracket
-
-
-def _signs(element: Element) -> int:
-    """About how wide an element is."""
-    texts = re.findall(r">([^<>]+)<", element.toxml())
-    return sum(len(re.sub(r"&(?:amp;)?\w+;", "", text)) for text in texts)
-
-
-def _element(piece: Piece, printer: "_Printer") -> str:
+def _element(piece: list[Element], printer: "_Printer") -> str:
     row = printer.dom.createElement("mrow")
     for element in piece:
         row.appendChild(element)
@@ -147,14 +99,6 @@ def _element(piece: Piece, printer: "_Printer") -> str:
     # Round brackets about one letter need not grow for its dot.
     text = _ROUND.sub(r'<mo stretchy="false">(</mo>\1<mo stretchy="false">)</mo>', text)
     return f'<math displaystyle="true">{text}</math>'
-
-
-def _left(formula: Formula, printer: "_Printer", coordinate: Coordinate) -> Element:
-    if isinstance(formula.name, str):
-        return printer.leaf("mi", formula.name)
-    prepared = readable(formula.name, coordinate)
-    left: Element = _Printer(prepared, {}, coordinate)._print(prepared.value)
-    return left
 
 
 class _House(MathMLPresentationPrinter):  # type: ignore[misc]

@@ -22,34 +22,9 @@ def readable_text(text: str) -> str:
     return re.sub(r"(?<=[^\W\d_])\^(-?\d+)(?![\w.])", lambda m: raised(m[1]), numbered)
 
 
-def power_of_ten(exponent: int, factor: str = "") -> str:
-    """``10³``, or that many of them."""
-    power = f"10{raised(str(exponent))}"
-    return f"{factor} {_TIMES} {power}" if factor else power
-
-
 def raised(digits: str) -> str:
     """An exponent."""
     return digits.translate(_RAISED)
-
-
-def true_minus(number: str) -> str:
-    """A number with the sign that is as wide as a plus."""
-    return number.replace("-", _MINUS)
-
-
-def significant(value: float, digits: int = 2) -> str:
-    """A number to so many digits, none of them lost: ``0.0014``, ``12``, ``3.0``."""
-    if not math.isfinite(value):
-        return "∞" if value > 0 else "-"
-    if not value:
-        return "0"
-    rounded = float(f"{value:.{digits - 1}e}")
-    exponent = math.floor(math.log10(abs(rounded)) + 1e-12)
-    if not -5 <= exponent < 6:
-        factor = f"{rounded / 10.0**exponent:.{digits - 1}f}"
-        return power_of_ten(exponent, true_minus(factor))
-    return true_minus(f"{rounded:.{max(digits - 1 - exponent, 0)}f}")
 
 
 def decimals(deviation: float) -> int:
@@ -72,7 +47,7 @@ def _number(found: re.Match[str]) -> str:
         return sign + figures
     value = float(f"{figures}e{exponent}")
     if value and not _PLAIN[0] <= value < _PLAIN[1]:
-        return sign + power_of_ten(int(exponent), figures)
+        return f"{sign}{figures} {_TIMES} 10{raised(str(int(exponent)))}"
     places = max(len(figures.partition(".")[2]) - int(exponent), 0)
     plain = f"{value:,.{places}f}" if value >= _GROUPED else f"{value:.{places}f}"
     return sign + plain.replace(",", _THIN)

@@ -7,9 +7,7 @@ from .blocks import (
     STATUS_CLASSES as STATUS_CLASSES,
     blocks_html as blocks_html,
     checks_html as checks_html,
-    method_kind as method_kind,
     prose_html as prose_html,
-    sign_html as sign_html,
     table_html as table_html,
     unbroken as unbroken,
 )

@@ -2,7 +2,6 @@
 
 import re
 from html import escape
-from itertools import takewhile
 from types import MappingProxyType
 
 from axisid.presentation.blocks import (
@@ -15,11 +14,9 @@ from axisid.presentation.blocks import (
     Heading,
     Intervals,
     Listing,
-    NotedText,
     Notes,
     Paragraph,
     Quantity,
-    Sentence,
     Table,
     joined,
 )
@@ -57,7 +54,8 @@ def intervals_html(drawn: Intervals) -> str:
             f'<circle cx="{place(each.centre)}" cy="{y}" r="3"/></g>'
         )
     size = f'viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}"'
-    return f'<svg class="interval" {size} role="img" aria-label="intervals">{marks}</svg>'
+    colours = 'stroke="currentColor" fill="currentColor" width="170"'  # of a page without its own
+    return f'<svg class="interval" {size} {colours} role="img">{marks}</svg>'
 
 
 def prose_html(sentence: str) -> str:
@@ -113,109 +111,56 @@ def block_html(block: Block) -> str:
             listed = "".join(f"<p>[{i}] {prose_html(note)}</p>" for i, note in notes)
             return f"<details><summary>Notes</summary>{listed}</details>"
         case Paragraph():
-            return title + "".join(map(_sentence, block.sentences))
+            sentences = (
+                (f"<b>{escape(lead)}</b> " if (lead := each.lead.strip()) else "", each.text)
+                for each in block.sentences
+            )
+            return title + "".join(f"<p>{lead}{prose_html(text)}</p>" for lead, text in sentences)
         case Listing():
             lines = "".join(f"<li><code>{escape(line)}</code></li>" for line in block.lines)
             return f"{title}<ul>{lines}</ul>"
 
 
-def table_html(table: Table, css: str = "", *, grouped: bool = False) -> str:
-    """A table without what is said below it.
-
-    Parameters
-    ----------
-    table : Table
-    css : str, optional
-        Its class on a page.
-    grouped : bool
-        Whether each row is a body of its own, with the rows that its cells reach down to; it is
-        where one reaches down.
-    """
+def table_html(table: Table) -> str:
+    """A table without what is said below it."""
     caption = f"<caption>{escape(table.title)}</caption>" if table.title else ""
     heads = "".join(map(_head, table.columns))
-    starts = [i for i, row in enumerate(table.rows) if None not in row]
-    starts = starts if grouped or len(starts) < len(table.rows) else [0]
-    ends = [*starts[1:], len(table.rows)]
-    bodies = zip(starts, ends, strict=True)
-    filled = "".join(f"<tbody>{_rows(table, *body)}</tbody>" for body in bodies)
-    named = f' class="{css}"' if css else ""
-    return f"<table{named}>{caption}<thead><tr>{heads}</tr></thead>{filled}</table>"
-
-
-def _rows(table: Table, start: int, end: int) -> str:
-    return "".join(f"<tr>{_row(table, i)}</tr>" for i in range(start, end))
-
-
-def _row(table: Table, i: int) -> str:
-    cells = zip(table.rows[i], table.columns, strict=True)
-    return "".join(
-        _cell(cell, column, 1 + _reach(table, i, j), is_label=not j)
-        for j, (cell, column) in enumerate(cells)
-        if cell is not None
+    rows = (
+        "".join(
+            _cell(cell, column, is_label=not j)
+            for j, (cell, column) in enumerate(zip(row, table.columns, strict=True))
+        )
+        for row in table.rows
     )
-
-
-def _reach(table: Table, i: int, j: int) -> int:
-    """How many rows a cell reaches down."""
-    return sum(1 for _ in takewhile(lambda row: row[j] is None, table.rows[i + 1 :]))
+    filled = "".join(f"<tr>{row}</tr>" for row in rows)
+    return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{filled}</tbody></table>"
 
 
 def _head(column: Column) -> str:
     head = escape(column.head).replace("+-", "±")
     head += f" [{escape(readable_unit(column.unit))}]" if column.unit else ""
     head += f" ± {escape(column.parts[0])}" if column.parts else ""
+    if column.kind == "method":  # with the mark of its estimator, as intervals are drawn with
+        kind = column.head.lower().rsplit("-", 1)[-1]
+        head = f'<span class="swatch-{escape(kind)}">●</span> {head}'
     kind = "unit" if column.kind == "unit" else "text" if column.align == "left" else ""
     return f'<th class="{kind}">{head}</th>' if kind else f"<th>{head}</th>"
 
 
-def _cell(cell: Cell, column: Column, rows: int, *, is_label: bool) -> str:
-    how = _class(column) + (f' rowspan="{rows}"' if rows > 1 else "")
-    if is_label and not column.kind:
-        scope = ' scope="rowgroup"' if rows > 1 else ""
-        return f"<th{how}{scope}>{_content(cell, column, is_label=True)}</th>"
-    return f"<td{how}{_more(cell, column)}>{_content(cell, column, is_label=is_label)}</td>"
-
-
-def _content(cell: Cell, column: Column, *, is_label: bool) -> str:
-    """What is in a cell; what labels a row stays as it is written."""
-
-    def shown(text: str) -> str:
-        return escape(text if is_label else readable_text(text))
-
-    if isinstance(cell, Intervals):
-        return intervals_html(cell)
-    if isinstance(cell, NotedText):
-        unit = f' <span class="unit">{escape(readable_unit(cell.unit))}</span>'
-        note = f' <span class="note">{shown(cell.note)}</span>'
-        return shown(cell.text) + (unit if cell.unit else "") + (note if cell.note else "")
-    text = joined(cell)
-    if column.kind == "status":
-        return sign_html(text)
-    return method_html(text) if column.kind == "method" else shown(text)
-
-
-def method_html(method: str) -> str:
-    """A method with the mark of its estimator, as intervals are drawn with."""
-    kind = method_kind(method)
-    return f'<span class="swatch-{kind}">●</span> {escape(method.upper())}'
-
-
-def method_kind(method: str) -> str:
-    """Of an estimator, by which it has its colour: ``ls``, ``iv`` or ``didim``."""
-    return method.lower().rsplit("-", 1)[-1]
-
-
-def _more(cell: Cell, column: Column) -> str:
-    """What else is told of a value: where a pointer rests on it."""
-    if not isinstance(cell, Quantity) or not cell.more:
-        return ""
-    told = zip(column.parts[1:], cell.more, strict=False)
-    return f' title="{escape(", ".join(f"{head} {text}" for head, text in told))}"'
-
-
-def _class(column: Column) -> str:
+def _cell(cell: Cell, column: Column, *, is_label: bool) -> str:
+    """A cell; what labels a row stays as it is written."""
     kind = column.kind or ("text" if column.align == "left" else "")
-    return f' class="{kind}"' if kind else ""
+    how = f' class="{kind}"' if kind else ""
+    if isinstance(cell, Intervals):
+        return f"<td{how}>{intervals_html(cell)}</td>"
+    text = joined(cell)
+    if is_label and not column.kind:
+        return f"<th{how}>{escape(text)}</th>"
+    if isinstance(cell, Quantity) and cell.more:  # what else is told, where a pointer rests on it
+        told = zip(column.parts[1:], cell.more, strict=False)
+        how += f' title="{escape(", ".join(f"{head} {part}" for head, part in told))}"'
+    shown = sign_html(text) if column.kind == "status" else escape(readable_text(text))
+    return f"<td{how}>{shown}</td>"
 
 
 def checks_html(judged: tuple[CheckGroup, ...]) -> str:
@@ -234,8 +179,3 @@ def _judged(judged: CheckGroup) -> str:
 def sign_html(status: str) -> str:
     """The sign of an outcome."""
     return f'<span class="sign {STATUS_CLASSES[status]}" title="{status}">{_SIGNS[status]}</span>'
-
-
-def _sentence(sentence: Sentence) -> str:
-    lead = f"<b>{escape(sentence.lead.strip())}</b> " if sentence.lead.strip() else ""
-    return f"<p>{lead}{prose_html(sentence.text)}</p>"

@@ -13,6 +13,12 @@ from .estimate import (
     row_times as row_times,
     spectrum_plot as spectrum_plot,
 )
+from .monte_carlo import (
+    PLOTS as PLOTS,
+    method_title as method_title,
+    monte_carlo_plot as monte_carlo_plot,
+    monte_carlo_plots as monte_carlo_plots,
+)
 from .plot import (
     SHADED as SHADED,
     TITLES as TITLES,

@@ -10,7 +10,7 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.lack_of_fit import lack_of_fit
 from axisid.estimation.predictions import measured_output
 from axisid.estimation.regression import power_density
-from axisid.estimation.studies import FrictionCurve, friction_curve
+from axisid.estimation.studies import friction_curve
 from axisid.estimation.thresholds import CONVERGED
 from axisid.presentation.saved import SavedEstimate, SavedIdentification
 from axisid.support.arrays import Array
@@ -135,15 +135,12 @@ def spectrum_plot(estimate: Estimate) -> Plot | Missing:
     )
 
 
-def _start(estimate: Estimate | SavedEstimate) -> str:
-    known = {"least-squares": "least squares", "nominal": "the nominal values"}
-    return known.get(estimate.started, "its start")
-
-
 def convergence_plot(estimate: Estimate | SavedEstimate) -> Plot | Missing:
     """How far every parameter is from its last value, and the simulation error, by iteration."""
     if not estimate.iterates:
         return Missing(f"{estimate.method} is no iteration; instruments were not used")
+    known = {"least-squares": "least squares", "nominal": "the nominal values"}
+    start = known.get(estimate.started, "its start")
     steps = np.arange(len(estimate.iterates), dtype=float)
     values = np.array([i.physical for i in estimate.iterates])
     deviations = np.sqrt(np.diag(estimate.covariances["iid"]))
@@ -155,7 +152,7 @@ def convergence_plot(estimate: Estimate | SavedEstimate) -> Plot | Missing:
         title="Convergence of the output error"
         if estimate.by_output_error
         else TITLES["convergence"],
-        caption=f"{estimate.method.upper()} from {_start(estimate)}, iteration 0, in "
+        caption=f"{estimate.method.upper()} from {start}, iteration 0, in "
         f"{len(steps) - 1} iterations to the estimate: above, how many standard deviations "
         "(i.i.d.) each parameter is from its last value. The iteration ends when none moves by "
         f"more than {CONVERGED.value:g} of them, the dashed line.",
@@ -210,13 +207,18 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
         return found
     q = result.axis.axis.coordinate
     v, mean, spread = found.binned.T
+    skipped = (
+        f" Without {found.skipped} rows by the reversals, rests and ends that the fit leaves out."
+        if found.skipped
+        else ""
+    )
     return Plot(
         name=_NAME,
         title=TITLES[_NAME],
         caption=f"The recorded force less the model's parts without velocity, by "
         f"{estimate.method.upper()}: its rows, their mean and standard deviation by bins of "
         "velocity, and the fitted law. Bins that leave the law together show friction that the "
-        f"law does not have.{_without(found)}",
+        f"law does not have.{skipped}",
         x_label=labelled("velocity", f"{q.unit}/s"),
         panels=(
             Panel(
@@ -243,14 +245,6 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
                 ),
             ),
         ),
-    )
-
-
-def _without(found: FrictionCurve) -> str:
-    if not found.skipped:
-        return ""
-    return (
-        f" Without {found.skipped} rows by the reversals, rests and ends that the fit leaves out."
     )
 
 
@@ -307,18 +301,14 @@ def output_plot(fit: OutputFit, record: int = 0) -> Plot:
     return Plot(
         name="output",
         title="Output, recorded and simulated",
-        caption=_output_caption(fit, left),
+        caption=f"Simulated with the fit, {fit.output} leave {left} of the recorded ones."
+        if count > 1
+        else f"The {fit.output} that is simulated with the fit leaves {left} of the recorded one.",
         x_label="time [s]",
         panels=tuple(
             panel for place in range(count) for panel in _output_panels(fit, record, place)
         ),
     )
-
-
-def _output_caption(fit: OutputFit, left: str) -> str:
-    if len(fit.outputs) > 1:
-        return f"Simulated with the fit, {fit.output} leave {left} of the recorded ones."
-    return f"The {fit.output} that is simulated with the fit leaves {left} of the recorded one."
 
 
 def _output_panels(fit: OutputFit, record: int, place: int) -> tuple[Panel, Panel]:

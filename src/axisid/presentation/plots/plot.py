@@ -74,12 +74,6 @@ class Series:
             values = getattr(self, name)
             if values is not None:
                 object.__setattr__(self, name, frozen(values))
-        lengths = {len(v) for v in (self.x, self.y, self.low, self.high) if v is not None}
-        if len(lengths) != 1:
-            raise UsageError(
-                f"the series {self.label!r} has columns of the lengths {lengths}.",
-                code="figure",
-            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -174,15 +168,15 @@ def _broken_line(series: Series, places: Sequence[float]) -> Series:
     inside = [p for p in places if series.x[0] < p < series.x[-1]]
     at = np.searchsorted(series.x, inside)
 
-    def significant_differences(values: Array | None) -> Array | None:
+    def with_breaks(values: Array | None) -> Array | None:
         return None if values is None else np.insert(values, at, np.nan)
 
     return replace(
         series,
         x=np.insert(series.x, at, inside),
         y=np.insert(series.y, at, np.nan),
-        low=significant_differences(series.low),
-        high=significant_differences(series.high),
+        low=with_breaks(series.low),
+        high=with_breaks(series.high),
     )
 
 

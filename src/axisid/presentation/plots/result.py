@@ -1,8 +1,8 @@
 """Figures of a whole result: its record, its tracking, a sweep, and everything by record."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import chain, cycle
+from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -23,16 +23,9 @@ from .estimate import (
     repeats_plot,
     spectrum_plot,
 )
-from .plot import TITLES, Panel, Plot, Series, Tone, broken, labelled, line
+from .plot import TITLES, Panel, Plot, Series, Tone, broken, labelled, line, paired
 
 _ROOM = 1.0  # about the instruments' range, against it
-#: By whether a method has instruments, and else regresses the inverse model.
-_TONES: dict[tuple[bool, bool], Tone] = {
-    (False, False): "measured",
-    (False, True): "error",
-    (True, False): "model",
-}
-_FURTHER: tuple[Tone, ...] = ("other", "warm", "violet")
 _OF_ALL = ("convergence", "sweep")  # which no record has by itself
 
 
@@ -204,10 +197,9 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
     used : float, optional
         Cut-off of the result beside it, Hz.
     """
-    drawn = _drawn(sweep)
     panels = []
     for quantity in sweep.results[0].preferred.quantities:
-        curves = tuple(_curve(sweep, quantity.name, each) for each in drawn)
+        curves = _curves(sweep, quantity.name)
         label = labelled(quantity.name, quantity.unit)
         panels.append(Panel(label=label, series=curves, span=_span(curves)))
     marks = [] if sweep.recommended is None else [(sweep.recommended, "recommended")]
@@ -224,49 +216,34 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _MethodStyle:
-    """How a method is drawn."""
-
-    method: str
-    tone: Tone
-    dashed: bool
-
-
-def _drawn(sweep: Sweep) -> list[_MethodStyle]:
-    """The methods of a sweep from the lowest layer: least squares, dashed, below instruments.
-
-    The first of a kind has the kind's colour, whatever its name; further ones have those left.
-    """
-    kinds = {}
-    for method in sweep.methods:
-        estimate = next(found for found in sweep.estimates(method) if found is not None)
-        by_loop = estimate.Z is not None
-        kinds[method] = by_loop, not by_loop and not estimate.is_direct
-    further, free = cycle(_FURTHER), dict(_TONES)
-    return [
-        _MethodStyle(method, free.pop(kind) if kind in free else next(further), dashed=not kind[0])
-        for method, kind in sorted(kinds.items(), key=lambda item: item[1])
-    ]
-
-
-def _curve(sweep: Sweep, name: str, drawn: _MethodStyle) -> Series:
-    """A parameter by one method over the cut-offs."""
-    found = [
-        (cutoff, estimate.parameters[name])
-        for cutoff, estimate in zip(sweep.cutoffs, sweep.estimates(drawn.method), strict=True)
-        if estimate is not None
-    ]
-    low, high = np.array([value.interval for _, value in found]).T
-    return Series(
-        label=drawn.method.upper(),
-        x=np.array([cutoff for cutoff, _ in found]),
-        y=np.array([value.corrected for _, value in found]),
-        low=low,
-        high=high,
-        tone=drawn.tone,
-        dashed=drawn.dashed,
-    )
+def _curves(sweep: Sweep, name: str) -> tuple[Series, ...]:
+    """A parameter over the cut-offs: least squares, dashed, below instruments."""
+    found = {
+        method: {
+            cutoff: estimate
+            for cutoff, estimate in zip(sweep.cutoffs, sweep.estimates(method), strict=True)
+            if estimate is not None
+        }
+        for method in sweep.methods
+    }
+    by_loop = {m: next(iter(of.values())).Z is not None for m, of in found.items()}
+    tones = dict(paired(sorted(found, key=by_loop.__getitem__, reverse=True)))
+    curves = []
+    for method in sorted(found, key=by_loop.__getitem__):
+        values = [estimate.parameters[name] for estimate in found[method].values()]
+        low, high = np.array([value.interval for value in values]).T
+        curves.append(
+            Series(
+                label=method.upper(),
+                x=np.array([*found[method]]),
+                y=np.array([value.corrected for value in values]),
+                low=low,
+                high=high,
+                tone=tones[method],
+                dashed=not by_loop[method],
+            )
+        )
+    return tuple(curves)
 
 
 def _span(curves: Sequence[Series]) -> tuple[float, float] | None:

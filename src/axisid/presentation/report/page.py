@@ -1,148 +1,123 @@
-"""The page: every part in its place, the figures as data inside it, and nothing from outside.
-
-The data are small, and harmless whatever the names in them are: each array is stored once, as
-32-bit floats in base64; one with even steps as start, step, count.
-"""
+"""Pages of an identification, a fit and a study, and what `axisid identify` writes for people."""
 
 import base64
 import hashlib
-import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import platform
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime
 from html import escape
+from importlib.metadata import version
 from importlib.resources import files
+from pathlib import Path
 from string import Template
-from typing import Any
 
-import numpy as np
-import sympy
-from numpy.typing import NDArray
-
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import by_weight, conclusion
+from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification
+from axisid.estimation.monte_carlo import MonteCarlo
+from axisid.estimation.records import Record
 from axisid.estimation.studies import Sweep, Validation, default_cutoffs, sweep
-from axisid.modeling.declaration import Axis, ControlLaw, Memory, equation_of_motion
-from axisid.modeling.quantities import FORCE, Coordinate, Formula, written
-from axisid.presentation.formulas import formula_mathml
-from axisid.presentation.html import prose_html
-from axisid.presentation.plots import SHADED, TITLES, Panel, Plot, Series, plots_by_record
-from axisid.presentation.saved import identification_facts
-from axisid.support.errors import Missing
+from axisid.modeling.declaration import Axis
+from axisid.modeling.quantities import Formula
+from axisid.presentation.blocks import Checks, Document, Heading
+from axisid.presentation.formulas import formula_mathml, motion_sections
+from axisid.presentation.html import (
+    STATUS_CLASSES,
+    blocks_html,
+    checks_html,
+    prose_html,
+    table_html,
+    unbroken,
+)
+from axisid.presentation.plots import (
+    Plot,
+    monte_carlo_plots,
+    numbered,
+    output_plot,
+    plots_by_record,
+)
+from axisid.presentation.saved import identification_facts, study_facts
+from axisid.presentation.text import (
+    checks_table,
+    details_document,
+    findings,
+    heading_facts,
+    output_fit_document,
+    saved_document,
+    study_document,
+    validation_document,
+    verdict_block,
+)
+from axisid.support.errors import EstimationError, Missing, UsageError
+from axisid.support.files import replace_file
 from axisid.support.version import __version__
 
-from .parameters import parameters_html, verdict_html
-from .provenance import provenance_html, truth_text
+from .figures import figures_data, figures_html, script_json
 
-Array = NDArray[np.float64]
-
-_MOST_POINTS = 30_000  # of a curve; more become the least and the largest of each stretch
-_EVEN = 1e-6  # of a step
-_PAIRS = (("friction", "convergence"), ("autocorrelation", "spectrum"))  # beside one another
 _SCRIPTS = ("ticks.js", "panel.js", "plot.js", "page.js")
 _CUTOFFS = 8
+_PACKAGES = ("numpy", "scipy", "casadi", "sympy")
+_STATUSES = ("fail", "note", "not evaluated", "pass")
+_SIMULATED = '<p class="simulated"><b>SIMULATED.</b> {}</p>'
 
 
-def script_json(value: Any) -> str:
-    """JSON for the inside of a script element, which nothing in it can end."""
-    text = json.dumps(value, allow_nan=False, separators=(",", ":"))
-    for sign in "<>&\u2028\u2029":
-        text = text.replace(sign, f"\\u{ord(sign):04x}")
-    return text
-
-
-def figures_data(plots: Iterable[Plot]) -> dict[str, Any]:
-    """What the page's script draws: ``arrays`` in base64, and ``plots`` that refer to them."""
-    pool = _Pool()
-    listed = [_plot_data(plot, pool) for plot in plots]
-    return {"arrays": list(pool.numbers), "plots": listed}
-
-
-class _Pool:
-    """Arrays by content; insertion order is their number."""
-
-    def __init__(self) -> None:
-        self.numbers: dict[str, int] = {}
-
-    def put(self, values: Array | None) -> Any:
-        if values is None:
-            return None
-        if len(values) > 2 and _is_even(values):
-            step = float(values[-1] - values[0]) / (len(values) - 1)
-            return {"start": float(values[0]), "step": step, "count": len(values)}
-        content = base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")
-        return self.numbers.setdefault(content, len(self.numbers))
-
-
-def _is_even(values: Array) -> bool:
-    steps = np.diff(values)
-    return bool(steps[0] != 0 and np.all(np.abs(steps - steps.mean()) <= _EVEN * abs(steps[0])))
-
-
-def _plot_data(plot: Plot, pool: _Pool) -> dict[str, Any]:
-    return {
-        "name": plot.name,
-        "x_label": plot.x_label,
-        "log": plot.log,
-        "whole": plot.whole,
-        "shaded": plot.shaded,
-        "shade": SHADED,
-        "marks": plot.marks,
-        "panels": [_panel_data(panel, pool) for panel in plot.panels],
-    }
-
-
-def _panel_data(panel: Panel, pool: _Pool) -> dict[str, Any]:
-    return {
-        "label": panel.label,
-        "log": panel.log,
-        "weight": panel.weight,
-        "span": panel.span,
-        "levels": panel.levels,
-        "series": [_series_data(series, pool) for series in panel.series],
-    }
-
-
-def _series_data(series: Series, pool: _Pool) -> dict[str, Any]:
-    x, y = series.x, series.y
-    if len(x) > _MOST_POINTS and series.low is None:
-        if series.kind == "line":
-            x, y = thinned(x, y, _MOST_POINTS)
-        else:
-            every = -(-len(x) // _MOST_POINTS)
-            x, y = x[::every], y[::every]
-    return {
-        "label": series.label,
-        "kind": series.kind,
-        "tone": series.tone,
-        "broad": series.broad,
-        "dashed": series.dashed,
-        "aside": series.aside,
-        "x": pool.put(x),
-        "y": pool.put(y),
-        "low": pool.put(series.low),
-        "high": pool.put(series.high),
-    }
-
-
-def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
-    """The least and the largest value of each stretch, in their order, evenly in x.
+def monte_carlo_page(result: MonteCarlo, *, command: str = "", made: datetime | None = None) -> str:
+    """One page about a study, self-contained: it asks the network for nothing.
 
     Parameters
     ----------
-    x, y : (n,) array
-        Even in x.
-    most : int
-        How many points may be left; extremes are kept whatever it is.
+    result : MonteCarlo
+    command : str, optional
+        What reproduces it.
+    made : datetime, optional
+        When it was made; not told where it is not given, so that the same result gives the same
+        page.
     """
-    length = -(-len(x) // (most // 2))
-    starts = np.arange(0, len(x), length)
-    places: list[list[int]] = []
-    for start in starts:
-        part = y[start : start + length]
-        least, largest = int(part.argmin()), int(part.argmax())
-        places.append(sorted((int(start) + least, int(start) + largest)))
-    halves = (starts[:, None] + np.array([0.25, 0.75]) * length).ravel()
-    step = (x[-1] - x[0]) / (len(x) - 1)
-    return x[0] + step * halves, y[np.array(places).ravel()]
+    plan, study = result.plan, study_facts(result)
+    facts, axis, twin = heading_facts(study), plan.axis.axis, plan.twin.axis
+    other = f"<h3>Identified</h3>{_model_html(axis)}<h3>Simulated</h3>{_model_html(twin)}"
+    return _page(
+        study_document(study)[:-1],
+        {0: monte_carlo_plots(result)},
+        plan.axis,
+        heading=f"{axis.title or axis.name}: a Monte-Carlo study",
+        subheading=f"{facts['twins']}, {facts['noise']}",
+        verdict='<section class="verdict"><h2>What it shows</h2>'
+        f"{blocks_html((findings(study),))}</section>",
+        model=_model_html(axis) if plan.is_right else other,
+        simulated=_SIMULATED.format(
+            "Nothing here is measured: every run is a twin of the axis with noise of its own."
+        ),
+        command=command,
+        made=made,
+    )
+
+
+def fit_report_html(fit: OutputFit, *, command: str = "", made: datetime | None = None) -> str:
+    """One page about a fit, self-contained: it asks the network for nothing.
+
+    Parameters
+    ----------
+    fit : OutputFit
+    command : str, optional
+        What reproduces it.
+    made : datetime, optional
+        When it was made.
+    """
+    return _page(
+        output_fit_document(fit),
+        fit_plots(fit),
+        fit.axis,
+        fit.records,
+        subheading=f"{fit.output} fitted to",
+        verdict=_verdict_html(fit.checks, f"fit of the {fit.output}"),
+        command=command,
+        made=made,
+    )
 
 
 def report_html(
@@ -167,53 +142,130 @@ def report_html(
     made : datetime, optional
         When it was made.
     """
-    axis, diagnosis, form = result.axis.axis, result.diagnosis, result.preferred.form
-    plots = plots_by_record(result, cutoffs)
-    heading = axis.title or axis.name
+    facts, diagnosis = identification_facts(result, 0), result.diagnosis
     checked = (validation,) if isinstance(validation, Validation) else tuple(validation or ())
-    return page_of(
-        (p for of in plots.values() for p in of.values() if isinstance(p, Plot)),
-        several=bool(result.of_records),
-        heading=escape(heading),
-        subheading=escape(_subheading(result)),
-        verdict=verdict_html(diagnosis.verdict, diagnosis.preferred),
-        parameters=parameters_html(
-            identification_facts(result, 0),
-            {p.name: p.description for p in (*result.axis.declared.parameters, *form.declared)},
-            checked,
-        ),
-        figures=figures_html(plots, result.record_names if result.of_records else ()),
-        model=model_html(axis),
-        provenance=provenance_html(result, command, made),
-        simulated=simulated_html(truth_text(result)),
+    details = details_document(facts.estimates, diagnosis)[:-1]  # the checks are in the verdict
+    more = f"<details><summary>All that was measured</summary>{_scrolled(details)}</details>"
+    more += "".join(
+        f"<h2>The estimates, frozen, on a second record</h2>{_scrolled(validation_document(each))}"
+        for each in checked
+    )
+    return _page(
+        saved_document(facts, every=True),
+        plots_by_record(result, cutoffs),
+        result.axis,
+        result.records,
+        subheading="identified from",
+        verdict=_verdict_html(diagnosis.verdict, diagnosis.preferred),
+        more=more,
+        command=command,
+        made=made,
     )
 
 
-def page_of(plots: Iterable[Plot], *, several: bool, heading: str, **parts: str) -> str:
-    """A page of its parts in HTML, with the data of its figures.
-
-    Parameters
-    ----------
-    plots : iterable of Plot
-    several : bool
-        Whether a reader chooses of which record figures are.
-    heading : str
-    **parts
-        What else stands in the template.
-    """
+def _page(
+    document: Document,
+    plots: Mapping[int, Mapping[str, Plot | Missing]],
+    axis: GeneratedAxis,
+    records: Sequence[Record] = (),
+    *,
+    heading: str = "",
+    subheading: str,
+    verdict: str,
+    model: str = "",
+    simulated: str = "",
+    more: str = "",
+    command: str,
+    made: datetime | None,
+) -> str:
+    """A page of a result's document and figures, of the records that it was made from."""
+    told = {k: v for b in document if isinstance(b, Heading) for k, v in b.facts}
+    facts = {"made": "" if made is None else made.isoformat(" ", "seconds"), **told}
+    for i, record in enumerate(records, 1):
+        of_one, source = f" {i}" if len(records) > 1 else "", record.provenance
+        facts |= {
+            f"file as named{of_one}": source.given,
+            f"file{of_one}": source.path,
+            f"sha256 of the file{of_one}": source.sha256,
+        }
+    if records:
+        names = [record.provenance.source for record in records]
+        sources = names[0] if len(names) == 1 else f"{len(names)} records"
+        samples = sum(map(len, records))
+        subheading = f"{axis.axis.name}, {subheading} {sources}, {samples} samples"
+        if truth := records[0].provenance.truth:
+            listed = ", ".join(f"{name} = {value:g}" for name, value in truth.items())
+            said = f"This record is not a measurement: it was computed with {escape(listed)}."
+            simulated = _SIMULATED.format(said)
+    several = len(plots) > 1
     style = _asset("page.css") + _asset("records.css") * several
     script = "".join(map(_asset, _SCRIPTS)) + _asset("records.js") * several
+    again = f"<p>The command that reproduces it:</p><pre>{unbroken(command)}</pre>"
+    title = escape(heading or axis.axis.title or axis.axis.name)
+    shown = tuple(block for block in document if not isinstance(block, (Heading, Checks)))
+    drawn = (plot for of in plots.values() for plot in of.values() if isinstance(plot, Plot))
     return Template(_asset("page.html")).substitute(
-        parts,
         version=__version__,
-        title=f"{heading}: axisid report",
-        heading=heading,
-        data=script_json(figures_data(plots)),
+        title=f"{title}: axisid report",
+        heading=title,
+        subheading=escape(subheading),
+        simulated=simulated,
+        verdict=verdict,
+        parameters=_scrolled(shown) + more,
+        figures=figures_html(plots, [record.provenance.source for record in records]),
+        model=model or _model_html(axis.axis),
+        provenance=blocks_html((Heading(facts=tuple({**facts, **_made_by(axis)}.items())),))
+        + (again if command else ""),
+        data=script_json(figures_data(drawn)),
         style=style,
         script=script,
         style_hash=_hash(style),
         script_hash=_hash(script),
     )
+
+
+def _scrolled(document: Document) -> str:
+    """Blocks that may be wider than the page."""
+    return "".join(f'<div class="scroll">{blocks_html((block,))}</div>' for block in document)
+
+
+def _verdict_html(checks: Sequence[Check], judged: str) -> str:
+    """Whether to believe it, what is said of each check, and all of them in a table.
+
+    Parameters
+    ----------
+    checks : sequence of Check
+    judged : str
+        The method they are of.
+    """
+    ordered = sorted(by_weight(checks), key=lambda c: _STATUSES.index(c.status))
+    bars = "".join(
+        f'<span class="{STATUS_CLASSES[c.status]}" title="{escape(c.name)}"></span>'
+        for c in reversed(ordered)
+    )
+    table = replace(checks_table(ordered, sources=True), title="")
+    return (
+        f'<section class="verdict" id="verdict"><h2>{prose_html(conclusion(checks))}</h2>'
+        f'<div class="tally" aria-hidden="true">{bars}</div>'
+        f"{checks_html(verdict_block(checks).judged)}"
+        "<details><summary>Every check with its figure and threshold</summary>"
+        f'<div class="scroll">{table_html(table)}</div>'
+        f'</details><p class="note">The checks are of {escape(judged.upper())}. A failed check is '
+        "a reason to look, not a gate.</p></section>"
+    )
+
+
+def _made_by(axis: GeneratedAxis) -> dict[str, str]:
+    """The code and the versions that made a result."""
+    versions = [f"axisid {__version__}", f"Python {platform.python_version()}"]
+    versions += [f"{package} {version(package)}" for package in _PACKAGES]
+    native = axis.native.library() is not None
+    return {
+        "generated code": axis.signature,
+        "simulated by": "native code" if native else "the CasADi virtual machine",
+        "versions": ", ".join(versions),
+        "platform": platform.platform(),
+    }
 
 
 def report_sweep(
@@ -246,95 +298,19 @@ def report_sweep(
     return swept.with_result(result)
 
 
-def simulated_html(truth: str) -> str:
-    """What nobody may overlook of a record that was not measured: what it was computed with."""
-    if not truth:
-        return ""
-    return (
-        '<p class="simulated"><b>SIMULATED.</b> This record is not a measurement: it was computed '
-        f"with {escape(truth)}.</p>"
-    )
-
-
-def _subheading(result: Identification) -> str:
-    """The axis, what it was identified from, and how many samples that is."""
-    name, records = result.axis.axis.name, result.records
-    if len(records) > 1:
-        samples = sum(map(len, records))
-        return f"{name}, identified from {len(records)} records, {samples} samples"
-    (record,) = records
-    size = f"{len(record)} samples of {1e3 * record.period:.6g} ms"
-    return f"{name}, identified from {record.provenance.source}, {size}"
-
-
-def figures_html(plots: Mapping[int, Mapping[str, Plot | Missing]], names: Sequence[str]) -> str:
-    """The figures of all records, and those of each, of which the reader chooses one."""
-    if len(plots) == 1:
-        return _figures(plots[0])
-    options = "".join(
-        f'<option value="{i}">{i}: {escape(name)}</option>' for i, name in enumerate(names, 1)
-    )
-    picker = (
-        '<p class="note record-picker" hidden><label>Figures of record '
-        f'<select id="record-picker">{options}</select></label></p>'
-    )
-    of_each = "".join(_figures(of_one, record=i) for i, of_one in plots.items() if i)
-    return f"{picker}{of_each}{_figures(plots[0])}"
-
-
-def _figures(plots: Mapping[str, Plot | Missing], record: int = 0) -> str:
-    """Figures; those of a record by itself have its number in their names."""
-    of, suffix = (f' data-record="{record}"', f"-{record}") if record else ("", "")
-    plots = {name.removesuffix(suffix): plot for name, plot in plots.items()}
-    kinds = {name: type(plot) for name, plot in plots.items()}
-    # Where one of a pair cannot be drawn, the other takes the whole width.
-    halves = {name for pair in _PAIRS if len({kinds.get(n) for n in pair}) == 1 for name in pair}
-    return "".join(_figure(name, plot, of, half=name in halves) for name, plot in plots.items())
-
-
-def _figure(name: str, plot: Plot | Missing, of: str, *, half: bool) -> str:
-    wide = (' class="half"' if half else "") + of
-    heading = TITLES[name] if isinstance(plot, Missing) else plot.title
-    title = f'<div class="figure-head"><h3>{escape(heading)}</h3></div>'
-    if isinstance(plot, Missing):
-        why = prose_html(f"None: {plot}")
-        return f'<figure{wide}>{title}<p class="none">{why}</p></figure>'
-    return (
-        f'<figure{wide} id="figure-{plot.name}">{title}'
-        f'<div class="plot" id="plot-{plot.name}" aria-label="{escape(plot.title)}"></div>'
-        f"<figcaption>{prose_html(plot.caption)}</figcaption></figure>"
-    )
-
-
-def model_html(axis: Axis) -> str:
-    """The equation of motion, the drive and the control law."""
-    q, law = axis.coordinate, axis.control
-    motion = formula_mathml(equation_of_motion(axis), q)
-    said = (
-        f"Position {q.name} in {q.unit}; {FORCE}, the drive's force, is {axis.drive.force_text(q)}."
-    )
-    said += f" There {axis.drive.timing_text}." if axis.drive.timing_text else ""
-    equation = f'<div class="equation">{motion}<p>{escape(said)}</p></div>'
-    return equation if law is None else equation + _law(law, q)
-
-
-def _law(law: ControlLaw, q: Coordinate) -> str:
-    """What the drive computes once a period, and what it remembers until the next."""
-    formulas = [Formula(name="control", value=law.output)]
-    formulas += [Formula(name=_next(memory), value=memory.following) for memory in law.memory]
-    typeset = "".join(formula_mathml(formula, q) for formula in formulas)
-    how = "continuous" if law.continuous else f"evaluated every {1e3 * law.period:g} ms and held"
-    late = f", applied {law.delay} samples late" if law.delay else ""
-    gains = ", ".join(f"{name} = {value:g}" for name, value in law.gains.items())
-    facts = f"{law.name}, {how}{late}" + (f"; {gains}." if gains else ".")
-    if law.memory:
-        starts = ", ".join(f"{m.name} = {written(m.start, q)}" for m in law.memory)
-        facts += f" Kept from sample to sample; at the first: {starts.replace('_', ' ')}."
-    return f'<h3>Control law</h3><div class="equation">{typeset}<p>{escape(facts)}</p></div>'
-
-
-def _next(memory: Memory) -> sympy.Symbol:
-    return sympy.Symbol(f"{memory.name}_next")
+def _model_html(axis: Axis) -> str:
+    """The equation of motion, its parameters, the drive and the control law."""
+    parts = ""
+    for section in motion_sections(axis):
+        lines = "".join(
+            formula_mathml(line, axis.coordinate)
+            if isinstance(line, Formula)
+            else f"<p>{escape(line)}</p>"
+            for line in section.lines
+        )
+        note = f"<p>{escape(section.note)}.</p>" if section.note else ""
+        parts += f'<h3>{escape(section.title)}</h3><div class="equation">{lines}{note}</div>'
+    return parts
 
 
 def _asset(name: str) -> str:
@@ -345,3 +321,93 @@ def _hash(text: str) -> str:
     """What the page's security policy knows its own script or style by."""
     digest = hashlib.sha256(text.encode()).digest()
     return f"sha256-{base64.b64encode(digest).decode()}"
+
+
+def fit_plots(fit: OutputFit) -> dict[int, dict[str, Plot | Missing]]:
+    """Figures by the number of the record, from 1, each by its name; of one record under 0."""
+    if len(fit.records) == 1:
+        return {0: {"output": output_plot(fit)}}
+    found: dict[int, dict[str, Plot | Missing]] = {0: {}}
+    for i, record in enumerate(fit.records, 1):
+        plot = output_plot(fit, i - 1)
+        found[i] = {f"output-{i}": numbered(plot, i, record.provenance.source)}
+    return found
+
+
+_PATIENCE = 1.0  # s
+
+
+Say = Callable[[str], None]
+
+
+def write_outputs(
+    result: Identification,
+    validations: Sequence[Validation],
+    say: Say,
+    *,
+    report: str | None = None,
+    figures: str | None = None,
+    command: str = "",
+) -> list[Path]:
+    """Write what is asked for and return the files.
+
+    Parameters
+    ----------
+    result : Identification
+    validations : sequence of Validation
+        On further records.
+    say : callable
+        Takes a line for the user.
+    report : str, optional
+        File of the page.
+    figures : str, optional
+        Folder of the figures.
+    command : str
+        What reproduces the result.
+
+    Raises
+    ------
+    UsageError
+        A place cannot be written to.
+    """
+    if report is None and figures is None:
+        return []
+    cutoffs = _swept(result, say)
+    written = []
+    try:
+        if report is not None:
+            page = report_html(
+                result,
+                cutoffs,
+                validation=validations,
+                command=command,
+                made=datetime.now().astimezone(),
+            )
+            replace_file(Path(report), page)
+            written.append(Path(report))
+        if figures is not None:
+            from axisid.presentation.drawing import write_figures
+
+            found = plots_by_record(result, cutoffs).values()
+            every = (plot for of_one in found for plot in of_one.values())
+            plots = [plot for plot in every if isinstance(plot, Plot)]
+            written += write_figures(plots, Path(figures), "pdf")
+    except OSError as error:
+        place = error.filename or report or figures
+        raise UsageError(f"{place} cannot be written: {error.strerror}.") from error
+    return written
+
+
+def _swept(result: Identification, say: Say) -> Sweep | None:
+    """The report's sweep, or none where no cut-off gives an estimate."""
+    begin = time.monotonic()
+
+    def progress(done: int, count: int, _: str) -> None:
+        if time.monotonic() - begin > _PATIENCE:
+            say(f"sweep for the report: {done} of {count} cut-offs")
+
+    try:
+        return report_sweep(result, progress)
+    except EstimationError as error:
+        say(f"without the sweep: {error}")
+        return None

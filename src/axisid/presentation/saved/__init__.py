@@ -1,9 +1,10 @@
-"""Results read back from the files that they were written to.
+"""Results as plain data: written as JSON, described by a schema, and read back.
 
-In: a file of JSON. Out: results that are summarised, drawn, validated and exported like live ones.
-Knows nothing of how statistics are computed.
+In: a result, or a file of JSON. Out: its document; results that are summarised, drawn, validated
+and exported like live ones; the JSON schema. Knows nothing of how statistics are computed.
 """
 
+from .diagnosis import written_diagnosis as written_diagnosis
 from .estimate import SavedEstimate as SavedEstimate, estimate_facts as estimate_facts
 from .file import load_result as load_result
 from .fitted_axis import FittedAxis as FittedAxis, fitted_axis as fitted_axis
@@ -11,12 +12,37 @@ from .identification import (
     SavedIdentification as SavedIdentification,
     identification_facts as identification_facts,
 )
+from .monte_carlo import (
+    SavedMonteCarlo as SavedMonteCarlo,
+    study_facts as study_facts,
+    written_study as written_study,
+)
 from .output_fit import (
     SavedFitValidation as SavedFitValidation,
-    SavedMonteCarlo as SavedMonteCarlo,
     SavedOutputFit as SavedOutputFit,
+    WrittenFitted as WrittenFitted,
+    written_fit_validation as written_fit_validation,
+    written_output_fit as written_output_fit,
 )
+from .record import written_record as written_record
 from .result_comparison import (
+    ResultComparison as ResultComparison,
     compare_results as compare_results,
     result_comparison_document as result_comparison_document,
 )
+from .results_schema import results_schema as results_schema
+from .studies import (
+    written_comparison as written_comparison,
+    written_law_search as written_law_search,
+    written_sweep as written_sweep,
+    written_validation as written_validation,
+)
+from .values import (
+    JsonObject as JsonObject,
+    Matrix as Matrix,
+    about as about,
+    plain as plain,
+    schema_of as schema_of,
+)
+from .written_estimate import written_estimate as written_estimate
+from .written_identification import written_identification as written_identification

@@ -1,94 +1,138 @@
-"""What was measured of a result, read back; what was not finite is NaN or infinite."""
+"""What was measured of a result: its document, written and read back."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
 
-import numpy as np
+from msgspec import UNSET, UnsetType
 
-from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis, RecordDifference
-from axisid.estimation.diagnostics.estimates import (
-    Excitation,
-)
+from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.diagnostics.loop import Alignment
-from axisid.presentation.documents import NOT_EVALUATED, read_as
-from axisid.presentation.schema import (
-    WrittenAlignment,
-    WrittenApart,
-    WrittenIdentification,
-    WrittenLawCheck,
-    WrittenMember,
-)
-from axisid.support.arrays import Array, frozen
 from axisid.support.errors import Missing
 
-
-def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
-    """The diagnosis of a document."""
-    units = {name: v.unit for name, v in written.estimates[0].parameters.items()}
-    return Diagnosis(
-        preferred=written.judged,
-        instruments=written.instruments,
-        excitation=tuple(
-            read_as(Excitation, e, name=name) for name, e in written.excitation.items()
-        ),
-        **_of_record(written, units),
-        bands=written.model_bands or {},
-        differences=written.differences or {},
-        records=tuple(
-            RecordDiagnosis(**_of_record(member, units), apart=read_apart(member.apart))
-            for member in written.records or ()
-        ),
-    )
+from .values import JsonObject, about, written_as
 
 
-def _of_record(
-    written: WrittenIdentification | WrittenMember, units: Mapping[str, str]
-) -> dict[str, Any]:
-    """What is measured of one record as well as of a whole result."""
+class WrittenLawCheck(JsonObject, frozen=True, kw_only=True):
+    """The declared control law against the record."""
+
+    passed: Annotated[bool | None, about("null where it could not be made.")]
+    factors: Annotated[
+        Mapping[str, float] | UnsetType,
+        about("Of the law's own terms; each is 1 if the law is the drive's."),
+    ] = UNSET
+    residual_percent: float | UnsetType | None = UNSET
+    fitted_residual_percent: float | UnsetType | None = UNSET
+    delay: Annotated[
+        int | UnsetType,
+        about("Samples by which the control follows the law best."),
+    ] = UNSET
+    meaning: str
+
+
+class WrittenExcitation(JsonObject, frozen=True, kw_only=True):
+    """What the motion shows of one parameter."""
+
+    share: Annotated[float, about("Of the force's norm.")]
+    inflation: Annotated[float | None, about("Variance inflation.")]
+    alike: tuple[str, ...]
+    lacking: Annotated[tuple[str, ...], about("What the motion lacks, in words.")]
+    rows: Annotated[
+        float | UnsetType,
+        about("How many rows of equal weight would tell of it what the rows do."),
+    ] = UNSET
+    largest_share: Annotated[
+        float | UnsetType | None,
+        about("Its largest part of the force along the record over the largest force."),
+    ] = UNSET
+    natural: Annotated[
+        float | UnsetType | None,
+        about("What the force and the motion of the record make of its unit."),
+    ] = UNSET
+
+
+class WrittenAlignment(JsonObject, frozen=True, kw_only=True):
+    """The delay of the force."""
+
+    best: Annotated[float | None, about("Samples earlier at which the force fits the motion best.")]
+    deviation: Annotated[
+        float | UnsetType | None, about("Of it, samples, by twins; HAC without them.")
+    ] = UNSET
+    at_the_end: Annotated[
+        bool | UnsetType, about("It left the range in which it is looked for.")
+    ] = UNSET
+    by_instruments: Annotated[
+        bool | UnsetType, about("By the simulated loop and its twins; else by least squares.")
+    ] = UNSET
+    sensitivity: Annotated[
+        Mapping[str, float] | UnsetType,
+        about("Change of each parameter per sample."),
+    ] = UNSET
+    reason: Annotated[str | UnsetType, about("Why it could not be measured.")] = UNSET
+
+
+#: How the meaning of a law's check begins that could not be made.
+NOT_EVALUATED = "not evaluated: "
+
+
+def written_diagnosis(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Everything that was measured of a result, by member."""
+    names = [each.name for each in diagnosis.excitation]
+    members = diagnosis_members(diagnosis, names)
+    return {name: each for name, each in members.items() if each is not UNSET}
+
+
+def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, Any]:
+    """Everything that was measured of a result, then the checks, by member of its document.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    names : sequence of str
+        Of the physical parameters.
+    """
     return {
-        "law": _law(written.law_check),
-        "alignment": _alignment(written.alignment, units),
-        "verdict": written.verdict,
-        "lack_of_fit": written.lack_of_fit or None,
-        "motions": written.measured_motion or {},
+        "judged": diagnosis.preferred,
+        "instruments": diagnosis.instruments,
+        "excitation": {e.name: written_as(WrittenExcitation, e) for e in diagnosis.excitation},
+        **record_members(diagnosis, names),
+        "model_bands": {
+            method: dict(of_one) for method, of_one in diagnosis.bands.items() if of_one
+        }
+        or UNSET,
+        "differences": {pair: dict(of_one) for pair, of_one in diagnosis.differences.items()}
+        or UNSET,
     }
 
 
-def _law(written: WrittenLawCheck) -> LawCheck | Missing:
-    if written.passed is None:
-        return Missing(written.meaning.removeprefix(NOT_EVALUATED))
-    return read_as(LawCheck, written, factors=dict(written.factors or {}), delay=written.delay or 0)
+def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> dict[str, Any]:
+    """What is measured of one record as well as of a whole result, by member of its document.
+
+    `names` are of the parameters where the delay of the force has none of its own.
+    """
+    profile = found.alignment
+    return {
+        "law_check": written_law(found.law),
+        "alignment": WrittenAlignment(best=None, reason=profile.reason)
+        if isinstance(profile, Missing)
+        else written_as(
+            WrittenAlignment,
+            profile,
+            sensitivity=dict(
+                zip(profile.names or names, profile.sensitivity.tolist(), strict=True)
+            ),
+            reason=UNSET,
+        ),
+        "verdict": found.verdict,
+        "lack_of_fit": found.lack_of_fit or UNSET,
+        "measured_motion": {
+            role: each for role, each in found.motions.items() if not isinstance(each, Missing)
+        }
+        or UNSET,
+    }
 
 
-def _alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment | Missing:
-    if written.best is None:
-        return Missing(written.reason or "")
-    sensitivity = frozen([*(written.sensitivity or {}).values()])
-    return read_as(
-        Alignment,
-        written,
-        at_the_end=bool(written.at_the_end),
-        by_instruments=bool(written.by_instruments),
-        sensitivity=sensitivity,
-        names=tuple(written.sensitivity or {}),
-        units=tuple(units.get(name, "") for name in written.sensitivity or {}),
-    )
-
-
-def read_apart(written: WrittenApart | None) -> RecordDifference | Missing:
-    """A record alone beside the others."""
-    if written is None:
-        return Missing("the record alone does not tell the parameters")
-    return read_as(
-        RecordDifference,
-        written,
-        names=tuple(written.own),
-        own=_numbers(written.own),
-        others=_numbers(written.common),
-        deviations=_numbers(written.deviations),
-    )
-
-
-def _numbers(written: Mapping[str, float]) -> Array:
-    return frozen(np.array([*written.values()], dtype=float))
+def written_law(check: LawCheck | Missing) -> WrittenLawCheck:
+    """The control law's check; `passed` is None where it could not be made."""
+    if isinstance(check, Missing):
+        return WrittenLawCheck(passed=None, meaning=f"{NOT_EVALUATED}{check}")
+    return written_as(WrittenLawCheck, check, meaning=check.sentence)

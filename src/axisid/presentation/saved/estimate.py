@@ -1,27 +1,29 @@
 """One method's estimate as its file has it: what can be said without the rows it was made from."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
+import numpy as np
 from msgspec.structs import asdict
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import is_output_error
 from axisid.estimation.estimates import Estimate, Iterate, NamedValues, SamplingDistribution, Value
-from axisid.estimation.regression import Drawn, DrawSummary, ResidualTests
+from axisid.estimation.parameters import JointForm
+from axisid.estimation.regression import DrawSummary, ResidualTests, correlation
 from axisid.modeling.text import FunctionLike
-from axisid.presentation.documents import number, read_as, written_estimate
-from axisid.presentation.schema import (
-    Matrix,
+from axisid.support.arrays import Array, Exact
+from axisid.support.errors import UsageError, is_among, is_whole, quoted
+from axisid.support.presentable import Presentable
+
+from .values import Matrix, number, read_as
+from .written_estimate import (
     WrittenEstimate,
     WrittenPhysical,
     WrittenValue,
+    written_estimate,
 )
-from axisid.support.arrays import Array, Exact, frozen
-from axisid.support.errors import UsageError, is_among, is_whole, quoted
-from axisid.support.presentable import Presentable
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,15 +58,10 @@ class SavedEstimate(Presentable, Exact):
         The start and every iterate; empty for least squares.
     covariances : mapping of str to array
         Of `parameters`, (p, p), by name.
-    ddm_covariances : mapping of str to array
-        Of `ddm_parameters`, (m, m), by name.
-    freedom : mapping of str to array
-        Degrees of freedom of the variances of `parameters`, (p,), of the chosen covariance.
+    distribution : SamplingDistribution
+        Of `parameters`.
     curvatures : (p,) array
         Second-order part of each physical parameter's deviation against the first.
-    gain_slopes, theta_gain_slopes : array or None
-        Of the physical parameters by the logarithm of the gain, (p,), where it is not exact; and
-        of the regression's own parameters, (k,).
     """
 
     document: WrittenEstimate
@@ -76,10 +73,9 @@ class SavedEstimate(Presentable, Exact):
     quantities: tuple[Quantity, ...]
     ddm_quantities: tuple[Quantity, ...]
     covariances: Mapping[str, Array]
-    ddm_covariances: Mapping[str, Array]
+    distribution: SamplingDistribution
     covariance_names: Mapping[str, str]
     correlation: Array
-    freedom: Mapping[str, Array]
     curvatures: Array
     equation_error_percent: float
     simulation_error_percent: float | None
@@ -89,8 +85,6 @@ class SavedEstimate(Presentable, Exact):
     residual_tests: ResidualTests
     remarks: tuple[str, ...]
     gain_relative_sd: float
-    gain_slopes: Array | None
-    theta_gain_slopes: Array | None
 
     @classmethod
     def of(cls, written: WrittenEstimate, row_period: float) -> "SavedEstimate":
@@ -98,8 +92,20 @@ class SavedEstimate(Presentable, Exact):
         chosen, direct = written.chosen_covariance, written.theta_ddm or {}
         made = written.physical.base if written.physical else {}
         names, free = [*written.parameters], written.freedom or {}
-        usual = written.rows - len(direct or names)
-        slopes = _in_order(names, written.gain_slopes)
+        usual, slopes = written.rows - len(direct or names), written.gain_slopes
+        covariances = arrays(
+            {
+                **(written.covariances or {}),
+                "iid": written.covariance,
+                "robust": written.covariance_robust,
+                "hac": written.covariance_hac,
+            }
+        )
+        quantities = tuple(
+            Quantity(name=name, unit=v.unit, expression=made.get(name, ""))
+            for name, v in written.parameters.items()
+        )
+        biases = [v.filter_bias for v in written.parameters.values() if v.filter_bias is not None]
         return read_as(
             cls,
             written,
@@ -108,28 +114,57 @@ class SavedEstimate(Presentable, Exact):
             chosen=chosen,
             parameters=named(written.parameters, chosen),
             ddm_parameters=named(direct, chosen),
-            quantities=tuple(
-                Quantity(name=name, unit=v.unit, expression=made.get(name, ""))
-                for name, v in written.parameters.items()
-            ),
+            quantities=quantities,
             ddm_quantities=tuple(
                 Quantity(name=name, unit=v.unit, expression=v.expression)
                 for name, v in direct.items()
             ),
-            covariances=arrays(written_covariances(written)),
-            ddm_covariances=arrays(written_ddm_covariances(written)),
-            freedom={chosen: frozen([free.get(name, usual) for name in names])},
-            curvatures=frozen([number(c, math.inf) for c in written.curvatures.values()]),
-            iterates=tuple(_iterates(written)),
+            covariances=covariances,
+            distribution=SamplingDistribution(
+                quantities=quantities,
+                theta=np.array([v.value for v in written.parameters.values()]),
+                covariances=covariances,
+                freedom={chosen: np.array([free.get(name, float(usual)) for name in names])},
+                chosen=chosen,
+                bias=np.array(biases) if len(biases) == len(names) else None,
+                by_gain=None
+                if slopes is None
+                else written.gain_relative_sd * np.array([slopes[name] for name in names]),
+            ),
+            curvatures=np.array([number(c, math.inf) for c in written.curvatures.values()]),
+            iterates=tuple(
+                Iterate(
+                    physical=np.array([*physical.values()]),
+                    theta=np.array([*theta.values()]),
+                    simulation_error_percent=error,
+                )
+                for physical, theta, error in zip(
+                    written.iterations,
+                    written.theta_ddm_iterations or written.iterations,
+                    written.iteration_simulation_errors_percent,
+                    strict=True,
+                )
+            ),
             started=written.started or "",
-            gain_slopes=slopes,
-            theta_gain_slopes=_in_order(direct, written.theta_ddm_gain_slopes)
-            if direct
-            else slopes,
         )
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return SavedEstimate.of, (self.document, self.row_period)
+    def part(self, joint: JointForm, place: int) -> "SavedEstimate":
+        """The same in the parameters of the axis that one of several records has."""
+        whole = self.distribution
+        jacobian = joint.physical(joint.regressed(whole.theta))[1]
+        own = whole.through(
+            joint.members[place].axis.parameters,
+            joint.own(whole.theta, place),
+            joint.slopes(place) @ np.linalg.inv(jacobian),
+        )
+        return replace(
+            self,
+            parameters=own.values,
+            quantities=own.quantities,
+            covariances=own.covariances,
+            correlation=correlation(own.covariances[own.chosen]),
+            distribution=own,
+        )
 
     def __repr__(self) -> str:
         return f"{self.method}: {self.parameters.listed()}"
@@ -159,18 +194,17 @@ class SavedEstimate(Presentable, Exact):
     @property
     def physical(self) -> Array:
         """Physical parameters, (p,)."""
-        return frozen([v.value for v in self.parameters.values()])
+        return self.distribution.theta
 
     @property
     def filter_bias(self) -> Array | None:
         """What filter and noise move the physical parameters by, (p,), as twins tell."""
-        biases = [v.filter_bias for v in self.parameters.values()]
-        return None if None in biases else frozen([b for b in biases if b is not None])
+        return self.distribution.bias
 
     @property
     def corrected(self) -> Array:
         """Physical parameters less the bias of filter and noise, where that is known, (p,)."""
-        return frozen([v.corrected for v in self.parameters.values()])
+        return self.distribution.corrected
 
     @property
     def covariance(self) -> Array:
@@ -217,13 +251,8 @@ class SavedEstimate(Presentable, Exact):
         UsageError
             The file has no such draws.
         """
-        drawn, value = self._drawn(function, draws), self.parameters[function]
-        return DrawSummary(value=value.value, unit=value.unit, **asdict(drawn))
-
-    def _drawn(self, function: object, draws: object) -> Drawn:
-        """The draws of a parameter, if the file has them."""
-        written = self.document.drawn or {}
-        if not is_among(function, written):
+        written, value = self.document.drawn or {}, self.parameters.get(function)
+        if value is None or not is_among(function, written):
             raise UsageError(
                 f"the file holds no draws of {quoted(function)} by {self.method}; identify again "
                 "and write some.",
@@ -237,7 +266,7 @@ class SavedEstimate(Presentable, Exact):
                 f"{quoted(draws)}; identify again and write as many.",
                 code="result-file",
             )
-        return drawn
+        return DrawSummary(value=value.value, unit=value.unit, **asdict(drawn))
 
     def _curvature(self, gradient: Array, hessian: Array) -> float:
         """Second-order part of a function's deviation against the first.
@@ -247,63 +276,15 @@ class SavedEstimate(Presentable, Exact):
         own = self.distribution.curvature(gradient, hessian)
         return float(max([own, *self.curvatures[gradient != 0]]))
 
-    @property
-    def distribution(self) -> SamplingDistribution:
-        """Of the physical parameters."""
-        slopes = self.gain_slopes
-        return SamplingDistribution(
-            quantities=self.quantities,
-            theta=self.physical,
-            covariances=self.covariances,
-            freedom=self.freedom,
-            chosen=self.chosen,
-            bias=self.filter_bias,
-            by_gain=None if slopes is None else self.gain_relative_sd * slopes,
-        )
-
 
 def estimate_facts(estimate: Estimate) -> SavedEstimate:
     """What an estimate tells without its rows, which is all that tables show."""
     return SavedEstimate.of(written_estimate(estimate), estimate.row_period)
 
 
-def _iterates(written: WrittenEstimate) -> Iterator[Iterate]:
-    """The start and every iterate."""
-    thetas = written.theta_ddm_iterations or written.iterations
-    errors = written.iteration_simulation_errors_percent
-    for physical, theta, error in zip(written.iterations, thetas, errors, strict=True):
-        yield Iterate(
-            physical=frozen([*physical.values()]),
-            theta=frozen([*theta.values()]),
-            simulation_error_percent=error,
-        )
-
-
-def _in_order(names: Iterable[str], written: Mapping[str, float] | None) -> Array | None:
-    """Figures of a document by name in the order of the names, where there are any."""
-    return None if written is None else frozen([written[name] for name in names])
-
-
 def arrays(written: Mapping[str, Matrix]) -> dict[str, Array]:
     """Matrices of a file, by name."""
-    return {name: frozen(matrix) for name, matrix in written.items()}
-
-
-def written_covariances(estimate: WrittenEstimate) -> dict[str, Matrix]:
-    """Of an estimate's parameters, by name, those with a member of their own and the others."""
-    return {
-        **(estimate.covariances or {}),
-        "iid": estimate.covariance,
-        "robust": estimate.covariance_robust,
-        "hac": estimate.covariance_hac,
-    }
-
-
-def written_ddm_covariances(estimate: WrittenEstimate) -> dict[str, Matrix]:
-    """Of the direct model's parameters, by name; empty for an inverse model."""
-    own = {"iid": estimate.theta_ddm_covariance, "hac": estimate.theta_ddm_covariance_hac}
-    written = {name: matrix for name, matrix in own.items() if matrix is not None}
-    return {**(estimate.theta_ddm_covariances or {}), **written}
+    return {name: np.array(matrix) for name, matrix in written.items()}
 
 
 def written_physical_covariances(physical: WrittenPhysical) -> dict[str, Matrix]:
@@ -311,20 +292,23 @@ def written_physical_covariances(physical: WrittenPhysical) -> dict[str, Matrix]
     return {**(physical.covariances or {}), "hac": physical.covariance_hac}
 
 
-def written_deviations(value: WrittenValue) -> dict[str, float]:
-    """Of a value, by covariance, those with a member of their own and the others."""
-    return {
-        **(value.deviations or {}),
-        "iid": value.sd,
-        "robust": value.sd_robust,
-        "hac": value.sd_hac,
-    }
-
-
 def named(written: Mapping[str, WrittenValue], chosen: str = "hac") -> NamedValues:
     """Values by name, as an estimate has them; `chosen` is the covariance of their intervals."""
-    return NamedValues((name, _value(value, chosen)) for name, value in written.items())
-
-
-def _value(written: WrittenValue, chosen: str) -> Value:
-    return read_as(Value, written, deviations=written_deviations(written), chosen=chosen)
+    return NamedValues(
+        (
+            name,
+            read_as(
+                Value,
+                v,
+                # Those with a member of their own, and the others.
+                deviations={
+                    **(v.deviations or {}),
+                    "iid": v.sd,
+                    "robust": v.sd_robust,
+                    "hac": v.sd_hac,
+                },
+                chosen=chosen,
+            ),
+        )
+        for name, v in written.items()
+    )

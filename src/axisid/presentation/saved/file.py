@@ -1,34 +1,41 @@
-"""An identification as a file has it: read, checked, and joined with its axis."""
+"""A result as a file has it: read, checked, and joined with its axis."""
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
+from types import MappingProxyType
 from typing import TypeVar, overload
 
-from axisid.codegen.artefacts import signature
-from axisid.modeling.declaration import Axis, fix, leave_out
-from axisid.modeling.derivation import AxisModel, derive
-from axisid.modeling.library import LIBRARY
-from axisid.modeling.text import load_axis
-from axisid.presentation.schema import (
-    WrittenDriveTime,
-    WrittenFitValidation,
-    WrittenIdentification,
-    WrittenKnown,
-    WrittenMonteCarlo,
-    WrittenOutputFit,
-    WrittenResponse,
-    read_document,
-    schema_of,
-)
-from axisid.support.errors import AxisidError, DataError, UsageError, quoted
-from axisid.support.files import AS_WRITTEN, WRITE_AGAIN
+import msgspec
 
-from .contradictions import contradiction, refuse_contradictions, refuse_other_drive
+from axisid.codegen.artefacts import signature
+from axisid.estimation.estimates import COVARIANCES
+from axisid.modeling.declaration import Axis, CommandPath, Drive, fix, leave_out
+from axisid.modeling.derivation import derive
+from axisid.modeling.library import LIBRARY
+from axisid.modeling.quantities import Parameter
+from axisid.modeling.text import load_axis
+from axisid.support.arrays import from_json
+from axisid.support.errors import AxisidError, DataError, UsageError, quoted
+from axisid.support.files import AS_WRITTEN, GIVE_RESULT, WRITE_AGAIN, is_unchanged, read_result
+
 from .identification import SavedIdentification
-from .output_fit import SavedFitValidation, SavedMonteCarlo, SavedOutputFit, read_output_fit
+from .monte_carlo import SavedMonteCarlo, WrittenMonteCarlo
+from .output_fit import (
+    SavedFitValidation,
+    SavedOutputFit,
+    WrittenOutputFit,
+)
+from .record import WrittenDriveTime, WrittenResponse, written_drive
+from .values import JsonObject, WrittenKnown, schema_of
+from .written_identification import WrittenIdentification
 
 T = TypeVar("T")
+Expected = TypeVar("Expected", bound=JsonObject)
+_SHOWN = 40  # letters
+
 
 _REFUSED = {
     "axisid.stream/1": (
@@ -41,6 +48,72 @@ _REFUSED = {
         "load_result, or give a result of identify."
     ),
 }
+
+
+def read_document(
+    file: Path,
+    *expected: type[Expected],
+    refused: Mapping[str, str] = MappingProxyType({}),
+) -> Expected:
+    """Read a result that was written as JSON.
+
+    Parameters
+    ----------
+    file : Path
+    *expected : type of JsonObject
+        Which documents will do.
+    refused : mapping of str to str
+        What to say of documents that will not, by their `schema_of`: ``"is of a stream; ..."``.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read, is no JSON, was changed after it was written, is another document,
+        or lacks something of its schema.
+    """
+    content = read_result(file, DataError)
+    found = _schema(file, content)
+    for document in expected:
+        if found == schema_of(document):
+            try:
+                return msgspec.json.decode(content, type=document, dec_hook=from_json)
+            except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
+                raise DataError(
+                    f"{file} lacks what its schema promises: {_said(error)}. {WRITE_AGAIN}",
+                    code="result-file",
+                ) from error
+    if found in refused:
+        raise DataError(f"{file} {refused[found]}", code="result-file")
+    what = f"its schema is {found[:_SHOWN]!r}" if found else "it has no schema"
+    raise DataError(
+        f"{file} is not the result of one identification ({what}, not "
+        f"{schema_of(expected[0])!r}). {GIVE_RESULT}"
+    )
+
+
+def _schema(file: Path, content: bytes) -> str:
+    """Which document it says that it is; empty if it does not."""
+    try:
+        found = msgspec.json.decode(content)
+        members = found if isinstance(found, dict) else {}
+        changed = not is_unchanged(members)
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
+        raise DataError(f"{file} is not JSON: {_said(error)}. {GIVE_RESULT}") from error
+    if changed:
+        raise DataError(
+            f"{file} was changed after it was written: its digest is of other numbers or words. "
+            "Give the file as it was written, or take its member digest out to have it read as it "
+            "is.",
+            code="changed-result",
+        )
+    schema = members.get("schema")
+    return schema if isinstance(schema, str) else ""
+
+
+def _said(error: Exception) -> str:
+    """What the decoder says, within a sentence: ``expected float, got str at $.rows``."""
+    text = str(error).replace("`", "").replace(" - at ", " at ").removeprefix("JSON is malformed: ")
+    return text[:1].lower() + text[1:]
 
 
 def read_identification(file: str | Path) -> SavedIdentification:
@@ -68,7 +141,14 @@ def _path(file: object) -> Path:
 
 def _checked(file: Path, document: WrittenIdentification) -> SavedIdentification:
     """Refuse what does not belong together, and what cannot be computed from."""
-    refuse_contradictions(document, str(file))
+    for estimate in document.estimates:  # a program that has a covariance more: it may be whole
+        if estimate.chosen_covariance not in COVARIANCES:
+            raise DataError(
+                f"{file} has intervals by the covariance {quoted(estimate.chosen_covariance)}, "
+                f"which this program does not have (it has {', '.join(COVARIANCES)}); "
+                "register it as the program did that wrote the file, or identify again.",
+                code="result-file",
+            )
     saved = _told(str(file), lambda: SavedIdentification.of(str(file), document))
     _told(str(file), lambda: saved.summary(full=True))
     return saved
@@ -133,66 +213,57 @@ def load_result(
         The axis is not the one that was identified.
     """
     if isinstance(path, SavedIdentification):
-        return path if axis is None else _joined(path, axis)
+        return path if axis is None else joined(path, axis)
     file = _path(path)
     document = read_document(
         file,
         WrittenIdentification,
         WrittenOutputFit,
         WrittenMonteCarlo,
-        WrittenFitValidation,
+        SavedFitValidation,
         refused=_REFUSED,
     )
     saved: SavedOutputFit | SavedMonteCarlo | SavedFitValidation
     match document:
         case WrittenIdentification():
-            return _joined(_checked(file, document), axis)
+            return joined(_checked(file, document), axis)
         case WrittenOutputFit():
-            saved = read_output_fit(str(file), document)
+            saved = SavedOutputFit.of(str(file), document)
         case WrittenMonteCarlo():
-            saved = SavedMonteCarlo(file=str(file), document=document)
-        case WrittenFitValidation():
-            saved = SavedFitValidation.of(str(file), document)
+            saved = SavedMonteCarlo.of_document(document)
+        case SavedFitValidation():
+            saved = document
     _told(str(file), saved.summary)
     return saved
 
 
-def _joined(saved: SavedIdentification, axis: Axis | str | Path | None) -> SavedIdentification:
-    model = joined_model(saved.document, saved.file, axis)
-    return replace(saved, declared=None if model is None else model.base.declared)
-
-
-def joined_model(
-    document: WrittenIdentification, file: str, given: Axis | str | Path | None
-) -> AxisModel | None:
-    """Derive the axis that a file is of: the one that is given, or the library's of its name.
+def joined(saved: SavedIdentification, given: Axis | str | Path | None) -> SavedIdentification:
+    """A file's result with the axis that it is of: the given one, or the library's of its name.
 
     Returns
     -------
-    AxisModel or None
-        None where no axis is given and the library has not the one that was identified.
+    SavedIdentification
+        Without an axis where none is given and the library has not the one that was identified.
 
     Raises
     ------
     UsageError
         The axis that is given is not the one that was identified.
-    DataError
-        The file's parameters are not those of its axis.
     """
+    document, file = saved.document, saved.file
+    alone = replace(saved, declared=None)
     if given is None and document.axis not in LIBRARY:
-        return None
+        return alone
     source = document.axis if given is None else given
     axis = source if isinstance(source, Axis) else load_axis(source)
     model = derive(_as_identified(document, axis))
     made = signature(model)
     if made == document.signature:
-        _check_parameters(document, file, model)
-        _check_fixed(document, file, model)
         if given is not None:
-            refuse_other_drive(document, file, axis)
-        return model
+            refuse_differences(document, file, axis, model.base.known)
+        return replace(saved, declared=model.base.declared)
     if given is None:
-        return None
+        return alone
     whose = "" if document.axis == axis.name else f" of the axis {document.axis!r}"
     raise UsageError(
         f"{file} was identified with the generated code {document.signature[:12]}{whose}, but "
@@ -224,33 +295,70 @@ def _fixed(document: WrittenIdentification) -> Mapping[str, WrittenKnown]:
     return document.estimates[0].physical.fixed
 
 
-def has_own_parameters(document: WrittenIdentification) -> bool:
-    """Whether records have parameters of their own, or something is known of each."""
-    return bool(document.local) or any(member.known for member in document.records or ())
+_SAME_DEVIATION = 1e-9  # relative, of two deviations that went through a text
 
 
-def _check_fixed(document: WrittenIdentification, file: str, model: AxisModel) -> None:
-    """Refuse an axis with other fixed values than those that the physical parameters are from."""
-    then, now = _fixed(document), {p.name: p for p in model.base.known}
-    for name in dict.fromkeys([*then, *now]):
-        old, new = then.get(name), now.get(name)
-        if old is None or new is None or (old.value, old.sd) != (new.known, new.known_sd):
-            said = "free" if old is None else _known(old.value, old.sd)
-            is_now = "free" if new is None else _known(new.known, new.known_sd)
-            raise UsageError(
-                f"{file} was identified with {name} {said}, but {model.axis.name!r} as it is "
-                f"declared now has it {is_now}; give the axis as it was then, or identify again.",
-                code="result-file",
-            )
+def refuse_differences(
+    document: WrittenIdentification, file: str, axis: Axis, known: Iterable[Parameter] = ()
+) -> None:
+    """Refuse an axis that differs from the identified one where no code tells them apart.
+
+    Parameters
+    ----------
+    document : WrittenIdentification
+    file : str
+    axis : Axis
+        As it was given, a time of its drive that is estimated still a parameter.
+    known : iterable of Parameter
+        Those of the axis that are known.
+
+    Raises
+    ------
+    UsageError
+        It has another lag, delay, place of the recorded control, or deviation of its gain, or other
+        fixed values than those that the physical parameters are from.
+    """
+    then = {name: _known(v.value, v.sd) for name, v in _fixed(document).items()}
+    now = {p.name: _known(p.known, p.known_sd) for p in known}
+    fixed = (
+        (name, then.get(name, "free"), f"it {now.get(name, 'free')}")
+        for name in dict.fromkeys([*then, *now])
+        if then.get(name) != now.get(name)
+    )
+    for what, was, is_now in chain(_of_drive(document, axis.drive), fixed):
+        raise UsageError(
+            f"{file} was identified with {what} {was}, but {axis.name!r} as it is declared now has "
+            f"{is_now}; give the axis as it was then, or identify again.",
+            code="result-file",
+        )
 
 
 def _known(value: float | None, sd: float) -> str:
     return f"fixed at {value!r}" + (f" +- {sd!r}" if sd else "")
 
 
-def _check_parameters(document: WrittenIdentification, file: str, model: AxisModel) -> None:
-    if has_own_parameters(document):
-        return
-    wanted = sorted(p.name for p in model.axis.parameters)
-    if any(sorted(estimate.parameters) != wanted for estimate in document.estimates):
-        raise DataError(f"{file} lacks parameters of the axis {model.axis.name!r}. {WRITE_AGAIN}")
+def _of_drive(document: WrittenIdentification, drive: Drive) -> Iterator[tuple[str, str, str]]:
+    """What differs of the drive, as it was and as it is."""
+    written = document.drive if isinstance(document.drive, WrittenResponse) else None
+    then = Drive(gain=1.0) if written is None else written_drive(written)
+    found = None if written is None else written.estimated
+    if isinstance(found, WrittenDriveTime):
+        start = float(getattr(drive, found.of))
+        if start not in (found.nominal, found.value):
+            yield f"the drive's {found.of}", f"estimated from {found.nominal:g}", f"{start:g}"
+        drive = drive.with_time(found.of, found.value)
+    elif drive.estimated is not None:
+        name = drive.estimated[0]
+        yield f"the drive's {name}", f"{getattr(then, name):g}", "it to be estimated"
+    for name in ("lag", "delay", "logged", *CommandPath.__dataclass_fields__):
+        old, new = getattr(then, name), getattr(drive, name)
+        if old != new:
+            yield f"the drive's {name}", str(old), str(new)
+    spread = document.estimates[0].gain_relative_sd  # 0 too where the force was measured
+    if spread and not math.isclose(spread, drive.relative_sd, rel_tol=_SAME_DEVIATION):
+        yield "the drive's relative_sd", f"{spread:g}", f"{drive.relative_sd:g}"
+
+
+def contradiction(file: str, problem: str) -> DataError:
+    """The refusal of a file, with what is wrong with it and what to do."""
+    return DataError(f"{file} contradicts itself: {problem}. {WRITE_AGAIN}", code="result-file")

@@ -1,18 +1,17 @@
 """An axis with identified parameters: from an identification, or from the file that it wrote."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from axisid.estimation.estimates import Value, physical_parameters
-from axisid.estimation.identification import Identification, RecordInfo
+from axisid.estimation.estimates import Value
+from axisid.estimation.identification import Identification
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel, derive
 from axisid.support.errors import UsageError, is_among, quoted
 
-from .file import joined_model, read_identification
+from .file import joined, read_identification
 from .identification import SavedIdentification
-from .part import SavedPart
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,62 +92,20 @@ def fitted_axis(
     DataError
         The file cannot be read, or is no identification.
     """
-    if record is not None and isinstance(result, Identification):
-        return fitted_axis(result.part(record))
-    if record is None:
-        _refuse_own_parameters(result)
     if isinstance(result, Identification):
-        return _identified(result, derive(result.axis.declared), result.axis.signature)
-    if isinstance(result, SavedIdentification) and axis is None:
-        return _of_file(result, derive(result.own_axis), record)
+        live = result if record is None else result.part(record)
+        return _fitted(live, live.axis.declared, live.axis.signature)
     saved = result if isinstance(result, SavedIdentification) else read_identification(result)
-    model = joined_model(saved.document, saved.file, axis)
-    if model is None:
-        raise UsageError(
-            f"{saved.file} does not hold the axis {saved.document.axis!r}; give the one it "
-            "was identified with (axis).",
-            code="result-file",
-        )
-    return _of_file(saved, model, record)
+    if axis is not None or saved is not result:
+        saved = joined(saved, axis)
+    of_one = saved if record is None else saved.part(record)
+    return _fitted(of_one, of_one.own_axis, of_one.signature)
 
 
-def _of_file(saved: SavedIdentification, model: AxisModel, record: int | None) -> FittedAxis:
-    """What a file holds, of all records or of one."""
-    if record is None:
-        _refuse_own_parameters(saved)
-        return _identified(saved, model, saved.signature)
-    part = replace(saved, declared=model.base.declared).part(record)
-    if not isinstance(part, SavedPart):
-        found = _identified(saved, model, saved.signature)
-        if not saved.of_records:
-            return found
-        return _from(found, saved.of_records[record - 1].record)
-    found = FittedAxis(
-        model=derive(part.axis.declared),
-        signature=part.axis.signature,
-        source="",
-        sha256="",
-        estimates={method: e.parameters for method, e in part.estimates.items()},
-        preferred=part.preferred_method,
-        physical={
-            method: declared.parameters
-            for method, e in part.estimates.items()
-            if (declared := physical_parameters(method, e.form, e.distribution)) is not None
-        },
-    )
-    return _from(found, part.record)
-
-
-def _from(found: FittedAxis, record: RecordInfo) -> FittedAxis:
-    """The same as of one record."""
-    origin = record.provenance
-    return replace(found, source=_writable(origin.source), sha256=origin.sha256)
-
-
-def _refuse_own_parameters(result: object) -> None:
-    """Refuse a result of records that are not of one set of the axis's parameters."""
-    if not isinstance(result, (Identification, SavedIdentification)):
-        return
+def _fitted(
+    result: Identification | SavedIdentification, declared: Axis, signature: str
+) -> FittedAxis:
+    """A result of one set of the axis's parameters; another is refused."""
     names = [*result.local_names, *(n for of_one in result.of_records[:1] for n in of_one.known)]
     if names:
         raise UsageError(
@@ -157,24 +114,16 @@ def _refuse_own_parameters(result: object) -> None:
             "parameters; name the record whose are wanted: record=1.",
             code="export",
         )
-
-
-def _identified(
-    result: Identification | SavedIdentification, model: AxisModel, signature: str
-) -> FittedAxis:
     origin = result.record.provenance
     sources = [of_one.record.provenance.source for of_one in result.of_records]
+    source = ", ".join(sources) or origin.source
     return FittedAxis(
-        model=model,
+        model=derive(declared),
         signature=signature,
-        source=_writable(", ".join(sources) or origin.source),
+        # A file's name may hold bytes that are no text.
+        source=source.encode("utf-8", "replace").decode(),
         sha256="" if sources else origin.sha256,
         estimates={m: e.parameters for m, e in result.estimates.items()},
         physical={m: p.parameters for m, p in result.physical.items()},
         preferred=result.preferred.method,
     )
-
-
-def _writable(name: str) -> str:
-    """A file's name may hold bytes that are no text."""
-    return name.encode("utf-8", "replace").decode()

@@ -1,43 +1,51 @@
-"""An identification that was written as JSON, read again."""
+"""An identification that was written as JSON, read again, whole or as one of its records has it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.diagnostics import Diagnosis
-from axisid.estimation.estimates import Physical, PhysicalByMethod
+from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis, RecordDifference
+from axisid.estimation.diagnostics.estimates import Excitation
+from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.diagnostics.loop import Alignment
+from axisid.estimation.estimates import (
+    Physical,
+    PhysicalByMethod,
+    physical_parameters,
+)
 from axisid.estimation.identification import (
     ByMethod,
     DriveTime,
     Identification,
+    RecordInfo,
     RecordResult,
     record_place,
 )
 from axisid.estimation.parameters import known_of, layout_of
 from axisid.estimation.records import Record
+from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.estimation.studies import Validation, validate
 from axisid.modeling.declaration import Axis, Drive, left_out_text
 from axisid.modeling.quantities import Parameter, Signal
-from axisid.presentation.documents import read_as, written_identification
-from axisid.presentation.schema import (
-    WrittenDriveTime,
-    WrittenIdentification,
-    WrittenMember,
-    WrittenPrefilter,
-    WrittenRecord,
-)
-from axisid.support.arrays import Exact
-from axisid.support.errors import UsageError
+from axisid.support.arrays import Array, Exact
+from axisid.support.errors import Missing, UsageError
 from axisid.support.presentable import Presentable, view_of
 
-from .contradictions import written_drive
-from .diagnosis import read_diagnosis
+from .diagnosis import NOT_EVALUATED, WrittenAlignment
 from .estimate import SavedEstimate, arrays, named, written_physical_covariances
-from .part import PartEstimate, SavedPart
+from .record import WrittenPrefilter, WrittenRecord, written_drive
+from .values import read_as
+from .written_identification import (
+    WrittenIdentification,
+    WrittenMember,
+    written_identification,
+)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -73,7 +81,8 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         The prefilter before what it left open was chosen for the record, if that is known.
     prefilter : Prefilter
         With what was chosen for the record.
-    record : WrittenRecord
+    record : RecordInfo
+        Without its samples.
     sampling : Sampling
         The samples that counted; of those near reversals how many, not which.
     of_records : tuple of RecordResult
@@ -101,7 +110,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     levels: Levels
     requested: Prefilter | None
     prefilter: Prefilter
-    record: WrittenRecord
+    record: RecordInfo
     sampling: Sampling
     of_records: tuple[RecordResult, ...]
     local_names: Mapping[str, tuple[str, ...]]
@@ -116,7 +125,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     ) -> "SavedIdentification":
         """What a document tells."""
         record, drive, asked = written.record, written.drive, written.requested
-        sampling = _sampling(written.prefilter, record)
+        sampling, found = _sampling(written.prefilter, record), drive and drive.estimated
         step = record.period * written.prefilter.decimate
         estimates = {e.method: SavedEstimate.of(e, step) for e in written.estimates}
         physical = {method: _physical(estimate) for method, estimate in estimates.items()}
@@ -129,7 +138,15 @@ class SavedIdentification(ByMethod, Presentable, Exact):
             name=written.axis,
             signals=tuple(Signal(s.name, s.unit, s.between) for s in written.signals or ()),
             drive=written_drive(drive) if drive else Drive(gain=1.0),
-            drive_time=_drive_time(drive.estimated) if drive and drive.estimated else None,
+            drive_time=DriveTime(
+                name=found.of,
+                parameter=Parameter(found.name, "s", nominal=found.nominal),
+                value=found.value,
+                deviation=found.sd,
+                interval=found.interval_95,
+            )
+            if found
+            else None,
             estimates=estimates,
             physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
             diagnosis=read_diagnosis(written),
@@ -138,14 +155,22 @@ class SavedIdentification(ByMethod, Presentable, Exact):
             prefilter=sampling.prefilter,
             record=record,
             sampling=sampling,
-            of_records=tuple(map(_of_record, written.records or ())),
+            of_records=tuple(
+                read_as(
+                    RecordResult,
+                    of_one,
+                    record=of_one.record,
+                    sampling=_sampling(of_one.prefilter, of_one.record),
+                    known={name: (v.value or 0.0, v.sd) for name, v in of_one.known.items()},
+                    share_percent=of_one.apart and of_one.apart.share_percent,
+                    p_value=of_one.apart and of_one.apart.p_value,
+                )
+                for of_one in written.records or ()
+            ),
             local_names=written.local or {},
             declared_gain=written.declared_gain or None,
             set_aside=written.set_aside or {},
         )
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return SavedIdentification.of, (self.file, self.document, self.declared)
 
     def __repr__(self) -> str:
         records = [self.document.record, *(m.record for m in (self.document.records or ())[1:])]
@@ -169,7 +194,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         if self.declared is None:
             raise UsageError(
                 f"{self.file} does not hold the axis {self.name!r}; give the one it was "
-                f"identified with: load_result(..., axis=...).",
+                "identified with (axis).",
                 code="result-file",
             )
         return self.declared
@@ -213,38 +238,47 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         """
         return str(view_of("as_text", self, draws=draws, every=every, full=full))
 
-    def part(self, number: int) -> "SavedIdentification | SavedPart":
-        """The result as one of several records has it, by its number from 1; see `SavedPart`.
+    def part(self, number: int) -> "SavedIdentification":
+        """The result as one of several records has it, by its number from 1.
+
+        What is the record's own is a parameter of its axis; with the drive gain among the
+        parameters of all, they are of the declared gain, as in the part of a live result.
 
         Raises
         ------
         UsageError
             There is no such record.
         """
-        place = record_place(number, len(self.of_records))
-        if not (self.local_names or any(of_one.known for of_one in self.of_records)):
+        place, records = record_place(number, len(self.of_records)), self.of_records
+        if not records:
             return self
-        records, gain = self.of_records, self.declared_gain
-        told = {name: [of_one.known[name] for of_one in records] for name in records[0].known}
+        one, gain = records[place], self.declared_gain
+        own = replace(
+            self,
+            record=one.record,
+            sampling=one.sampling,
+            prefilter=one.sampling.prefilter,
+            of_records=(),
+        )
+        if not (self.local_names or one.known):
+            return own
+        told = {name: [each.known[name] for each in records] for name in one.known}
         known, count = known_of(told, len(records)), len(records)
-        form = layout_of(self.axis, count, known, self.local_names, commanded=gain is not None)
-        return SavedPart(
-            requested=self.requested,
-            preferred_method=self.preferred.method,
-            estimates={
-                method: PartEstimate(
-                    method=method,
-                    whole=estimate,
-                    joint=form,
-                    place=place,
-                    equation_error_percent=estimate.equation_error_percent,
-                    simulation_error_percent=estimate.simulation_error_percent,
-                )
-                for method, estimate in self.estimates.items()
-            },
-            record=records[place].record,
-            prefilter=records[place].sampling.prefilter,
-            axis=form.members[place].axis,
+        joint = layout_of(self.axis, count, known, self.local_names, commanded=gain is not None)
+        axis = joint.members[place].axis
+        estimates = {method: e.part(joint, place) for method, e in self.estimates.items()}
+        physical = {
+            method: physical_parameters(method, InverseForm(axis), e.distribution)
+            for method, e in estimates.items()
+        }
+        return replace(
+            own,
+            declared=axis.declared,
+            signature=axis.signature,
+            estimates=estimates,
+            physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
+            local_names={},
+            declared_gain=None,
         )
 
     def validate(self, record: Record, *, like: int | None = None) -> Validation:
@@ -258,20 +292,13 @@ def identification_facts(result: Identification, draws: int) -> SavedIdentificat
     return SavedIdentification.of("", document, result.axis.declared)
 
 
-def _drive_time(written: WrittenDriveTime) -> DriveTime:
-    """A lag or a delay as it was found."""
-    return DriveTime(
-        name=written.of,
-        parameter=Parameter(written.name, "s", nominal=written.nominal),
-        value=written.value,
-        deviation=written.sd,
-        interval=written.interval_95,
-    )
-
-
 def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
+    made = read_as(Prefilter, prefilter, drop=None)
+    # Ends that are no longer than the filter's transient were not cut off, but given no weight.
+    if SampledFilter(made, record.period).dropped != prefilter.drop:
+        made = replace(made, drop=prefilter.drop)
     return Sampling(
-        prefilter=_prefilter(prefilter, record.period),
+        prefilter=made,
         samples=record.samples,
         period=record.period,
         segments=record.segments,
@@ -280,24 +307,70 @@ def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
     )
 
 
-def _of_record(written: WrittenMember) -> RecordResult:
-    record, apart = written.record, written.apart
-    return read_as(
-        RecordResult,
-        written,
-        record=record,
-        sampling=_sampling(written.prefilter, record),
-        known={name: (float(v.value or 0.0), v.sd) for name, v in written.known.items()},
-        share_percent=None if apart is None else apart.share_percent,
-        p_value=None if apart is None else apart.p_value,
+def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
+    """The diagnosis of a document."""
+    units = {name: v.unit for name, v in written.estimates[0].parameters.items()}
+    return Diagnosis(
+        preferred=written.judged,
+        instruments=written.instruments,
+        excitation=tuple(
+            read_as(Excitation, e, name=name) for name, e in written.excitation.items()
+        ),
+        **_measured(written, units),
+        bands=written.model_bands or {},
+        differences=written.differences or {},
+        records=tuple(
+            RecordDiagnosis(
+                **_measured(member, units),
+                apart=Missing("the record alone does not tell the parameters")
+                if member.apart is None
+                else read_as(
+                    RecordDifference,
+                    member.apart,
+                    names=tuple(member.apart.own),
+                    own=_numbers(member.apart.own),
+                    others=_numbers(member.apart.common),
+                    deviations=_numbers(member.apart.deviations),
+                ),
+            )
+            for member in written.records or ()
+        ),
     )
 
 
-def _prefilter(written: WrittenPrefilter, period: float) -> Prefilter:
-    made = read_as(Prefilter, written, drop=None)
-    # Ends that are no longer than the filter's transient were not cut off, but given no weight.
-    transient = SampledFilter(made, period).dropped
-    return made if transient == written.drop else replace(made, drop=written.drop)
+def _measured(
+    written: WrittenIdentification | WrittenMember, units: Mapping[str, str]
+) -> dict[str, Any]:
+    """What is measured of one record as well as of a whole result."""
+    law = written.law_check
+    return {
+        "law": Missing(law.meaning.removeprefix(NOT_EVALUATED))
+        if law.passed is None
+        else read_as(LawCheck, law, factors=dict(law.factors or {}), delay=law.delay or 0),
+        "alignment": _read_alignment(written.alignment, units),
+        "verdict": written.verdict,
+        "lack_of_fit": written.lack_of_fit or None,
+        "motions": written.measured_motion or {},
+    }
+
+
+def _read_alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment | Missing:
+    if written.best is None:
+        return Missing(written.reason or "")
+    sensitivity = np.array([*(written.sensitivity or {}).values()])
+    return read_as(
+        Alignment,
+        written,
+        at_the_end=bool(written.at_the_end),
+        by_instruments=bool(written.by_instruments),
+        sensitivity=sensitivity,
+        names=tuple(written.sensitivity or {}),
+        units=tuple(units.get(name, "") for name in written.sensitivity or {}),
+    )
+
+
+def _numbers(written: Mapping[str, float]) -> Array:
+    return np.array([*written.values()], dtype=float)
 
 
 def _physical(estimate: SavedEstimate) -> Physical | None:

@@ -1,11 +1,12 @@
-"""Fits of an output and studies that were written as JSON, read again."""
+"""Fits of an output and their validations as documents, written and read again."""
 
 import math
-from dataclasses import dataclass, field
-from typing import Any, cast
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from msgspec import UnsetType
+from msgspec import UNSET, UnsetType
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
@@ -16,28 +17,225 @@ from axisid.estimation.estimates import (
     Value,
     degrees_of_freedom_of,
 )
-from axisid.estimation.monte_carlo import (
-    CheckFigures,
-    EstimandFigures,
-    FailedRun,
-    Share,
-    StudyFigures,
-    declared_chain,
-)
-from axisid.estimation.twins import Chain
+from axisid.estimation.fitting import OutputFit, RecordError
+from axisid.estimation.misspecification import sentence
+from axisid.estimation.studies import FitValidation
 from axisid.modeling.text import FunctionLike
-from axisid.presentation.documents import number, read_as
-from axisid.presentation.schema import (
-    WrittenFitted,
-    WrittenFitValidation,
-    WrittenMonteCarlo,
-    WrittenOutputFit,
-    WrittenRecord,
-)
-from axisid.support.arrays import Array, Exact, MaybeInfinite, frozen
-from axisid.support.errors import DataError
-from axisid.support.files import WRITE_AGAIN
+from axisid.support.arrays import Array, Exact, MaybeInfinite, finite
+from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
+
+from .diagnosis import WrittenLawCheck, written_law
+from .record import WrittenRecord, written_record
+from .values import JsonObject, WrittenKnown, WrittenResult, about, number, read_as, written_as
+from .written_estimate import left_out
+
+
+class WrittenFitted(JsonObject, frozen=True, kw_only=True):
+    """A parameter of a fit."""
+
+    value: Annotated[float, about("In `unit`.")]
+    unit: Annotated[str, about("Coherent SI.")]
+    sd: Annotated[float | None, about("Of the chosen covariance; null where nothing shows it.")]
+    deviations: Annotated[
+        Mapping[str, float | None],
+        about(
+            "By covariance: coloured errors, independent ones; where there are twins, "
+            "bootstrap by them."
+        ),
+    ]
+    interval_95: Annotated[
+        tuple[float | None, float | None],
+        about("On the allowed side alone where the parameter is at a bound."),
+    ]
+    start: Annotated[float, about("Where the search began.")]
+    bounds: Annotated[tuple[float | None, float | None], about("In force; null for none.")]
+    at_bound: Annotated[Literal["lower", "upper"] | None, about("Whether it is driven to one.")]
+    fixed: Annotated[bool, about("Whether it was held.")]
+    prior: Annotated[WrittenKnown | None, about("What was known before, and weighed.")]
+    law_percent: Annotated[
+        Mapping[str, float],
+        about("What each term of the law, 1 % larger, moves it by, SI, by the term's gains."),
+    ]
+    law_move: Annotated[
+        float | None, about("What the law as recorded, in place of the declared one, moves it by.")
+    ]
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenRecordError(RecordError):  # noqa: D101  # it has that of what it is of
+    __doc__ = RecordError.__doc__
+
+    noise: Annotated[
+        float, about("Root mean square of what is noise of that error, in the output's unit.")
+    ]
+
+
+class WrittenLack(JsonObject, frozen=True, kw_only=True):
+    """What errors ask for beside a model."""
+
+    subject: Annotated[str, about("In words.")]
+    size: Annotated[float, about("Of its factor, or by how much a parameter would be more.")]
+    deviation: Annotated[float, about("Of the size.")]
+    unit: Annotated[str, about("Of both.")]
+    chance: Annotated[float, about("That noise asks for as much of it, over all its places.")]
+    tests: Annotated[
+        int | UnsetType, about("How many were looked for; of files before 2026-11-24.")
+    ] = UNSET
+
+
+class WrittenOutputFit(
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.fit/1"
+):
+    """What `axisid fit --json` writes."""
+
+    axis: str
+    signature: Annotated[str, about("sha256 of what the generated code was made from.")]
+    left_out: Annotated[
+        Mapping[str, float],
+        about("What stands for the parameters that were left out, SI, by name."),
+    ]
+    records: tuple[WrittenRecord, ...]
+    output: Annotated[str, about("What is followed; several are joined by and.")]
+    unit: Annotated[str, about("Of the output; of several the first.")]
+    position_unit: Annotated[str, about("Of the coordinate.")]
+    encoder_step: Annotated[float, about("Of the coarsest encoder, SI; 0 where none is known.")]
+    horizon: Annotated[float | UnsetType, about("Length of the windows of an open loop, s.")] = (
+        UNSET
+    )
+    loss: str
+    started: Annotated[str, about("Where the start is from.")]
+    parameters: Annotated[Mapping[str, WrittenFitted], about("By name.")]
+    covariance: Annotated[
+        tuple[tuple[float | None, ...], ...],
+        about("Of the parameters in their order, the chosen one; null for infinite."),
+    ]
+    chosen_covariance: str
+    error: Annotated[
+        float, about("Root mean square of what is left, in `unit`; of several outputs the first's.")
+    ]
+    error_percent: Annotated[float | None, about("Of the recorded output; the largest of all.")]
+    percent_beyond_noise: Annotated[
+        float | None,
+        about("Part of the recorded output that is left beyond noise."),
+    ]
+    record_errors: Annotated[
+        tuple[WrittenRecordError, ...], about("By record, and in each by output.")
+    ]
+    lacks: Annotated[
+        tuple[WrittenLack, ...] | None,
+        about("What is asked for beside the model, the strongest first; null where not looked."),
+    ]
+    unseen: Annotated[tuple[str, ...], about("What no output shows, in words.")]
+    local: Annotated[
+        Mapping[str, tuple[str, ...]] | UnsetType,
+        about("Parameters that records have for themselves: their names by record."),
+    ] = UNSET
+    iterations: Annotated[
+        tuple[Mapping[str, float], ...], about("Parameters where slopes were taken, SI.")
+    ]
+    iteration_errors: Annotated[tuple[float, ...], about("Root mean square there, in `unit`.")]
+    costs: Annotated[tuple[float, ...], about("Of each search's end, where several were made.")]
+    law_check: WrittenLawCheck
+    verdict: tuple[Check, ...]
+    believed: Annotated[bool, about("Whether no check fails.")]
+    levels: Levels | UnsetType = UNSET
+    remarks: tuple[str, ...]
+
+
+class SavedFitValidation(
+    Checked,
+    Presentable,
+    WrittenResult,
+    frozen=True,
+    kw_only=True,
+    tag_field="schema",
+    tag="axisid.fit_validation/1",
+    rename={"checks": "verdict"},
+):
+    """A frozen fit on a second record, without its samples, with the names of `FitValidation`."""
+
+    record: WrittenRecord
+    output: Annotated[str, about("What is held against the record.")]
+    unit: Annotated[str, about("Of the output.")]
+    horizon: Annotated[float | None, about("Length of the windows of an open loop, s.")]
+    error: Annotated[float, about("Root mean square of what is left, in `unit`.")]
+    percent: Annotated[MaybeInfinite, about("Of the recorded output's.")]
+    checks: tuple[Check, ...]
+
+
+def written_fit_validation(validation: FitValidation) -> SavedFitValidation:
+    """What is left of a second record, and whether the fit holds on it."""
+    return written_as(SavedFitValidation, validation, record=written_record(validation.record))
+
+
+def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
+    """The parameters with all that was asked and found of each, and whether to believe them."""
+    return written_as(
+        WrittenOutputFit,
+        fit,
+        axis=fit.axis.axis.name,
+        signature=fit.axis.signature,
+        left_out=left_out(fit.axis),
+        records=tuple(written_record(record) for record in fit.records),
+        position_unit=str(fit.axis.axis.coordinate.unit),
+        encoder_step=fit.step,
+        parameters={name: _fitted(fit, j, name) for j, name in enumerate(fit.names)},
+        chosen_covariance=fit.chosen,
+        record_errors=tuple(
+            WrittenRecordError(**asdict(each), noise=noise)
+            for each, noise in zip(fit.of_records, fit.noise, strict=True)
+        ),
+        lacks=_lacks(fit),
+        horizon=UNSET if fit.horizon is None else fit.horizon,
+        local=dict(fit.local) or UNSET,
+        iterations=tuple(
+            dict(zip(fit.names, map(float, step.physical), strict=True)) for step in fit.steps
+        ),
+        iteration_errors=tuple(step.error for step in fit.steps),
+        costs=tuple(cost for cost, _ in fit.ends),
+        law_check=written_law(fit.law),
+        verdict=fit.checks,
+    )
+
+
+def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
+    """Of all records in which it was looked for; None where it was in none."""
+    looked = [
+        (lacks, axis, record)
+        for lacks, axis, record in zip(fit.lacks, fit.axes, fit.records, strict=True)
+        if not isinstance(lacks, Missing)
+    ]
+    if not looked:
+        return None
+    return tuple(
+        WrittenLack(
+            subject=sentence(each, axis, record),
+            size=each.size,
+            deviation=each.deviation,
+            unit=each.unit,
+            chance=each.p_value,
+        )
+        for lacks, axis, record in looked
+        for each in lacks
+    )
+
+
+def _fitted(fit: OutputFit, place: int, name: str) -> WrittenFitted:
+    value, (low, high) = fit.values[name], fit.bounds[name]
+    known = fit.prior.get(name)
+    return written_as(
+        WrittenFitted,
+        value,
+        sd=finite(value.deviation),
+        start=float(fit.start[place]),
+        bounds=(finite(low), finite(high)),
+        at_bound=fit.at_bound.get(name),
+        fixed=name in fit.fixed,
+        prior=None if known is None else WrittenKnown(value=known[0], sd=known[1]),
+        law_percent={term: float(move[place]) for term, move in fit.law_moves.items()},
+        law_move=None if fit.law_move is None else float(fit.law_move[place]),
+    )
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -94,9 +292,25 @@ class SavedOutputFit(Checked, Presentable, Exact):
             file=file,
             document=written,
             name=written.axis,
-            outputs=_outputs(written),
-            parameters=NamedValues((n, _value(v, chosen)) for n, v in written.parameters.items()),
-            covariance=frozen([[number(x, math.inf) for x in row] for row in written.covariance]),
+            # Files of one output need not say it of each record.
+            outputs=tuple(dict.fromkeys(e.output or written.output for e in written.record_errors)),
+            parameters=NamedValues(
+                (
+                    name,
+                    Value(
+                        value=v.value,
+                        unit=v.unit,
+                        deviations={of: number(sd, math.inf) for of, sd in v.deviations.items()},
+                        interval=(
+                            number(v.interval_95[0], -math.inf),
+                            number(v.interval_95[1], math.inf),
+                        ),
+                        chosen=chosen,
+                    ),
+                )
+                for name, v in written.parameters.items()
+            ),
+            covariance=np.array([[number(x, math.inf) for x in row] for row in written.covariance]),
             levels=written.levels or DEFAULT_LEVELS,
             checks=written.verdict,
         )
@@ -131,147 +345,4 @@ class SavedOutputFit(Checked, Presentable, Exact):
     @property
     def physical(self) -> Array:
         """The parameters, (P,)."""
-        return frozen([v.value for v in self.parameters.values()])
-
-
-@dataclass(frozen=True, kw_only=True)
-class SavedFitValidation(Checked, Presentable):
-    """A frozen fit on a second record, read from a file, with the names of `FitValidation`.
-
-    Attributes
-    ----------
-    file : str
-    document : WrittenFitValidation
-        What the file holds.
-    record : WrittenRecord
-
-    Notes
-    -----
-    What else there is, is as of a `FitValidation`.
-    """
-
-    file: str
-    document: WrittenFitValidation = field(repr=False)
-    record: WrittenRecord
-    output: str
-    unit: str
-    horizon: float | None
-    error: float
-    percent: MaybeInfinite
-    checks: tuple[Check, ...]
-
-    @classmethod
-    def of(cls, file: str, document: WrittenFitValidation) -> "SavedFitValidation":
-        """As a file has it."""
-        return read_as(
-            cls,
-            document,
-            file=file,
-            document=document,
-            checks=document.verdict,
-        )
-
-
-def read_output_fit(file: str, document: WrittenOutputFit) -> SavedOutputFit:
-    """A document as a result; refused where its members do not belong together.
-
-    Raises
-    ------
-    DataError
-        The covariance is not of the parameters, or nothing is left of a record.
-    """
-    count = len(document.parameters)
-    rows = [len(row) for row in document.covariance]
-    left, followed = len(document.record_errors), len(_outputs(document))
-    if rows != [count] * count or left != followed * len(document.records):
-        raise DataError(
-            f"{file} has {count} parameters and a covariance of {len(rows)}, and what is left "
-            f"of {len(document.record_errors)} of {len(document.records)} records. "
-            f"{WRITE_AGAIN}",
-            code="result-file",
-        )
-    return SavedOutputFit.of(file, document)
-
-
-def _outputs(written: WrittenOutputFit) -> tuple[str, ...]:
-    """What was followed; files of one output need not say it of each record."""
-    return tuple(dict.fromkeys(each.output or written.output for each in written.record_errors))
-
-
-def _value(written: WrittenFitted, chosen: str) -> Value:
-    low, high = written.interval_95
-    return Value(
-        value=written.value,
-        unit=written.unit,
-        deviations={n: number(sd, math.inf) for n, sd in written.deviations.items()},
-        interval=(number(low, -math.inf), number(high, math.inf)),
-        chosen=chosen,
-    )
-
-
-@dataclass(frozen=True, kw_only=True, repr=False)
-class SavedMonteCarlo(StudyFigures, Presentable):
-    """A study that was read from a file, with the names of `MonteCarlo`; see `load_result`.
-
-    The numbers of each run are in the file of ``--output`` alone.
-
-    Attributes
-    ----------
-    file : str
-    document : WrittenMonteCarlo
-        What the file holds.
-    """
-
-    file: str
-    document: WrittenMonteCarlo
-
-    def __repr__(self) -> str:
-        methods = ", ".join(self.document.methods)
-        return f"Monte-Carlo study of {self.name}: {len(self)} twins by {methods}"
-
-    def __len__(self) -> int:
-        return self.document.done
-
-    @property
-    def name(self) -> str:
-        """Of the axis."""
-        return self.document.axis
-
-    @property
-    def chosen(self) -> str:
-        """Of `COVARIANCES`, what printed intervals are of."""
-        return str(self.document.settings["covariance"])
-
-    @property
-    def noise(self) -> Chain:
-        """Of the twins."""
-        twins = self.document.twins
-        if not isinstance(twins.chain, UnsetType):
-            return twins.chain
-        experiment = Chain(position=twins.position_noise, position_step=twins.resolution)
-        return declared_chain(experiment, **cast(Any, twins.noise))
-
-    @property
-    def figures(self) -> tuple[EstimandFigures, ...]:
-        """What the runs tell of each estimand."""
-        return self.document.estimands
-
-    @property
-    def check_figures(self) -> tuple[CheckFigures, ...]:
-        """How often each check ends how."""
-        return self.document.checks
-
-    @property
-    def judged(self) -> int:
-        """How many runs there is a verdict of."""
-        return self.document.judged
-
-    @property
-    def objected(self) -> Share:
-        """How many of the verdicts any check fails in."""
-        return self.document.objected
-
-    @property
-    def failures(self) -> tuple[FailedRun, ...]:
-        """Runs that gave nothing, of a method or at all, with the reason."""
-        return self.document.failures
+        return np.array([v.value for v in self.parameters.values()])

@@ -1,9 +1,9 @@
 """Two results that were written as JSON, side by side."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 from axisid.estimation.checks import Check
 from axisid.estimation.identification import Identification
@@ -17,26 +17,74 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
-from axisid.presentation.documents import written_identification
-from axisid.presentation.schema import (
-    ResultComparison,
-    WrittenAlone,
-    WrittenDifference,
-    WrittenEstimate,
-    WrittenIdentification,
-    WrittenKnown,
-    WrittenValue,
-    plain,
-)
-from axisid.support.errors import DataError, or_dash
+from axisid.support.errors import or_dash
+from axisid.support.presentable import Presentable
 
 from .file import read_identification
 from .identification import SavedIdentification
+from .values import JsonObject, WrittenKnown, about, plain
+from .written_estimate import WrittenValue
+from .written_identification import WrittenIdentification, written_identification
+
+
+class WrittenDifference(JsonObject, frozen=True, kw_only=True):
+    """One parameter of one method in both results."""
+
+    method: str
+    name: str
+    unit: str
+    first: float
+    second: float
+    sd_first: Annotated[float, about("HAC.")]
+    sd_second: Annotated[float, about("HAC.")]
+    deviations: Annotated[
+        float | None,
+        about("`difference` over the root of the summed variances; null where both are zero."),
+    ]
+    difference: Annotated[float, about("The second less the first.")]
+
+
+class WrittenAlone(JsonObject, frozen=True, kw_only=True):
+    """Methods and parameters that only one has."""
+
+    first: tuple[str, ...]
+    second: tuple[str, ...]
+
+
+class ResultComparison(
+    Presentable,
+    JsonObject,
+    frozen=True,
+    kw_only=True,
+    tag_field="schema",
+    tag="axisid.result_comparison/1",
+    rename={"errors": "errors_percent", "checks": "verdict"},
+):
+    """What two results have in common, and where they part.
+
+    It is what `axisid compare-results --json` writes; a pair is of the first and the second result.
+    """
+
+    first: Annotated[str, about("File, axis and record.")]
+    second: Annotated[str, about("File, axis and record.")]
+    differences: tuple[WrittenDifference, ...]
+    errors: Annotated[
+        Mapping[str, tuple[float | None, float | None]],
+        about("By method and kind."),
+    ]
+    alone: Annotated[WrittenAlone, about("Methods and parameters that only one has.")]
+    settings: Annotated[Mapping[str, tuple[Any, Any]], about("Those that differ.")]
+    checks: Annotated[
+        Mapping[str, tuple[Check | None, Check | None]],
+        about("Checks whose status differs; null where a result does not have it."),
+    ]
+
 
 _LONG_CELL = 36  # characters of a cell from which a table would be wider than a page
+
+
 #: A result, or the file that holds it.
 ComparableResult: TypeAlias = Identification | SavedIdentification | str | Path
-_Labelled: TypeAlias = tuple[str, str, WrittenValue]  # method, name, value
 
 
 def result_comparison_document(results: ResultComparison) -> Document:
@@ -108,13 +156,12 @@ def _settings_blocks(settings: Mapping[str, tuple[Any, Any]]) -> list[Block]:
 
 def _verdict(results: ResultComparison) -> Paragraph:
     sentences = []
-    for name, (first, second) in results.checks.items():
-        states = [_status(first), _status(second)]
-        line = f"{name}: {states[0]} in A, {states[1]} in B"
-        sentences.append(Sentence(text=line, filled=False))
+    for name, pair in results.checks.items():
+        states = " in A, ".join(map(_status, pair))
+        sentences.append(Sentence(text=f"{name}: {states} in B", filled=False))
         sentences += [
             Sentence(text=f"    {side}: {check.meaning}", hang=7)
-            for side, check in zip("AB", (first, second), strict=True)
+            for side, check in zip("AB", pair, strict=True)
             if check is not None and check.status != "pass"
         ]
     return paragraph(*sentences) if sentences else paragraph("the verdicts are the same")
@@ -133,17 +180,35 @@ def compare_results(first: ComparableResult, second: ComparableResult) -> Result
     DataError
         A file cannot be read or is no result.
     """
-    (name_a, a), (name_b, b) = map(_named_document, (first, second))
-    return _compared((name_a, name_b), a, b)
-
-
-def _compared(
-    names: tuple[str, str], a: WrittenIdentification, b: WrittenIdentification
-) -> ResultComparison:
+    names, documents = [], []
+    for given in (first, second):
+        if isinstance(given, Identification):
+            names.append("")
+            documents.append(written_identification(given))
+        else:
+            saved = given if isinstance(given, SavedIdentification) else read_identification(given)
+            names.append(f"{saved.file}: ")
+            documents.append(saved.document)
+    a, b = documents
     by_method = [{str(e.method): e for e in result.estimates} for result in (a, b)]
     common = [method for method in by_method[0] if method in by_method[1]]
-    labels = [_labelled(estimates) for estimates in by_method]
-    alone = [_alone(labels[i], labels[1 - i], common) for i in (0, 1)]
+    labels = [
+        {
+            f"{method} {name} [{value.unit}]": (method, name, value)
+            for method, estimate in estimates.items()
+            for name, value in estimate.parameters.items()
+        }
+        for estimates in by_method
+    ]
+    # Methods, and parameters of methods that both have.
+    alone = [
+        dict.fromkeys(
+            label if method in common else method
+            for label, (method, _, _) in own.items()
+            if label not in others
+        )
+        for own, others in (labels, labels[::-1])
+    ]
     checks = [{check.name: check for check in result.verdict} for result in (a, b)]
     settings = [_settings(result) for result in (a, b)]
     return ResultComparison(
@@ -162,7 +227,7 @@ def _compared(
             for method in common
             for kind in ("equation", "simulation")
         },
-        alone=WrittenAlone(first=alone[0], second=alone[1]),
+        alone=WrittenAlone(first=tuple(alone[0]), second=tuple(alone[1])),
         settings={
             name: (settings[0].get(name), settings[1].get(name))
             for name in dict.fromkeys([*settings[0], *settings[1]])
@@ -176,33 +241,10 @@ def _compared(
     )
 
 
-def _labelled(estimates: Mapping[str, WrittenEstimate]) -> dict[str, _Labelled]:
-    """Every parameter by method, name and unit: what can be compared."""
-    return {
-        f"{method} {name} [{value.unit}]": (method, name, value)
-        for method, estimate in estimates.items()
-        for name, value in estimate.parameters.items()
-    }
-
-
-def _alone(
-    own: Mapping[str, _Labelled], others: Mapping[str, _Labelled], common: Sequence[str]
-) -> tuple[str, ...]:
-    """What only one has: methods, and parameters of methods that both have."""
-    return tuple(
-        dict.fromkeys(
-            label if method in common else method
-            for label, (method, _, _) in own.items()
-            if label not in others
-        )
-    )
-
-
 def _difference(
     method: str, name: str, first: WrittenValue, second: WrittenValue
 ) -> WrittenDifference:
-    combined = math.hypot(first.sd_hac, second.sd_hac)
-    apart = _within_floats(second.value - first.value, f"the difference of {method} {name}")
+    combined, apart = math.hypot(first.sd_hac, second.sd_hac), second.value - first.value
     return WrittenDifference(
         method=method,
         name=name,
@@ -211,20 +253,9 @@ def _difference(
         second=second.value,
         sd_first=first.sd_hac,
         sd_second=second.sd_hac,
-        deviations=_within_floats(apart / combined, f"the distance of {method} {name}")
-        if combined
-        else None,
+        deviations=apart / combined if combined else None,
         difference=apart,
     )
-
-
-def _within_floats(number: float, what: str) -> float:
-    if not math.isfinite(number):
-        raise DataError(
-            f"{what} is beyond floating point; compare results of one size.",
-            code="comparison",
-        )
-    return number
 
 
 def _settings(result: WrittenIdentification) -> dict[str, Any]:
@@ -277,11 +308,3 @@ def _short(value: Any) -> str:
     text = "-" if value is None else str(value)
     is_digest = len(text) == 64 and " " not in text
     return text[:12] if is_digest else text
-
-
-def _named_document(result: ComparableResult) -> tuple[str, WrittenIdentification]:
-    """The file of a result as the head of a line, if there is one, and what it holds."""
-    if isinstance(result, Identification):
-        return "", written_identification(result)
-    saved = result if isinstance(result, SavedIdentification) else read_identification(result)
-    return f"{saved.file}: ", saved.document

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics.estimates import within_bounds
 from axisid.estimation.estimates import Value
-from axisid.estimation.studies import Candidate, Comparison, NestedTest, ParameterCheck
+from axisid.estimation.studies import Candidate, Comparison, ParameterCheck
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.blocks import (
@@ -28,9 +28,7 @@ from axisid.support.mappings import grouped
 from .estimate import quantity
 from .record import (
     force_told,
-    known_text,
-    listed_facts,
-    record_facts,
+    records_facts,
     rows_text,
     set_aside_facts,
 )
@@ -63,8 +61,18 @@ def comparison_document(comparison: Comparison) -> Document:
     return (
         _heading(c),
         *(
-            _estimates(c.candidates[i : i + _ABREAST])
+            Table(
+                columns=text_columns(["estimate +- sd [1]", "unit", *(e.name for e in abreast)]),
+                rows=tuple(
+                    (name, unit, *(_short(e.estimate.parameters.get(name)) for e in abreast))
+                    for name, unit in {
+                        q.name: q.unit for e in abreast for q in e.estimate.quantities
+                    }.items()
+                ),
+                labels=2,
+            )
             for i in range(0, len(c.candidates), _ABREAST)
+            for abreast in [c.candidates[i : i + _ABREAST]]
         ),
         _errors(c.candidates),
         *((_tests(c),) if c.tests else ()),
@@ -72,7 +80,14 @@ def comparison_document(comparison: Comparison) -> Document:
             sentences=(
                 *_uninformed(c.candidates),
                 *_untested(c),
-                *_unneeded(c.tests),
+                *(
+                    _line(
+                        f"{t.larger} says no more than {t.smaller} on this record (Wald p = "
+                        f"{_p(t.wald_p)})."
+                    )
+                    for t in c.tests
+                    if t.wald_p is not None and t.wald_p >= SIGNIFICANCE_LEVEL.value
+                ),
                 *_remarks(c),
             )
         ),
@@ -86,17 +101,12 @@ def _heading(c: Comparison) -> Heading:
         f"{c.method.upper()}; the same rows for all [7]; {c.blocks} blocks held out, a gap of "
         f"{c.gap} rows on both sides"
     )
-    told = [record_facts(record) for record in c.records]
+    known = [
+        {k.name: (k.values[i], k.deviations[i]) for k in c.known} for i in range(len(c.records))
+    ]
     units = {p.name: p.unit for p in c.problem.axis.declared.parameters}
-    for i, own in enumerate(told):
-        known = [
-            known_text(k.name, (k.values[i], k.deviations[i]), units.get(k.name, ""))
-            for k in c.known
-        ]
-        own["record"] = "; ".join([own["record"], *known])
-    shown = told[0] if len(told) == 1 else listed_facts(told)
-    aside = set_aside_facts(c.set_aside)
-    facts = {"left out": _left_out(c.candidates), **shown, **aside}
+    shown = records_facts(c.records, known, units)
+    facts = {"left out": _left_out(c.candidates), **shown, **set_aside_facts(c.set_aside)}
     return Heading(facts=tuple({**facts, "columns": "", "method": method}.items()))
 
 
@@ -106,19 +116,6 @@ def _left_out(candidates: Sequence[Candidate]) -> str:
     if len({*texts.values()}) == 1:
         return texts[candidates[0].name]
     return "; ".join(f"{text} of {name}" for name, text in texts.items() if text)
-
-
-def _estimates(candidates: Sequence[Candidate]) -> Table:
-    """Parameters by candidate, value +- deviation."""
-    units = {q.name: q.unit for c in candidates for q in c.estimate.quantities}
-    return Table(
-        columns=text_columns(["estimate +- sd [1]", "unit", *(c.name for c in candidates)]),
-        rows=tuple(
-            (name, unit, *(_short(c.estimate.parameters.get(name)) for c in candidates))
-            for name, unit in units.items()
-        ),
-        labels=2,
-    )
 
 
 def _short(value: Value | None) -> Cell:
@@ -145,15 +142,14 @@ def _errors(candidates: Sequence[Candidate]) -> Table:
             or_dash(c.equation.error_percent, ".4f"),
             or_dash(c.estimate.simulation_error_percent, ".4f"),
             or_dash(None if c.simulation is None else c.simulation.error_percent, ".4f"),
-            *(_above(getattr(c.criteria, name), value) for name, value in least.items()),
+            *(
+                f"{above:.1f}" if math.isfinite(above) else "-"
+                for above in (getattr(c.criteria, name) - low for name, low in least.items())
+            ),
         )
         for c in candidates
     )
     return Table(columns=text_columns(heads), rows=rows)
-
-
-def _above(value: float, least: float) -> str:
-    return f"{value - least:.1f}" if math.isfinite(value - least) else "-"
 
 
 def _tests(c: Comparison) -> Table:
@@ -211,15 +207,6 @@ def _untested(c: Comparison) -> list[Sentence]:
         if check.informed is None
     ]
     return [Sentence(text=text) for text in sentences]
-
-
-def _unneeded(tests: Sequence[NestedTest]) -> list[Sentence]:
-    """A sentence for each model that says no more than one it contains."""
-    return [
-        _line(f"{t.larger} says no more than {t.smaller} on this record (Wald p = {_p(t.wald_p)}).")
-        for t in tests
-        if t.wald_p is not None and t.wald_p >= SIGNIFICANCE_LEVEL.value
-    ]
 
 
 def _why(check: ParameterCheck, candidate: Candidate) -> str:
@@ -282,6 +269,8 @@ def _faults(c: Comparison) -> list[Sentence]:
 
 
 def _notes(c: Comparison) -> list[str]:
+    drive, measured = c.candidates[0].axis.axis.drive, c.record.force is not None
+    force = force_told(drive, drive.remark, is_gain=drive.is_gain, measured=measured)
     instruments = (
         " Instruments are those of the loop simulated with all rows' estimate."
         if any(each.estimate.Z is not None for each in c.candidates)
@@ -305,18 +294,14 @@ def _notes(c: Comparison) -> list[str]:
         "Recommended: of the candidates whose held-out equation error is within one standard error "
         "(of its excess over the smallest, by block) and 1.1 times the smallest, or 1.01 times the "
         "smallest whatever the blocks say, the one with the fewest parameters.",
-        _rows(c),
+        rows_text(
+            [data.sampling for data in c.problem.data],
+            len(c.candidates[0].estimate.y),
+            force,
+            [data.record.motion for data in c.problem.data],
+        ),
     ]
     if any(not each.axis.is_linear for each in c.candidates):
         for i, addition in _OF_NONLINEAR.items():
             notes[i - 1] += f" {addition}"
     return notes
-
-
-def _rows(c: Comparison) -> str:
-    """How the records became rows."""
-    used, drive = len(c.candidates[0].estimate.y), c.candidates[0].axis.axis.drive
-    measured = c.record.force is not None
-    force = force_told(drive, drive.remark, is_gain=drive.is_gain, measured=measured)
-    samplings = [data.sampling for data in c.problem.data]
-    return rows_text(samplings, used, force, [data.record.motion for data in c.problem.data])

@@ -1,20 +1,40 @@
-"""An estimate as a document, and notes on what its numbers rest on."""
+"""An estimate as a document, notes on what its numbers rest on, and all that was measured of it."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
+from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Diagnosis
-from axisid.estimation.estimates import Physical, Value
+from axisid.estimation.diagnostics.estimates import InstrumentTests
+from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.diagnostics.loop import Alignment, ColumnComparison
+from axisid.estimation.estimates import COVARIANCES, Physical, Value
 from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
 from axisid.modeling.declaration import known_text
-from axisid.presentation.blocks import Cell, Column, Document, Quantity, Table, text_columns
+from axisid.presentation.blocks import (
+    Cell,
+    Column,
+    Document,
+    Paragraph,
+    Quantity,
+    Table,
+    paragraph,
+    text_columns,
+)
+from axisid.presentation.formulas import figure_text
 from axisid.presentation.saved import SavedEstimate
-from axisid.support.errors import or_dash, range_text
+from axisid.support.errors import Missing, or_dash, range_text
 from axisid.support.mappings import grouped
 
 _SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
+
+
 _STARTS = {"least-squares": "LS", "nominal": "nominal"}
+
+
 _OVER_MOVES = "sd over moves"
+
+
 _FIX = " (fix NAME=VALUE+-SD)"
 
 
@@ -33,7 +53,10 @@ def saved_estimate_document(estimate: SavedEstimate) -> Document:
             Column("95 % interval"),
         ),
         rows=(
-            *((name, v.unit, quantity(v), _interval(v)) for name, v in values.items()),
+            *(
+                (name, v.unit, quantity(v), range_text(*v.interval, " … ", digits=6))
+                for name, v in values.items()
+            ),
             *((name, "%", or_dash(error, ".4g"), "") for name, error in errors.items()),
         ),
         labels=2,
@@ -48,11 +71,6 @@ def iterations(estimate: SavedEstimate) -> str:
         return "-"
     count = str(len(estimate.iterates) - 1)
     return f"{count} from {_STARTS[estimate.started]}" if estimate.started else count
-
-
-def _interval(value: Value) -> str:
-    low, high = value.interval
-    return range_text(low, high, " … ", digits=6)
 
 
 def quantity(value: Value) -> Quantity:
@@ -81,15 +99,17 @@ def band_row(
     """Deviations of the model's error, where one noticeably exceeds that of noise."""
     if not any(band is not None and band.exceeds for band in bands):
         return []
-    cells = (_band_cell(v, b) for v, b in zip(values, bands, strict=True))
-    return [(f"  {_OVER_MOVES}", "", *cells)]
-
-
-def _band_cell(value: Value, band: JackknifeInterval | None) -> Cell:
-    if band is None:
-        return "-"
-    share = f"{100 * band.deviation / abs(value.value):.2f} %" if value.value else "-"
-    return Quantity("", f"{band.deviation:.{places(value)}f}", (share, ""))
+    cells = (
+        Quantity(
+            "",
+            f"{band.deviation:.{places(value)}f}",
+            (f"{100 * band.deviation / abs(value.value):.2f} %" if value.value else "-", ""),
+        )
+        if band
+        else "-"
+        for value, band in zip(values, bands, strict=True)
+    )
+    return [(f"  {_OVER_MOVES}", "", *cells, "")]
 
 
 def moves_notes(diagnosis: Diagnosis) -> list[str]:
@@ -137,7 +157,7 @@ def physical_notes(found: Mapping[str, Physical]) -> list[str]:
         (sentence, method)
         for method, physical in found.items()
         for sentence in (
-            *(_fixable(each) for each in physical.undetermined),
+            *(each + _FIX * each.endswith(" known") for each in physical.undetermined),
             *physical.remarks,
         )
     )
@@ -145,10 +165,6 @@ def physical_notes(found: Mapping[str, Physical]) -> list[str]:
         f"{sentence}." if len(methods) == len(found) else f"{', '.join(methods)}: {sentence}."
         for sentence, methods in said.items()
     ]
-
-
-def _fixable(sentence: str) -> str:
-    return sentence + (_FIX if sentence.endswith(" known") else "")
 
 
 def _how(physical: Physical) -> str:
@@ -164,3 +180,199 @@ def _how(physical: Physical) -> str:
         "Physical parameters: the nearest to the estimates above, less its bias, by "
         f"their covariance{fixed} (minimum distance).{more}"
     )
+
+
+def details_document(estimates: Mapping[str, SavedEstimate], diagnosis: Diagnosis) -> Document:
+    """Intervals, correlations and every diagnostic, each with its figure and threshold."""
+    preferred = estimates[diagnosis.preferred]
+    label, names = COVARIANCES[preferred.chosen].label, [q.name for q in preferred.quantities]
+    return (
+        _intervals(f"95 % intervals, {label}, less the bias of filter and noise", estimates),
+        _table(
+            f"Correlation, {preferred.method.upper()}, {label}",
+            ["", *names],
+            (
+                [name, *(f"{r:.3f}" for r in row)]
+                for name, row in zip(names, preferred.correlation, strict=True)
+            ),
+        ),
+        _table(
+            "Excitation",
+            ("", "of the force", "variance inflation", "nearly repeats"),
+            (
+                (
+                    *(e.name, f"{figure_text(100 * e.share)} %", f"{e.inflation:.3g}"),
+                    ", ".join(e.alike) or "-",
+                )
+                for e in diagnosis.excitation
+            ),
+        ),
+        *((_by_record(diagnosis),) if diagnosis.records else (_law(diagnosis.law),)),
+        _instruments(preferred, diagnosis.instruments),
+        _differences(diagnosis, {q.name: q.unit for q in preferred.quantities}),
+        _alignment(preferred, diagnosis.alignment),
+        *_motions(diagnosis.motions),
+        checks_table(diagnosis.verdict),
+    )
+
+
+def _table(
+    title: str,
+    heads: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    labels: int = 1,
+    said: tuple[str, ...] = (),
+) -> Table:
+    texts = tuple(tuple(row) for row in rows)
+    return Table(columns=text_columns(heads), rows=texts, labels=labels, title=title, said=said)
+
+
+def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> Table:
+    labels = [model.label for model in COVARIANCES.values()]
+    labels[0] = f"sd {labels[0]}"
+    header = ["", "unit", "2.5 %", "97.5 %", *labels, "gain", "bias"]
+    rows = (
+        [
+            *(f"{method.upper()} {name}", value.unit),
+            *(f"{end:.6g}" for end in value.interval),
+            *(f"{value.deviations[of]:.3g}" for of in COVARIANCES),
+            *(f"{value.sd_gain:.3g}", or_dash(value.filter_bias, "+.2g")),
+        ]
+        for method, estimate in estimates.items()
+        for name, value in (estimate.parameters | estimate.ddm_parameters).items()
+    )
+    return _table(title, header, rows, labels=2)
+
+
+def _law(law: LawCheck | Missing) -> Table | Paragraph:
+    title = "Control law"
+    if isinstance(law, Missing):
+        why = law.reason
+        return paragraph(f"not checked: {why}", title=title, filled=False)
+    rows = [
+        ["declared law leaves", _percent(law.residual_percent)],
+        ["with factors of its own", _percent(law.fitted_residual_percent)],
+        ["delay [samples]", str(law.delay)],
+        *([f"factor of {name}", f"{factor:.5g}"] for name, factor in law.factors.items()),
+    ]
+    return _table(title, ["recorded control", ""], rows)
+
+
+def _by_record(diagnosis: Diagnosis) -> Table:
+    """The control law and the delay of the force, record by record."""
+    rows = []
+    for i, of_one in enumerate(diagnosis.records, 1):
+        law, alignment = of_one.law, of_one.alignment
+        text = (
+            ("-", "-")
+            if isinstance(law, Missing)
+            else (_percent(law.residual_percent), str(law.delay))
+        )
+        best = (
+            "-"
+            if isinstance(alignment, Missing)
+            else (f"{alignment.best:.3f} +- {alignment.deviation:.2g}")
+        )
+        rows.append([f"record {i}", *text, best])
+    heads = ("", "declared law leaves", "delay [samples]", "force fits best earlier by [samples]")
+    return _table("By record", heads, rows)
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{figure_text(value)} %"
+
+
+def _instruments(preferred: SavedEstimate, tests: InstrumentTests | None) -> Table | Paragraph:
+    title = "Instruments"
+    if tests is None:
+        return paragraph("none", title=title)
+    names = [q.label for q in preferred.form.quantities]
+    rows = (
+        [name, f"{s.r_squared:.5f}", f"{s.shea:.5f}", f"{s.f:.4g}", f"{s.conditional_f:.4g}"]
+        for name, s in zip(names, tests.columns, strict=True)
+    )
+    said = f"condition number of Z'X, unit columns: {tests.condition_number:.4g}"
+    heads = ("first stage", "R^2", "Shea", "F", "conditional F")
+    return _table(title, heads, rows, said=(said,))
+
+
+def _differences(diagnosis: Diagnosis, units: Mapping[str, str]) -> Table | Paragraph:
+    title = "Estimates less another, Hausman, HAC"
+    if not diagnosis.differences:
+        return paragraph(
+            "not tested: no two are of the same rows, or instruments are weak", title=title
+        )
+    heads = ("", "unit", "difference", "sd of it", "in sd of the other", "p", "p of all")
+    rows = (
+        (
+            f"{pair} {name}",
+            units[name],
+            f"{each.difference:+.3g}",
+            f"{each.deviation:.2g}",
+            f"{each.shift:.2g}",
+            f"{each.p_value:.2g}",
+            f"{each.joint_p_value:.2g}",
+        )
+        for pair, of_one in diagnosis.differences.items()
+        for name, each in of_one.items()
+    )
+    return _table(title, heads, rows, labels=2)
+
+
+def _alignment(preferred: SavedEstimate, alignment: Alignment | Missing) -> Paragraph:
+    title = "Alignment"
+    if isinstance(alignment, Missing):
+        why = alignment.reason
+        return paragraph(f"not measured: {why}", title=title, filled=False)
+    by = "instruments" if alignment.by_instruments else "least squares"
+    units = {q.name: q.unit for q in preferred.quantities}
+    units |= dict(zip(alignment.names, alignment.units, strict=True))
+    moved = ", ".join(
+        f"{name} {slope:+.3g} {units.get(name, '')}".rstrip()
+        for name, slope in zip(alignment.names, alignment.sensitivity, strict=True)
+    )
+    end = " (the end of the range)" if alignment.at_the_end else ""
+    return paragraph(
+        f"the force fits best {alignment.best:.3f} +- {alignment.deviation:.2g} samples earlier"
+        f"{end}, by {by}; a sample of delay moves {moved}",
+        title=title,
+    )
+
+
+def _motions(found: Mapping[str, ColumnComparison | Missing]) -> Document:
+    """Measured velocity and acceleration beside what is differentiated; none without them."""
+    rows = [
+        (
+            role,
+            f"{m.factor:.5g} +- {m.factor_deviation:.1g}",
+            f"{m.delay:.3f} +- {m.delay_deviation:.1g}",
+            f"{m.offset:+.3g} +- {m.offset_deviation:.1g}",
+            f"{m.left_percent:.3g}",
+        )
+        for role, m in found.items()
+        if not isinstance(m, Missing)
+    ]
+    if not rows:
+        return ()
+    heads = ["", "factor", "samples late", "constant, SI", "left, %"]
+    return (_table("Measured motion beside what is differentiated", heads, rows),)
+
+
+def checks_table(checks: Sequence[Check], *, sources: bool = False) -> Table:
+    """Every check with its figure and threshold, and on request of what, and whose threshold."""
+    rows = (
+        (
+            *(
+                c.name,
+                c.status,
+                or_dash(c.figure, ".3g"),
+                or_dash(c.threshold, ".3g"),
+                or_dash(c.p_value, ".3g"),
+            ),
+            *((c.source,) if sources else ()),
+        )
+        for c in checks
+    )
+    columns = text_columns(["", "status", "figure", "threshold", "p"])
+    columns += (Column("of what, and whose threshold", align="left"),) if sources else ()
+    return Table(columns=columns, rows=tuple(rows), title="Checks")

@@ -7,8 +7,7 @@ from dataclasses import replace
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.checks import KINDS, Check, lines_of
 from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
-from axisid.estimation.estimates import CORRECTED, COVARIANCES, Physical, Value
-from axisid.estimation.identification import DriveTime, Identification
+from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.estimation.lack_of_fit import JackknifeInterval
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.blocks import (
@@ -18,6 +17,8 @@ from axisid.presentation.blocks import (
     Column,
     Document,
     Heading,
+    Interval,
+    Intervals,
     Notes,
     Paragraph,
     Sentence,
@@ -26,23 +27,26 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.formulas import decimals
-from axisid.presentation.saved import (
-    SavedEstimate,
-    SavedIdentification,
-    identification_facts,
-)
+from axisid.presentation.saved import SavedEstimate, SavedIdentification
 from axisid.support.errors import is_nothing, or_dash, range_text
 from axisid.support.mappings import grouped
 
-from .details import checks_table, details_document
-from .estimate import band_row, iterations, moves_notes, physical_notes, places, quantity
+from .estimate import (
+    band_row,
+    checks_table,
+    details_document,
+    iterations,
+    moves_notes,
+    physical_notes,
+    places,
+    quantity,
+)
 from .record import (
     force_told,
-    record_facts,
+    records_facts,
     records_table,
     rows_text,
     set_aside_facts,
-    several_facts,
     several_notes,
     signals_text,
 )
@@ -50,21 +54,6 @@ from .record import (
 #: What a table with room tells of a value.
 PARTS = ("sd [1]", "rel. sd", "i.i.d. [2]")
 Row = tuple[Cell, ...]
-
-
-def identification_document(
-    result: Identification,
-    draws: int = 0,
-    *,
-    every: bool = False,
-    full: bool = False,
-) -> Document:
-    """The judged estimate on one screen; or every method's, with numbered notes.
-
-    See `Identification.summary`.
-    """
-    facts = identification_facts(result, draws)
-    return saved_document(facts, draws, every=every, full=full)
 
 
 def saved_document(
@@ -80,13 +69,16 @@ def saved_document(
         return (*_screen(result), *drawn)
     estimates, physical, diagnosis = [*result.estimates.values()], result.physical, result.diagnosis
     recorded = signals_text(result.signals)
-    made = f"{_rows_text(result)}{recorded} Generated code {result.signature[:12]}."
+    made = f"{rows_of(result)}{recorded} Generated code {result.signature[:12]}."
     missing = {**result.skipped, **result.failed}
     notes = [
         *_notes(estimates),
         *shared_remarks(estimates),
         *physical_notes(physical),
-        *_judged_note(diagnosis, estimates),
+        *(
+            [f"Verdict: of {diagnosis.preferred.upper()}, where a check is of one estimate."]
+            * (len(estimates) > 1)
+        ),
         *moves_notes(diagnosis),
         *several_notes(result),
         made,
@@ -94,7 +86,12 @@ def saved_document(
     ]
     return (
         _heading(result),
-        *(_estimates_table(beside, diagnosis) for beside in _side_by_side(estimates)),
+        *(
+            _estimates_table(beside, diagnosis, result.record.provenance.truth)
+            # Two of a form are as wide as a terminal; those of the inverse model first.
+            for form in ([e for e in estimates if e.is_direct == way] for way in (False, True))
+            for beside in (form[i : i + 2] for i in range(0, len(form), 2))
+        ),
         *_physical_tables(result),
         *((records_table(result),) if result.of_records else ()),
         verdict_block(diagnosis.verdict),
@@ -109,7 +106,7 @@ def _screen(result: SavedIdentification) -> Document:
     diagnosis = result.diagnosis
     noted = [check.line for check in by_weight(diagnosis.verdict) if check.status == "note"]
     missing = missing_notes({**result.skipped, **result.failed}, diagnosis.verdict)
-    remarks = shared_remarks([_judged(result)])
+    remarks = shared_remarks([result.preferred])
     verdict = verdict_block(diagnosis.verdict)
     more = f"notes on {', '.join(dict.fromkeys(noted))} and " * bool(noted)
     return (
@@ -126,13 +123,9 @@ def _screen(result: SavedIdentification) -> Document:
     )
 
 
-def _judged(result: SavedIdentification) -> SavedEstimate:
-    return result.estimates[result.diagnosis.preferred]
-
-
 def _rows_in_short(result: SavedIdentification) -> str:
     """Of what rows an estimate is, and what its deviations are."""
-    judged, sampling = _judged(result), result.sampling
+    judged, sampling = result.preferred, result.sampling
     name = judged.covariance_names[judged.chosen]
     without = re.search(r", by no twins: [^;]*", name)
     twins = re.search(r", as \d+ twins", name)
@@ -148,7 +141,7 @@ def _rows_in_short(result: SavedIdentification) -> str:
 
 def _judged_table(result: SavedIdentification) -> Table:
     """The values to believe: each the centre of its interval, less what filter and noise move."""
-    judged, plain = _judged(result), result.estimates.get("idm-ls")
+    judged, plain = result.preferred, result.estimates.get("idm-ls")
     bands = result.diagnosis.bands.get(judged.method, {})
     physical = result.physical.get(judged.method)
     more = {} if physical is None or not physical.shows_more else dict(physical.parameters)
@@ -180,27 +173,14 @@ def _judged_table(result: SavedIdentification) -> Table:
     return Table(columns=(*text_columns(["", "unit", *heads]), last), rows=tuple(rows), labels=2)
 
 
-def _judged_note(diagnosis: Diagnosis, estimates: Sequence[SavedEstimate]) -> list[str]:
-    """Which of several estimates the verdict speaks of."""
-    if len(estimates) < 2:
-        return []
-    return [f"Verdict: of {diagnosis.preferred.upper()}, where a check is of one estimate."]
-
-
-def _side_by_side(estimates: Sequence[SavedEstimate]) -> list[list[SavedEstimate]]:
-    """Two of a form are as wide as a terminal; those of the inverse model first."""
-    forms = ([e for e in estimates if e.is_direct == direct] for direct in (False, True))
-    return [form[i : i + 2] for form in forms for i in range(0, len(form), 2)]
-
-
-def _rows_text(result: SavedIdentification) -> str:
+def rows_of(result: SavedIdentification) -> str:
     """How the records became rows."""
     used = next(iter(result.estimates.values())).document.rows
     force = force_told(
         result.drive,
         result.document.drive_remark or "",
         is_gain=not result.document.drive_force,
-        measured=result.record.has_force,
+        measured="force" in result.record.provenance.columns,
     )
     samplings = [of_one.sampling for of_one in result.of_records] or [result.sampling]
     records = [of_one.record for of_one in result.of_records] or [result.record]
@@ -211,31 +191,26 @@ def _rows_text(result: SavedIdentification) -> str:
 def _heading(result: SavedIdentification) -> Heading:
     record, parameters, combined = result.record, result.declared_parameters, result.combined
     truth, title = record.provenance.truth, result.declared.title if result.declared else ""
-    units = {p.name: p.unit for p in parameters}
+    records = [of_one.record for of_one in result.of_records] or [record]
+    units, found = {p.name: p.unit for p in parameters}, result.drive_time
     for of_one in result.of_records:  # what is true of all
         own = of_one.record.provenance.truth
         truth = {name: value for name, value in truth.items() if own.get(name) == value}
     facts = {
         "axis": result.name + (f": {title}" if title else ""),
         "left out": result.left_out,
-        **(several_facts(result.of_records, units) if result.of_records else record_facts(record)),
+        "records": f"{len(records)}, one set of parameters" * (len(records) > 1),
+        **records_facts(records, [of_one.known for of_one in result.of_records], units),
         **set_aside_facts(result.set_aside),
-        "drive": _drive_time(result.drive_time),
+        "drive": f"{found}, estimated, 95 % interval "
+        f"{range_text(1e3 * found.interval[0], 1e3 * found.interval[1], ' to ')} ms; it is in the "
+        "deviations of the parameters"
+        if found
+        else "",
         "truth": _truth(parameters, truth),
         "": _truth([] if result.of_records else combined, truth),
     }
     return Heading(facts=tuple(facts.items()))
-
-
-def _drive_time(found: DriveTime | None) -> str:
-    """The drive's lag or delay where it was estimated."""
-    if found is None:
-        return ""
-    low, high = (1e3 * end for end in found.interval)
-    return (
-        f"{found}, estimated, 95 % interval {range_text(low, high, ' to ')} ms; it is in the "
-        "deviations of the parameters"
-    )
 
 
 def _truth(parameters: Iterable[Parameter], truth: Mapping[str, float]) -> str:
@@ -244,48 +219,58 @@ def _truth(parameters: Iterable[Parameter], truth: Mapping[str, float]) -> str:
     )
 
 
-def _estimates_table(estimates: Sequence[SavedEstimate], diagnosis: Diagnosis) -> Table:
-    first = estimates[0]
+def _estimates_table(
+    estimates: Sequence[SavedEstimate], diagnosis: Diagnosis, truth: Mapping[str, float]
+) -> Table:
+    first, methods = estimates[0], [e.method for e in estimates]
     rows = _value_rows(
-        [e.parameters for e in estimates],
+        {e.method: e.parameters for e in estimates},
         _labels(first.quantities),
-        [diagnosis.bands.get(e.method, {}) for e in estimates],
+        truth,
+        [diagnosis.bands.get(method, {}) for method in methods],
     )
-    rows += _value_rows([e.ddm_parameters for e in estimates], _labels(first.ddm_quantities))
+    direct = {e.method: e.ddm_parameters for e in estimates}
+    rows += _value_rows(direct, _labels(first.ddm_quantities), truth)
     rows += [
-        ("equation error", "%", *map(_equation_error, estimates)),
-        ("simulation error", "%", *(or_dash(e.simulation_error_percent, ".4f") for e in estimates)),
-        ("rows", "", *(str(e.document.rows) for e in estimates)),
-        ("condition number", "", *(f"{e.condition_number:.3f}" for e in estimates)),
-        ("iterations", "", *map(iterations, estimates)),
+        # Of rows of the measured motion; that of the loop's rows is the simulation error.
+        (
+            *("equation error", "%"),
+            *(
+                or_dash(None if e.by_output_error else e.equation_error_percent, ".4f")
+                for e in estimates
+            ),
+            "",
+        ),
+        (
+            *("simulation error", "%"),
+            *(or_dash(e.simulation_error_percent, ".4f") for e in estimates),
+            "",
+        ),
+        ("rows", "", *(str(e.document.rows) for e in estimates), ""),
+        ("condition number", "", *(f"{e.condition_number:.3f}" for e in estimates), ""),
+        ("iterations", "", *map(iterations, estimates), ""),
     ]
-    return Table(columns=_columns("", [e.method for e in estimates]), rows=tuple(rows), labels=2)
-
-
-def _equation_error(estimate: SavedEstimate) -> str:
-    """Of rows of the measured motion; that of the loop's rows is the simulation error."""
-    return or_dash(None if estimate.by_output_error else estimate.equation_error_percent, ".4f")
-
-
-def preferred_physical(result: SavedIdentification) -> dict[str, Physical]:
-    """Physical parameters that are no base parameters, by method, of one model form."""
-    every = {method: p for method, p in result.physical.items() if p.shows_more}
-    return {m: p for m, p in every.items() if not result.estimates[m].is_direct} or every
+    return Table(columns=_columns("", methods), rows=tuple(rows), labels=2)
 
 
 def _physical_tables(result: SavedIdentification) -> list[Table]:
-    shown = [*preferred_physical(result).values()]
+    """Physical parameters that are no base parameters, by method, of one model form."""
+    every = {method: p for method, p in result.physical.items() if p.shows_more}
+    inverse = [p for m, p in every.items() if not result.estimates[m].is_direct]
+    shown = inverse or [*every.values()]
     if not shown:
         return []
     columns = _columns("physical parameters", [physical.method for physical in shown])
     names = {name: name for name in shown[0].parameters}
-    rows = _value_rows([physical.parameters for physical in shown], names)
+    values = {physical.method: physical.parameters for physical in shown}
+    rows = _value_rows(values, names, result.record.provenance.truth)
     return [Table(columns=columns, rows=tuple(rows), labels=2)]
 
 
 def _columns(what: str, methods: Iterable[str]) -> tuple[Column, ...]:
-    of_methods = (Column(method.upper(), parts=PARTS) for method in methods)
-    return (*text_columns([what, "unit"]), *of_methods)
+    of_methods = (Column(method.upper(), parts=PARTS, kind="method") for method in methods)
+    drawn = Column("intervals", align="left", kind="intervals")
+    return (*text_columns([what, "unit"]), *of_methods, drawn)
 
 
 def _labels(quantities: Iterable[Quantity]) -> dict[str, str]:
@@ -293,17 +278,25 @@ def _labels(quantities: Iterable[Quantity]) -> dict[str, str]:
 
 
 def _value_rows(
-    columns: Sequence[Mapping[str, Value]],
+    columns: Mapping[str, Mapping[str, Value]],
     labels: Mapping[str, str],
+    truth: Mapping[str, float],
     bands: Sequence[Mapping[str, JackknifeInterval]] = (),
 ) -> list[Row]:
+    """Rows of the parameters by method, their intervals to be drawn behind them."""
     rows: list[Row] = []
     for name, label in labels.items():
-        values = [column[name] for column in columns]
-        rows.append((label, values[0].unit, *map(quantity, values)))
-        rows += _corrected_row(values)
+        values = {method: column[name] for method, column in columns.items()}
+        drawn = (
+            Interval(v.interval[0], v.corrected, v.interval[1], method.rsplit("-", 1)[-1])
+            for method, v in values.items()
+        )
+        beside = [*values.values()]
+        intervals = Intervals(tuple(drawn), truth.get(name))
+        rows.append((label, beside[0].unit, *map(quantity, beside), intervals))
+        rows += _corrected_row(beside)
         if bands:
-            rows += band_row(values, [column.get(name) for column in bands])
+            rows += band_row(beside, [column.get(name) for column in bands])
     return rows
 
 
@@ -312,7 +305,7 @@ def _corrected_row(values: Sequence[Value]) -> list[Row]:
     if not any(v.is_shifted for v in values):
         return []
     numbers = ("-" if v.filter_bias is None else f"{v.corrected:.{places(v)}f}" for v in values)
-    return [(f"  {CORRECTED}", "", *numbers)]
+    return [(f"  {CORRECTED}", "", *numbers, "")]
 
 
 def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> Table:
@@ -349,7 +342,12 @@ def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
         f"i.i.d. sd, as in the published tables: {estimates[0].covariance_names['iid']}.",
     ]
     notes += _gain_notes(estimates[-1])
-    notes += _filter_notes(estimates)
+    if any(_corrected_row([v]) for e in estimates for v in e.parameters.values()):
+        notes.append(
+            f"{CORRECTED}: the value above less what filter and noise move it by, which the twins "
+            "of [1] tell. It is the centre of the 95 % interval, and what physical parameters are "
+            "made of."
+        )
     if any(estimate.is_direct for estimate in estimates):
         notes.append("sd of physical parameters from a direct model: delta method.")
     notes.append(
@@ -387,18 +385,6 @@ def shared_remarks(estimates: Iterable[SavedEstimate]) -> list[str]:
     """Each remark once, with the methods that it is of."""
     shared = grouped((said, e.method) for e in estimates for said in e.remarks)
     return [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
-
-
-def _filter_notes(estimates: Sequence[SavedEstimate]) -> list[str]:
-    """What the rows of corrected values are, if there are any."""
-    values = [v for e in estimates for v in e.parameters.values()]
-    if not any(_corrected_row([v]) for v in values):
-        return []
-    return [
-        f"{CORRECTED}: the value above less what filter and noise move it by, which the twins of "
-        "[1] tell. It is the centre of the 95 % interval, and what physical parameters are made "
-        "of."
-    ]
 
 
 def _gain_notes(estimate: SavedEstimate) -> list[str]:

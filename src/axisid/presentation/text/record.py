@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
-from axisid.estimation.identification import RecordInfo, RecordResult
+from axisid.estimation.identification import RecordInfo
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
 from axisid.modeling.declaration import Drive
@@ -38,17 +39,24 @@ def rows_text(
     quiet = sum(sampling.excluded_samples for sampling in samplings)
     lost = f", {masked} left out that masked samples reach" if masked else ""
     lost += f", {quiet} samples near reversals and rests left out before" if quiet else ""
-    filters = dict.fromkeys(
-        filter_text(sampling, force, motion)
-        for sampling, motion in zip(samplings, motions, strict=True)
-    )
+    filters: dict[str, None] = {}
+    taken, *said = force
+    for sampling, motion in zip(samplings, motions, strict=True):
+        f = sampling.prefilter
+        filters[
+            f"{_measured_text(motion)} low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
+            f"forward and backward. Force: {'; '.join([f'{taken}, hold {f.hold}', *said])}."
+        ] = None
     samples = sum(sampling.samples for sampling in samplings)
     return f"{used} rows of {samples} samples{_dropped(samplings)}{lost}. {' '.join(filters)}"
 
 
 def _dropped(samplings: Sequence[Sampling]) -> str:
     """Which samples are of no row, and which of the others are."""
-    kept = [*map(kept_text, samplings)]
+    kept = [
+        "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
+        for f in (sampling.prefilter for sampling in samplings)
+    ]
     if len(samplings) == 1:
         (sampling,) = samplings
         start, end = sampling.filter.dropped
@@ -65,27 +73,12 @@ def _dropped(samplings: Sequence[Sampling]) -> str:
     )
 
 
-def kept_text(sampling: Sampling) -> str:
-    """Which of the samples that are not dropped become rows."""
-    f = sampling.prefilter
-    return "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
-
-
 def force_told(drive: Drive, remark: str, *, is_gain: bool, measured: bool) -> tuple[str, ...]:
     """What is taken as the force, and what is said of how it acts."""
     if measured:
         return ("force column",)
     force = "drive gain x control" if is_gain else "what the drive makes of the control"
     return force, *filter(None, (drive.timing_text, remark))
-
-
-def filter_text(sampling: Sampling, force: Sequence[str], motion: Sequence[str]) -> str:
-    """The low-pass and the force, in sentences."""
-    f, (taken, *said) = sampling.prefilter, force
-    return (
-        f"{_measured_text(motion)} low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
-        f"forward and backward. Force: {'; '.join([f'{taken}, hold {f.hold}', *said])}."
-    )
 
 
 def signals_text(signals: Sequence[Signal]) -> str:
@@ -138,17 +131,27 @@ def record_document(record: Record) -> Document:
     return Heading(facts=tuple(record_facts(record).items())), table
 
 
-def several_facts(of_records: Sequence[RecordResult], units: Mapping[str, str]) -> dict[str, str]:
-    """What a heading says of several records; what is the same of all is told once."""
-    told = [record_facts(of_one.record) for of_one in of_records]
-    for of_one, own in zip(of_records, told, strict=True):
-        known = [known_text(n, v, units.get(n, "")) for n, v in of_one.known.items()]
-        own["record"] = "; ".join([own["record"], *known])
-    return {"records": f"{len(told)}, one set of parameters", **listed_facts(told)}
+def records_facts(
+    records: Sequence[RecordInfo],
+    known: Sequence[Mapping[str, tuple[float, float]]] = (),
+    units: Mapping[str, str] = MappingProxyType({}),
+) -> dict[str, str]:
+    """What a heading says of records, numbered if several; what is the same of all is told once.
 
-
-def listed_facts(told: Sequence[Mapping[str, str]]) -> dict[str, str]:
-    """Facts of several records, numbered; what is the same of all is told once."""
+    Parameters
+    ----------
+    records : sequence of RecordInfo
+    known : sequence of mapping of str to (float, float)
+        What is known of each, with its deviation.
+    units : mapping of str to str
+        Of what is known.
+    """
+    told = [record_facts(record) for record in records]
+    for own, of_one in zip(told, known, strict=False):
+        listed = (known_text(name, v, units.get(name, "")) for name, v in of_one.items())
+        own["record"] = "; ".join([own["record"], *listed])
+    if len(told) == 1:
+        return told[0]
     facts = {f"record {i}": own["record"] for i, own in enumerate(told, 1)}
     for name in ("columns", "assumed", "repaired"):
         each = [own[name] for own in told]
@@ -185,7 +188,19 @@ def records_table(result: SavedIdentification) -> Table:
     )
     return Table(
         columns=text_columns(heads),
-        rows=tuple(_row(of_one, i) for i, of_one in enumerate(result.of_records, 1)),
+        rows=tuple(
+            (
+                f"{i}  {of_one.record.provenance.source}",
+                str(of_one.rows),
+                f"{of_one.weight:.3g}",
+                f"{of_one.noise:.3g}",
+                f"{of_one.equation_error_percent:.4f}",
+                or_dash(of_one.simulation_error_percent, ".4f"),
+                or_dash(of_one.share_percent, ".2g"),
+                or_dash(of_one.p_value, ".2g"),
+            )
+            for i, of_one in enumerate(result.of_records, 1)
+        ),
     )
 
 
@@ -218,20 +233,6 @@ def several_notes(result: SavedIdentification) -> list[str]:
             "deviations are taken as one thing, weighed once."
         )
     return notes
-
-
-def _row(of_one: RecordResult, number: int) -> tuple[str, ...]:
-    source = of_one.record.provenance.source
-    return (
-        f"{number}  {source}",
-        str(of_one.rows),
-        f"{of_one.weight:.3g}",
-        f"{of_one.noise:.3g}",
-        f"{of_one.equation_error_percent:.4f}",
-        or_dash(of_one.simulation_error_percent, ".4f"),
-        or_dash(of_one.share_percent, ".2g"),
-        or_dash(of_one.p_value, ".2g"),
-    )
 
 
 def known_text(name: str, value: tuple[float, float], unit: str) -> str:

@@ -1,17 +1,20 @@
-"""Studies as documents: which laws explain a control, estimates over the cut-off, validations."""
+"""Fits and studies as documents: outputs, laws of a control, estimates over the cut-off."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator
 
-from axisid.estimation.identification import Identification
-from axisid.estimation.law_search import ExplainedLaw, LawSearch
+from axisid.estimation.choices import LOSSES, OUTPUTS, SQUARES
+from axisid.estimation.fitting import OutputFit
+from axisid.estimation.law_search import LawSearch
 from axisid.estimation.studies import FitValidation, Sweep, Validation
-from axisid.modeling.declaration import left_out_text
+from axisid.modeling.declaration import Axis, left_out_text
 from axisid.presentation.blocks import (
     Block,
     Cell,
     Column,
     Document,
     Heading,
+    Notes,
     Paragraph,
     Quantity,
     Sentence,
@@ -20,23 +23,152 @@ from axisid.presentation.blocks import (
     text_columns,
 )
 from axisid.presentation.formulas import figure_text
-from axisid.support.errors import Missing
+from axisid.presentation.saved import SavedOutputFit, WrittenFitted, written_output_fit
+from axisid.support.errors import Missing, range_text
 
+from .estimate import quantity
 from .identification import verdict_block
-from .record import record_facts, set_aside_facts, several_facts
+from .record import (
+    record_facts,
+    records_facts,
+    set_aside_facts,
+)
+
+#: What each covariance is, for notes.
+_COVARIANCES = {
+    "coloured": "errors follow an autoregression, of each record its own; sandwich",
+    "iid": "independent errors",
+    "bootstrap": "as twins with the records' noise scatter",
+}
+
+
+def output_fit_document(fit: OutputFit) -> Document:
+    """Heading, parameters, what is left of each record, the verdict and notes."""
+    facts = SavedOutputFit.of("", written_output_fit(fit))
+    return saved_fit_document(facts, declared=fit.axis.declared)
+
+
+def saved_fit_document(fit: SavedOutputFit, *, declared: Axis | None = None) -> Document:
+    """The same of what a file has; `declared` is the axis, which no file has."""
+    return (
+        _heading(fit, declared),
+        Table(
+            columns=text_columns(
+                ["", "unit", "value", "sd [1]", "rel. sd", "95 % interval", "start", "remark"]
+            ),
+            rows=tuple(_row(fit, name) for name in fit.names),
+            labels=2,
+        ),
+        _errors(fit),
+        verdict_block(fit.checks),
+        Notes(tuple(_notes(fit))),
+    )
+
+
+def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
+    written = fit.document
+    facts = {
+        "axis": fit.name + (f": {declared.title}" if declared and declared.title else ""),
+        "left out": left_out_text(declared)
+        if declared
+        else ", ".join(f"{name} = {value:g}" for name, value in written.left_out.items()),
+        **records_facts(fit.records),
+        "output": "; ".join(f"{name}, {OUTPUTS[name]}" for name in fit.outputs),
+        "loss": "" if written.loss == SQUARES else f"{written.loss}, {LOSSES[written.loss]}",
+        "start": f"{written.started}, {len(written.iterations)} steps",
+    }
+    return Heading(facts=tuple(facts.items()))
+
+
+def _row(fit: SavedOutputFit, name: str) -> tuple[Cell, ...]:
+    value, written = fit[name], fit.document.parameters[name]
+    held = written.fixed or written.at_bound is not None
+    shown = Quantity(f"{value.value:.6g}", "inf", ("-", ""))
+    if value.deviation < math.inf:
+        shown = quantity(value)
+    sd, relative = ("-", "-") if held else (shown.deviation, shown.more[0])
+    interval = "-" if written.fixed else range_text(*value.interval, " to ", digits=6)
+    start = f"{written.start:.6g}"
+    return name, value.unit, shown.value, sd, relative, interval, start, _remark(written)
+
+
+def _remark(written: WrittenFitted) -> str:
+    if written.fixed:
+        return "fixed"
+    if written.at_bound is not None:
+        return f"at its {written.at_bound} bound [2]"
+    return f"known {written.prior.value:g} +- {written.prior.sd:g}" if written.prior else ""
+
+
+def _errors(fit: SavedOutputFit) -> Table:
+    several, count = len(fit.records) > 1, len(fit.outputs)
+    of_record = [f"{i}  {r.provenance.source}" for i, r in enumerate(fit.records, 1)]
+    rows = tuple(
+        (
+            *((of_record[place // count],) if several else ()),
+            *((each.output or fit.output,) if count > 1 or not several else ()),
+            str(each.rows),
+            f"{each.error:.5g}",
+            *((each.unit,) if count > 1 else ()),
+            f"{each.percent:.4f}",
+            str(each.order),
+        )
+        for place, each in enumerate(fit.document.record_errors)
+    )
+    heads = ["left of", "samples", f"error {fit.document.unit}", "error %", "order [1]"]
+    if count > 1:
+        both = ["", "output"] if several else ["left of"]
+        heads = [*both, "samples", "error", "unit", "error %", "order [1]"]
+    return Table(columns=text_columns(heads), rows=rows)
+
+
+def _notes(fit: SavedOutputFit) -> Iterator[str]:
+    written, first = fit.document, fit[fit.names[0]]
+    chosen = written.chosen_covariance
+    size = f"{written.encoder_step:.3g} {written.position_unit}"
+    steps = f"; what simulated loops with an encoder's steps of {size} scatter, where that is more"
+    others = "; ".join(f"{n} ({_COVARIANCES[n]})" for n in first.deviations if n != chosen)
+    yield (
+        f"Standard deviations: {_COVARIANCES[chosen]}; order by Akaike's criterion, up to "
+        f"0.1 s{steps * bool(written.encoder_step)}. Others in JSON: {others}."
+    )
+    if any(each.at_bound for each in written.parameters.values()):
+        yield (
+            "At a bound the interval is one-sided: of a normal distribution about what the errors "
+            "alone would give, cut off there. The others' deviations are those without the bound."
+        )
+    if len(fit.outputs) > 1:
+        yield (
+            "Outputs count by the inverse of what is left of each, or as asked; an autoregression "
+            "of them all has what their errors have in common."
+        )
+    yield (
+        f"Position under the recorded control less the recorded one, in windows of "
+        f"{written.horizon:g} s. Each has a first position and velocity of its own, which are "
+        "fitted with the parameters; percent are of the way from there."
+        if written.horizon
+        else f"Simulated less recorded {fit.output} at every sample that is measured and counts; "
+        "no filter, no decimation. The loop starts as the record does."
+    )
+    for name, own in (written.local or {}).items():
+        listed = ", ".join(dict.fromkeys(filter(None, own)))
+        yield f"{listed}: {name} of each record, in their order."
+    # Instruments and least squares may be refused for one reason.
+    said = dict.fromkeys(written.remarks)
+    yield from (f"It starts from {written.started} values: {each}" for each in said)
+    yield f"Generated code {written.signature[:12]}."
+
 
 _MOST = 8  # laws that are listed
+
+
 _NOT_TOLD = ("record", "columns")  # but what was assumed and repaired
 
 
 def law_search_document(search: LawSearch) -> Document:
     """The laws by what they leave, the gains of the best, and how to declare it."""
-    heading = Heading(facts=tuple(record_facts(search.record).items()))
-    return heading, _ranking(search), _gains_table(search.best), _conclusion(search)
-
-
-def _ranking(search: LawSearch) -> Table:
-    return Table(
+    heading, best = Heading(facts=tuple(record_facts(search.record).items())), search.best
+    ranking = Table(
         columns=(
             *text_columns(["", "law"]),
             Column("gains", align="left"),
@@ -58,10 +190,7 @@ def _ranking(search: LawSearch) -> Table:
         labels=2,
         title="Ready laws by what they leave of the control, of held-out and of their own rows",
     )
-
-
-def _gains_table(best: ExplainedLaw) -> Table:
-    return Table(
+    gains = Table(
         columns=(*text_columns([best.title]), Column("value"), Column("sd")),
         rows=tuple(
             (
@@ -72,6 +201,7 @@ def _gains_table(best: ExplainedLaw) -> Table:
             for name, value in best.law.gains.items()
         ),
     )
+    return heading, ranking, gains, _conclusion(search)
 
 
 def _conclusion(search: LawSearch) -> Paragraph:
@@ -90,39 +220,36 @@ def _conclusion(search: LawSearch) -> Paragraph:
 def sweep_document(sweep: Sweep) -> Document:
     """Values by cut-off and method, and the recommendation."""
     first = sweep.results[0]
-    facts = (
-        several_facts(first.of_records, {p.name: p.unit for p in first.axis.declared.parameters})
-        if first.of_records
-        else record_facts(first.record)
-    )
+    units = {p.name: p.unit for p in first.axis.declared.parameters}
+    facts = records_facts(first.records, [of_one.known for of_one in first.of_records], units)
+    if first.of_records:
+        facts = {"records": f"{len(first.records)}, one set of parameters", **facts}
     facts = {
         "left out": left_out_text(first.axis.declared),
         **{name: text for name, text in facts.items() if not name.startswith(_NOT_TOLD)},
     }
     tables: list[Block] = [
-        _sweep_table(sweep, quantity.name, quantity.unit, sweep.methods)
-        for quantity in first.preferred.quantities
+        _sweep_table(sweep, quantity.name, quantity.unit) for quantity in first.preferred.quantities
     ]
     facts |= set_aside_facts(first.set_aside)
     return Heading(facts=tuple(facts.items())), *tables, _sweep_remarks(sweep)
 
 
-def _sweep_table(sweep: Sweep, name: str, unit: str, methods: Sequence[str]) -> Table:
+def _sweep_table(sweep: Sweep, name: str, unit: str) -> Table:
+    methods = sweep.methods
     of_methods = (Column(f"{method.upper()} {name}", unit, parts=("sd",)) for method in methods)
+    rows: list[tuple[Cell, ...]] = []
+    for result in sweep.results:
+        row: list[Cell] = [f"{result.prefilter.cutoff:g}", str(result.prefilter.decimate)]
+        for method in methods:
+            estimate = result.estimates.get(method)
+            value = estimate and estimate.parameters[name]
+            texts = (f"{value.corrected:.5g}", f"{value.deviation:.2g}") if value else ("-", "-")
+            row.append(Quantity(*texts))
+        rows.append(tuple(row))
     return Table(
-        columns=(Column("cut-off", "Hz", "left"), Column("1 of"), *of_methods),
-        rows=tuple(_sweep_row(result, name, methods) for result in sweep.results),
+        columns=(Column("cut-off", "Hz", "left"), Column("1 of"), *of_methods), rows=tuple(rows)
     )
-
-
-def _sweep_row(result: Identification, name: str, methods: Sequence[str]) -> tuple[Cell, ...]:
-    row: list[Cell] = [f"{result.prefilter.cutoff:g}", str(result.prefilter.decimate)]
-    for method in methods:
-        estimate = result.estimates.get(method)
-        value = estimate and estimate.parameters[name]
-        texts = (f"{value.corrected:.5g}", f"{value.deviation:.2g}") if value else ("-", "-")
-        row.append(Quantity(*texts))
-    return tuple(row)
 
 
 def _sweep_remarks(sweep: Sweep) -> Paragraph:
@@ -156,11 +283,10 @@ def validation_table(validation: Validation) -> Table:
     """The errors by method."""
     return Table(
         columns=text_columns(["validation", "unit", *(v.method.upper() for v in validation)]),
-        rows=tuple((*name, *map(_cell, figures)) for name, figures in validation.errors.items()),
+        rows=tuple(
+            (*name, *("-" if x is None else f"{x:#.4g}".rstrip(".") for x in figures))
+            for name, figures in validation.errors.items()
+        ),
         labels=2,
         said=validation.notes,
     )
-
-
-def _cell(value: float | None) -> str:
-    return "-" if value is None else f"{value:#.4g}".rstrip(".")

@@ -1,4 +1,4 @@
-"""A study as plain data and as tables: bias, scatter and intervals, and what checks say."""
+"""A study as tables: bias, scatter and intervals, and what checks say."""
 
 import math
 from collections.abc import Iterable
@@ -14,13 +14,10 @@ from axisid.estimation.monte_carlo import (
     CheckFigures,
     EstimandFigures,
     Mean,
-    MonteCarlo,
     Share,
-    declared_figures,
     stated_by,
 )
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.estimation.twins import Chain
 from axisid.presentation.blocks import (
     Block,
     Cell,
@@ -33,16 +30,13 @@ from axisid.presentation.blocks import (
     paragraph,
     text_columns,
 )
-from axisid.presentation.documents import written_as
 from axisid.presentation.formulas import decimals, figure_text
+from axisid.presentation.plots import method_title
 from axisid.presentation.saved import SavedMonteCarlo
-from axisid.presentation.schema import (
-    WrittenMonteCarlo,
-    WrittenRequest,
-    WrittenTwins,
-)
 
 _PLAIN = (1e-6, 1e6)  # errors between which figures have no power of ten
+
+
 _TITLES = {
     PARAMETER: "Estimates",
     DIRECT: "Parameters of the direct model",
@@ -50,55 +44,11 @@ _TITLES = {
 }
 
 
-def written_study(result: MonteCarlo) -> WrittenMonteCarlo:
-    """What ``--json`` writes."""
-    plan = result.plan
-    experiment = Chain.of_experiment(plan.twin.axis)
-    return WrittenMonteCarlo(
-        belief=result.belief,
-        axis=plan.axis.axis.name,
-        signature=plan.axis.signature,
-        twins=WrittenTwins(
-            axis=plan.twin.axis.name,
-            signature=plan.twin.signature,
-            right=plan.is_right,
-            noise=declared_figures(plan.noise),
-            chain=plan.noise,
-            position_noise=experiment.position,
-            resolution=experiment.position_step,
-            unit=plan.twin.axis.coordinate.unit,
-            drive_unit=plan.twin.axis.drive.unit,
-        ),
-        runs=plan.runs,
-        done=len(result),
-        seed=plan.seed,
-        methods=plan.methods,
-        prefilter=written_as(WrittenRequest, plan.prefilter),
-        settings=dict(plan.settings),
-        levels=plan.levels,
-        estimands=result.figures,
-        judged=result.judged,
-        objected=result.objected,
-        checks=result.check_figures,
-        failures=result.failures,
-    )
-
-
-def study_facts(result: MonteCarlo) -> SavedMonteCarlo:
-    """What a study tells without the numbers of its runs, which is all that tables show."""
-    return SavedMonteCarlo(file="", document=written_study(result))
-
-
-def method_title(method: str) -> str:
-    """``IDM-IV``; a fit as it is asked for, ``fit:control``."""
-    return method if fitted_output(method) else method.upper()
-
-
 def study_document(result: SavedMonteCarlo) -> Document:
     """What was done, the estimates by method, the checks, and what came to nothing."""
     blocks: list[Block] = [Heading(facts=tuple(heading_facts(result).items()))]
     blocks += estimand_tables(result)
-    blocks += [checks_table(result)] if result.judged else []
+    blocks += [study_checks(result)] if result.judged else []
     return *blocks, legend(result), findings(result)
 
 
@@ -144,7 +94,7 @@ def _estimands(result: SavedMonteCarlo, figures: Iterable[EstimandFigures], titl
     others = [
         of
         for of in (*COVARIANCES, MODEL_ERROR)
-        if any(of in each.coverage and of != _stated(each, chosen) for each in listed)
+        if any(of in each.coverage and of != stated_by(each.method, chosen) for each in listed)
     ]
     columns = (
         *text_columns(["method", "", "unit"]),
@@ -156,9 +106,22 @@ def _estimands(result: SavedMonteCarlo, figures: Iterable[EstimandFigures], titl
         Column("95 % interval", "%", group="holds"),
         *(Column(_label(of), "%") for of in others),
     )
+    rows: list[tuple[Cell, ...]] = []
+    for each in listed:
+        stated = stated_by(each.method, chosen)
+        shares = ("" if of == stated else share_texts(each.coverage.get(of))[0] for of in others)
+        rows.append(
+            (
+                *(method_title(each.method), each.name, each.unit, _number(each.truth, 6)),
+                *(mean_cell(each.bias), mean_cell(each.scatter)),
+                _number(each.deviations.get(stated, math.nan), 2),
+                *share_texts(each.coverage.get(stated)),
+                *shares,
+            )
+        )
     return Table(
         columns=columns,
-        rows=tuple(_row(each, chosen, others) for each in listed),
+        rows=tuple(rows),
         labels=2,
         title=title,
     )
@@ -169,32 +132,12 @@ def _label(of: str) -> str:
     return named[of] if of in named else COVARIANCES[of].label
 
 
-def _stated(each: EstimandFigures, chosen: str) -> str:
-    """What the printed interval of an estimate is of."""
-    return stated_by(each.method, chosen)
-
-
 def _stated_labels(result: SavedMonteCarlo) -> str:
     """What the printed intervals are of, by all methods."""
     return " and ".join(
         dict.fromkeys(
             _label(stated_by(method, result.chosen)) for method in result.document.methods
         )
-    )
-
-
-def _row(each: EstimandFigures, chosen: str, others: Iterable[str]) -> tuple[Cell, ...]:
-    stated = _stated(each, chosen)
-    return (
-        method_title(each.method),
-        each.name,
-        each.unit,
-        _number(each.truth, 6),
-        mean_cell(each.bias),
-        mean_cell(each.scatter),
-        _number(each.deviations.get(stated, math.nan), 2),
-        *share_texts(each.coverage.get(stated)),
-        *("" if of == stated else share_texts(each.coverage.get(of))[0] for of in others),
     )
 
 
@@ -221,7 +164,7 @@ def share_texts(share: Share | None) -> tuple[str, str]:
     return f"{value:.{places}f}", f"{low:.{places}f} to {high:.{places}f}"
 
 
-def checks_table(result: SavedMonteCarlo) -> Table:
+def study_checks(result: SavedMonteCarlo) -> Table:
     """How often each check fails; of those that do not pass in every run, and were evaluated."""
     beyond = [each for each in result.check_figures if each.passes.of > 0 and not _is_silent(each)]
     shares = [
@@ -232,14 +175,20 @@ def checks_table(result: SavedMonteCarlo) -> Table:
     total = ("any of them", *share_texts(result.objected), "", "", "")
     return Table(
         columns=(*text_columns(["check"]), *shares, Column("not evaluated", "%")),
-        rows=(*map(_check_row, beyond), total),
+        rows=(
+            *(
+                (
+                    check.name,
+                    *share_texts(check.fails),
+                    *share_texts(check.notes),
+                    share_texts(check.missing)[0],
+                )
+                for check in beyond
+            ),
+            total,
+        ),
         title=f"Checks of {result.judged} verdicts",
     )
-
-
-def _check_row(check: CheckFigures) -> tuple[Cell, ...]:
-    fails, notes = share_texts(check.fails), share_texts(check.notes)
-    return check.name, *fails, *notes, share_texts(check.missing)[0]
 
 
 def _is_silent(check: CheckFigures) -> bool:

@@ -1,38 +1,39 @@
-"""Figures of a study, and its page: errors against what is stated, coverage, bias by runs."""
+"""Figures of a study: errors against what is stated, coverage, bias by runs."""
 
 from collections.abc import Callable, Iterator, Mapping
-from datetime import datetime
-from html import escape
 from types import MappingProxyType
 
 import numpy as np
 from scipy.special import ndtr
 
+from axisid.estimation.choices import fitted_output
 from axisid.estimation.monte_carlo import PARAMETER, Mean, MonteCarlo, Share
-from axisid.modeling.declaration import Axis
-from axisid.presentation.html import blocks_html
-from axisid.presentation.plots import TITLES, Panel, Plot, Series, Tone, labelled, paired
-from axisid.presentation.report import facts_html, figures_html, made_text, model_html, page_of
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
-from axisid.support.version import __version__
 
-from .document import (
-    checks_table,
-    estimand_tables,
-    findings,
-    heading_facts,
-    legend,
-    method_title,
-    study_facts,
-)
+from .plot import TITLES, Panel, Plot, Series, Tone, labelled, paired
 
 _REACH = 5.0  # deviations to either side of a histogram
+
+
 _BINS = (10, 60)  # of it, least and most; the root of the runs between them
+
+
 _LEVELS = np.array([0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.975, 0.99])
+
+
 _FINE = 20  # points of a bar
+
+
 _MOST_POINTS = 300
+
+
 _FEWEST_RUNS = 10
+
+
+def method_title(method: str) -> str:
+    """``IDM-IV``; a fit as it is asked for, ``fit:control``."""
+    return method if fitted_output(method) else method.upper()
 
 
 def monte_carlo_plots(result: MonteCarlo) -> dict[str, Plot | Missing]:
@@ -159,50 +160,3 @@ def _bias(result: MonteCarlo) -> Plot:
 PLOTS: Mapping[str, Callable[[MonteCarlo], Plot]] = MappingProxyType(
     {"errors": _errors, "coverage": _coverage, "bias": _bias}
 )
-
-
-def monte_carlo_page(
-    result: MonteCarlo,
-    *,
-    command: str = "",
-    made: datetime | None = None,
-) -> str:
-    """One page about a study, self-contained: it asks the network for nothing.
-
-    Parameters
-    ----------
-    result : MonteCarlo
-    command : str, optional
-        What reproduces it.
-    made : datetime, optional
-        When it was made.
-    """
-    plan, plots = result.plan, monte_carlo_plots(result)
-    heading = plan.axis.axis.title or plan.axis.axis.name
-    study = study_facts(result)
-    facts = heading_facts(study)
-    checks = (checks_table(study),) if study.judged else ()
-    return page_of(
-        (plot for plot in plots.values() if isinstance(plot, Plot)),
-        several=False,
-        heading=escape(f"{heading}: a Monte-Carlo study"),
-        subheading=escape(f"{facts['twins']}, {facts['noise']}"),
-        verdict='<section class="verdict"><h2>What it shows</h2>'
-        f"{blocks_html((findings(study),))}</section>",
-        parameters=blocks_html((*estimand_tables(study), *checks, legend(study))),
-        figures=figures_html({0: plots}, ()),
-        model=_models(plan.axis.axis, plan.twin.axis, right=plan.is_right),
-        provenance=facts_html(
-            {"made": made_text(made), **facts, "axisid": __version__},
-            command,
-        ),
-        simulated='<p class="simulated"><b>SIMULATED.</b> Nothing here is measured: every run is a '
-        "twin of the axis with noise of its own.</p>",
-    )
-
-
-def _models(axis: Axis, twin: Axis, *, right: bool) -> str:
-    """The model that is identified, and that of the twins where it is another."""
-    if right:
-        return model_html(axis)
-    return f"<h3>Identified</h3>{model_html(axis)}<h3>Simulated</h3>{model_html(twin)}"

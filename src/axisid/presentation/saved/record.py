@@ -5,9 +5,12 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
+from axisid.estimation.records import Record
+from axisid.estimation.signals import Sampling
 from axisid.estimation.tables import Provenance, Repair
+from axisid.modeling.declaration import Drive
 
-from .values import JsonObject, about
+from .values import JsonObject, about, plain, written_as
 
 
 class WrittenRecord(
@@ -73,11 +76,6 @@ class WrittenRecord(
 
     def __len__(self) -> int:
         return self.samples
-
-    @property
-    def has_force(self) -> bool:
-        """Whether the force was measured, not made of the control."""
-        return "force" in self.columns
 
     @property
     def size(self) -> str:
@@ -166,3 +164,41 @@ class WrittenPrefilter(WrittenRequest, frozen=True, kw_only=True):
         about("Whether samples near reversals and rests are left out."),
     ]
     silent: Annotated[int, about("Samples that were left out for that.")]
+
+
+def written_record(record: Record) -> WrittenRecord:
+    """Provenance and size of a record."""
+    origin = record.provenance
+    return written_as(
+        WrittenRecord,
+        record,
+        source=origin.source,
+        given=origin.given or None,
+        path=origin.path or None,
+        sha256=origin.sha256 or None,
+        columns=origin.columns,
+        truth=origin.truth or None,
+        assumed=(*origin.assumed, *origin.doubts),
+        repairs=origin.repairs,
+        samples=len(record),
+        injected_at=record.injected_at or UNSET,
+        motion=UNSET if record.motion == ("position",) else record.motion,
+        windows=record.windows or UNSET,
+    )
+
+
+def written_prefilter(sampling: Sampling) -> WrittenPrefilter:
+    """Settings of a prefilter; `drop` as it was applied, nothing left open."""
+    return written_as(
+        WrittenPrefilter,
+        sampling.prefilter,
+        drop=sampling.filter.dropped,
+        silent=sampling.excluded_samples,
+    )
+
+
+def written_drive(written: WrittenResponse) -> Drive:
+    """A drive of a gain of 1 that follows its commands as a file says; its times are numbers."""
+    told = plain(written)
+    told.pop("estimated", None)
+    return Drive(gain=1.0, **told)

@@ -1,30 +1,57 @@
-"""An identification, its validation, and several over the cut-off."""
+"""Identifications as documents. The names are a contract with other programs."""
 
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Any
 
+import numpy as np
 from msgspec import UNSET, UnsetType
 
 from axisid.estimation.checks import Check, Levels
+from axisid.estimation.diagnostics import RecordDiagnosis, RecordDifference
 from axisid.estimation.diagnostics.estimates import InstrumentTests
 from axisid.estimation.diagnostics.loop import ColumnComparison
 from axisid.estimation.estimates import HausmanTest
+from axisid.estimation.identification import DriveTime, Identification, RecordResult
 from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
+from axisid.modeling.declaration import Drive
+from axisid.support.arrays import Array
+from axisid.support.errors import Missing, is_nothing
 
 from .diagnosis import (
     WrittenAlignment,
     WrittenExcitation,
     WrittenLawCheck,
+    diagnosis_members,
+    record_members,
 )
-from .estimate import WrittenEstimate
 from .record import (
+    WrittenDriveTime,
     WrittenPrefilter,
     WrittenRecord,
     WrittenRequest,
     WrittenResponse,
     WrittenSignal,
+    written_prefilter,
+    written_record,
 )
-from .values import JsonObject, WrittenHeld, WrittenKnown, WrittenResult, about
+from .values import JsonObject, WrittenKnown, WrittenResult, about, written_as
+from .written_estimate import (
+    WrittenEstimate,
+    drawn_parameters,
+    left_out,
+    written_estimate,
+    written_physical,
+)
+
+
+class WrittenHeld(JsonObject, frozen=True, kw_only=True):
+    """A parameter that is held at a declared bound."""
+
+    unit: str
+    bound: float
+    free: Annotated[float, about("Without the bound, less its bias if it is known.")]
+    deviation: Annotated[float, about("Of `free`, by the chosen covariance.")]
+    interval_95: Annotated[tuple[float, float], about("To one side of the bound.")]
 
 
 class WrittenMethodValidation(JsonObject, frozen=True, kw_only=True):
@@ -204,15 +231,93 @@ class WrittenIdentification(
     ] = UNSET
 
 
-class WrittenSweep(
-    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"
-):
-    """What `axisid sweep --json` writes."""
+def _member(of_one: RecordResult, diagnosis: RecordDiagnosis) -> WrittenMember:
+    apart = diagnosis.apart
+    return written_as(
+        WrittenMember,
+        of_one,
+        record=written_record(of_one.record),
+        prefilter=written_prefilter(of_one.sampling),
+        known={name: WrittenKnown(value=v, sd=sd) for name, (v, sd) in of_one.known.items()},
+        apart=None if isinstance(apart, Missing) else _apart(apart),
+        **record_members(diagnosis, ()),
+    )
 
-    recommended_cutoff: Annotated[float | None, about("Hz; null where none can be named.")]
-    reason: str
-    failures: Annotated[
-        Mapping[str, str],
-        about("Cut-offs that gave no estimate, Hz, with the reason."),
-    ]
-    results: tuple[WrittenIdentification, ...]
+
+def _apart(apart: RecordDifference) -> WrittenApart:
+    def named(values: Array) -> dict[str, float]:
+        return dict(zip(apart.names, map(float, np.ravel(values)), strict=True))
+
+    return written_as(
+        WrittenApart,
+        apart,
+        own=named(apart.own),
+        common=named(apart.others),
+        deviations=named(apart.deviations),
+    )
+
+
+def written_identification(result: Identification, draws: int = 0) -> WrittenIdentification:
+    """An identification with its diagnosis; `draws` as in `Identification.to_dict`."""
+    diagnosis, physical = result.diagnosis, result.physical
+    drive = result.axis.axis.drive
+    return written_as(
+        WrittenIdentification,
+        result,
+        axis=result.axis.axis.name,
+        signature=result.axis.signature,
+        left_out=left_out(result.axis),
+        held={
+            each.name: written_as(
+                WrittenHeld, each, interval_95=tuple(sorted((each.bound, each.reach)))
+            )
+            for each in result.held
+        }
+        or UNSET,
+        signals=tuple(written_as(WrittenSignal, s) for s in result.axis.axis.signals) or UNSET,
+        drive=_response(drive, result.drive_time),
+        drive_force=UNSET if drive.is_gain else drive.force_text(result.axis.axis.coordinate),
+        drive_remark=drive.remark or UNSET,
+        record=written_record(result.record),
+        prefilter=written_prefilter(result.data.sampling),
+        requested=None
+        if result.requested is None
+        else written_as(WrittenRequest, result.requested),
+        estimates=tuple(
+            written_estimate(
+                e,
+                drawn=None if is_nothing(draws) else drawn_parameters(e, draws),
+                physical=written_physical(physical[name], e.chosen) if name in physical else UNSET,
+            )
+            for name, e in result.estimates.items()
+        ),
+        **diagnosis_members(diagnosis, [q.name for q in result.preferred.quantities]),
+        records=tuple(map(_member, result.of_records, diagnosis.records)) or UNSET,
+        local=result.local_names or UNSET,
+        declared_gain=UNSET if result.declared_gain is None else result.declared_gain,
+        set_aside=dict(result.set_aside.items()) or UNSET,
+        validation=UNSET,
+        validations=UNSET,
+    )
+
+
+def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetType:
+    if not drive.of_held_commands and found is None:
+        return UNSET
+    told: dict[str, Any] = {"logged": drive.logged, **drive.path.declared}
+    return WrittenResponse(
+        lag=drive.lag,
+        delay=drive.delay,
+        unit=drive.unit if drive.path.declared else UNSET,
+        estimated=UNSET
+        if found is None
+        else written_as(
+            WrittenDriveTime,
+            found,
+            name=found.parameter.name,
+            of=found.name,
+            nominal=found.parameter.nominal,
+            sd=found.deviation,
+        ),
+        **told,
+    )

@@ -1,4 +1,4 @@
-"""Members that a result and its document share by name, written and read by one description.
+"""What all classes of documents have in common, and members that they share with results by name.
 
 What the two have alike is said by their fields alone, all the way down; a call names only what
 differs.
@@ -9,18 +9,60 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
 from types import NoneType
-from typing import Any, TypeVar, get_args, get_type_hints
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar, get_args, get_type_hints
 
 import numpy as np
-from msgspec import UNSET, Struct
+from msgspec import UNSET, Meta, Struct, UnsetType, json
 
-from axisid.presentation.schema import JsonObject
-from axisid.support.arrays import OF_NULL, Array, finite, frozen
+from axisid.support.arrays import OF_NULL, Array, finite, to_json
+
+Matrix: TypeAlias = tuple[tuple[float, ...], ...]
+
+
+class JsonObject(Struct, frozen=True, kw_only=True):
+    """One object of a document; its members are written in the order of the fields."""
+
+
+def about(text: str) -> Meta:
+    """A field's description in the schema."""
+    return Meta(description=text)
+
+
+def plain(document: object) -> dict[str, Any]:
+    """A document, or its members, as JSON has them: what is not finite is None."""
+    return dict(json.decode(json.encode(document, enc_hook=to_json)))
+
+
+def schema_of(document: type[JsonObject]) -> str:
+    """The member ``schema`` of a document, its name and version."""
+    return str(document.__struct_config__.tag)
+
+
+class WrittenResult(JsonObject, frozen=True, kw_only=True, rename={"written_belief": "belief"}):
+    """A result of any kind, and what it is worth."""
+
+    written_belief: Annotated[
+        Literal["believed", "with care", "not believed"] | UnsetType,
+        about("How far the numbers can be believed; left out in files of earlier versions."),
+    ] = UNSET
+
+
+class WrittenKnown(JsonObject, frozen=True, kw_only=True):
+    """A parameter that is declared as known."""
+
+    value: float
+    sd: Annotated[float, about("0 for an exact value.")]
+
 
 _Written = TypeVar("_Written", bound=Struct)
+
+
 _Result = TypeVar("_Result")
+
+
 #: Members that have another name in files than in results.
 _OF_FILES = {
+    "written_belief": "belief",
     "held_out_equation": "equation",
     "held_out_simulation": "simulation",
     "interval_95": "interval",
@@ -29,7 +71,11 @@ _OF_FILES = {
     "squares_by_block": "squares",
     "unsettled": "undetermined",
 }
+
+
 _OF_RESULTS = {name: member for member, name in _OF_FILES.items()}
+
+
 _hints: Callable[[Any], Mapping[str, Any]] = cache(get_type_hints)
 
 
@@ -108,7 +154,7 @@ def _restored(hint: Any, value: Any) -> Any:
     if isinstance(value, Mapping):
         return {n: _restored(hint, v) for n, v in value.items()}
     if Array in (hint, *get_args(hint)):
-        return value if value is None else frozen(value)
+        return value if value is None else np.array(value, dtype=float)
     if isinstance(value, tuple):
         return tuple(_restored(hint, each) for each in value)
     if isinstance(value, JsonObject) and type(value) not in _kinds(hint):

@@ -1,0 +1,95 @@
+"""The JSON schema of everything that is written, made of the classes of documents."""
+
+import inspect
+import re
+from typing import Any
+
+from msgspec import json
+
+from axisid.support.arrays import schema_of_kind
+
+from .monte_carlo import WrittenMonteCarlo
+from .output_fit import SavedFitValidation, WrittenOutputFit
+from .result_comparison import ResultComparison
+from .studies import WrittenComparison, WrittenLawSearch, WrittenSweep
+from .written_identification import WrittenIdentification
+
+_DOCUMENTS = (
+    WrittenIdentification,
+    WrittenSweep,
+    WrittenComparison,
+    ResultComparison,
+    WrittenLawSearch,
+    WrittenOutputFit,
+    SavedFitValidation,
+    WrittenMonteCarlo,
+)
+
+
+_REFERENCE = "#/$defs/{name}"
+
+
+#: Of a class's docstring: names of members, and what is said of them.
+_ATTRIBUTE = re.compile(r"^(\w[\w, ]*) : .*((?:\n    .+)+)", re.MULTILINE)
+
+
+#: What a document has as a file alone.
+_DIGEST = {
+    "description": "sha256 of the other members as JSON with sorted keys: a file that was changed "
+    "is refused; left out in files of earlier versions.",
+    "type": "string",
+}
+
+
+def results_schema() -> dict[str, Any]:
+    """The schema of every document that ``--json`` writes, draft 2020-12."""
+    refs, components = json.schema_components(
+        _DOCUMENTS, schema_hook=schema_of_kind, ref_template=_REFERENCE
+    )
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Results of axisid, version 1",
+        "description": "SI units. Numbers that are not finite are null.",
+        "oneOf": [_worded(each) for each in refs],
+        "$defs": {_name(name): _worded(each) for name, each in components.items()},
+    }
+
+
+def _name(of_class: str) -> str:
+    """``WrittenHeldOut`` is ``held_out``."""
+    name = of_class.removeprefix("Written").removeprefix("Saved")
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
+
+
+def _worded(part: Any) -> Any:
+    """A part of the schema, closed against members that it does not name."""
+    if isinstance(part, list):
+        return [_worded(each) for each in part]
+    if not isinstance(part, dict):
+        return part
+    made = {key: _worded(value) for key, value in part.items()}
+    if "$ref" in part:
+        made["$ref"] = _REFERENCE.format(name=_name(part["$ref"].rpartition("/")[2]))
+    if isinstance(part.get("description"), str):
+        text, _, attributes = inspect.cleandoc(part["description"]).partition("\nAttributes\n---")
+        made["description"] = " ".join(text.split())
+        for names, said in _ATTRIBUTE.findall(attributes):
+            for name in {*names.split(", ")} & {*made["properties"]}:
+                made["properties"][name]["description"] = " ".join(said.split())
+    if "properties" in part and isinstance(part.get("title"), str):
+        del made["title"]
+        defaults = {name for name, each in made["properties"].items() if "default" in each}
+        made["required"] = [n for n in made["properties"] if n in {*made["required"], *defaults}]
+        if "schema" in made["properties"]:
+            made["properties"]["digest"] = _DIGEST
+        made["additionalProperties"] = False
+    return _joined(made)
+
+
+def _joined(part: dict[str, Any]) -> dict[str, Any]:
+    """A choice of plain types as one list of them."""
+    choices = part.get("anyOf")
+    if isinstance(choices, list) and all([*choice] == ["type"] for choice in choices):
+        joined = {"type": [choice["type"] for choice in choices]}
+        return {key: value for key, value in part.items() if key != "anyOf"} | joined
+    return part
