@@ -141,9 +141,10 @@ def _check_regular(file: Path, *, folder: bool) -> None:
             f"{file} cannot be read: {why}{where}. Check the path.", code="log-file"
         ) from error
     if not (stat.S_ISREG(mode) or (folder and stat.S_ISDIR(mode))):
-        what = "a folder, and no ROS 2 bag" if stat.S_ISDIR(mode) else "no regular file"
+        folders = stat.S_ISDIR(mode)
+        what = "a folder, and no ROS 2 bag" if folders else "a pipe, a device or a socket"
         raise DataError(
-            f"{file} cannot be read: it is {what}. Give the file of the log.", code="log-file"
+            f"{file} is no regular file but {what}; give the file of the log.", code="log-file"
         )
 
 

@@ -25,12 +25,11 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import FilteredRecord, RowTimes, Signals, motion_lacks
 from axisid.estimation.simulation import Simulation, StepBudget
 from axisid.support.arrays import Array, Uncached
-from axisid.support.errors import AxisidError, ModelError, UsageError, range_text
+from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError, range_text
 
 from .visibility import (
     SignalRanges,
     check_has_rows,
-    check_identifiable,
     check_time_known,
     check_visible,
 )
@@ -135,8 +134,11 @@ class Problem(Uncached):
                 "resample or decimate them alike."
             )
         check_time_known(self.axis)
-        if layout is None:
-            check_identifiable(self.axis)
+        if layout is None and self.axis.unidentifiable:
+            raise EstimationError(
+                f"axis {self.axis.axis.name!r} cannot be identified: "
+                f"{'; '.join(self.axis.unidentifiable)}. Declare the combination as one parameter."
+            )
 
     def __repr__(self) -> str:
         return f"{self.axis.axis.name} from {', '.join(map(repr, self.data))}"

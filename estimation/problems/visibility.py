@@ -82,21 +82,6 @@ class SignalRanges:
         )
 
 
-def check_identifiable(axis: GeneratedAxis) -> None:
-    """Refuse an axis of which no motion tells the parameters apart.
-
-    Raises
-    ------
-    EstimationError
-        With what is not told apart.
-    """
-    if axis.unidentifiable:
-        raise EstimationError(
-            f"axis {axis.axis.name!r} cannot be identified: {'; '.join(axis.unidentifiable)}. "
-            "Declare the combination as one parameter."
-        )
-
-
 def check_time_known(axis: GeneratedAxis) -> None:
     """Refuse an axis whose drive has a lag or a delay that is still to be estimated.
 

@@ -22,19 +22,13 @@ def checked_column(source: str, role: str, values: ArrayLike) -> Array:
             f"{source}: the {role} has the shape {column.shape}; give one row of numbers.",
             code="record",
         )
-    bad = np.flatnonzero(~np.isfinite(column))
+    largest = LARGEST_VALUE.value
+    bad = np.flatnonzero(~(np.abs(column) <= largest))
     if bad.size:
         raise DataError(
-            f"{source}: the {role} is {column[bad[0]]} in data row {bad[0] + 1} "
-            f"({bad.size} in all). Remove such rows or repair the log.",
-            code="not-finite",
-        )
-    largest = LARGEST_VALUE.value
-    if column.size and not -largest <= column.min() <= column.max() <= largest:
-        row = int(np.argmax(np.abs(column)))
-        raise DataError(
-            f"{source}: the {role} is {column[row]:g} in data row {row + 1}, and no signal is as "
-            f"large ({largest:g} at most). Remove such rows or repair the log.",
+            f"{source}: the {role} is {column[bad[0]]:g} in data row {bad[0] + 1} ({bad.size} in "
+            f"all), and no signal is that, or larger than {largest:g}. Remove such rows or repair "
+            "the log.",
             code="not-finite",
         )
     return column

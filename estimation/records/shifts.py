@@ -345,7 +345,7 @@ def _whole_samples(source: str, role: str, shift: Shift, step: float, length: in
     part = abs(samples - whole)
     if abs(whole) >= length or part > _MAX_PART_OF_A_SAMPLE or (samples != 0 and whole == 0):
         raise UsageError(
-            f"{source}: the {role} is to be shifted by {samples:.4g} samples, and has {length}; "
+            f"{source}: the {role} is to be shifted by {samples:.6g} samples, and has {length}; "
             "give a whole number of them, a time as in 2ms, or resample the log "
             '(resample="auto").',
             code="shift",

@@ -21,9 +21,7 @@ from .signals import (
     Motion,
     Signals,
     about_samples,
-    beside_motion,
     check_position,
-    checked_control,
     columns_of,
     recorded_signals,
     remaining_information,
@@ -196,7 +194,13 @@ class FilteredRecord(Exact, Uncached):
         record = self.record
         if record.force is not None:
             return record.force
-        control = checked_control(record.provenance.source, self.acting_control)
+        control = self.acting_control
+        if control is None:
+            raise DataError(
+                f"{record.provenance.source} has neither a force nor a control column; name one "
+                "with columns force=NAME or columns control=NAME.",
+                code="missing-column",
+            )
         return self.drive.force(control, self.motion, self.recorded)
 
     @cached_property
@@ -327,7 +331,10 @@ class FilteredRecord(Exact, Uncached):
             acceleration=acceleration,
             force=about_samples(force, starts, delay) if delay else force,
             direction=np.sign(velocity),
-            recorded=beside_motion(self.axis, self.recorded, starts),
+            recorded=tuple(
+                about_samples(values, starts) if signal.is_held else values
+                for signal, values in zip(self.axis.axis.signals, self.recorded, strict=True)
+            ),
         )
 
 

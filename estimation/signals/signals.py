@@ -63,23 +63,6 @@ def drive_force(
     return axis.evaluate("drive_force", control, position, velocity, *recorded)[0][:, 0]
 
 
-def checked_control(source: str, control: Array | None) -> Array:
-    """The control column of a log that has no force column.
-
-    Raises
-    ------
-    DataError
-        There is none.
-    """
-    if control is None:
-        raise DataError(
-            f"{source} has neither a force nor a control column; name one with columns "
-            "force=NAME or columns control=NAME.",
-            code="missing-column",
-        )
-    return control
-
-
 def about_samples(held: Array, starts: Sequence[int], delay: float = 0.5) -> Array:
     """The mean of what is held just before and just after each sample, (N,), segment by segment.
 
@@ -122,16 +105,6 @@ def recorded_signals(
             code="missing-column",
         )
     return tuple(columns[name] for name in names)
-
-
-def beside_motion(
-    axis: GeneratedAxis, recorded: Sequence[Array], starts: Sequence[int]
-) -> tuple[Array, ...]:
-    """The same as they stand in the rows; segments begin at `starts`."""
-    return tuple(
-        about_samples(values, starts) if signal.is_held else values
-        for signal, values in zip(axis.axis.signals, recorded, strict=True)
-    )
 
 
 def check_position(axis: GeneratedAxis, record: Record) -> None:

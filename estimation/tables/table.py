@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from textwrap import shorten
 from types import ModuleType
 from typing import Any
 
@@ -181,8 +182,7 @@ def one_line(error: Exception) -> str:
     if isinstance(error, MemoryError):
         return "there is not enough memory for what it claims to hold"
     plain = "".join(letter if letter.isprintable() else " " for letter in str(error))
-    said = " ".join(plain.split()).rstrip(".") or type(error).__name__
-    return said if len(said) <= _LONGEST else f"{said[:_LONGEST]} ..."
+    return shorten(plain.rstrip(". "), _LONGEST, placeholder=" ...") or type(error).__name__
 
 
 @contextmanager
@@ -256,13 +256,12 @@ class TableBuilder:
             self.pass_over(name, _content(array))
         elif array.size == max(array.shape):
             self.add(name, array.ravel(), unit=unit)
-        elif array.shape[1] <= array.shape[0]:
-            for k, column in enumerate(array.T, 1):
-                self.add(f"{name}.{k}", column)
         else:
-            for k, row in enumerate(array, 1):
-                self.add(f"{name}.{k}", row)
-                self.note(f"{name}.{k}", f"{name}: wider than long, so its rows are columns")
+            wide = array.shape[1] > array.shape[0]
+            for k, column in enumerate(array if wide else array.T, 1):
+                self.add(f"{name}.{k}", column)
+                said = f"{name}: wider than long, so its rows are columns" if wide else ""
+                self.note(f"{name}.{k}", said)
 
     def table(
         self,

@@ -230,7 +230,7 @@ def _lacking(table: Table, chosen: Mapping[str, object], missing: dict[str, str]
         hint = f" Did you mean {' or '.join(map(repr, close))}?"
     usual = ("time", "reference", "control") if "position" in missing else ()
     named = [*missing, *(role for role in usual if role not in chosen and role not in missing)]
-    advice = table.missing or f"Name what there is with {_to_name(named)}."
+    advice = table.missing or f"Name the columns with {_to_name(named)}."
     return DataError(
         f"{table.source}: there is no column {wanted}; found {table.listed()}.{hint} {advice}",
         code="columns",

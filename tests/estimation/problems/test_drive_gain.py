@@ -12,13 +12,11 @@ from axisid import (
     Prefilter,
     build,
     identify,
-    leave_out,
     load_axis,
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive
-from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.problems.visibility import SignalRanges, check_visible
 from axisid.estimation.regression.forms import InverseForm
 from axisid.estimation.signals.filtered_record import FilteredRecord
@@ -120,17 +118,6 @@ def test_a_place_that_is_hardly_reached_is_never_believed(place: float, seed: in
     (check,) = (c for c in result.verdict if c.name == "precision")
     assert check.status == "fail"
     assert check.meaning.startswith("Fb is not identified by this record")
-
-
-@pytest.mark.slow
-def test_without_it_the_others_are_found_and_what_stands_for_it_is_told() -> None:
-    axis = with_stribeck(1e-3)
-    record = twin_record(build(axis))
-    result = identify(leave_out(axis, "Fs"), record)
-    assert result["idm-iv"].physical == pytest.approx([100.2, 236.9, 24.8], rel=4e-3)
-    assert conclusion(result.verdict).startswith("Nothing")
-    assert "left out   Fs = 0 N" in result.summary()
-    assert result.to_dict()["left_out"] == {"Fs": 0.0}
 
 
 @pytest.mark.slow

@@ -78,15 +78,12 @@ def test_control_that_a_recorder_cut_off_is_found(library_axis: GeneratedAxis) -
 )
 def test_set_values_are_not_cut_off(levels: list[float], ramp: int, quantum: float) -> None:
     force = profile(levels * 4, ramp)
+    corners = [0, 0.3, 0.7123, 1.5001, 1.9, 2.5, 2.8111, 3.9007, 4.2, 6]  # between samples
+    assert not masked(np.interp(TIME, corners, [0, 0, 3, 3, 0, 0, -3, -3, 0, 0])).any()
     if quantum:
         force = quantum * np.round(force / quantum)
     position = np.cumsum(np.cumsum(force)) * 1e-6
     assert not masked(force, position).any()
-
-
-def test_ramps_whose_corners_fall_between_samples_lead_to_set_values() -> None:
-    corners = [0, 0.3, 0.7123, 1.5001, 1.9, 2.5, 2.8111, 3.9007, 4.2, 6]
-    assert not masked(np.interp(TIME, corners, [0, 0, 3, 3, 0, 0, -3, -3, 0, 0])).any()
 
 
 @pytest.mark.parametrize("bits", [0, 12, 10, 8])

@@ -38,14 +38,6 @@ def test_columns_are_found_by_the_users_names_then_the_axis_then_the_role(tmp_pa
     }
 
 
-def test_time_is_made_from_the_sample_period_where_there_is_none(tmp_path: Path) -> None:
-    file = write(tmp_path, text(header="tick,position,reference,control"))
-    record = read_record(file, sample_period=1e-3)
-    assert record.time[-1] == pytest.approx(0.039)
-    with refuses("time", says="tick, position"):
-        read_record(file)
-
-
 def test_quoted_cells_blank_lines_and_byte_order_marks_are_read(tmp_path: Path) -> None:
     quoted = "\ufeff" + text().replace("\n", "\n\n").replace("0.001,", '"0.001",')
     assert len(read_record(write(tmp_path, quoted))) == 40

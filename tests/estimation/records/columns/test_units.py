@@ -47,16 +47,13 @@ def test_units_come_from_the_axis_too(rotary: Axis) -> None:
         read_record(log, wrong)
 
 
-def test_name_with_a_colon_needs_no_unit(rotary: Axis) -> None:
-    log = {"time": TIME, "axis:deg": VALUES}
-    record = read_record(log, rotary, columns={"position": "axis:deg"})
+@pytest.mark.parametrize(
+    ("name", "unit"), [("axis:deg", ""), ("q (act)", " ('act' is no unit known)")]
+)
+def test_a_name_with_what_may_be_a_unit_is_taken_whole(rotary: Axis, name: str, unit: str) -> None:
+    record = read_record({"time": TIME, name: VALUES}, rotary, columns={"position": name})
     assert np.array_equal(record.position, VALUES)
-
-
-def test_what_is_no_unit_in_parentheses_is_told(rotary: Axis) -> None:
-    record = read_record({"time": TIME, "q (act)": VALUES}, rotary, columns={"position": "q (act)"})
-    (note,) = record.provenance.assumed
-    assert note == "no unit given, so SI: time s, position rad ('act' is no unit known)"
+    assert record.provenance.assumed == (f"no unit given, so SI: time s, position rad{unit}",)
 
 
 @pytest.mark.parametrize("name", ["angle", "angle [inc]"])
