@@ -220,9 +220,8 @@ def identify_log(settings: Settings, named: Named) -> FleetRow:
                 code="log-file",
             ) from error
         result = result_of(settings, named.item)
-        write_file(
-            result_file(settings.folder, named.name), json_text(result.to_dict(settings.draws))
-        )
+        document = json_text(result.to_dict(settings.draws))
+        write_file(result_file(settings.folder, named.name), document, code="file")
     except AxisidError as error:
         said = " ".join(str(error).split())
         return named.row(
