@@ -95,7 +95,6 @@ def _friction_parameters(axis: Axis) -> AbstractSet[sympy.Symbol]:
 
 
 def _rest(term: sympy.Expr, parameters: AbstractSet[sympy.Symbol]) -> sympy.Expr:
-    """What a term is without some parameters."""
     inside = term.free_symbols & parameters
     linear = {p for p in inside if vanishes(term.diff(p, 2))}
     rest = where_zero(term, linear)
@@ -217,5 +216,4 @@ def _unbounded(parameter: Parameter) -> Parameter:
 
 
 def _fresh(name: str, unit: str, taken: set[str]) -> Parameter:
-    """A new parameter by a name that nothing else has."""
     return Parameter(fresh_name(name, taken), unit)

@@ -474,7 +474,7 @@ def test_elements_are_those_of_python(tmp_path: Path, call: str) -> None:
         ("stribeck(a, q, velocity=0.01, exponent=500)", "the power -?500 is beyond 20"),
         ("cogging(a, a, q, period=0.01, harmonic=1.5)", "give a whole number"),
         ("a*sign(dq=1)", "cannot be used"),
-        ("a = 2", "'=' cannot be used"),
+        ("a = 2", "column 3: an operator, a number or a name is missing here, or too many"),
         ("viscous(a, q==0)", "cannot be used"),
         ("viscous(a, q, **q)", "cannot be used"),
         ("viscus(a, q)", "viscus cannot be used: there is no such function"),
