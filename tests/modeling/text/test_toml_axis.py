@@ -495,14 +495,6 @@ def test_a_parameter_may_have_the_name_of_an_element(tmp_path: Path) -> None:
         _with_element(tmp_path, "offset(2)", {"offset": "N"})
 
 
-def test_a_lag_that_is_a_table_is_a_parameter(tmp_path: Path) -> None:
-    path = tmp_path / "lagging.toml"
-    path.write_text(EMPS2015.replace('unit = "V"', 'unit = "V"\nlag = { nominal = 5e-4 }'))
-    drive = load_axis(path).drive
-    assert drive.lag == 5e-4
-    assert drive.estimated == ("lag", Parameter("lag", "s", nominal=5e-4))
-
-
 BRISTLE = """
 name = "bristle"
 coordinate = { name = "x", unit = "m" }
