@@ -166,7 +166,6 @@ def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, 
 
 
 def _with_gains(arguments: Arguments, gains: tuple[sympy.Symbol, ...]) -> Arguments:
-    """Add the gains that are arguments, if there are any."""
     return arguments.vector(GAINS, gains) if gains else arguments
 
 
@@ -201,7 +200,6 @@ def _control_law(
 
 
 def _measured(model: AxisModel) -> Arguments:
-    """What a law reads at a sample."""
     recorded = model.axis.signal_symbols
     return Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *recorded)
 

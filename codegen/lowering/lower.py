@@ -8,14 +8,13 @@ the smaller or larger of two zeros, and what a condition chooses, which CasADi's
 computes as a sum; only an angle of ``atan2`` on its cut could show it.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from functools import reduce
 
 import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 from sympy.functions.elementary.piecewise import ExprCondPair
-from sympy.logic.boolalg import BooleanFalse, BooleanTrue
+from sympy.logic.boolalg import BooleanAtom
 
 from axisid.modeling.algebra import joined_exponential
 from axisid.modeling.quantities import TIME, with_numbers
@@ -23,7 +22,7 @@ from axisid.support.errors import ModelError
 
 from .program import Builder, Program
 
-_UNARY: dict[type[sympy.Basic], str] = {
+_APPLIED: dict[type[sympy.Basic], str] = {
     sympy.exp: "exp",
     sympy.log: "log",
     sympy.sin: "sin",
@@ -38,6 +37,8 @@ _UNARY: dict[type[sympy.Basic], str] = {
     sympy.Abs: "abs",
     sympy.sign: "sign",
     sympy.Not: "not",
+    sympy.atan2: "atan2",
+    sympy.ITE: "select",
 }
 _FOLDED: dict[type[sympy.Basic], str] = {
     Min: "min",
@@ -57,18 +58,13 @@ _MAPPED = frozenset(
     {
         sympy.Symbol,
         sympy.Rational,
-        sympy.Float,
-        sympy.NumberSymbol,
         sympy.Add,
         sympy.Mul,
         sympy.Pow,
-        sympy.atan2,
         sympy.Piecewise,
-        sympy.ITE,
         sympy.Heaviside,
         sympy.Unequality,
-        BooleanTrue,
-        BooleanFalse,
+        BooleanAtom,
     }
 )
 _LARGEST_REPEATED_POWER = 4
@@ -103,9 +99,11 @@ class Lowering:
         return self._memo[expression]
 
     def _lower(self, node: sympy.Basic) -> int:
+        if isinstance(node, sympy.Float | sympy.NumberSymbol):
+            return self._builder.constant(float(node))
         for kind in type(node).__mro__:
-            if kind in _UNARY:
-                return self._builder.apply(_UNARY[kind], self(node.args[0]))
+            if kind in _APPLIED:
+                return self._builder.apply(_APPLIED[kind], *map(self, node.args))
             if kind in _FOLDED:
                 return self._fold(_FOLDED[kind], node)
             if kind in _RELATIONS:
@@ -134,15 +132,6 @@ class Lowering:
             raise ModelError(
                 f"the number {node} is too large for a float.", code="generated-code"
             ) from error
-
-    def map_Float(self, node: sympy.Float) -> int:
-        value = float(node)
-        if not math.isfinite(value):
-            raise ModelError(f"the number {node} is too large for a float.", code="generated-code")
-        return self._builder.constant(value)
-
-    def map_NumberSymbol(self, node: sympy.NumberSymbol) -> int:
-        return self._builder.constant(float(node))
 
     def map_Add(self, node: sympy.Add) -> int:
         positive, negative = [], []
@@ -195,14 +184,8 @@ class Lowering:
             return self._chain("mul", [self(base)] * int(exponent) + [root])
         return self._builder.apply("pow", self(base), self(exponent))
 
-    def map_atan2(self, node: sympy.atan2) -> int:
-        return self._builder.apply("atan2", self(node.args[0]), self(node.args[1]))
-
-    def map_BooleanTrue(self, _: sympy.Basic) -> int:
-        return self._builder.constant(1)
-
-    def map_BooleanFalse(self, _: sympy.Basic) -> int:
-        return self._builder.constant(0)
+    def map_BooleanAtom(self, node: sympy.Basic) -> int:
+        return self._builder.constant(node == sympy.true)
 
     def map_Piecewise(self, node: sympy.Piecewise) -> int:
         *pairs, last = node.args
@@ -214,10 +197,6 @@ class Lowering:
         for value, condition in reversed(pairs):
             result = self._builder.apply("select", self(condition), self(value), result)
         return result
-
-    def map_ITE(self, node: sympy.ITE) -> int:
-        condition, value, otherwise = node.args
-        return self._builder.apply("select", self(condition), self(value), self(otherwise))
 
     def map_Heaviside(self, node: sympy.Heaviside) -> int:
         """The step, with the value at the step itself (1/2) that the node bears."""

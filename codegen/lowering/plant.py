@@ -178,7 +178,6 @@ class _Plant:
         return response is not None and response.holds_control
 
     def _made(self, control: int, q: int, dq: int, elapsed: int | None) -> int:
-        """Force that the drive makes of a control at a state."""
         signals = self._signals(elapsed)
         return DriveInMode(self.builder, self.model, self.mode[0], signals).force(control, q, dq)
 
@@ -193,7 +192,6 @@ class _Plant:
         return indices[0]
 
     def _signals(self, elapsed: int | None) -> list[tuple[int]]:
-        """The recorded signals, some time into the period."""
         return [(self._later(value, rate, elapsed),) for value, rate in self.recorded]
 
     def _later(self, value: int, rate: int, elapsed: int | None) -> int:

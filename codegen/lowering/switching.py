@@ -18,7 +18,7 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 
 from axisid.modeling.algebra import float_at, multiplied_out
 from axisid.modeling.declaration import Axis
-from axisid.modeling.derivation import AxisModel
+from axisid.modeling.derivation import AxisModel, motion_point
 from axisid.modeling.quantities import Signal, at_start, signals_in, with_numbers
 
 from .loop_settings import PASSED, RESOLVED
@@ -262,9 +262,7 @@ def demanding_term(
         The recorded signals there, in the axis's order.
     """
     q = axis.coordinate
-    point = dict(zip([p.symbol for p in axis.parameters], parameters, strict=True))
-    point |= dict(zip(axis.signal_symbols, recorded, strict=True))
-    point |= {q.symbol: motion[0], q.velocity: motion[1], q.acceleration: 0.0}
+    point = motion_point(axis, parameters, motion, recorded)
     force = with_numbers(at_start(axis.force))
     inertia = _size(force.diff(q.acceleration), point)
 

@@ -346,7 +346,6 @@ class Axis:
 
     @property
     def _used_signals(self) -> dict[str, frozenset[SignalSymbol]]:
-        """The signals by what has them."""
         drive = self.drive
         return {
             "the equation of motion": signals_in(self.force),

@@ -3,16 +3,14 @@
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import TypeGuard
 
 from axisid.modeling.quantities import Parameter, number, settle
-from axisid.support.errors import ModelError, is_among, quoted
+from axisid.support.errors import ModelError, quoted
 
 #: Where a recorded control may have been taken, first what it is by default.
 LOGGED = ("command", "applied", "current")
 #: Times of a drive, and what of `LOGGED` is recorded behind each, where no motion shows it.
 HIDDEN_FROM = {"lag": ("current",), "delay": ("applied", "current")}
-_PAIR = 2  # a name and a parameter
 _LEAST_STEP = 1e-100  # of which any control is a finite number
 
 
@@ -115,7 +113,7 @@ def check_within(path: CommandPath, limit: float) -> None:
 
 
 def estimated_time(
-    given: Mapping[str, object], before: object, logged: object
+    given: Mapping[str, object], before: tuple[str, Parameter] | None, logged: object
 ) -> tuple[str, Parameter] | None:
     """Which time of a drive is estimated, and as what it is declared; None for neither.
 
@@ -141,15 +139,9 @@ def estimated_time(
             "force alike; give one of them as a number.",
             code="drive",
         )
-    one: object = next(iter(found.items()), before)
+    one = next(iter(found.items()), before)
     if one is None:
         return None
-    if not _is_time(one):
-        raise ModelError(
-            f"the drive's estimated is {quoted(one)}; leave it out, and give the lag or the delay "
-            "that is to be estimated as a Parameter.",
-            code="drive",
-        )
     name, parameter = one
     _check_searched(name, parameter)
     if logged in HIDDEN_FROM[name]:
@@ -159,13 +151,6 @@ def estimated_time(
             code="drive",
         )
     return name, parameter
-
-
-def _is_time(one: object) -> TypeGuard[tuple[str, Parameter]]:
-    """Whether it is the name of a time with a parameter."""
-    if not isinstance(one, tuple) or len(one) != _PAIR:
-        return False
-    return is_among(one[0], HIDDEN_FROM) and isinstance(one[1], Parameter)
 
 
 def _check_searched(name: str, p: Parameter) -> None:

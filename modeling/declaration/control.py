@@ -250,15 +250,7 @@ class ControlLaw:
 
 
 def gain(name: str) -> sympy.Symbol:
-    """The symbol of a gain declared in `ControlLaw.gains`.
-
-    Raises
-    ------
-    ModelError
-        The name is no text.
-    """
-    if not isinstance(name, str):
-        raise ModelError(f"a gain is named {quoted(name)}; give a text, such as 'kp'.", code="law")
+    """The symbol of a gain declared in `ControlLaw.gains`."""
     return sympy.Symbol(name, real=True)
 
 

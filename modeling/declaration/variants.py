@@ -163,7 +163,6 @@ def _standing(parameter: Parameter, value: float) -> Parameter:
 
 
 def _held(axis: Axis, parameter: Parameter) -> float:
-    """The value that stands for a parameter."""
     if parameter.known is not None:
         return parameter.known
     expressions = (axis.force, axis.drive.profile)

@@ -14,5 +14,5 @@ from .joint_base_parameters import (
 from .model import AxisModel as AxisModel, derive as derive
 from .null_space import Direction as Direction, generic_points as generic_points
 from .parameter_map import ParameterMap as ParameterMap
-from .rest_force import forces_at_rest as forces_at_rest
+from .rest_force import forces_at_rest as forces_at_rest, motion_point as motion_point
 from .state_equations import StateEquation as StateEquation, state_limits as state_limits

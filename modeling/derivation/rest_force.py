@@ -23,11 +23,18 @@ def forces_at_rest(
     recorded : sequence of float
         The recorded signals, in the axis's order.
     """
-    q = axis.coordinate
-    point = dict(zip([p.symbol for p in axis.parameters], parameters, strict=True))
-    point |= dict(zip(axis.signal_symbols, recorded, strict=True))
-    point |= {q.symbol: position, q.velocity: 0.0, q.acceleration: 0.0}
+    point = motion_point(axis, parameters, (position, 0.0), recorded)
     return tuple(
         (str(term), float_at(with_numbers(at_start(term)), point))
         for term in sympy.Add.make_args(axis.force)
     )
+
+
+def motion_point(
+    axis: Axis, parameters: Sequence[float], motion: tuple[float, float], recorded: Sequence[float]
+) -> dict[sympy.Symbol, float]:
+    """Numbers for the symbols of a force that is not accelerated."""
+    q = axis.coordinate
+    symbols = (*(p.symbol for p in axis.parameters), *axis.signal_symbols)
+    named = dict(zip(symbols, (*parameters, *recorded), strict=True))
+    return {**named, q.symbol: motion[0], q.velocity: motion[1], q.acceleration: 0.0}

@@ -95,16 +95,12 @@ def _enough(
     Which they are is the same at almost every point, and reducing fractions of polynomials could
     take for ever: numbers stand for the parameters.
     """
-    columns = [_symbol(name) for name in names]
+    columns = [sympy.Symbol(name, real=True) for name in names]
     found: list[tuple[int, ...]] = []
     for point in generic_points(base.declared.parameters):
         weights = [[d.get(s, sympy.S.Zero).xreplace(point) for s in columns] for d in directions]
         found.append(sympy.Matrix(weights).rref()[1])
     return min(found, key=lambda pivots: (-len(pivots), pivots))
-
-
-def _symbol(name: str) -> sympy.Symbol:
-    return sympy.Symbol(name, real=True)
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -102,17 +102,11 @@ def formula_drive(
     Raises
     ------
     ModelError
-        There is no inverse, and none follows; or a deviation of a gain that stands nowhere.
+        There is no inverse, and none follows.
     """
     check_others("formula_drive", others)
     made = expression(force, "the drive's force")
     undone = _solved(made) if inverse is None else expression(inverse, "the drive's inverse")
-    if others.get("relative_sd") and DRIVE_GAIN not in made.free_symbols:
-        raise ModelError(
-            "relative_sd is the deviation of the drive's gain, which does not stand in its force; "
-            "write drive_gain into it, or leave relative_sd out.",
-            code="drive",
-        )
     return FormulaDrive(made=made, undone=undone, unit=unit, gain=gain, **others)
 
 

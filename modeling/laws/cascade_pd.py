@@ -56,7 +56,6 @@ def cascade_pd_difference(*, kp: float, kv: float, period: float) -> ControlLaw:
 
 
 def _cascade(how: str, said: str, *, kp: float, kv: float, period: float) -> ControlLaw:
-    """The cascade with a velocity that is formed so."""
     formed, _ = formed_velocity(how)
     return ControlLaw(
         name=f"cascade PD, {said}",

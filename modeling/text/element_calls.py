@@ -49,7 +49,6 @@ def _made(
 
 
 def _taken(element: str, along: Coordinate, key: str, value: sympy.Expr) -> Any:
-    """An argument as an element takes it."""
     if key == _COORDINATE:
         if value != along.symbol:
             raise ModelError(

@@ -14,15 +14,12 @@ import sympy
 
 from .element_calls import Elements
 from .expression_reader import ExpressionReader
-from .grammar import DEEPEST, Grammar, nested, not_allowed
+from .grammar import Grammar, nested, not_allowed
 from .mistakes import TextError
 
-_TOKEN = re.compile(
-    r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)"
-    r"|(?P<mark>\*\*|[-+*/(),=])|(?P<other>.))",
-    re.ASCII | re.DOTALL,
-)
-_OPEN_ENDED = ("+", "-", "*", "/", "**", ",", "=")
+# Of any text a number that runs into a name, such as ``2x``; and what no expression has.
+_RUN_ON = re.compile(r"(?<![\w.])((?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?+)([\w.])", re.ASCII)
+_FOREIGN = re.compile(r"[^\w\s.+\-*/(),=]", re.ASCII)
 
 
 def read_expression(
@@ -55,51 +52,26 @@ def read_expression(
         )
     if not text.strip():
         raise TextError("it is empty.", text, 0)
-    _check_characters(text, grammar, has_elements=bool(elements))
+    if foreign := _FOREIGN.search(text):
+        hint = "; write ** for a power" if foreign[0] == "^" else ""
+        raise not_allowed(foreign[0], grammar, text, foreign.start(), hint)
+    if run_on := _RUN_ON.search(text):
+        raise TextError(
+            f"{run_on[0]!r} cannot be used: a number runs into what follows; write an operator "
+            f"between, as in {run_on[1]}*{run_on[2]}.",
+            text,
+            run_on.start(),
+        )
     flat = re.sub(r"\s", " ", text)
     start = len(flat) - len(flat.lstrip())
     try:
         tree = ast.parse(flat.strip(), mode="eval").body
     except SyntaxError as error:
         raise TextError(
-            "an operator, a number or a name is missing here.",
+            f"an operator, a number or a name is missing here, or too many ({error.msg}).",
             text,
-            start + (error.offset or 1) - 1,
+            start + (error.offset or len(flat.strip()) + 1) - 1,
         ) from error
     except (RecursionError, MemoryError, ValueError) as error:
         raise nested(text, 0) from error
     return ExpressionReader(text, start, symbols, grammar, elements).read(tree)
-
-
-def _check_characters(text: str, grammar: Grammar, *, has_elements: bool) -> None:
-    """Let only numbers, names, operators and balanced parentheses through.
-
-    An equals sign names an argument of an element.
-    """
-    opened: list[int] = []
-    piece = ""
-    for token in _TOKEN.finditer(text.rstrip(" \t\r\n\f\v")):
-        kind, offset = token.lastgroup, token.start(token.lastgroup or 0)
-        piece, following = token[kind or 0], text[token.end() : token.end() + 1]
-        if kind == "other" or (piece == "=" and not (has_elements and opened)):
-            hint = "; write ** for a power" if piece == "^" else ""
-            raise not_allowed(piece, grammar, text, offset, hint)
-        if kind == "number" and re.match(r"[\w.]", following, re.ASCII):
-            raise TextError(
-                f"{piece + following!r} cannot be used: a number runs into what follows; write "
-                f"an operator between, as in {piece}*{following}.",
-                text,
-                offset,
-            )
-        if piece == "(":
-            opened.append(offset)
-        if piece == ")" and not opened:
-            raise TextError("this parenthesis was never opened.", text, offset)
-        if piece == ")":
-            opened.pop()
-        if len(opened) > 3 * DEEPEST:
-            raise nested(text, offset)
-    if opened:
-        raise TextError("this parenthesis is never closed.", text, opened[-1])
-    if piece in _OPEN_ENDED:
-        raise TextError("it ends too early.", text, len(text.rstrip()))

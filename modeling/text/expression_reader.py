@@ -3,6 +3,7 @@
 import ast
 import math
 import operator
+import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
@@ -21,9 +22,8 @@ from .mistakes import TextError, nearest
 _LARGEST_POWER = 20
 _DEEPEST_CALLS = 6
 _EXACT = 10**9
+_SMALLEST = math.ulp(0.0)
 _SHOWN = 60  # characters of a name or piece
-
-# Codes of what several places refuse.
 
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add,
@@ -66,6 +66,11 @@ class ExpressionReader:
         """Expression of a node that may be nested so deep, in so many functions."""
         if not depth:
             raise nested(*self._at(node))
+        if isinstance(node, ast.Call) and not calls:
+            raise TextError(
+                f"functions are nested deeper than {_DEEPEST_CALLS}; simplify it.",
+                *self._at(node),
+            )
         match node:
             case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
                 return self._constant(node, value)
@@ -92,8 +97,10 @@ class ExpressionReader:
                 raise TextError("it is too large; write it shorter.", self._text, 0)
             if node.is_Mul and joined_exponential(node) is not None:
                 in_exponents.add(node.args[0])
-            if node.is_Number and node not in in_exponents:
-                self._check_number(node)
+            if node.is_Number and node not in in_exponents and not _is_held(node):
+                raise TextError(
+                    "a number in it is too large or too small for a float.", self._text, 0
+                )
             plain = node.is_Symbol or node.is_Number or node.is_NumberSymbol
             if not plain and node.func not in self._grammar.nodes:
                 raise TextError(
@@ -109,17 +116,6 @@ class ExpressionReader:
                     self._text,
                     0,
                 )
-
-    def _check_number(self, number: sympy.Expr) -> None:
-        """Refuse a number that floating point does not hold."""
-        if not _finite(number):
-            raise TextError("a number in it is too large for a float.", self._text, 0)
-        if number != 0 and float(number) == 0:
-            raise TextError(
-                "a number in it is too small for a float.",
-                self._text,
-                0,
-            )
 
     def _constant(self, node: ast.AST, value: float) -> sympy.Expr:
         if isinstance(value, int) and abs(value) < _EXACT:
@@ -194,7 +190,6 @@ class ExpressionReader:
                 f"{function.arguments}.",
                 *self._at(node),
             )
-        self._check_calls(node, calls)
         inner = [self._evaluated(argument, depth - 1, calls - 1) for argument in arguments]
         if all(value.is_Number for value in inner):
             return self._folded(node, function.number, *inner)
@@ -203,20 +198,12 @@ class ExpressionReader:
             self._check_logarithm(node, inner[0])
         return self._tried(node, function.symbolic, *inner)
 
-    def _check_calls(self, node: ast.AST, calls: int) -> None:
-        if not calls:
-            raise TextError(
-                f"functions are nested deeper than {_DEEPEST_CALLS}; simplify it.",
-                *self._at(node),
-            )
-
     def _is_element(self, name: str) -> bool:
         """Whether a call is one of friction or a load, and no product of what is declared."""
         return name in self._elements and name not in self._symbols
 
     def _element(self, node: ast.Call, name: str, depth: int, calls: int) -> sympy.Expr:
         """Friction or a load by its name, its arguments like any expression."""
-        self._check_calls(node, calls)
         arguments = [self._evaluated(each, depth - 1, calls - 1) for each in node.args]
         named: dict[str, sympy.Expr] = {}
         for keyword in node.keywords:
@@ -295,14 +282,10 @@ class ExpressionReader:
         """What an operation of floats gives, or a refusal if that is no finite real number."""
         try:
             value = operation(*numbers)
-        except OverflowError as error:
-            raise TextError("this number is too large.", *self._at(node)) from error
         except CANNOT as error:
             raise TextError(f"this has no value: {error}.", *self._at(node)) from error
-        if value in (math.inf, -math.inf):
-            raise TextError("this number is too large.", *self._at(node))
         if isinstance(value, complex) or not math.isfinite(value):
-            raise TextError(f"this number is {value}, not a real one.", *self._at(node))
+            raise TextError(f"this number is {value}, not a finite real one.", *self._at(node))
         return float(value)
 
     def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> sympy.Expr:
@@ -323,8 +306,5 @@ def _shortened(name: str) -> str:
     return name if len(name) < _SHOWN else f"{name[:_SHOWN]}..."
 
 
-def _finite(number: sympy.Expr) -> bool:
-    try:
-        return math.isfinite(float(number))
-    except CANNOT:
-        return False
+def _is_held(number: sympy.Expr) -> bool:
+    return bool(number == 0 or _SMALLEST <= abs(number) <= sys.float_info.max)

@@ -122,6 +122,7 @@ def test_what_is_smooth_over_the_position_has_no_sides(name: str) -> None:
         (D * V * sin(9 * X), 0.3, [9.0]),
         (D * V, 0.3, []),
         (C * Abs(sin(9 * X)), 0.1, [9.0]),
+        (C * sin(9 * X) + STOPS, 0.1, [9.0]),
     ],
 )
 def test_wave_numbers_tell_over_how_short_a_way_the_force_varies(
@@ -129,9 +130,3 @@ def test_wave_numbers_tell_over_how_short_a_way_the_force_varies(
 ) -> None:
     numbers = [float(number.subs(X, place)) for number in found(force).wave_numbers]
     assert sorted(numbers) == pytest.approx(sorted(wanted))
-
-
-def test_a_wave_beside_a_stop_keeps_its_wave_number() -> None:
-    switched = found(C * sin(9 * X), STOPS)
-    assert len(switched.sides) == 2
-    assert list(map(float, switched.wave_numbers)) == [9.0]

@@ -11,7 +11,7 @@ import sympy
 from axisid import Axis, Constant, Parameter
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.control import cascade_p_pi
-from axisid.elements import VELOCITY, Drive, current_drive, formula_drive, voltage_drive
+from axisid.elements import VELOCITY, current_drive, formula_drive, voltage_drive
 from axisid.estimation.simulation import gains_by_lane
 from tests.axes.lagging import PERIOD, lagging
 from tests.refusals import refuses
@@ -33,7 +33,6 @@ def _timed(name: str = "Tc", **declared: float) -> Axis:
         ("drive", lambda: _timed(lower=1e-4)),
         ("drive", lambda: _timed(known=5e-4, known_sd=1e-5)),
         ("drive", lambda: _timed(known=5e-4)),
-        ("drive", lambda: Drive(gain=1.0, estimated=("gain", Parameter("T", "s")))),
         ("axis", lambda: _timed("Fv")),
         ("axis", lambda: _timed("q")),
         ("axis", lambda: current_drive(**WOUND, supply=None)),  # type: ignore[arg-type]

@@ -90,7 +90,7 @@ def test_quotient_of_whole_numbers_is_the_one_of_floating_point(above: int, belo
     ("text", "where", "code", "says"),
     [
         ("__import__('os').system('true')", "column 12", "formula", ""),
-        ("x.__class__", "column 2", "formula", ""),
+        ("x.__class__", "column 1", "formula", ""),
         ("m*dxx", "column 3", "formula", "dxx; .* Did you mean 'dx'"),
         ("m +\n  bb", "line 2, column 3", "formula", "bb"),
         ("(lambda: x)()", "column 8", "formula", "':'"),
@@ -116,7 +116,7 @@ def test_quotient_of_whole_numbers_is_the_one_of_floating_point(above: int, belo
         ("exp(x)**(999999999*log(9*b)/x)", "column 10", "formula", ""),
         ("sin(" * 7 + "x" + ")" * 7, "column 25", "formula", "6"),
         ("-" * 1500 + "x", "column 16", "formula", "15"),
-        ("(" * 1000, "column 46", "formula", "15"),
+        ("(" * 1000, "column 201", "formula", "too many nested"),
         ("x+" * 1200 + "x", "column 2001", "formula", "2401 characters"),
         ("sin(x, b)", "column 1", "formula", "give 1"),
         ("sin(*x)", "column 5", "formula", ""),

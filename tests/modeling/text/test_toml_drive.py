@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from axisid import Axis, load_axis
+from axisid import Axis, Parameter, load_axis
 from axisid.elements import CONTROL, Drive, current_drive, voltage_drive
 from axisid.support.errors import DeclarationError
 
@@ -56,6 +56,10 @@ def declared(folder: Path, drive: str) -> Axis:
             current_drive(kt=0.05, supply=24.0, resistance=1.25, delay=1e-3),
         ),
         ("gain = 2.0", Drive(gain=2.0)),
+        (
+            "gain = 2.0, lag = { nominal = 5e-4 }",
+            Drive(gain=2.0, lag=Parameter("lag", "s", nominal=5e-4)),
+        ),
         (
             "gain = 18.0, lag = 8e-4, delay = 3.5e-4, logged = 'applied', rate_limit = 200.0, "
             "quantisation = 0.01, deadband = 0.1",
