@@ -87,7 +87,7 @@ def test_every_figure_is_drawn_and_nothing_is_asked_of_the_network(page: Browser
     assert page.complaints == []
 
 
-def test_the_wheel_zooms_about_the_pointer_and_both_panels_follow(fresh: Browser) -> None:
+def test_the_wheel_a_box_and_keys_zoom_and_both_panels_follow(fresh: Browser) -> None:
     whole = seen(fresh)
     x, y, w, h = middle(fresh)
     labels = "[...document.querySelectorAll('#plot-force .tick.x')].map(t => t.textContent).join()"
@@ -108,23 +108,15 @@ def test_the_wheel_zooms_about_the_pointer_and_both_panels_follow(fresh: Browser
     for _ in range(4):
         fresh.mouse("mouseWheel", *at, deltaX=0, deltaY=120)
     assert seen(fresh) == pytest.approx(whole)
-
-
-def test_a_box_zooms_and_a_double_click_resets(fresh: Browser) -> None:
-    whole = seen(fresh)
-    x, y, w, h = middle(fresh)
+    # A box, and a double click.
     drag(fresh, (x + 0.4 * w, y + 0.3 * h), (x + 0.5 * w, y + 0.6 * h))
     low, high = seen(fresh)
     assert (high - low) / (whole[1] - whole[0]) == pytest.approx(0.1 * w / (w - 76), rel=0.02)
-    at = (x + w / 2, y + h / 2)
     for count in (1, 2):
         for kind in ("mousePressed", "mouseReleased"):
-            fresh.mouse(kind, *at, button="left", clickCount=count)
+            fresh.mouse(kind, x + w / 2, y + h / 2, button="left", clickCount=count)
     assert seen(fresh) == pytest.approx(whole)
-
-
-def test_keys_zoom_move_and_reset(fresh: Browser) -> None:
-    whole = seen(fresh)
+    # Keys.
     fresh.evaluate("document.getElementById('plot-force').focus()")
     fresh.key("+")
     low, high = seen(fresh)
