@@ -17,9 +17,8 @@ from axisid.support.errors import ModelError, UsageError
 from axisid.support.quoting import first_of, quoted
 from axisid.support.real_numbers import is_real, is_whole, real_array
 
-from .inputs import LoopInputs
+from .inputs import LoopInputs, clocks_of
 from .steps import MOST_SUBSTEPS
-from .two_clocks import clocks_of
 
 
 def no_control_law(name: str) -> ModelError:
