@@ -17,7 +17,7 @@ from .batch import (
     simulate_lanes as simulate_lanes,
 )
 from .closed_loop import simulate as simulate, simulate_loop as simulate_loop
-from .inputs import LoopInputs as LoopInputs, at_law as at_law
+from .inputs import LoopInputs as LoopInputs, TwoClocks as TwoClocks, at_law as at_law
 from .simulated import (
     Simulation as Simulation,
     logged_control as logged_control,
@@ -30,4 +30,3 @@ from .steps import (
     most_substeps as most_substeps,
 )
 from .twin import TwinPlan as TwinPlan, twin_plan as twin_plan, twin_record as twin_record
-from .two_clocks import TwoClocks as TwoClocks

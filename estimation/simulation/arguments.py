@@ -23,9 +23,8 @@ from axisid.support.errors import (
     real_array,
 )
 
-from .inputs import LoopInputs
+from .inputs import LoopInputs, clocks_of
 from .steps import MOST_SUBSTEPS
-from .two_clocks import clocks_of
 
 
 def no_control_law(name: str) -> ModelError:

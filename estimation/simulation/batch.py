@@ -27,7 +27,7 @@ from .arguments import (
     reduced,
 )
 from .closed_loop import SettledLoop, settled_loop
-from .inputs import LoopInputs, lines
+from .inputs import LoopInputs, at_log_samples, lines
 from .simulated import lane_starts
 from .steps import (
     MOST_SUBSTEPS,
@@ -39,7 +39,6 @@ from .steps import (
     substeps_along,
     visited_signals,
 )
-from .two_clocks import at_log_samples
 
 #: What is needed between the evaluations of a law.
 _OF_THE_LAW = tuple(name for name in SIGNALS if name != "control")

@@ -24,7 +24,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 
 from .arguments import checked_loop
-from .inputs import LoopInputs, lines, widened_distance
+from .inputs import LoopInputs, at_log_samples, lines, widened_distance
 from .simulated import Simulation, loop_start, measured_positions
 from .steps import (
     StepBudget,
@@ -37,7 +37,6 @@ from .steps import (
     substeps_along,
     too_stiff,
 )
-from .two_clocks import at_log_samples
 
 
 def simulate(

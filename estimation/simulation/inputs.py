@@ -1,4 +1,8 @@
-"""What loops are simulated from, at the samples of a log or at the evaluations of a law.
+"""What loops are simulated from: at the samples of a log, or at the evaluations of a law.
+
+A law and a log may have a clock each: the loop is simulated as the law runs, and sampled as the log
+is. From the evaluation before a sample the plant goes on as in the simulation itself, under the
+force that is held, through every stop, reversal and side on its way.
 
 A loop runs away where it is farther from its reference than some multiple of what is asked of it:
 the way of the reference, and from the start to it. Where that is next to nothing, other things move
@@ -7,17 +11,223 @@ until its control holds it.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopSettings, LoopStart
-from axisid.support.arrays import Array
+from axisid.codegen.runtime import VirtualLoop
+from axisid.estimation.records import at_times, is_same_period
+from axisid.modeling.declaration import ControlLaw
+from axisid.support.arrays import Array, frozen
+from axisid.support.errors import UsageError
 
-from .two_clocks import TwoClocks
+# between periods of law and reference: 20 kHz logged at 50 Hz; a period in ms is 1000 times too
+# long
+_MAX_CLOCK_RATIO = 400.0
+
+_COINCIDES = 1e-6  # of a period, from an evaluation
+_FEWEST_OF_A_SPLINE = 4  # samples
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwoClocks:
+    """When a law is evaluated along a log of another period.
+
+    Attributes
+    ----------
+    samples : int
+        Of the log.
+    log_period, law_period : float
+        s
+    first : float
+        Time of the first evaluation, s from the first sample; 0 or before it.
+    between : str
+        How the reference runs between samples, ``spline``, ``linear`` or ``held``.
+    """
+
+    samples: int
+    log_period: float
+    law_period: float
+    first: float = 0.0
+    between: str = "spline"
+    _smooth: list[tuple[Array, Array]] = field(
+        init=False, default_factory=list, repr=False, compare=False
+    )
+
+    @property
+    def times(self) -> Array:
+        """Of the evaluations up to the one after the last sample, in samples of the log."""
+        last = (self.samples - 1) * self.log_period - self.first
+        count = math.floor(last / self.law_period + _COINCIDES) + 2
+        return np.asarray((self.first + self.law_period * np.arange(count)) / self.log_period)
+
+    @property
+    def elapsed(self) -> tuple[NDArray[np.intp], Array]:
+        """The evaluation at or before each sample, and the time since then, s, (N,) each."""
+        time = self.log_period * np.arange(self.samples) - self.first
+        last = np.floor(time / self.law_period + _COINCIDES).astype(np.intp)
+        since = time - self.law_period * last
+        return last, np.where(since > _COINCIDES * self.law_period, since, 0.0)
+
+    def reference(self, values: Array) -> Array:
+        """A reference of the log, (N,), where the law is evaluated, (M,); (N, B) likewise.
+
+        The last smooth one is kept: a record's loop is simulated many times with it.
+        """
+        if self.between == "held":
+            return self.held(values)
+        if self.between == "linear" or len(values) < _FEWEST_OF_A_SPLINE:
+            return self.linear(values)
+        if not (self._smooth and np.array_equal(self._smooth[0][0], values)):
+            smooth = at_times(self.times, np.arange(float(len(values))), values, "spline")
+            self._smooth[:] = [(values.copy(), frozen(smooth))]
+        return self._smooth[0][1]
+
+    def linear(self, values: Array) -> Array:
+        """What runs straight between the samples of the log, where the law is evaluated, (M,)."""
+        if values.ndim > 1:
+            return _by_column(self.linear, values)
+        return np.interp(self.times, np.arange(len(values)), values)
+
+    def mean_held(self, values: Array) -> Array:
+        """Mean until the next evaluation of what is held between samples of the log, (M,)."""
+        if self.law_period <= self.log_period:
+            return self.held(values)
+        if values.ndim > 1:
+            return _by_column(self.mean_held, values)
+        until = np.concatenate([[0.0], np.cumsum(values)])
+        edges = np.append(self.times, self.times[-1] + self.law_period / self.log_period)
+        inside = np.clip(edges, 0, len(values))
+        spent, apart = np.diff(np.interp(inside, np.arange(len(until)), until)), np.diff(inside)
+        return np.where(apart > 0, spent / np.where(apart > 0, apart, 1.0), self.held(values))
+
+    def held(self, values: Array) -> Array:
+        """What is held from a sample of the log to the next, where the law is evaluated, (M,)."""
+        row = np.floor(self.times + _COINCIDES).astype(np.intp)
+        return np.asarray(values[np.clip(row, 0, len(values) - 1)])
+
+
+def _by_column(read: Callable[[Array], Array], values: Array) -> Array:
+    return np.column_stack([read(column) for column in values.T])
+
+
+def clocks_of(law: ControlLaw | None, samples: int, period: float) -> TwoClocks | None:
+    """When a law is evaluated along a reference whose period is not the law's; None where it is.
+
+    The first evaluation is at the first sample. A continuous law has no clock.
+
+    Parameters
+    ----------
+    law : ControlLaw or None
+    samples : int
+    period : float
+        Of the reference, s.
+
+    Raises
+    ------
+    UsageError
+        One period is so many times the other that it is in another unit.
+    """
+    if law is None or law.continuous or is_same_period(period, law.period):
+        return None
+    ratio, most = period / law.period, _MAX_CLOCK_RATIO
+    if not 1 / most <= ratio <= most:
+        raise UsageError(
+            f"the period is {period:g} s, but the control law is evaluated every {law.period:g} s; "
+            f"give one that is at most {most:g} times as long or as short, in seconds, or declare "
+            "the law with another.",
+            code="loop-period",
+        )
+    return TwoClocks(
+        samples=samples,
+        log_period=period,
+        law_period=law.period,
+        between=law.reference_between or "spline",
+    )
+
+
+def at_log_samples(
+    axis: GeneratedAxis,
+    parameters: Array,
+    signals: dict[str, Array],
+    clocks: TwoClocks,
+    recorded: Array | None,
+    substeps: int,
+) -> dict[str, Array]:
+    """Signals of a simulation at the law's evaluations, (M,), at the samples of the log, (N,).
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    signals : dict of str to (M,) array
+        By the names of `SIGNALS`; NaN from where the simulation ended early.
+    clocks : TwoClocks
+    recorded : (M, 2 s) array or None
+        Value and rate of each recorded signal.
+    substeps : int
+        That the simulation took in a sample.
+
+    Returns
+    -------
+    dict of str to (N,) array
+        The same, and ``held``: the force just before a sample.
+    """
+    last, since = clocks.elapsed
+    force = signals["force"]
+    earlier = np.concatenate([force[:1], force[:-1]])
+    out = {name: values[last] for name, values in signals.items()}
+    out["held"] = np.where(since > 0, force[last], earlier[last])
+    apart = np.flatnonzero(since > 0)
+    if not apart.size:
+        return out
+    if axis.states:
+        raise UsageError(
+            f"the log of axis {axis.axis.name!r} is sampled between the evaluations of its law, "
+            "where what its friction remembers is not known; give the law's period, or whole "
+            "multiples of it.",
+            code="loop-period",
+        )
+    begin, span = last[apart], since[apart]
+    between = np.zeros((len(force), 0)) if recorded is None else recorded
+    position, velocity, direction = _later(
+        axis,
+        parameters,
+        (signals["position"][begin], signals["velocity"][begin]),
+        np.column_stack([force, between])[begin],
+        span,
+        clocks.law_period / substeps,
+    )
+    then = between[begin, ::2] + span[:, None] * between[begin, 1::2]
+    (acceleration,) = axis.evaluate(
+        "direct_dynamics", position, velocity, force[begin], direction, *then.T, parameters
+    )
+    sticks = (velocity == 0) & (np.abs(direction) < 1)
+    out["position"][apart], out["velocity"][apart] = position, velocity
+    out["direction"][apart] = out["direction_before"][apart] = direction
+    out["acceleration"][apart] = np.where(sticks, 0.0, acceleration[:, 0])
+    return out
+
+
+def _later(
+    axis: GeneratedAxis,
+    parameters: Array,
+    motion: tuple[Array, Array],
+    held: Array,
+    span: Array,
+    step: float,
+) -> tuple[Array, Array, Array]:
+    """As `NativeLibrary.later`: native, or in the virtual machine."""
+    library = axis.native.library()
+    if library is not None:
+        return library.later(motion, held, span, step, parameters)
+    settings = LoopSettings(period=step, resolution=0.0, allowed=np.inf, substeps=1)
+    return VirtualLoop(axis.functions, parameters, settings).later(motion, held, span, step)
+
 
 _RUNAWAY_RATIO = 100.0  # distance from the reference, by what a loop is asked to move
 _OFF = 1e-6  # of the reference from the position, for the loop's stiffness

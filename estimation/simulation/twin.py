@@ -22,8 +22,8 @@ from axisid.support.errors import ModelError, UsageError, is_real, is_whole, quo
 
 from .arguments import checked_loop, optional_array
 from .closed_loop import simulate_loop
+from .inputs import TwoClocks, clocks_of
 from .simulated import Simulation, logged_control, signals_about
-from .two_clocks import TwoClocks, clocks_of
 
 _MOST_SAMPLES = 2e6
 

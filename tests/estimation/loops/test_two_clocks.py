@@ -14,8 +14,8 @@ from axisid.estimation import check_law
 from axisid.estimation.loops.law_run import two_clocks
 from axisid.estimation.regression.simulated_rows import simulated_loops
 from axisid.estimation.simulation import LoopInputs, simulate_loop
+from axisid.estimation.simulation.inputs import TwoClocks
 from axisid.estimation.simulation.twin import trajectory
-from axisid.estimation.simulation.two_clocks import TwoClocks
 from axisid.modeling.declaration.experiment import Move, back_and_forth
 from axisid.support.errors import Missing
 from tests.axes.simulated import F0, Fc, Fv, M, q
