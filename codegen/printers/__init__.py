@@ -13,4 +13,8 @@ from .c import (
     with_c_loop as with_c_loop,
 )
 from .casadi import print_function as print_function
-from .lanes_c import has_known_part as has_known_part, print_c_lanes as print_c_lanes
+from .lanes_c import (
+    has_known_part as has_known_part,
+    print_c_filter as print_c_filter,
+    print_c_lanes as print_c_lanes,
+)

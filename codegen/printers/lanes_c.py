@@ -1,10 +1,12 @@
-"""The C text that makes rows of many lanes of one axis."""
+"""The C text that makes rows of many lanes of one axis, and that of the filters by themselves."""
 
 import re
+from collections.abc import Iterable
 from importlib import resources
 
 #: In the order of the text, each of which calls those before it.
 _PARTS = ("sections.c", "motion.c", "rows.c", "products.c", "turns.c")
+_FILTER = ("sections.c", "filter.c")
 _HEADERS = "#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n"
 
 
@@ -22,9 +24,17 @@ def print_c_lanes(native: str, parameters: int) -> str:
     functions = re.sub(r"^#include .*\n", "", functions, flags=re.MULTILINE)
     known = int(has_known_part(native))
     sizes = f"#define WIDE 8\n#define PARAMETERS {parameters}\n#define KNOWN {known}\n"
+    return f"{_HEADERS}{sizes}\n{functions}\n{_joined(_PARTS)}"
+
+
+def print_c_filter() -> str:
+    """Return the C text that filters columns, which is of no axis."""
+    return f"{_HEADERS}#define WIDE 4\n\n{_joined(_FILTER)}"
+
+
+def _joined(parts: Iterable[str]) -> str:
     folder = resources.files(__package__) / "lanes"
-    parts = "".join((folder / part).read_text() for part in _PARTS)
-    return f"{_HEADERS}{sizes}\n{functions}\n{parts}"
+    return "".join((folder / part).read_text() for part in parts)
 
 
 def has_known_part(native: str) -> bool:

@@ -175,6 +175,8 @@ class FilteredRecord(Exact, Uncached):
             segments=self.record.segments,
             masked=self.record.masked,
             excluded=self.excluded,
+            # An axis that is compiled, or was before: the filter alone is no reason to compile.
+            native=self.axis.native.evaluator("drive_force") is not None,
         )
 
     @cached_property

@@ -18,6 +18,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.codegen.native import column_filter
 from axisid.estimation.choices import check_among
 from axisid.estimation.records import check_sample_period
 from axisid.support.arrays import Array, frozen
@@ -210,10 +211,13 @@ class SampledFilter:
     settings : Prefilter
     period : float
         Sampling period, s.
+    native : bool
+        Whether compiled code filters where it can be had; to the same last bit.
     """
 
     settings: Prefilter
     period: float
+    native: bool = False
 
     @property
     def dropped(self) -> tuple[int, int]:
@@ -354,9 +358,14 @@ class SampledFilter:
 
     def _without_phase(self, sections: "Sections", signals: Array, padding: int) -> Array:
         """Forward and backward along the first axis, with odd extensions at both ends."""
-        from scipy.signal import sosfiltfilt
+        compiled = column_filter() if self.native else None
+        if compiled is None:
+            from scipy.signal import sosfiltfilt
 
-        return np.asarray(sosfiltfilt(sections.sections.copy(), signals, 0, padlen=padding))
+            return np.asarray(sosfiltfilt(sections.sections.copy(), signals, 0, padlen=padding))
+        columns = np.asarray(signals, dtype=float).reshape(len(signals), -1)
+        made = compiled.without_phase(columns, sections.sections, sections.settled, padding)
+        return made.reshape(signals.shape)
 
     def weightless_ends(self, samples: int) -> tuple[Span, ...]:
         """Samples without weight at the ends of one stretch; none where ends are cut off."""

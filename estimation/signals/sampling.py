@@ -124,6 +124,8 @@ class Sampling:
         Samples that no row may be made of.
     excluded : tuple of (int, int)
         Samples without weight, near reversals and rests.
+    native : bool
+        As of `SampledFilter`.
     """
 
     prefilter: Prefilter
@@ -132,11 +134,12 @@ class Sampling:
     segments: tuple[Span, ...] = ()
     masked: tuple[Span, ...] = ()
     excluded: tuple[Span, ...] = ()
+    native: bool = False
 
     @property
     def filter(self) -> SampledFilter:
         """What the prefilter does to a stretch."""
-        return SampledFilter(self.prefilter, self.period)
+        return SampledFilter(self.prefilter, self.period, self.native)
 
     @property
     def excluded_samples(self) -> int:
