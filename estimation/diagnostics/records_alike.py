@@ -14,11 +14,9 @@ that explains most first, until chance explains the rest, or it makes no output 
 Samples may also be among records more than once: a record given twice, or an overlap. Two files of
 one recorder may hold the same samples, with times of their own: rows 1 to 10000 of a log, and rows
 5000 to 15000. Times are therefore not looked at. Rows of what was measured that occur once in
-either record are looked for in both; where many of them are equally far apart, the samples there
-are compared one by one. An axis at rest repeats its rows, so that two records that both rest have
-nothing in common. Numbers are compared as 32-bit floats, since files may write them with other
-digits, or in other units. Of records that were resampled the rows before are compared, where they
-are kept: those of columns of one clock.
+either record are looked for in both. An axis at rest repeats its rows, so that two records that
+both rest have nothing in common. Numbers are compared as 32-bit floats. Of records that were
+resampled the rows before are compared, where they are kept: those of columns of one clock.
 """
 
 from collections.abc import Callable, Sequence
@@ -49,10 +47,7 @@ from axisid.support.missing import Missing, of_found
 _OWN_PART = 1e-3  # of a column, below which others span it: slopes by differences are as exact
 _FEWEST = 5.0  # degrees of freedom from which scores tell what is chance
 _LOAD_UNITS = ("kg", "kg m^2", "kg*m^2")
-# rows, each once in either record and equally far apart
-_MIN_COMMON_ROWS = 25
-# of the column's largest: one number in other digits or units; files have six or more
-_MAX_WRITTEN_APART = 1e-6
+_MIN_COMMON_ROWS = 25  # each once in either record
 
 _Chosen = NDArray[np.bool_]
 
@@ -248,12 +243,10 @@ class Alike:
     records : tuple of RecordDifference or Missing
         By record: beside all of the others; missing where one alone does not tell the parameters.
     against : tuple of int
-        Records that speak against the rest, the one that does most first.
+        Records that speak against the rest, the one that does most first; none whose difference
+        makes no force to speak of.
     p_value : float
         The least of those that were tested first, allowed for their number.
-    rejected : bool
-        Whether chance explains it no more; then `against` may still be empty of differences that
-        make no force to speak of.
     differing : Difference or None
         The parameters of the first that speaks against the rest, or of the one that differs most,
         that are not theirs; None where chance explains it.
@@ -262,7 +255,6 @@ class Alike:
     records: tuple[RecordDifference | Missing, ...]
     against: tuple[int, ...]
     p_value: float
-    rejected: bool
     differing: Difference | None = None
 
 
@@ -360,7 +352,6 @@ def records_alike(
         records=first,
         against=tuple(against),
         p_value=_allowed(min(chances), len(chances)),
-        rejected=bool(aside),
         differing=differing,
     )
 
@@ -386,7 +377,7 @@ def alike_check(
     )
     return Check(
         name="records alike",
-        status="fail" if found.against else "note" if found.rejected else "pass",
+        status="fail" if found.against else "note" if found.differing else "pass",
         figure=max(shares),
         threshold=100 * levels.least_share,
         p_value=found.p_value,
@@ -410,7 +401,7 @@ def _meaning(found: Alike, names: Sequence[str], levels: Levels, output: str) ->
         said = f": {differing.told(names[differing.number], rest)}"
     return first_case(
         (
-            not found.rejected,
+            not (found.against or found.differing),
             "each record alone would give the same parameters, but for chance",
         ),
         (
@@ -489,58 +480,58 @@ def _deviations(covariance: Array) -> Array:
     return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Overlap:
-    """Samples that two records have in common.
+def common_samples(one: Record, other: Record) -> tuple[_Chosen, _Chosen] | None:
+    """Which samples of either record are the same, (N,) and (M,); None where none are.
 
-    Attributes
-    ----------
-    records : (int, int)
-        Which two.
-    samples : ((N,) array of bool, (M,) array of bool)
-        Which of the one, and which of the other.
-    times : ((float, float), (float, float))
-        First and last of them, s, as each record's own time counts.
+    Those between the first and the last row that occurs once in either and is in both, where nearly
+    every row that occurs once between them is.
     """
-
-    records: tuple[int, int]
-    samples: tuple[_Chosen, _Chosen]
-    times: tuple[tuple[float, float], tuple[float, float]]
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether both records are these samples."""
-        return all(bool(chosen.all()) for chosen in self.samples)
-
-    def told(self, names: Sequence[str]) -> str:
-        """Which samples these are, in words."""
-        (i, j), (first, second) = self.records, self.times
-        if self.is_whole:
-            return f"{names[i]} and {names[j]} have the same samples"
-        return (
-            f"{names[i]} and {names[j]} have {int(self.samples[0].sum())} samples in common, from "
-            f"{first[0]:.6g} to {first[1]:.6g} s of the first and from {second[0]:.6g} to "
-            f"{second[1]:.6g} s of the second"
-        )
-
-
-def overlaps(records: Sequence[Record]) -> tuple[Overlap, ...]:
-    """What every two of the records have in common, in their order."""
-    pairs = combinations(range(len(records)), 2)
-    found = (_overlap((i, j), records[i], records[j]) for i, j in pairs)
-    return tuple(each for each in found if each is not None)
+    written = [each.sampled or each for each in (one, other)]
+    rows = _measured(*written)
+    if rows is None:
+        return None
+    (values, places), (others, there) = map(_once, rows)
+    _, *matched = np.intersect1d(values, others, assume_unique=True, return_indices=True)
+    if len(matched[0]) < _MIN_COMMON_ROWS:
+        return None
+    found = []
+    for record, source, own, which in zip(
+        (one, other), written, (places, there), matched, strict=True
+    ):
+        first, last = own[which].min(), own[which].max()
+        # Rows that two runs of one motion have alike by chance have others between.
+        if len(which) < MIN_COMMON_SAMPLES.value * np.sum((own >= first) & (own <= last)):
+            return None
+        inside = (record.time >= source.time[first]) & (record.time <= source.time[last])
+        found.append(inside | np.array_equal(rows[0], rows[1]))  # the same as they rest at the ends too
+    return found[0], found[1]
 
 
 def repeated_check(records: Sequence[Record]) -> Check | None:
     """Whether samples are given more than once, which says nothing new; None where none are."""
-    found = overlaps(records)
-    if not found:
+    counts, names = [np.ones(len(record)) for record in records], record_labels(records)
+    said = []
+    for i, j in combinations(range(len(records)), 2):
+        chosen = common_samples(records[i], records[j])
+        if chosen is None:
+            continue
+        counts[i] += chosen[0]
+        counts[j] += chosen[1]
+        both = f"{names[i]} and {names[j]} have"
+        if all(each.all() for each in chosen):
+            said.append(f"{both} the same samples")
+            continue
+        first, second = (
+            "from {:.6g} to {:.6g} s".format(*records[k].time[each][[0, -1]])
+            for k, each in zip((i, j), chosen, strict=True)
+        )
+        said.append(
+            f"{both} {chosen[0].sum()} samples in common, {first} of the first and {second} of the "
+            "second"
+        )
+    if not said:
         return None
-    counts = [np.ones(len(record)) for record in records]
-    for each in found:
-        for record, chosen in zip(each.records, each.samples, strict=True):
-            counts[record] += chosen
-    times, names = float(np.mean(np.concatenate(counts))), record_labels(records)
+    times = float(np.mean(np.concatenate(counts)))
     return Check(
         name="repeated records",
         status="fail" if times > MAX_REPEATED_SAMPLES.value else "note",
@@ -548,40 +539,9 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
         threshold=MAX_REPEATED_SAMPLES.value,
         source="how often a sample is among the records, on average: variances are too small by as "
         "much",
-        meaning=f"{'; '.join(each.told(names) for each in found)}; deviations are up to "
-        f"{times**0.5:.3g} times too small: give each sample once",
+        meaning=f"{'; '.join(said)}; deviations are up to {times**0.5:.3g} times too small: give "
+        "each sample once",
     )
-
-
-def _overlap(pair: tuple[int, int], one: Record, other: Record) -> Overlap | None:
-    records, written = (one, other), [each.sampled or each for each in (one, other)]
-    rows = _measured(*written)
-    if rows is None:
-        return None
-    (values, places), (others, there) = map(_once, rows)
-    _, i, j = np.intersect1d(values, others, assume_unique=True, return_indices=True)
-    apart = there[j] - places[i]
-    found = [np.zeros(len(each), dtype=bool) for each in rows]
-    distances, counts = np.unique(apart, return_counts=True)
-    for distance in distances[counts >= _MIN_COMMON_ROWS]:
-        a, b = max(0, -distance), max(0, distance)
-        n = min(len(rows[0]) - a, len(rows[1]) - b)
-        off = np.abs(rows[0][a : a + n] - rows[1][b : b + n])
-        same = np.all(off <= _MAX_WRITTEN_APART * np.abs(rows[0]).max(axis=0), axis=1)
-        matched = places[i][apart == distance] - a
-        # Rows that two runs of one motion have alike by chance have others between.
-        if np.mean(same[matched.min() : matched.max() + 1]) >= MIN_COMMON_SAMPLES.value:
-            found[0][a : a + n] |= same
-            found[1][b : b + n] |= same
-    first, second = (
-        each if rows is record else np.interp(record.time, rows.time, each) == 1
-        for record, rows, each in zip(records, written, found, strict=True)
-    )
-    if not (first.any() and second.any()):
-        return None
-    (a, b), (c, d) = one.time[first][[0, -1]], other.time[second][[0, -1]]
-    times = (float(a), float(b)), (float(c), float(d))
-    return Overlap(records=pair, samples=(first, second), times=times)
 
 
 def _measured(*records: Record) -> list[NDArray[np.float32]] | None:

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics.estimates import tests_of_instruments
+from axisid.estimation.diagnostics import tests_of_instruments
 from axisid.estimation.estimates import Estimate, Value, hausman, significant_differences
 from axisid.estimation.identification import Identification
 from axisid.estimation.predictions import WindowPredictions

@@ -5,9 +5,8 @@ from typing import Any
 
 from msgspec import UNSET
 
-from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
+from axisid.estimation.diagnostics import Alignment, Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.diagnostics.loop import Alignment
 from axisid.presentation.schema import (
     WrittenAlignment,
     WrittenExcitation,

@@ -5,12 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis, RecordDifference
-from axisid.estimation.diagnostics.estimates import (
+from axisid.estimation.diagnostics import (
+    Alignment,
+    Diagnosis,
     Excitation,
+    RecordDiagnosis,
+    RecordDifference,
 )
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.diagnostics.loop import Alignment
 from axisid.presentation.documents import NOT_EVALUATED, read_as
 from axisid.presentation.schema import (
     WrittenAlignment,

@@ -6,8 +6,7 @@ from typing import Annotated
 from msgspec import UNSET, UnsetType
 
 from axisid.estimation.checks import Check, Levels
-from axisid.estimation.diagnostics.estimates import InstrumentTests
-from axisid.estimation.diagnostics.loop import ColumnComparison
+from axisid.estimation.diagnostics import ColumnComparison, InstrumentTests
 from axisid.estimation.estimates import HausmanTest
 from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
 

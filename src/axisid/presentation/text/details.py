@@ -3,10 +3,8 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics import Diagnosis
-from axisid.estimation.diagnostics.estimates import InstrumentTests
+from axisid.estimation.diagnostics import Alignment, ColumnComparison, Diagnosis, InstrumentTests
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.diagnostics.loop import Alignment, ColumnComparison
 from axisid.estimation.estimates import COVARIANCES, Value
 from axisid.presentation.blocks import (
     Column,
