@@ -365,55 +365,48 @@ def alike_check(
 ) -> Check:
     """Whether the records are alike, as a check; each record has a name."""
     shares = [each.share_percent for each in found.records if isinstance(each, RecordDifference)]
-    own = ",".join(found.differing.of.names if found.differing else ())
-    advice = (
-        "; say what is known to differ, as a payload that the axis declares (known NAME=V1,V2), or "
-        f"let each record have its own (local {own})"
-    )
     untold = "; ".join(
         f"{name} alone would not tell {'them' if isinstance(e, Missing) else ', '.join(e.untold)}"
         for name, e in zip(names, found.records, strict=True)
         if isinstance(e, Missing) or e.untold
     )
+    against, differing, said = [names[i] for i in found.against], found.differing, ""
+    lead = f"{' and '.join(against)} {'speak' if len(against) > 1 else 'speaks'} against the rest"
+    if len(names) == 2:
+        lead = f"{names[0]} and {names[1]} speak against one another"
+    if differing is not None:
+        rest = names[1 - differing.number] if len(names) == 2 else "the rest"
+        said = f": {differing.told(names[differing.number], rest)}"
+    meaning = first_case(
+        (
+            against,
+            f"{lead}{said}. What is estimated of all is no record's, nor need the other "
+            "parameters be",
+        ),
+        (
+            differing,
+            "the records differ by more than chance, in what makes less than "
+            f"{100 * levels.least_share:g} % of the {output}{said}",
+        ),
+        (True, "each record alone would give the same parameters, but for chance"),
+    )
+    advice = ""
+    if against and differing:
+        advice = (
+            "; say what is known to differ, as a payload that the axis declares (known "
+            "NAME=V1,V2), or let each record have its own "
+            f"(local {','.join(differing.of.names)})"
+        )
     return Check(
         name="records alike",
-        status="fail" if found.against else "note" if found.differing else "pass",
+        status="fail" if against else "note" if differing else "pass",
         figure=max(shares),
         threshold=100 * levels.least_share,
         p_value=found.p_value,
         source=f"percent of a record's {output} that the parameters it has alone make otherwise "
         "than those of the others; fails where that is more, and chance would make as much in less "
         f"than {100 * levels.level:g} % (Hotelling's test, allowed for the number of records)",
-        meaning=_meaning(found, names, levels, output)
-        + f" ({untold})" * bool(untold)
-        + advice * bool(found.against and found.differing),
-    )
-
-
-def _meaning(found: Alike, names: Sequence[str], levels: Levels, output: str) -> str:
-    of, several = " and ".join(names[i] for i in found.against), len(found.against) > 1
-    lead = f"{of} {'speak' if several else 'speaks'} against the rest"
-    rest, said = "the rest", ""
-    if len(names) == 2:
-        lead = f"{names[0]} and {names[1]} speak against one another"
-    if (differing := found.differing) is not None:
-        rest = names[1 - differing.number] if len(names) == 2 else rest
-        said = f": {differing.told(names[differing.number], rest)}"
-    return first_case(
-        (
-            not (found.against or found.differing),
-            "each record alone would give the same parameters, but for chance",
-        ),
-        (
-            not found.against,
-            "the records differ by more than chance, in what makes less than "
-            f"{100 * levels.least_share:g} % of the {output}{said}",
-        ),
-        (
-            True,
-            f"{lead}{said}. What is estimated of all is no record's, nor need the other "
-            "parameters be",
-        ),
+        meaning=f"{meaning}{f' ({untold})' * bool(untold)}{advice}",
     )
 
 
@@ -481,12 +474,13 @@ def _deviations(covariance: Array) -> Array:
 
 
 def common_samples(one: Record, other: Record) -> tuple[_Chosen, _Chosen] | None:
-    """Which samples of either record are the same, (N,) and (M,); None where none are.
+    """Which samples of either record are in the other, (N,) and (M,); None where none are.
 
-    Those between the first and the last row that occurs once in either and is in both, where nearly
-    every row that occurs once between them is.
+    Of those between the first and the last row that occurs once in either and is in both, where in
+    one of them nearly every row between them that occurs once is.
     """
-    written = [each.sampled or each for each in (one, other)]
+    records = (one, other)
+    written = [each.sampled or each for each in records]
     rows = _measured(*written)
     if rows is None:
         return None
@@ -494,17 +488,16 @@ def common_samples(one: Record, other: Record) -> tuple[_Chosen, _Chosen] | None
     _, *matched = np.intersect1d(values, others, assume_unique=True, return_indices=True)
     if len(matched[0]) < _MIN_COMMON_ROWS:
         return None
-    found = []
-    for record, source, own, which in zip(
-        (one, other), written, (places, there), matched, strict=True
-    ):
+    found, shares = [], []
+    for k, (own, which) in enumerate(zip((places, there), matched, strict=True)):
         first, last = own[which].min(), own[which].max()
         # Rows that two runs of one motion have alike by chance have others between.
-        if len(which) < MIN_COMMON_SAMPLES.value * np.sum((own >= first) & (own <= last)):
-            return None
-        inside = (record.time >= source.time[first]) & (record.time <= source.time[last])
-        found.append(inside | np.array_equal(rows[0], rows[1]))  # the same as they rest at the ends too
-    return found[0], found[1]
+        shares.append(len(which) / np.sum((own >= first) & (own <= last)))
+        same = np.isin(rows[k], rows[1 - k])
+        if not np.array_equal(rows[0], rows[1]):  # else the same as they rest at the ends too
+            same[:first] = same[last + 1 :] = False
+        found.append(np.interp(records[k].time, written[k].time, same) == 1)
+    return (found[0], found[1]) if max(shares) >= MIN_COMMON_SAMPLES.value else None
 
 
 def repeated_check(records: Sequence[Record]) -> Check | None:
@@ -544,8 +537,8 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
     )
 
 
-def _measured(*records: Record) -> list[NDArray[np.float32]] | None:
-    """What both records measured of the motion and of the drive, by row; None without either.
+def _measured(*records: Record) -> tuple[NDArray[np.void], NDArray[np.void]] | None:
+    """What two records measured of the motion and of the drive, by row, as bytes; None without.
 
     A reference is the same whenever it is run, and a position in few steps may be.
     """
@@ -556,11 +549,12 @@ def _measured(*records: Record) -> list[NDArray[np.float32]] | None:
         return None
     with np.errstate(all="ignore"):
         rows = [np.column_stack([each[role] for role in both]) for each in columns]
-        return [each.astype(np.float32) + np.float32(0) for each in rows]  # -0 is 0
+        one, other = (each.astype(np.float32) + np.float32(0) for each in rows)  # -0 is 0
+    row = f"V{4 * len(both)}"
+    return np.ascontiguousarray(one).view(row)[:, 0], np.ascontiguousarray(other).view(row)[:, 0]
 
 
-def _once(rows: NDArray[np.float32]) -> tuple[NDArray[np.void], NDArray[np.intp]]:
-    """Rows that occur once, as their bytes, and where."""
-    values = np.ascontiguousarray(rows).view(f"V{rows[0].nbytes}")[:, 0]
-    found, places, counts = np.unique(values, return_index=True, return_counts=True)
+def _once(rows: NDArray[np.void]) -> tuple[NDArray[np.void], NDArray[np.intp]]:
+    """Rows that occur once, and where."""
+    found, places, counts = np.unique(rows, return_index=True, return_counts=True)
     return found[counts == 1], places[counts == 1]

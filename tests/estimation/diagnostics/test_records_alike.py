@@ -230,6 +230,12 @@ def test_a_record_given_three_times_counts_so() -> None:
     assert check.meaning.count("have the same samples") == 3
 
 
+def test_two_stretches_of_a_log_are_told_beside_the_whole() -> None:
+    whole = log()
+    parts = whole.windowed((None, 0.9995), (1.9995, None))
+    assert repeated_check([whole, parts]).figure == pytest.approx(1.8, abs=2e-3)
+
+
 def test_an_overlap_of_no_weight_is_a_note() -> None:
     whole = log(20_000)
     check = repeated_check([cut(whole, 0, 10_100), cut(whole, 10_000, 20_000)])
