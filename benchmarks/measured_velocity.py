@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid import Record, build, identify, load_axis, twin_record
-from axisid.estimation.diagnostics.loop import ColumnComparison, compared_motion
+from axisid.estimation.diagnostics import ColumnComparison, compared_motion
 
 Array = NDArray[np.float64]
 

@@ -21,8 +21,7 @@ from figures import give, parser_of
 from machines import Array, Machine, records, white
 
 from axisid import Identification, identify, read_record
-from axisid.estimation.lack_of_fit import JackknifeInterval
-from axisid.estimation.lack_of_fit.repeated_phases import bands_of, groupings
+from axisid.estimation.lack_of_fit import JackknifeInterval, groupings, jackknife_intervals
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import back_and_forth
 
@@ -107,7 +106,7 @@ def _of_moves(result: Identification) -> dict[str, JackknifeInterval]:
     """The bands over moves of one speed and direction alone."""
     rows = result.preferred.rows.astype(np.intp)
     ways = [way for way in groupings(result.data, rows) if way[0] == _ONE_SPEED_AND_DIRECTION]
-    return bands_of(result.estimates["idm-iv"], ways)
+    return jackknife_intervals(result.estimates["idm-iv"], ways)
 
 
 def main() -> None:

@@ -34,7 +34,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.control import cascade_pd, cascade_pd_difference
-from axisid.estimation.diagnostics.estimates import SECOND_OPINION
+from axisid.estimation.diagnostics import SECOND_OPINION
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration import ControlLaw
 from axisid.paper.study import APPROPRIATE, INAPPROPRIATE

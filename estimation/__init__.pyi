@@ -4,10 +4,13 @@ from .batched import (
     identify_lanes as identify_lanes,
 )
 from .checks import Check as Check, Levels as Levels
-from .diagnostics import Diagnosis as Diagnosis
-from .diagnostics.estimates import Excitation as Excitation
+from .diagnostics import (
+    Alignment as Alignment,
+    Diagnosis as Diagnosis,
+    Excitation as Excitation,
+    estimate_delay as estimate_delay,
+)
 from .diagnostics.law import LawCheck as LawCheck, check_law as check_law
-from .diagnostics.loop import Alignment as Alignment, estimate_delay as estimate_delay
 from .estimates import Iterate as Iterate, Value as Value
 from .fitting import OutputFit as OutputFit
 from .identification import (

@@ -47,7 +47,6 @@ FLOORS = (
     ("estimation.misspecification",),
     ("estimation.lack_of_fit",),
     ("estimation.diagnostics.law",),
-    ("estimation.diagnostics.loop", "estimation.diagnostics.estimates"),
     ("estimation.diagnostics",),
     ("estimation.law_search",),
     ("estimation.identification",),

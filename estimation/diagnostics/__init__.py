@@ -4,6 +4,15 @@ In: estimates and what they were made from. Out: `Diagnosis` with what rooms bel
 Knows nothing of how it is shown.
 """
 
+from .alignment import (
+    Alignment as Alignment,
+    estimate_delay as estimate_delay,
+)
+from .column_comparison import (
+    ColumnComparison as ColumnComparison,
+    compared_motion as compared_motion,
+    motion_check as motion_check,
+)
 from .diagnose import (
     DIAGNOSTICS as DIAGNOSTICS,
     Belief as Belief,
@@ -21,6 +30,25 @@ from .diagnosis import (
     Diagnosis as Diagnosis,
     RecordDiagnosis as RecordDiagnosis,
 )
+from .excitation import (
+    NOMINAL_VALUES as NOMINAL_VALUES,
+    Excitation as Excitation,
+    fixed_check as fixed_check,
+    gain_check as gain_check,
+    held_check as held_check,
+    nominal_check as nominal_check,
+    precision_check as precision_check,
+    within_bounds as within_bounds,
+)
+from .method import (
+    FORMS as FORMS,
+    SECOND_OPINION as SECOND_OPINION,
+    InstrumentTests as InstrumentTests,
+    Strength as Strength,
+    forms_check as forms_check,
+    method_check as method_check,
+    tests_of_instruments as tests_of_instruments,
+)
 from .misfit_checks import lacks_check as lacks_check
 from .records_alike import (
     Alike as Alike,
@@ -28,7 +56,7 @@ from .records_alike import (
     RecordDifference as RecordDifference,
     RecordRegressor as RecordRegressor,
     alike_check as alike_check,
-    overlaps as overlaps,
+    common_samples as common_samples,
     records_alike as records_alike,
     repeated_check as repeated_check,
     rows_alike as rows_alike,

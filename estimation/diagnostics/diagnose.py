@@ -19,30 +19,16 @@ from axisid.estimation.checks import (
     told_or,
     unless_faulty,
 )
-from axisid.estimation.diagnostics.estimates import (
-    NOMINAL_VALUES,
-    forms_check,
-    gain_check,
-    method_check,
-    nominal_check,
-    precision,
-    within_bounds,
-)
-from axisid.estimation.diagnostics.law import LawCheck, law_check
-from axisid.estimation.diagnostics.loop import (
-    ForceTiming,
-    alignment_check,
-    declared_lateness,
-    force_check,
-    limit_check,
-    motion_check,
-    timing_remedy,
-)
+from axisid.estimation.diagnostics.law import law_check
 from axisid.estimation.misspecification import Misspecification
 from axisid.estimation.signals import rests_first
 from axisid.support.errors import Missing
 
+from .alignment import alignment_check, declared_lateness
+from .column_comparison import force_check, limit_check, motion_check
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
+from .excitation import NOMINAL_VALUES, gain_check, nominal_check, precision, within_bounds
+from .method import forms_check, method_check
 from .misfit_checks import following, lack_of_fit_check, lacks_check
 from .records_alike import alike_check, repeated_check
 
@@ -73,10 +59,6 @@ class Diagnostic:
     check: Callable[[Case], Check | Missing | None]
     by_record: bool = False
     several: bool = False
-
-    def made(self, case: Case) -> Check | None:
-        """What it finds, or why it could not be made."""
-        return made(self.name, partial(self.check, case))
 
 
 def _method(case: Case) -> Check | Missing | None:
@@ -110,21 +92,10 @@ def _lacks(name: str, case: Case, *, bounded: bool = False) -> Check | Missing:
 
 
 def _alignment(case: Case) -> Check | Missing:
-    law, timing = case.law, case.timing
-    # Law and motion may agree that the log wrote the control at another time, and which.
-    by_log = (
-        isinstance(law, LawCheck)
-        and isinstance(timing, ForceTiming)
-        and timing.role == "control"
-        and law.delay == -timing.samples != 0
-    )
+    if case.weak:
+        return Missing("the instruments are too weak to measure a delay")
     return alignment_check(
-        case.alignment,
-        case.data,
-        late=_delay(case),
-        weak=case.weak,
-        remedy=timing_remedy(timing, case.data.axis.axis.control, law),
-        by_log=by_log,
+        case.alignment, case.data, late=_delay(case), law=case.law, timing=case.timing
     )
 
 
@@ -260,7 +231,9 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
 def diagnose(case: Case) -> Diagnosis:
     """What every diagnostic finds in a result."""
     by_record = {
-        d.name: [d.made(part) for part in case.parts] for d in DIAGNOSTICS.values() if d.by_record
+        d.name: [made(d.name, partial(d.check, part)) for part in case.parts]
+        for d in DIAGNOSTICS.values()
+        if d.by_record
     }
     alike = unless_faulty(lambda: case.alike)
     records = [
@@ -276,7 +249,7 @@ def diagnose(case: Case) -> Diagnosis:
     ]
     alone = len(case.names) == 1
     checks = (
-        joined(by_record[name], case.names) if d.by_record else d.made(case)
+        joined(by_record[name], case.names) if d.by_record else made(name, partial(d.check, case))
         for name, d in DIAGNOSTICS.items()
         if not (d.several and alone)
     )
@@ -285,7 +258,7 @@ def diagnose(case: Case) -> Diagnosis:
         for name in ("control law", "alignment", "measured velocity")
     )
     return Diagnosis(
-        preferred=case.judged,
+        preferred=case.method,
         law=law.law,
         instruments=told_or(None, lambda: case.instruments),
         excitation=told_or((), lambda: case.excitation),
@@ -295,7 +268,10 @@ def diagnose(case: Case) -> Diagnosis:
         lack_of_fit=None if case.has_parts else records[0].lack_of_fit,
         bands={} if case.has_parts else told_or({}, lambda: case.bands),
         records=tuple(records) if len(records) > 1 else (),
-        differences=told_or({}, lambda: case.differences),
+        differences=told_or(
+            {},
+            lambda: {n: e for n, e in case.compared.items() if not isinstance(e, Missing)},
+        ),
     )
 
 

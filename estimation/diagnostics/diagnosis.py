@@ -7,30 +7,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, told_or, unless_faulty
-from axisid.estimation.diagnostics.estimates import (
-    FORMS,
-    LESS,
-    LS_LESS_IV,
-    SECOND_OPINION,
-    Excitation,
-    InstrumentTests,
-    excitation,
-    fixed_check,
-    moved_by_steps,
-    strength_check,
-    tests_of_instruments,
-    vaguer,
-)
 from axisid.estimation.diagnostics.law import LawCheck, check_law
-from axisid.estimation.diagnostics.loop import (
-    Alignment,
-    ColumnComparison,
-    ForceTiming,
-    alignment_of,
-    compared_motion,
-    force_timing,
-    law_in_time,
-)
 from axisid.estimation.estimates import (
     Estimate,
     HausmanTest,
@@ -41,6 +18,7 @@ from axisid.estimation.estimates import (
 from axisid.estimation.lack_of_fit import (
     JackknifeInterval,
     LackOfFit,
+    groupings,
     jackknife_intervals,
     lack_of_fit,
 )
@@ -58,6 +36,20 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
 
+from .alignment import Alignment, ForceTiming, alignment_of, force_timing, law_in_time
+from .column_comparison import ColumnComparison, compared_motion
+from .excitation import Excitation, excitation, fixed_check
+from .method import (
+    FORMS,
+    LESS,
+    LS_LESS_IV,
+    SECOND_OPINION,
+    InstrumentTests,
+    moved_by_steps,
+    strength_check,
+    tests_of_instruments,
+    vaguer,
+)
 from .records_alike import Alike, RecordDifference, rows_alike
 
 _ALONE = Missing("there is one record")
@@ -143,11 +135,6 @@ class Case:
     whole: "Case | None" = None
     number: int = 0
 
-    @property
-    def judged(self) -> str:
-        """The method of the estimate that checks of one estimate are of."""
-        return (self.whole or self).method
-
     @cached_property
     def method(self) -> str:
         """The method that is judged: output error or instruments, else least squares.
@@ -185,12 +172,14 @@ class Case:
         return unless_faulty(partial(hausman, self.estimates[one], self.estimates[other]))
 
     def _best(self, *, by_law: bool) -> str:
-        def preference(method: str) -> tuple[bool, bool, bool]:
-            estimate = self.estimates[method]
-            other = estimate.by_output_error != by_law
-            return estimate.Z is None, other, isinstance(estimate.form, DirectForm)
-
-        return min(self.estimates, key=preference)
+        return min(
+            self.estimates.items(),
+            key=lambda each: (
+                each[1].Z is None,
+                each[1].by_output_error != by_law,
+                isinstance(each[1].form, DirectForm),
+            ),
+        )[0]
 
     @property
     def data(self) -> FilteredRecord:
@@ -233,7 +222,7 @@ class Case:
     @property
     def preferred(self) -> Estimate:
         """The estimate that checks of one estimate are of."""
-        return self.estimates[self.judged]
+        return self.estimates[(self.whole or self).method]
 
     @cached_property
     def law(self) -> LawCheck | Missing:
@@ -327,7 +316,9 @@ class Case:
         """Of the model's error, by method and physical parameter."""
         found = self.lack_of_fit
         noisy = found is None or not found.is_mostly_repeated
-        return jackknife_intervals(self.estimates, self.data, noisy=noisy)
+        # Estimates of one problem have the same rows.
+        ways = [*groupings(self.data, self.preferred.rows.astype(np.intp))]
+        return {n: jackknife_intervals(e, ways, noisy=noisy) for n, e in self.estimates.items()}
 
     @cached_property
     def compared(self) -> Mapping[str, Mapping[str, HausmanTest] | Missing]:
@@ -340,12 +331,6 @@ class Case:
             for pair in ([SECOND_OPINION, *LS_LESS_IV] if instruments else [FORMS])
             if {*pair.split(LESS)} <= {*self.estimates}
         }
-
-    @property
-    def differences(self) -> Mapping[str, Mapping[str, HausmanTest]]:
-        """Those of them that can be told."""
-        told = self.compared.items()
-        return {pair: each for pair, each in told if not isinstance(each, Missing)}
 
     @cached_property
     def fixed(self) -> Check | Missing | None:

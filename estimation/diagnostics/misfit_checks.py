@@ -6,7 +6,6 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, status_of
-from axisid.estimation.diagnostics.loop import scale_remedy
 from axisid.estimation.estimates import Estimate, NotSimulated
 from axisid.estimation.lack_of_fit import LackOfFit
 from axisid.estimation.misspecification import Misspecification, sentence
@@ -18,6 +17,8 @@ from axisid.estimation.thresholds import (
     MIN_MODEL_SHARE,
 )
 from axisid.support.errors import Missing, of_found
+
+from .column_comparison import scale_remedy
 
 _LESS = (
     '; empty such cells and read with resample="auto", or let such rows count for '

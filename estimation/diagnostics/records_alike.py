@@ -14,11 +14,9 @@ that explains most first, until chance explains the rest, or it makes no output 
 Samples may also be among records more than once: a record given twice, or an overlap. Two files of
 one recorder may hold the same samples, with times of their own: rows 1 to 10000 of a log, and rows
 5000 to 15000. Times are therefore not looked at. Rows of what was measured that occur once in
-either record are looked for in both; where many of them are equally far apart, the samples there
-are compared one by one. An axis at rest repeats its rows, so that two records that both rest have
-nothing in common. Numbers are compared as 32-bit floats, since files may write them with other
-digits, or in other units. Of records that were resampled the rows before are compared, where they
-are kept: those of columns of one clock.
+either record are looked for in both. An axis at rest repeats its rows, so that two records that
+both rest have nothing in common. Numbers are compared as 32-bit floats. Of records that were
+resampled the rows before are compared, where they are kept: those of columns of one clock.
 """
 
 from collections.abc import Callable, Sequence
@@ -48,10 +46,7 @@ from axisid.support.errors import EstimationError, Missing, of_found
 _OWN_PART = 1e-3  # of a column, below which others span it: slopes by differences are as exact
 _FEWEST = 5.0  # degrees of freedom from which scores tell what is chance
 _LOAD_UNITS = ("kg", "kg m^2", "kg*m^2")
-# rows, each once in either record and equally far apart
-_MIN_COMMON_ROWS = 25
-# of the column's largest: one number in other digits or units; files have six or more
-_MAX_WRITTEN_APART = 1e-6
+_MIN_COMMON_ROWS = 25  # each once in either record
 
 _Chosen = NDArray[np.bool_]
 
@@ -247,12 +242,10 @@ class Alike:
     records : tuple of RecordDifference or Missing
         By record: beside all of the others; missing where one alone does not tell the parameters.
     against : tuple of int
-        Records that speak against the rest, the one that does most first.
+        Records that speak against the rest, the one that does most first; none whose difference
+        makes no force to speak of.
     p_value : float
         The least of those that were tested first, allowed for their number.
-    rejected : bool
-        Whether chance explains it no more; then `against` may still be empty of differences that
-        make no force to speak of.
     differing : Difference or None
         The parameters of the first that speaks against the rest, or of the one that differs most,
         that are not theirs; None where chance explains it.
@@ -261,7 +254,6 @@ class Alike:
     records: tuple[RecordDifference | Missing, ...]
     against: tuple[int, ...]
     p_value: float
-    rejected: bool
     differing: Difference | None = None
 
 
@@ -359,7 +351,6 @@ def records_alike(
         records=first,
         against=tuple(against),
         p_value=_allowed(min(chances), len(chances)),
-        rejected=bool(aside),
         differing=differing,
     )
 
@@ -373,55 +364,48 @@ def alike_check(
 ) -> Check:
     """Whether the records are alike, as a check; each record has a name."""
     shares = [each.share_percent for each in found.records if isinstance(each, RecordDifference)]
-    own = ",".join(found.differing.of.names if found.differing else ())
-    advice = (
-        "; say what is known to differ, as a payload that the axis declares (known NAME=V1,V2), or "
-        f"let each record have its own (local {own})"
-    )
     untold = "; ".join(
         f"{name} alone would not tell {'them' if isinstance(e, Missing) else ', '.join(e.untold)}"
         for name, e in zip(names, found.records, strict=True)
         if isinstance(e, Missing) or e.untold
     )
+    against, differing, said = [names[i] for i in found.against], found.differing, ""
+    lead = f"{' and '.join(against)} {'speak' if len(against) > 1 else 'speaks'} against the rest"
+    if len(names) == 2:
+        lead = f"{names[0]} and {names[1]} speak against one another"
+    if differing is not None:
+        rest = names[1 - differing.number] if len(names) == 2 else "the rest"
+        said = f": {differing.told(names[differing.number], rest)}"
+    meaning = first_case(
+        (
+            against,
+            f"{lead}{said}. What is estimated of all is no record's, nor need the other "
+            "parameters be",
+        ),
+        (
+            differing,
+            "the records differ by more than chance, in what makes less than "
+            f"{100 * levels.least_share:g} % of the {output}{said}",
+        ),
+        (True, "each record alone would give the same parameters, but for chance"),
+    )
+    advice = ""
+    if against and differing:
+        advice = (
+            "; say what is known to differ, as a payload that the axis declares (known "
+            "NAME=V1,V2), or let each record have its own "
+            f"(local {','.join(differing.of.names)})"
+        )
     return Check(
         name="records alike",
-        status="fail" if found.against else "note" if found.rejected else "pass",
+        status="fail" if against else "note" if differing else "pass",
         figure=max(shares),
         threshold=100 * levels.least_share,
         p_value=found.p_value,
         source=f"percent of a record's {output} that the parameters it has alone make otherwise "
         "than those of the others; fails where that is more, and chance would make as much in less "
         f"than {100 * levels.level:g} % (Hotelling's test, allowed for the number of records)",
-        meaning=_meaning(found, names, levels, output)
-        + f" ({untold})" * bool(untold)
-        + advice * bool(found.against and found.differing),
-    )
-
-
-def _meaning(found: Alike, names: Sequence[str], levels: Levels, output: str) -> str:
-    of, several = " and ".join(names[i] for i in found.against), len(found.against) > 1
-    lead = f"{of} {'speak' if several else 'speaks'} against the rest"
-    rest, said = "the rest", ""
-    if len(names) == 2:
-        lead = f"{names[0]} and {names[1]} speak against one another"
-    if (differing := found.differing) is not None:
-        rest = names[1 - differing.number] if len(names) == 2 else rest
-        said = f": {differing.told(names[differing.number], rest)}"
-    return first_case(
-        (
-            not found.rejected,
-            "each record alone would give the same parameters, but for chance",
-        ),
-        (
-            not found.against,
-            "the records differ by more than chance, in what makes less than "
-            f"{100 * levels.least_share:g} % of the {output}{said}",
-        ),
-        (
-            True,
-            f"{lead}{said}. What is estimated of all is no record's, nor need the other "
-            "parameters be",
-        ),
+        meaning=f"{meaning}{f' ({untold})' * bool(untold)}{advice}",
     )
 
 
@@ -488,58 +472,58 @@ def _deviations(covariance: Array) -> Array:
     return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Overlap:
-    """Samples that two records have in common.
+def common_samples(one: Record, other: Record) -> tuple[_Chosen, _Chosen] | None:
+    """Which samples of either record are in the other, (N,) and (M,); None where none are.
 
-    Attributes
-    ----------
-    records : (int, int)
-        Which two.
-    samples : ((N,) array of bool, (M,) array of bool)
-        Which of the one, and which of the other.
-    times : ((float, float), (float, float))
-        First and last of them, s, as each record's own time counts.
+    Of those between the first and the last row that occurs once in either and is in both, where in
+    one of them nearly every row between them that occurs once is.
     """
-
-    records: tuple[int, int]
-    samples: tuple[_Chosen, _Chosen]
-    times: tuple[tuple[float, float], tuple[float, float]]
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether both records are these samples."""
-        return all(bool(chosen.all()) for chosen in self.samples)
-
-    def told(self, names: Sequence[str]) -> str:
-        """Which samples these are, in words."""
-        (i, j), (first, second) = self.records, self.times
-        if self.is_whole:
-            return f"{names[i]} and {names[j]} have the same samples"
-        return (
-            f"{names[i]} and {names[j]} have {int(self.samples[0].sum())} samples in common, from "
-            f"{first[0]:.6g} to {first[1]:.6g} s of the first and from {second[0]:.6g} to "
-            f"{second[1]:.6g} s of the second"
-        )
-
-
-def overlaps(records: Sequence[Record]) -> tuple[Overlap, ...]:
-    """What every two of the records have in common, in their order."""
-    pairs = combinations(range(len(records)), 2)
-    found = (_overlap((i, j), records[i], records[j]) for i, j in pairs)
-    return tuple(each for each in found if each is not None)
+    records = (one, other)
+    written = [each.sampled or each for each in records]
+    rows = _measured(*written)
+    if rows is None:
+        return None
+    (values, places), (others, there) = map(_once, rows)
+    _, *matched = np.intersect1d(values, others, assume_unique=True, return_indices=True)
+    if len(matched[0]) < _MIN_COMMON_ROWS:
+        return None
+    found, shares = [], []
+    for k, (own, which) in enumerate(zip((places, there), matched, strict=True)):
+        first, last = own[which].min(), own[which].max()
+        # Rows that two runs of one motion have alike by chance have others between.
+        shares.append(len(which) / np.sum((own >= first) & (own <= last)))
+        same = np.isin(rows[k], rows[1 - k])
+        if not np.array_equal(rows[0], rows[1]):  # else the same as they rest at the ends too
+            same[:first] = same[last + 1 :] = False
+        found.append(np.interp(records[k].time, written[k].time, same) == 1)
+    return (found[0], found[1]) if max(shares) >= MIN_COMMON_SAMPLES.value else None
 
 
 def repeated_check(records: Sequence[Record]) -> Check | None:
     """Whether samples are given more than once, which says nothing new; None where none are."""
-    found = overlaps(records)
-    if not found:
+    counts, names = [np.ones(len(record)) for record in records], record_labels(records)
+    said = []
+    for i, j in combinations(range(len(records)), 2):
+        chosen = common_samples(records[i], records[j])
+        if chosen is None:
+            continue
+        counts[i] += chosen[0]
+        counts[j] += chosen[1]
+        both = f"{names[i]} and {names[j]} have"
+        if all(each.all() for each in chosen):
+            said.append(f"{both} the same samples")
+            continue
+        first, second = (
+            "from {:.6g} to {:.6g} s".format(*records[k].time[each][[0, -1]])
+            for k, each in zip((i, j), chosen, strict=True)
+        )
+        said.append(
+            f"{both} {chosen[0].sum()} samples in common, {first} of the first and {second} of the "
+            "second"
+        )
+    if not said:
         return None
-    counts = [np.ones(len(record)) for record in records]
-    for each in found:
-        for record, chosen in zip(each.records, each.samples, strict=True):
-            counts[record] += chosen
-    times, names = float(np.mean(np.concatenate(counts))), record_labels(records)
+    times = float(np.mean(np.concatenate(counts)))
     return Check(
         name="repeated records",
         status="fail" if times > MAX_REPEATED_SAMPLES.value else "note",
@@ -547,44 +531,13 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
         threshold=MAX_REPEATED_SAMPLES.value,
         source="how often a sample is among the records, on average: variances are too small by as "
         "much",
-        meaning=f"{'; '.join(each.told(names) for each in found)}; deviations are up to "
-        f"{times**0.5:.3g} times too small: give each sample once",
+        meaning=f"{'; '.join(said)}; deviations are up to {times**0.5:.3g} times too small: give "
+        "each sample once",
     )
 
 
-def _overlap(pair: tuple[int, int], one: Record, other: Record) -> Overlap | None:
-    records, written = (one, other), [each.sampled or each for each in (one, other)]
-    rows = _measured(*written)
-    if rows is None:
-        return None
-    (values, places), (others, there) = map(_once, rows)
-    _, i, j = np.intersect1d(values, others, assume_unique=True, return_indices=True)
-    apart = there[j] - places[i]
-    found = [np.zeros(len(each), dtype=bool) for each in rows]
-    distances, counts = np.unique(apart, return_counts=True)
-    for distance in distances[counts >= _MIN_COMMON_ROWS]:
-        a, b = max(0, -distance), max(0, distance)
-        n = min(len(rows[0]) - a, len(rows[1]) - b)
-        off = np.abs(rows[0][a : a + n] - rows[1][b : b + n])
-        same = np.all(off <= _MAX_WRITTEN_APART * np.abs(rows[0]).max(axis=0), axis=1)
-        matched = places[i][apart == distance] - a
-        # Rows that two runs of one motion have alike by chance have others between.
-        if np.mean(same[matched.min() : matched.max() + 1]) >= MIN_COMMON_SAMPLES.value:
-            found[0][a : a + n] |= same
-            found[1][b : b + n] |= same
-    first, second = (
-        each if rows is record else np.interp(record.time, rows.time, each) == 1
-        for record, rows, each in zip(records, written, found, strict=True)
-    )
-    if not (first.any() and second.any()):
-        return None
-    (a, b), (c, d) = one.time[first][[0, -1]], other.time[second][[0, -1]]
-    times = (float(a), float(b)), (float(c), float(d))
-    return Overlap(records=pair, samples=(first, second), times=times)
-
-
-def _measured(*records: Record) -> list[NDArray[np.float32]] | None:
-    """What both records measured of the motion and of the drive, by row; None without either.
+def _measured(*records: Record) -> tuple[NDArray[np.void], NDArray[np.void]] | None:
+    """What two records measured of the motion and of the drive, by row, as bytes; None without.
 
     A reference is the same whenever it is run, and a position in few steps may be.
     """
@@ -595,11 +548,12 @@ def _measured(*records: Record) -> list[NDArray[np.float32]] | None:
         return None
     with np.errstate(all="ignore"):
         rows = [np.column_stack([each[role] for role in both]) for each in columns]
-        return [each.astype(np.float32) + np.float32(0) for each in rows]  # -0 is 0
+        one, other = (each.astype(np.float32) + np.float32(0) for each in rows)  # -0 is 0
+    row = f"V{4 * len(both)}"
+    return np.ascontiguousarray(one).view(row)[:, 0], np.ascontiguousarray(other).view(row)[:, 0]
 
 
-def _once(rows: NDArray[np.float32]) -> tuple[NDArray[np.void], NDArray[np.intp]]:
-    """Rows that occur once, as their bytes, and where."""
-    values = np.ascontiguousarray(rows).view(f"V{rows[0].nbytes}")[:, 0]
-    found, places, counts = np.unique(values, return_index=True, return_counts=True)
+def _once(rows: NDArray[np.void]) -> tuple[NDArray[np.void], NDArray[np.intp]]:
+    """Rows that occur once, and where."""
+    found, places, counts = np.unique(rows, return_index=True, return_counts=True)
     return found[counts == 1], places[counts == 1]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.checks import Check, status_of
-from axisid.estimation.diagnostics.estimates import held_check, nominal_check, precision_check
+from axisid.estimation.diagnostics import held_check, nominal_check, precision_check
 from axisid.estimation.estimates import student_interval
 from axisid.estimation.thresholds import (
     MAX_FAR,

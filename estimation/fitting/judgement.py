@@ -8,8 +8,7 @@ import numpy as np
 
 from axisid.estimation.checks import Check, made, status_of
 from axisid.estimation.choices import POSITION
-from axisid.estimation.diagnostics import repeated_check
-from axisid.estimation.diagnostics.estimates import NOMINAL_VALUES
+from axisid.estimation.diagnostics import NOMINAL_VALUES, repeated_check
 from axisid.estimation.diagnostics.law import LawCheck, law_check
 from axisid.estimation.parameters import START
 from axisid.estimation.searches import MOST_STEPS

@@ -13,7 +13,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import unless_faulty
-from axisid.estimation.diagnostics.loop import Alignment
+from axisid.estimation.diagnostics import Alignment
 from axisid.estimation.estimates import Estimate, student_interval
 from axisid.estimation.records import Record
 from axisid.modeling.declaration import HIDDEN_FROM, Axis

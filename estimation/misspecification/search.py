@@ -564,7 +564,9 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
 def sentence(lack: Misspecification, axis: GeneratedAxis, record: Record) -> str:
     """What is missing, changes or is logged wrongly, how much of it, and what to do about it."""
     size, deviation, unit = lack.size, lack.deviation, lack.unit
-    kind, name, part = lack.kind, lack.parameter, of_force(lack.share)
+    kind, name, part = lack.kind, lack.parameter, "this is more than the force"
+    if lack.share <= 1:
+        part = f"{100 * lack.share:.2g} % of the force is this"
     by = f"{size:+.3g} +- {deviation:.1g} {unit}".rstrip()
     if not name:
         what, advice = said_of(TERMS[kind], lack.at, axis.axis, size)
@@ -603,9 +605,3 @@ def sentence(lack: Misspecification, axis: GeneratedAxis, record: Record) -> str
             "and after by itself, or find what was changed there",
         ),
     )
-
-
-def of_force(share: float) -> str:
-    """How much of the force something makes; a share beyond all of it says no more than that."""
-    beyond = share > 1
-    return "this is more than the force" if beyond else f"{100 * share:.2g} % of the force is this"

@@ -417,12 +417,6 @@ TERMS: dict[str, Term] = {term.kind: term for term in _TERMS}
 def terms_for(axis: Axis, *, commanded: bool) -> tuple[Term, ...]:
     """Terms that can be told of an axis: a turn of an angle, a dead band of what is commanded."""
     told = {"turn": axis.coordinate.unit == "rad", "dead band": commanded}
-    for name, term in TERMS.items():
-        if not isinstance(term, Term):
-            raise UsageError(
-                f"the candidate {quoted(name)} is {quoted(term)}; give an axisid.candidates.Term.",
-                code="candidate",
-            )
     return tuple(term for term in TERMS.values() if told.get(term.kind, True))
 
 
@@ -443,8 +437,7 @@ def said_of(term: Term, at: float, axis: Axis, size: float = 0.0) -> tuple[str, 
     words["rigid"] = at / _RIGID_PART
     if term.kind == "dead band":
         words["band"] = drive.deadband + size / abs(drive.gain)
-    declared = term.kind == "stribeck" and axis.has_stribeck
     what, advice = term.opposite if term.opposite and size < 0 else (term.what, term.declare)
-    if declared:
+    if term.kind == "stribeck" and axis.has_stribeck:
         advice = "another velocity or exponent of stribeck"
     return what.format(**words), advice.format(**words)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, Levels
 from axisid.estimation.choices import OPEN_LOOP, check_among, is_output_error
-from axisid.estimation.diagnostics import Checked, overlaps
+from axisid.estimation.diagnostics import Checked, common_samples
 from axisid.estimation.diagnostics.law import LawCheck, check_law
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit, checked_horizon
@@ -159,9 +159,8 @@ def _known_share(own: Sequence[RecordInfo], record: Record) -> float:
         file = each.provenance.sha256
         if file and file == record.provenance.sha256:
             known |= _within(each.windows, record.time)
-        elif isinstance(each, Record):
-            for overlap in overlaps([each, record]):
-                known |= overlap.samples[1]
+        elif isinstance(each, Record) and (common := common_samples(each, record)):
+            known |= common[1]
     return float(np.mean(known))
 
 

@@ -38,7 +38,6 @@ from axisid.support.errors import Missing, of_found
 
 from .by_runs import MOST_OPEN, LawByGains, said_of_gains
 from .sentences import (
-    MAX_FACTOR_ERROR,
     TEST_SIGNAL,
     WHICH_LAW,
     is_near,
@@ -61,7 +60,6 @@ from .terms import (
     open_for_jitter,
     other_readings,
     residual_percent,
-    scaled_factors,
     settling,
 )
 
@@ -247,9 +245,12 @@ def _by_products(
     if law.takes_velocity:  # which is in no log
         blur = _FACTOR_BLUR
         deviations = {name: float(np.hypot(own, blur)) for name, own in deviations.items()}
-    scaled = scaled_factors(factors, deviations)
-    if law.takes_velocity and abs(scaled.get(INJECTED, np.inf) - 1) < MAX_FACTOR_ERROR:
-        del scaled[INJECTED]  # the velocity that is compared is not the sensor's to a hundredth
+    least, most = MAX_SCALE_ERROR.value, MIN_DISTANCE_FROM_NOISE.value
+    scaled = [
+        name for name, own in deviations.items() if abs(factors[name] - 1) > max(least, most * own)
+    ]
+    if law.takes_velocity and INJECTED in scaled and is_near(factors[INJECTED], 1.0):
+        scaled.remove(INJECTED)  # the velocity that is compared is not the sensor's to a hundredth
     left, declared = (control - terms.sum(axis=1))[used], residual_percent(control, terms, used)
     lean = lean_of(left, control[used], following)
 
@@ -262,7 +263,7 @@ def _by_products(
         passed=not (scaled or lean),
         meaning="",
     )
-    return check, [*scaled], lean, None
+    return check, scaled, lean, None
 
 
 def _by_gains(

@@ -8,7 +8,7 @@ told.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -80,9 +80,9 @@ def lean_text(axis: GeneratedAxis, record: Record, lean: dict[str, float]) -> st
     leaning = " and ".join(f"a {name} of {value:.3g} {unit}" for name, value in lean.items())
     zero = position_zero(axis, law, record) if CONSTANT in lean else None
     also = ""
-    if zero is not None and zero.control is not None:
+    if zero is not None and zero[1] is not None:
         also = (
-            f". Or the position is {zero.away:+.3g} {axis.axis.coordinate.unit} from its zero "
+            f". Or the position is {zero[0]:+.3g} {axis.axis.coordinate.unit} from its zero "
             "beside the reference, a constant tracking error, of which the law makes as much"
         )
     return (
@@ -178,7 +178,6 @@ def repair_of(
 
 
 def _other_laws(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
-    """The law with its velocity formed in other ways."""
     for name, variant in velocity_variants(law).items():
         note = (
             f"it is that of the law {name} with the same gains, which forms the velocity in "
@@ -188,14 +187,37 @@ def _other_laws(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterato
 
 
 def _moved_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
-    """The position from another zero."""
-    if (zero := position_zero(axis, law, record)) is not None:
-        moved = replace(record, position=record.position - zero.away)
-        yield zero_note(axis, record, zero), axis, law, moved
+    if (zero := position_zero(axis, law, record)) is None:
+        return
+    away, made = zero
+    unit, drive = axis.axis.coordinate.unit, axis.axis.drive
+    name = record.provenance.columns.get("position", "NAME")
+    back = f"columns position={name}:UNIT{-away:+.3g}{unit}"
+    constant = f"{made or 0.0:.3g} {drive.unit}"
+    said = first_case(
+        (made is None, f": take that off ({back})"),
+        (
+            abs(made or 0.0) > drive.limit,
+            f", which the law makes {constant} of, more than the drive gives: take "
+            f"that off the position ({back})",
+        ),
+        (
+            True,
+            f", or with a constant of {constant} off the control, which the law "
+            "makes of it: a constant force that the model does not explain, or an offset that "
+            "should be nothing, would say that it is the control's; take the one off the position "
+            f"({back}), or check the control's offset, or an integral of the drive that the "
+            "law does not declare",
+        ),
+    )
+    note = (
+        f"it is with the position {away:+.3g} {unit} away from its zero beside the "
+        f"reference (a constant tracking error of as much){said}"
+    )
+    yield note, axis, law, replace(record, position=record.position - away)
 
 
 def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
-    """The drive at a limit that it does not declare, the largest control."""
     drive, size = axis.axis.drive, np.abs(np.asarray(record.control))
     limit = float(size.max())
     if drive.logs_what_acts or limit >= drive.limit:
@@ -216,7 +238,6 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
 
 
 def _fed_forward(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
-    """A part of the reference's speed and acceleration in the control."""
     if record.injected is not None:
         return
     speed = np.gradient(np.asarray(record.reference), record.period)
@@ -239,9 +260,8 @@ def _fed_forward(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterat
 
 
 def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
-    """A column that the law reads some samples earlier or later."""
     for samples in (1, -1, 2, -2):
-        for role in ("reference", "position", *_signals_of(law)):
+        for role in ("reference", "position", *sorted(map(str, law.signals))):
             way = "later" if samples > 0 else "earlier"
             note = (
                 f"it is with the {role} {abs(samples)} sample{'s' * (abs(samples) > 1)} {way}: "
@@ -258,7 +278,7 @@ def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> It
         f"the {'test signal' if role == 'injected' else role} times {scale:g}: check {what}": (
             record.with_channels({**columns, role: scale * columns[role]})
         )
-        for role in ("position", "reference", *_signals_of(law), "injected")
+        for role in ("position", "reference", *sorted(map(str, law.signals)), "injected")
         if role in columns
         for scale, what in _COLUMN_FAULTS.items()
     }
@@ -272,29 +292,13 @@ def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> It
         yield f"it is with {said}", axis, law, other
 
 
-def _signals_of(law: ControlLaw) -> tuple[str, ...]:
-    """Names of the recorded signals that a law reads."""
-    return tuple(sorted(map(str, law.signals)))
+def position_zero(
+    axis: GeneratedAxis, law: ControlLaw, record: Record
+) -> tuple[float, float | None] | None:
+    """How far the recorded position is from where the law read it; None where that does nothing.
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PositionZero:
-    """How far the recorded position is from where the law read it.
-
-    Attributes
-    ----------
-    away : float
-        By how much the recorded position is more than the one beside the reference, SI.
-    control : float or None
-        The constant control that does the same; None for a law that integrates.
-    """
-
-    away: float
-    control: float | None
-
-
-def position_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> PositionZero | None:
-    """The zero of the position that explains most of what a law leaves; None where it does nothing.
+    By how much it is more than the one beside the reference, SI, which explains most of what the
+    law leaves; and the constant control that does the same, None for a law that integrates.
 
     Parameters
     ----------
@@ -316,30 +320,4 @@ def position_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Posit
         return None
     away = -float(answer @ left) / power
     is_constant = float(np.ptp(answer)) <= MAX_SCALE_ERROR.value * abs(mean)
-    return PositionZero(away=away, control=-mean * away if is_constant else None)
-
-
-def zero_note(axis: GeneratedAxis, record: Record, found: PositionZero) -> str:
-    """What such a record is, and what puts it right; it goes on after what the law leaves."""
-    unit, drive = axis.axis.coordinate.unit, axis.axis.drive
-    name = record.provenance.columns.get("position", "NAME")
-    made = found.control or 0.0
-    back = f"columns position={name}:UNIT{-found.away:+.3g}{unit}"
-    said = first_case(
-        (found.control is None, f": take that off ({back})"),
-        (
-            abs(made) > drive.limit,
-            f", which the law makes {made:.3g} {drive.unit} of, more than the drive gives: take "
-            f"that off the position ({back})",
-        ),
-        (
-            True,
-            f", or with a constant of {made:.3g} {drive.unit} off the control, which the law "
-            "makes of it: a constant force that the model does not explain, or an offset that "
-            "should be nothing, would say that it is the control's; take the one off the position "
-            f"({back}), or check the control's offset, or an integral of the drive that the "
-            "law does not declare",
-        ),
-    )
-    away = f"it is with the position {found.away:+.3g} {unit} away from its zero beside the "
-    return f"{away}reference (a constant tracking error of as much){said}"
+    return away, -mean * away if is_constant else None

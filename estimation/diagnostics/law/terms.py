@@ -6,7 +6,7 @@ the one that it fits. A record that was resampled has the rows of neither, since
 a drive holds, and its noise are drawn between the samples.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,7 +33,6 @@ from axisid.estimation.thresholds import (
     LIMIT_TOLERANCE,
     MAX_LAW_RESIDUAL,
     MAX_LIMIT_EXCESS,
-    MAX_SCALE_ERROR,
     MIN_DISTANCE_FROM_NOISE,
 )
 from axisid.modeling.declaration import ControlLaw
@@ -213,18 +212,6 @@ def fitted_factors(
     return factors, unsure, relative_error_percent(fit.residuals, control)
 
 
-def scaled_factors(
-    factors: Mapping[str, float], deviations: Mapping[str, float]
-) -> dict[str, float]:
-    """Factors that are not 1, by more than 1 % and three of their deviations."""
-    least, most = MAX_SCALE_ERROR.value, MIN_DISTANCE_FROM_NOISE.value
-    return {
-        name: factors[name]
-        for name, deviation in deviations.items()
-        if abs(factors[name] - 1) > max(least, most * deviation)
-    }
-
-
 def lean_of(
     left: Array,
     control: Array,
@@ -272,10 +259,6 @@ def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int
     return best if errors[best] < _MAX_EXPLAINED_RESIDUAL * errors[0] else 0
 
 
-#: A way to read what the law read: in words, the record, and what is to be done if it fits.
-LawReading = tuple[str, Record, str]
-
-
 def is_uneven(record: Record) -> bool:
     """Whether the samples of a record, or of the one that it was resampled from, are off at all."""
     whole = record.longest()
@@ -284,8 +267,11 @@ def is_uneven(record: Record) -> bool:
     )
 
 
-def other_readings(record: Record) -> Iterator[LawReading]:
-    """What else a law may have read than the samples of a record as they are."""
+def other_readings(record: Record) -> Iterator[tuple[str, Record, str]]:
+    """What else a law may have read than the samples of a record as they are.
+
+    In words, the record, and what is to be done if it fits.
+    """
     raw = (record if record.sampled is None else record.sampled).longest()
     if record.sampled is not None:
         yield "in the rows as they were sampled", raw, _STAMPS

@@ -23,7 +23,7 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import MEASURED_POSITION, PERIOD, REFERENCE, ControlLaw, Memory, gain
 from axisid.elements import Drive
-from axisid.estimation.diagnostics.estimates import fixed_check
+from axisid.estimation.diagnostics import fixed_check
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.estimates.physical import Distance, Physical, mapped, physical_parameters
 from axisid.modeling import Experiment, back_and_forth

@@ -23,7 +23,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive
-from axisid.estimation.diagnostics.estimates import gain_check
+from axisid.estimation.diagnostics import gain_check
 from axisid.estimation.estimates import Estimate, Value
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import (

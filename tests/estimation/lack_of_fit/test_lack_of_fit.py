@@ -1,9 +1,10 @@
-"""Residuals are split as they were made; bands are the jackknife's, exact for each group."""
+"""Repeats are found in the reference alone, residuals split by them; bands are the jackknife's."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from axisid import (
     Identification,
@@ -16,8 +17,15 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.lack_of_fit import LackOfFit, lack_of_fit
-from axisid.estimation.lack_of_fit.repeated_phases import bands_of, groupings
+from axisid.estimation.lack_of_fit import (
+    LackOfFit,
+    Repeats,
+    groupings,
+    jackknife_intervals,
+    lack_of_fit,
+    moves_of,
+    repeats_of,
+)
 from axisid.support.arrays import Array
 
 
@@ -53,33 +61,21 @@ def test_what_repeats_is_told_from_noise(result: Identification, rng: np.random.
 def test_noise_does_not_repeat_however_sluggish_it_is(
     result: Identification, rng: np.random.Generator
 ) -> None:
-    rows = len(result["idm-ls"].y)
-    said, blamed = [], []
-    for pole in (0.0, 0.9, 0.98):
-        for _ in range(20):
-            noise = rng.normal(size=rows)
-            for i in range(1, rows):
-                noise[i] += pole * noise[i - 1]
-            found = split(result, noise)
-            said.append(found.is_there)
-            blamed.append(found.is_mostly_model)
-    assert np.mean(said) < 0.05
-    assert np.mean(blamed) < 0.02
+    found = [
+        split(result, lfilter([1.0], [1.0, -pole], rng.normal(size=len(result["idm-ls"].y))))
+        for pole in 20 * (0.0, 0.9, 0.98)
+    ]
+    assert np.mean([each.is_there for each in found]) < 0.05
+    assert np.mean([each.is_mostly_model for each in found]) < 0.02
 
 
 def test_steps_that_repeat_are_not_called_the_model(
     result: Identification, rng: np.random.Generator
 ) -> None:
-    rows = result["idm-ls"].rows.astype(int)
-    by_place = {}
-    position, velocity, _ = result.data.motion
-    for i, row in enumerate(rows):
-        key = round(float(position[row]) * 1e4), velocity[row] > 0
-        by_place.setdefault(key, []).append(i)
-    steps = np.zeros(len(rows))
-    for places in by_place.values():
-        steps[places] = rng.normal()
-    found = split(result, steps)
+    rows, (position, velocity, _) = result["idm-ls"].rows.astype(int), result.data.motion
+    places = np.round(position[rows] * 1e4) + 0.5 * (velocity[rows] > 0)
+    _, place = np.unique(places, return_inverse=True)
+    found = split(result, rng.normal(size=place.max() + 1)[place])
     assert found.share > 0.1 or not found.is_there
     assert not found.is_mostly_model
 
@@ -87,9 +83,10 @@ def test_steps_that_repeat_are_not_called_the_model(
 @pytest.mark.slow
 def test_rows_that_are_left_out_keep_their_phase(emps: GeneratedAxis) -> None:
     record = twin_record(emps, seed=3)
-    every = identify(emps, record, methods=["idm-ls"])
-    parted = identify(emps, replace(record, masked=((5000, 5600),)), methods=["idm-ls"])
-    whole, without = every.diagnosis.lack_of_fit, parted.diagnosis.lack_of_fit
+    whole, without = (
+        identify(emps, each, methods=["idm-ls"]).diagnosis.lack_of_fit
+        for each in (record, replace(record, masked=((5000, 5600),)))
+    )
     assert without.period == whole.period
     assert without.rows < whole.rows
     assert without.share == pytest.approx(whole.share, abs=0.15)
@@ -122,46 +119,128 @@ def test_estimates_without_a_group_are_those_of_the_other_rows(result: Identific
         ]
         scatter = np.sum((np.array(others) - estimate.theta) ** 2, axis=0)
         expected = np.sqrt((len(names) - 1) / len(names) * scatter)
-        bands = bands_of(estimate, [(by, labels)])
+        bands = jackknife_intervals(estimate, [(by, labels)])
         assert [b.deviation for b in bands.values()] == pytest.approx(list(expected), rel=1e-6)
         assert all(b.groups == len(names) and b.by == by for b in bands.values())
 
 
-def test_two_groups_tell_nothing(result: Identification) -> None:
-    labels = np.arange(len(result["idm-ls"].y)) % 2
-    assert bands_of(result["idm-ls"], [("halves", labels)]) == {}
-
-
-def test_a_group_that_alone_tells_a_parameter_forms_none(result: Identification) -> None:
+def test_two_groups_or_one_that_alone_tells_a_parameter_tell_nothing(
+    result: Identification,
+) -> None:
     estimate = result["idm-ls"]
-    telling = np.zeros(len(estimate.y), dtype=np.intp)
+    halves = np.arange(len(estimate.y)) % 2
     acceleration = np.abs(estimate.X[:, 0])
-    telling[acceleration < 0.02 * acceleration.max()] = 1
+    telling = 1 * (acceleration < 0.02 * acceleration.max())
     telling[1::2] += 2 * (telling[1::2] > 0)
-    assert bands_of(estimate, [("acceleration", telling)]) == {}
+    for labels in (halves, telling):
+        assert jackknife_intervals(estimate, [("groups", labels)]) == {}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [401, 403])
-def test_noise_that_cancels_over_rows_shows_no_band(seed: int) -> None:
-    """Behind a loop it is differentiated, and adds up at the edges of groups alone."""
-    axis = build(load_axis("vertical_screw"))
-    found = identify(axis, twin_record(axis, seed=seed), methods=["idm-iv", "didim"])
-    assert not any(band.exceeds for band in found.diagnosis.bands["didim"].values())
+def test_bands_show_what_the_model_lacks_and_seldom_noise(emps2015: GeneratedAxis) -> None:
+    """Behind a loop noise is differentiated, and adds up at the edges of groups alone."""
 
+    def shown(axis: GeneratedAxis, record: Record, method: str) -> list[bool]:
+        found = identify(axis, record, methods=["idm-iv", "didim"]).diagnosis.bands
+        return [band.exceeds for band in found[method].values()]
 
-@pytest.mark.slow
-def test_a_force_that_the_model_lacks_shows_bands() -> None:
+    screw = build(load_axis("vertical_screw"))
+    for seed in (401, 403):
+        assert not any(shown(screw, twin_record(screw, seed=seed), "didim"))
+    right = [shown(emps2015, twin_record(emps2015, seed=seed), "idm-iv") for seed in range(10)]
+    assert np.mean(right) < 0.1
     whole = load_axis("rotary_table")
-    axis = build(leave_out(whole, ca=0.0))
-    found = identify(axis, twin_record(build(whole), seed=1), methods=["idm-iv", "didim"])
-    assert all(any(b.exceeds for b in of.values()) for of in found.diagnosis.bands.values())
+    lacking, record = build(leave_out(whole, ca=0.0)), twin_record(build(whole), seed=1)
+    assert all(any(shown(lacking, record, method)) for method in ("idm-iv", "didim"))
+
+
+HILL = np.concatenate([np.linspace(0, 1, 40), np.ones(100), np.linspace(1, 0, 40)])
+REST = np.zeros(30)
+
+
+def test_each_hill_of_speed_is_a_move_and_rests_are_in_none() -> None:
+    velocity = np.concatenate([REST, HILL, -0.5 * HILL, REST, 0.52 * HILL, REST])
+    moves = moves_of(velocity)
+    assert moves.speeds == pytest.approx([1.0, -0.5, 0.52])
+    assert list(moves.levels) == [1, 0, 0]
+    assert moves.starts == pytest.approx([30, 210, 420], abs=2)
+    assert moves.stops == pytest.approx([210, 390, 600], abs=2)
+
+
+def test_noise_on_a_cruise_last_digits_and_a_rest_make_no_moves(rng: np.random.Generator) -> None:
+    noisy = np.concatenate([HILL, -HILL]) + 1e-3 * rng.normal(size=2 * len(HILL))
+    plateau = np.concatenate([HILL, HILL])
+    plateau[60] = plateau[100] = 1.0 + 1e-15
+    assert [len(moves_of(each)) for each in (noisy, plateau, np.zeros(100))] == [2, 2, 0]
+
+
+def move(length: float, samples: int = 400) -> Array:
+    phase = np.linspace(0, np.pi, samples, endpoint=False)
+    return np.asarray(length * (1 - np.cos(phase)) / 2)
+
+
+ONCE = np.concatenate([move(1.0), 1.0 - move(0.4), 0.6 + move(0.3), 0.9 - move(0.9)])
+
+
+def found(reference: Array) -> Repeats:
+    return repeats_of(reference, ((0, len(reference)),))
+
+
+def test_the_period_is_that_of_the_reference_and_one_phase_has_one_number() -> None:
+    repeats, n = found(np.tile(ONCE, 4)), len(ONCE)
+    assert (repeats.period, repeats.times) == (n, 4)
+    first, last = np.flatnonzero(repeats.move >= 0)[[0, -1]]
+    assert 0 < first <= n  # what is before the first move is not known
+    assert last == pytest.approx(4 * n, abs=5)
+    for each in (repeats.move, repeats.offset):
+        later, after = (each[i * n + 500 : (i + 1) * n - 10] for i in (1, 2))
+        assert np.array_equal(later, after)
+
+
+def test_last_digits_do_not_matter(rng: np.random.Generator) -> None:
+    reference = np.round(np.tile(ONCE, 3), 5)
+    exact = found(np.tile(ONCE, 3))
+    rounded = found(reference + 1e-6 * rng.normal(size=len(reference)))
+    assert rounded.period == pytest.approx(len(ONCE), abs=2)
+    assert np.mean(rounded.move >= 0) > 0.9 * np.mean(exact.move >= 0)
+
+
+def test_rests_of_any_length_may_part_repeats() -> None:
+    pieces = [np.concatenate([np.zeros(rest), ONCE]) for rest in (50, 170, 90, 230)]
+    repeats = found(np.concatenate([*pieces, np.zeros(40)]))
+    assert repeats.period is None
+    assert repeats.times >= 3
+    assert np.sum(repeats.move >= 0) > 2.9 * len(ONCE)
+
+
+def test_part_of_a_record_may_repeat() -> None:
+    head = np.concatenate([move(0.2), 0.2 - move(0.2), move(0.7), 0.7 - move(0.7)])
+    repeats = found(np.concatenate([head, np.tile(ONCE, 2), 0.5 * move(1.0)]))
+    assert np.flatnonzero(repeats.move >= 0)[0] >= len(head)
+    assert repeats.period == len(ONCE)
+
+
+HILLS = [scale * np.concatenate([move(1.0), 1.0 - move(1.0)]) for scale in (1.0, 1.1, 1.2)]
+
+
+@pytest.mark.parametrize(
+    "reference", [np.concatenate(HILLS), np.zeros(500), np.full(500, np.nan), np.arange(500.0)]
+)
+def test_no_motion_and_moves_of_other_sizes_repeat_nothing(reference: Array) -> None:
+    assert found(reference) is None
+
+
+def test_no_repeat_goes_across_a_gap() -> None:
+    reference, middle = np.tile(ONCE, 2), len(ONCE) + 600
+    parted = repeats_of(reference, ((0, middle), (middle, len(reference))))
+    assert parted is None or np.sum(parted.move >= 0) < np.sum(found(reference).move >= 0)
 
 
 @pytest.mark.slow
-def test_bands_are_seldom_shown_of_a_right_model(emps2015: GeneratedAxis) -> None:
-    shown = []
-    for seed in range(10):
-        found = identify(emps2015, twin_record(emps2015, seed=seed), methods=["idm-iv"])
-        shown += [band.exceeds for band in found.diagnosis.bands["idm-iv"].values()]
-    assert np.mean(shown) < 0.1
+def test_a_reference_of_noise_has_no_period_and_no_fault() -> None:
+    """Moves that are the same but for a shift may begin at the same sample."""
+    rng = np.random.default_rng(13)
+    reference = np.cumsum(rng.normal(size=3000)) * 1e-6
+    for noise in (0.0, 1e-7, 1e-6):
+        repeats = found(reference + noise * rng.normal(size=3000))
+        assert repeats is None or repeats.period is None or repeats.period > 0

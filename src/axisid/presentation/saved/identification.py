@@ -9,10 +9,14 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis, RecordDifference
-from axisid.estimation.diagnostics.estimates import Excitation
+from axisid.estimation.diagnostics import (
+    Alignment,
+    Diagnosis,
+    Excitation,
+    RecordDiagnosis,
+    RecordDifference,
+)
 from axisid.estimation.diagnostics.law import LawCheck
-from axisid.estimation.diagnostics.loop import Alignment
 from axisid.estimation.estimates import (
     Physical,
     PhysicalByMethod,

@@ -7,9 +7,12 @@ import numpy as np
 from msgspec import UNSET, UnsetType
 
 from axisid.estimation.checks import Check, Levels
-from axisid.estimation.diagnostics import RecordDiagnosis, RecordDifference
-from axisid.estimation.diagnostics.estimates import InstrumentTests
-from axisid.estimation.diagnostics.loop import ColumnComparison
+from axisid.estimation.diagnostics import (
+    ColumnComparison,
+    InstrumentTests,
+    RecordDiagnosis,
+    RecordDifference,
+)
 from axisid.estimation.estimates import HausmanTest
 from axisid.estimation.identification import DriveTime, Identification, RecordResult
 from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from types import MappingProxyType
 
 from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics.estimates import within_bounds
+from axisid.estimation.diagnostics import within_bounds
 from axisid.estimation.estimates import Value
 from axisid.estimation.studies import Candidate, Comparison, ParameterCheck
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL

@@ -149,26 +149,53 @@ def _delayed(scores: RecordScores, samples: float) -> RecordScores:
     return replace(scores, residuals=residuals)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ForceTiming:
+    """How many samples after it is recorded a control or a force acts, beside its hold.
+
+    Attributes
+    ----------
+    role : str
+        ``control`` or ``force``.
+    samples : int
+        Whole ones; negative where it acts before it is recorded.
+    text : str
+        What the motion shows.
+    """
+
+    role: str
+    samples: int
+    text: str
+
+    @property
+    def shift(self) -> str:
+        """What moves the column to where it acts."""
+        return f"shift.{self.role} = {self.samples} in run.toml"
+
+
 @of_found
 def alignment_check(
     delay: Alignment,
     data: FilteredRecord,
     *,
     late: Misspecification | Missing | None,
-    weak: bool,
-    remedy: str,
-    by_log: bool,
+    law: LawCheck | Missing,
+    timing: ForceTiming | Missing,
 ) -> Check | Missing:
-    """The delay that fits best against the one that the hold takes; `weak` are the instruments.
+    """The delay that fits best against the one that the hold takes.
 
     It fails where the model lacks a delay, `late`, by the search for all that it may lack; where
     none was looked for, where the estimate leaves its range.
-    The `remedy` is for a force that acts whole samples after it is recorded. `by_log` the control
-    law says that the log wrote it at another time, by as much: that is the only remedy then, and
-    counts once.
+    A force may act whole samples after it is recorded, by `timing`; where the control law says that
+    the log wrote it at another time, by as much, that is the only remedy, and counts once.
     """
-    if weak:
-        return Missing("the instruments are too weak to measure a delay")
+    remedy = _remedy(timing, data.axis.axis.control, law)
+    by_log = (
+        isinstance(law, LawCheck)
+        and isinstance(timing, ForceTiming)
+        and timing.role == "control"
+        and law.delay == -timing.samples != 0
+    )
     hold, used = str(data.prefilter.hold), data.hold_delay
     apart = delay.best - used
     far = delay.at_the_end and abs(apart) > MAX_DELAY_DISTANCE.value * delay.deviation
@@ -252,40 +279,6 @@ def _side(delay: float) -> str:
     return "before" if delay < 0 else "after"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ForceTiming:
-    """How many samples after it is recorded a control or a force acts, beside its hold.
-
-    Attributes
-    ----------
-    role : str
-        ``control`` or ``force``.
-    samples : int
-        Whole ones; negative where it acts before it is recorded.
-    found, deviation : float
-        As the motion shows it, samples.
-    """
-
-    role: str
-    samples: int
-    found: float
-    deviation: float
-
-    @property
-    def shift(self) -> str:
-        """What moves the column to where it acts."""
-        return f"shift.{self.role} = {self.samples} in run.toml"
-
-    @property
-    def text(self) -> str:
-        """What the motion shows."""
-        when = "after" if self.found > 0 else "before"
-        return (
-            f"acts {abs(self.found):.2f} +- {self.deviation:.2g} samples {when} it is recorded, "
-            "its hold apart"
-        )
-
-
 @of_found
 def force_timing(profile: Alignment, data: FilteredRecord) -> ForceTiming | Missing:
     """Whole samples between where a force is recorded and where it acts, or why they are unknown.
@@ -302,28 +295,30 @@ def force_timing(profile: Alignment, data: FilteredRecord) -> ForceTiming | Miss
     margin = max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
     if abs(apart - samples) > min(margin, 0.5):
         return Missing(f"the force acts {apart:.2f} samples after it is recorded, no whole number")
-    role = "control" if data.record.force is None else "force"
-    return ForceTiming(role=role, samples=samples, found=apart, deviation=profile.deviation)
+    return ForceTiming(
+        role="control" if data.record.force is None else "force",
+        samples=samples,
+        text=f"acts {abs(apart):.2f} +- {profile.deviation:.2g} samples "
+        f"{'after' if apart > 0 else 'before'} it is recorded, its hold apart",
+    )
 
 
 def law_in_time(
-    law: LawCheck | Missing, declared: ControlLaw | None, timing: ForceTiming | Missing
-) -> LawCheck | Missing:
+    law: LawCheck, declared: ControlLaw | None, timing: ForceTiming | Missing
+) -> LawCheck:
     """A law check that says which of shift and delay the motion supports, where it is one."""
-    if isinstance(law, Missing) or not (law.delay and law.advice):
-        return law
-    if declared is None or declared.continuous:
+    if not (law.delay and law.advice) or declared is None or declared.continuous:
         return law
     if isinstance(timing, Missing):
         why = f". Which of them, this record does not tell: {timing}"
         return replace(law, advice=law.advice + why)
     late = declared.delay + law.delay
-    to_blame = f"the log is to blame, as the control {timing.text}: move it there with "
     advice = first_case(
         (timing.role != "control", law.advice),
         (
             timing.samples,
-            f"{to_blame}{timing.shift}{_and_delay(declared, law, timing.samples)}",
+            f"the log is to blame, as the control {timing.text}: move it there with "
+            f"{timing.shift}{_and_delay(declared, law, timing.samples)}",
         ),
         (
             late < 0 and not declared.delay,
@@ -338,7 +333,7 @@ def law_in_time(
     return replace(law, advice=advice)
 
 
-def timing_remedy(
+def _remedy(
     timing: ForceTiming | Missing, declared: ControlLaw | None, law: LawCheck | Missing
 ) -> str:
     """What to do about a force that acts whole samples after it is recorded."""

@@ -1,4 +1,7 @@
-"""One check of a result: a figure held against a threshold, and what it means; its two levels.
+"""One check of a result: a figure held against a threshold, and what it means; where it is run.
+
+In: a figure, what it is held against, what that means. Out: `Check`. Knows nothing of what is
+checked.
 
 `KINDS` has every check of the program: the line of a verdict that it is told under, and its weight.
 """
@@ -220,12 +223,10 @@ def _distance(check: Check) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kind:
-    """What a check is in every verdict that has it.
+    """What a check of one name is in every verdict that has it.
 
     Attributes
     ----------
-    name : str
-        Of the check.
     line : str
         What a verdict answers by it: is the control the declared law's; is everything logged at
         its time; does the simulated loop do what the record does; is something missing in the
@@ -237,7 +238,6 @@ class Kind:
         Whether the numbers may mean something else than what they are called where it fails.
     """
 
-    name: str
     line: str
     rank: int = 100
     grave: bool = False
@@ -245,55 +245,52 @@ class Kind:
 
 #: By name, line by line.
 KINDS: dict[str, Kind] = {
-    kind.name: kind
-    for kind in (
-        Kind(name="control law", line="law", rank=0, grave=True),
-        Kind(name="law's factors", line="law"),
-        Kind(name="exact law", line="law"),
-        Kind(name="force against control", line="law", rank=5, grave=True),
-        Kind(name="drive gain", line="law"),
-        Kind(name="time base", line="timing", rank=0, grave=True),
-        Kind(name="sample period", line="timing"),
-        Kind(name="alignment", line="timing", rank=8),
-        Kind(name="recorded signals", line="timing", rank=2, grave=True),
-        Kind(name="start of the loop", line="timing"),
-        Kind(name="simulation", line="loop", rank=2, grave=True),
-        Kind(name="windows", line="loop", rank=2, grave=True),
-        Kind(name="measured velocity", line="loop", rank=1, grave=True),
-        Kind(name="measured acceleration", line="loop", rank=1, grave=True),
-        Kind(name="control against limit", line="loop", rank=6, grave=True),
-        Kind(name="noise in the loop", line="loop"),
-        Kind(name="samples near rests", line="loop"),
-        Kind(name="equation error", line="model", rank=3, grave=True),
-        Kind(name="missing terms", line="model", rank=8),
-        Kind(name="fixed values", line="model", rank=4, grave=True),
-        Kind(name="what was known", line="model", rank=4, grave=True),
-        Kind(name="lack of fit", line="model"),
-        Kind(name="outliers", line="outliers", rank=1),
-        Kind(name="any parameter shown", line="precision", rank=3, grave=True),
-        Kind(name="parameters shown", line="precision"),
-        Kind(name="one end", line="precision", rank=3, grave=True),
-        Kind(name="bounds", line="precision", rank=3, grave=True),
-        Kind(name="rows", line="precision"),
-        Kind(name="convergence", line="precision"),
-        Kind(name="starts", line="precision"),
-        Kind(name="precision", line="precision", rank=13),
-        Kind(name="nominal values", line="precision"),
-        Kind(name="physical parameters", line="precision", rank=10),
-        Kind(name="records alike", line="records", rank=8, grave=True),
-        Kind(name="repeated records", line="records", rank=10),
-        Kind(name="instrument strength", line="method", rank=12),
-        Kind(name="method", line="method", rank=14),
-        Kind(name="inverse against direct", line="method", rank=5, grave=True),
-        Kind(name="validation", line="validation", rank=7),
-        Kind(name="result", line="result", rank=0, grave=True),
-    )
+    "control law": Kind(line="law", rank=0, grave=True),
+    "law's factors": Kind(line="law"),
+    "exact law": Kind(line="law"),
+    "force against control": Kind(line="law", rank=5, grave=True),
+    "drive gain": Kind(line="law"),
+    "time base": Kind(line="timing", rank=0, grave=True),
+    "sample period": Kind(line="timing"),
+    "alignment": Kind(line="timing", rank=8),
+    "recorded signals": Kind(line="timing", rank=2, grave=True),
+    "start of the loop": Kind(line="timing"),
+    "simulation": Kind(line="loop", rank=2, grave=True),
+    "windows": Kind(line="loop", rank=2, grave=True),
+    "measured velocity": Kind(line="loop", rank=1, grave=True),
+    "measured acceleration": Kind(line="loop", rank=1, grave=True),
+    "control against limit": Kind(line="loop", rank=6, grave=True),
+    "noise in the loop": Kind(line="loop"),
+    "samples near rests": Kind(line="loop"),
+    "equation error": Kind(line="model", rank=3, grave=True),
+    "missing terms": Kind(line="model", rank=8),
+    "fixed values": Kind(line="model", rank=4, grave=True),
+    "what was known": Kind(line="model", rank=4, grave=True),
+    "lack of fit": Kind(line="model"),
+    "outliers": Kind(line="outliers", rank=1),
+    "any parameter shown": Kind(line="precision", rank=3, grave=True),
+    "parameters shown": Kind(line="precision"),
+    "one end": Kind(line="precision", rank=3, grave=True),
+    "bounds": Kind(line="precision", rank=3, grave=True),
+    "rows": Kind(line="precision"),
+    "convergence": Kind(line="precision"),
+    "starts": Kind(line="precision"),
+    "precision": Kind(line="precision", rank=13),
+    "nominal values": Kind(line="precision"),
+    "physical parameters": Kind(line="precision", rank=10),
+    "records alike": Kind(line="records", rank=8, grave=True),
+    "repeated records": Kind(line="records", rank=10),
+    "instrument strength": Kind(line="method", rank=12),
+    "method": Kind(line="method", rank=14),
+    "inverse against direct": Kind(line="method", rank=5, grave=True),
+    "validation": Kind(line="validation", rank=7),
+    "result": Kind(line="result", rank=0, grave=True),
 }
 
 
 def kind_of(check: str) -> Kind:
     """What a check is; one that no row names is told by itself, and last."""
-    return KINDS.get(check) or Kind(name=check, line=check)
+    return KINDS.get(check) or Kind(line=check)
 
 
 def lines_of(checks: Iterable[str]) -> tuple[str, ...]:

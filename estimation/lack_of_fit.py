@@ -1,5 +1,8 @@
 """What a model leaves, split by repeats: into what is left again each time, and noise.
 
+In: an estimate and the record behind its filter. Out: `LackOfFit`, and by how far parameters
+scatter where moves are left out. Knows nothing of verdicts.
+
 The products of the residuals of two repeats at one phase have the power of what repeats as their
 mean, whatever the noise is, as long as that of one repeat is independent of that of another. What
 they leave of the power is pure error.
@@ -452,32 +455,23 @@ class JackknifeInterval(Struct, frozen=True, kw_only=True, rename={"interval": "
 
 
 def jackknife_intervals(
-    estimates: Mapping[str, Estimate], data: FilteredRecord, *, noisy: bool = True
-) -> dict[str, dict[str, JackknifeInterval]]:
-    """The band of each physical parameter by method and name.
+    estimate: Estimate, ways: Sequence[tuple[str, Index]], *, noisy: bool = True
+) -> dict[str, JackknifeInterval]:
+    """The widest band of each physical parameter, by name.
 
     Parameters
     ----------
-    estimates : mapping of str to Estimate
-        Of the same rows, by method.
-    data : FilteredRecord
+    estimate : Estimate
+    ways : sequence of (str, (n,) array of int)
+        To form groups, in words and with the label of every row's, as by `groupings`.
     noisy : bool
         Whether noise may be what groups scatter by; not where repeats show that it is not.
 
     Returns
     -------
-    dict of str to dict of str to Band
-        Empty of a method without which no groups of rows tell all parameters.
+    dict of str to JackknifeInterval
+        Empty where no groups of rows tell all parameters.
     """
-    first = next(iter(estimates.values()))
-    ways = [*groupings(data, first.rows.astype(np.intp))]
-    return {method: bands_of(estimate, ways, noisy=noisy) for method, estimate in estimates.items()}
-
-
-def bands_of(
-    estimate: Estimate, ways: Sequence[tuple[str, Index]], *, noisy: bool = True
-) -> dict[str, JackknifeInterval]:
-    """The widest band of each parameter under ways to form groups, as `groupings` gives them."""
     found = [_bands(estimate, labels, by, noisy=noisy) for by, labels in ways]
     each = zip(*filter(None, found), strict=True)  # by parameter
     return {

@@ -10,7 +10,15 @@ from functools import partial
 
 import numpy as np
 
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, Status, first_case, status_of
+from axisid.estimation.checks import (
+    DEFAULT_LEVELS,
+    Check,
+    Levels,
+    Status,
+    first_case,
+    status_of,
+    unless_faulty,
+)
 from axisid.estimation.choices import OPEN_LOOP_FIT, instruments_of
 from axisid.estimation.estimates import (
     NOTICEABLE,
@@ -24,7 +32,7 @@ from axisid.estimation.regression import factor
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
 from axisid.support.arrays import Array, MaybeInfinite, MaybeNan
-from axisid.support.errors import EstimationError, Missing, of_found
+from axisid.support.errors import Missing, of_found
 
 _FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
 _WORST: tuple[Status, ...] = ("fail", "note", "pass")
@@ -367,10 +375,7 @@ def tests_of_instruments(estimate: Estimate | None) -> InstrumentTests | Missing
     if estimate is None or estimate.Z is None:
         return Missing("no method with instruments gave an estimate")
     names = [q.label for q in estimate.form.quantities]
-    try:
-        return instrument_tests(estimate.X, estimate.Z, names)
-    except EstimationError as error:
-        return Missing(str(error))
+    return unless_faulty(partial(instrument_tests, estimate.X, estimate.Z, names))
 
 
 def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTests:

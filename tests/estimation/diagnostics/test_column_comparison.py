@@ -1,0 +1,227 @@
+"""A measured force, velocity or control beside what it should be: what does not fit is named."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from axisid import Prefilter, Record, build, identify, load_axis, twin_record
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import (
+    ColumnComparison,
+    compared_motion,
+    motion_check,
+)
+from axisid.estimation.diagnostics.column_comparison import force_check, limit_check
+
+GAIN = 35.15
+
+
+def measured(commanded: np.ndarray, how: str, rng: np.random.Generator) -> np.ndarray:
+    """What a current sensor makes of a commanded force: late, coarse, noisy."""
+    rms = float(np.sqrt(np.mean(commanded**2)))
+    pole, step = np.exp(-1e-3 / 2e-3), 0.01 * np.abs(commanded).max()
+    noise = rng.normal(0.0, 1.0, len(commanded))
+    slow = lfilter([1], [1, -0.98], noise)
+    return {
+        "late": lfilter([1 - pole], [1, -pole], commanded, zi=[pole * commanded[0]])[0],
+        "coarse": step * np.round(commanded / step),
+        "drifting": commanded + 0.05 * rms * slow / np.sqrt(np.mean(slow**2)),
+        "noisy": commanded + 0.1 * rms * noise,
+        "nothing else": commanded,
+    }[how]
+
+
+@pytest.mark.parametrize(
+    ("scale", "shift", "status"),
+    [(1.0, 0, "pass"), (0.5, 0, "fail"), (-1.0, 0, "fail"), (1, 9, "fail")],
+)
+def test_scale_sign_and_time_are_seen(
+    emps2015: GeneratedAxis, twin: Record, scale: float, shift: int, status: str
+) -> None:
+    spoilt = replace(twin, force=np.roll(scale * GAIN * twin.control, shift))
+    check = force_check(emps2015, spoilt)
+    assert check.status == status
+    assert status == "pass" or f"{scale:.3g} times" in check.meaning or shift
+    if scale == 0.5:
+        assert check in identify(emps2015, spoilt, Prefilter(hold="zoh"), "idm-ls").verdict
+
+
+@pytest.mark.parametrize("how", ["late", "coarse", "drifting", "noisy"])
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_what_a_current_loop_does_is_no_factor_and_a_factor_is_seen_through_it(
+    emps2015: GeneratedAxis, how: str, seed: int
+) -> None:
+    record = twin_record(emps2015, seed=seed)
+    force = measured(GAIN * record.control, how, np.random.default_rng(seed))
+    assert force_check(emps2015, replace(record, force=force)).status == "pass"
+    check = force_check(emps2015, replace(record, force=1.1 * force))
+    assert check.status == "fail"
+    scale = float(check.meaning.split("the force column is ")[1].split()[0])
+    assert scale == pytest.approx(1.1, rel=0.01)
+    assert "scaled by it" in check.meaning
+
+
+@pytest.mark.parametrize("how", ["late", "coarse", "drifting", "noisy", "nothing else"])
+@pytest.mark.parametrize("share", [0.12, -0.12, 0.0])
+def test_a_constant_beside_the_command_is_named_with_its_size(
+    emps2015: GeneratedAxis, twin: Record, how: str, share: float, rng: np.random.Generator
+) -> None:
+    commanded = GAIN * twin.control
+    force = measured(commanded, how, rng)
+    offset = share * float(np.sqrt(np.mean(commanded**2)))
+    check = force_check(emps2015, replace(twin, force=force + offset))
+    assert check.status == ("fail" if share else "pass")
+    if share:
+        said = check.meaning.split("the force column is ")[1]
+        assert float(said.split()[0]) == pytest.approx(offset, rel=0.1)
+        assert "Check the zero of the force's sensor" in said
+
+
+def test_what_a_gear_takes_and_masked_samples_are_no_factor(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    """A load cell lacks the motor's share of inertia and friction: not a factor of the control."""
+    commanded = GAIN * np.array(twin.control)
+    lost = 0.06 * np.abs(commanded).mean() * np.sign(np.gradient(twin.position))
+    assert force_check(emps2015, replace(twin, force=commanded - lost)).status == "pass"
+    commanded[3000:3100] *= 0.5
+    masked = replace(twin, force=commanded, masked=((2990, 3110),))
+    assert force_check(emps2015, masked).status == "pass"
+
+
+def limited(axis: GeneratedAxis, limit: float) -> GeneratedAxis:
+    return build(replace(axis.axis, drive=replace(axis.axis.drive, limit=limit)))
+
+
+@pytest.mark.parametrize(
+    ("scale", "measured_force", "status"),
+    [(1.0, False, "pass"), (3.0, False, "fail"), (3.0, True, "note")],
+)
+def test_control_beyond_the_limit_is_told_with_its_share(
+    emps2015: GeneratedAxis, twin: Record, scale: float, measured_force: bool, status: str
+) -> None:
+    low = limited(emps2015, float(np.abs(twin.control).max()))
+    force = GAIN * twin.control if measured_force else None
+    record = replace(twin, control=scale * twin.control, force=force)
+    check = limit_check(low, record)
+    assert check.status == status
+    if status != "pass":
+        share = np.mean(np.abs(scale * twin.control) > 1.02 * low.axis.drive.limit)
+        assert check.figure == pytest.approx(100 * share)
+        assert f"in {100 * share:.2g} % of" in check.meaning
+
+
+def test_a_converter_s_noise_at_the_limit_is_not_beyond_it(
+    emps2015: GeneratedAxis, twin: Record, rng: np.random.Generator
+) -> None:
+    limit = 0.5 * float(np.abs(twin.control).max())
+    clipped = np.clip(twin.control, -limit, limit) + rng.normal(0, 0.005 * limit, len(twin))
+    record = replace(twin, control=clipped)
+    assert limit_check(limited(emps2015, limit), record).status == "pass"
+
+
+SIZE = 0.08  # m/s
+COARSE = {"position_noise": 2e-5}
+
+
+@pytest.fixture(scope="module")
+def right(emps: GeneratedAxis) -> Record:
+    return twin_record(emps, seed=3, velocity_noise=0.01 * SIZE, acceleration_noise=0.05)
+
+
+def compared(record: Record) -> ColumnComparison:
+    return compared_motion(record, "velocity")
+
+
+def checked(axis: GeneratedAxis, record: Record, role: str = "velocity") -> Check:
+    return motion_check(axis, record, role, compared_motion(record, role))
+
+
+def changed(record: Record, factor: float = 1.0, offset: float = 0.0) -> Record:
+    return replace(record, velocity=factor * np.asarray(record.velocity) + offset)
+
+
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_a_right_one_passes(emps: GeneratedAxis, seed: int) -> None:
+    noise = {"velocity_noise": 0.01 * SIZE, "acceleration_noise": 0.05}
+    for role, more in (("velocity", {}), ("acceleration", {}), ("velocity", COARSE)):
+        check = checked(emps, twin_record(emps, seed=seed, **noise, **more), role)
+        assert check.status == "pass", check.meaning
+
+
+def test_factor_delay_and_offset_are_measured(right: Record) -> None:
+    found = compared(changed(right.shifted(velocity=2), 1.05, 0.004))
+    assert found.factor == pytest.approx(1.05, abs=3 * found.factor_deviation + 5e-4)
+    assert found.delay == pytest.approx(2, abs=3 * found.delay_deviation)
+    assert found.offset == pytest.approx(0.004, abs=3 * found.offset_deviation)
+    *wrong, left = found.distances.values()
+    assert min(wrong) > 1 > left
+
+
+def test_part_of_a_sample_is_measured(emps: GeneratedAxis) -> None:
+    record = twin_record(emps, velocity_noise=0.0)
+    behind = np.gradient(record.position, record.period)  # central, so in time
+    difference = np.concatenate([[0.0], np.diff(record.position) / record.period])
+    assert compared(replace(record, velocity=behind)).delay == pytest.approx(0, abs=0.01)
+    assert compared(replace(record, velocity=difference)).delay == pytest.approx(0.5, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("factor", "late", "offset", "advice"),
+    [
+        (1.0, 3, 0.0, "shift.velocity = -3"),
+        (1000.0, 0, 0.0, "columns velocity=NAME:mm/s"),
+        (-1.0, 0, 0.0, "columns velocity=NAME:UNIT*-1"),
+        (1.0, 0, 0.005, "columns velocity=NAME:UNIT-0.005"),
+        (1.05, 0, 0.0, "check its unit and scale"),
+    ],
+)
+def test_what_is_wrong_is_told_with_what_to_do(
+    emps: GeneratedAxis, right: Record, factor: float, late: int, offset: float, advice: str
+) -> None:
+    check = checked(emps, changed(right.shifted(velocity=late), factor, offset))
+    assert check.status == "fail"
+    assert advice in check.meaning
+
+
+@pytest.mark.parametrize("what", ["control", "position", "noise", "walk", "constant"])
+def test_another_signal_is_no_velocity(emps: GeneratedAxis, right: Record, what: str) -> None:
+    noise = np.random.default_rng(1).normal(0, SIZE, len(right))
+    others = {
+        "control": right.control,
+        "position": right.position,
+        "noise": noise,
+        "walk": np.cumsum(noise) / 30,
+        "constant": 0.01 + 1e-9 * right.position,
+    }
+    check = checked(emps, replace(right, velocity=others[what]))
+    assert check.status == "fail"
+    assert "is not the position's derivative" in check.meaning
+
+
+@pytest.mark.slow
+def test_it_stands_in_the_verdict(emps: GeneratedAxis, right: Record) -> None:
+    result = identify(emps, changed(right, 1.05), methods="idm-ls")
+    assert "measured velocity" in [each.name for each in result.verdict if each.status == "fail"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["emps", "belt_axis"])
+@pytest.mark.parametrize(("factor", "offset"), [(1.0, 0.0), (1.05, 0.0), (0.98, 0.0), (1.0, 0.1)])
+def test_a_wrong_scale_or_zero_is_told(name: str, factor: float, offset: float) -> None:
+    axis = build(load_axis(name))
+    record = twin_record(axis, velocity_noise=1e-4)
+    moved = factor * np.asarray(record.velocity) + offset * np.ptp(record.velocity)
+    alone = replace(record, position=np.empty(0), velocity=moved)
+    result = identify(axis, alone, methods=["idm-ls"])
+    (found,) = (c for c in result.verdict if c.name == "measured velocity")
+    assert found.status == ("pass" if factor == 1 and not offset else "fail")
+    assert "that of the simulated loop, which follows the reference" in found.meaning
+    if factor != 1:
+        (told,) = re.findall(r"the measured velocity is (\S+) ", found.meaning)
+        assert float(told) == pytest.approx(factor, abs=1e-3)
+        assert "and those of the reference" in found.meaning

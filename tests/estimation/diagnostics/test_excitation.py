@@ -1,0 +1,176 @@
+"""Parameters against motions that lack one thing each, what was fixed, and their nominal values."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import (
+    Identification,
+    Parameter,
+    Prefilter,
+    Record,
+    build,
+    fit,
+    fix,
+    identify,
+    load_axis,
+    simulate,
+    twin_record,
+)
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.control import cascade_pd
+from axisid.elements import Drive, offset, spring
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import fixed_check, nominal_check
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.simulation.twin import trajectory
+from axisid.modeling import LIBRARY, Experiment, Move, back_and_forth
+from tests.axes.bodies import k, stage, x
+
+PERIOD = 1e-3
+f = Parameter("f", "N")
+TRUTH = {"m": 5.0, "b": 20.0, "c": 4.0, "f": 3.0, "k": 50.0}
+STAGE = stage(
+    offset(f),
+    spring(k, x),
+    parameters=(f, k),
+    drive=Drive(gain=1.0, unit="N"),
+    control=cascade_pd(kp=60.0, kv=600.0, period=PERIOD),
+)
+ALL = back_and_forth(speeds=(0.05, 0.1, 0.2), acceleration=2.0, seconds=0.5, repeat=2)
+
+
+def moved(*moves: Move, disturbance: float = 0.0) -> Identification:
+    """The stage after a motion; a disturbance of the recorded force, N, leaves LS unbiased."""
+    axis = build(
+        replace(STAGE, experiment=Experiment(moves=moves, truth=TRUTH, position_noise=1e-7))
+    )
+    record = twin_record(axis)
+    noise = np.random.default_rng(6).normal(0.0, disturbance, len(record))
+    record = replace(record, control=record.control + noise)
+    return identify(axis, record, methods=["idm-ls", "idm-iv"])
+
+
+def precision(result: Identification) -> Check:
+    (check,) = (c for c in result.verdict if c.name == "precision")
+    return check
+
+
+def test_rich_motion_lacks_nothing_and_its_figures_are_those_of_the_columns() -> None:
+    """Shares of the force, and the diagonal of the inverse of the columns' cosines."""
+    result = moved(*ALL)
+    shown, estimate = result.diagnosis.excitation, result["idm-iv"]
+    assert not any(each.lacking or each.alike for each in shown)
+    assert precision(result).status == "pass"
+    parts = np.linalg.norm(estimate.X * estimate.physical, axis=0) / np.linalg.norm(estimate.y)
+    assert [each.share for each in shown] == pytest.approx(parts.tolist())
+    unit = estimate.X / np.linalg.norm(estimate.X, axis=0)
+    expected = np.diag(np.linalg.inv(unit.T @ unit))
+    assert [each.inflation for each in shown] == pytest.approx(expected.tolist(), rel=1e-6)
+
+
+@pytest.mark.slow
+def test_motion_with_hardly_a_reversal_trades_coulomb_friction_for_the_offset() -> None:
+    back = Move(-0.004, 0.05, 4.0)
+    result = moved(Move(0.1, 0.1, 2.0), Move(0.2, 0.2, 2.0), back, disturbance=20.0)
+    shown = {e.name: e for e in result.diagnosis.excitation}
+    assert "f" in shown["c"].alike
+    assert "f is not identified" in precision(result).meaning
+
+
+def test_one_speed_trades_viscous_for_coulomb_friction() -> None:
+    result = moved(*back_and_forth(speeds=(0.1,), acceleration=50.0, seconds=1.0, repeat=3))
+    shown = {e.name: e for e in result.diagnosis.excitation}
+    assert "there is one speed only" in shown["b"].lacking
+    assert "there is one speed only" not in shown["f"].lacking
+
+
+@pytest.mark.slow
+def test_slow_motion_does_not_show_the_mass() -> None:
+    creep = back_and_forth(speeds=(0.005, 0.01, 0.02), acceleration=0.02, seconds=2.0)
+    result = moved(*creep, disturbance=5.0)
+    (shown,) = (e for e in result.diagnosis.excitation if e.name == "m")
+    assert shown.share < 0.05
+    assert shown.lacking == ("the axis hardly accelerates",)
+    assert "m is not identified" in precision(result).meaning
+
+
+def test_axis_that_stays_in_place_does_not_show_a_far_spring() -> None:
+    """1 m from its rest a spring of 50 N/m is a constant of 50 N."""
+    reference = 1.0 + trajectory(
+        back_and_forth(speeds=(0.02, 0.04), acceleration=1.0, seconds=0.3, repeat=3), PERIOD
+    )
+    axis = build(STAGE)
+    loop = simulate(axis, list(TRUTH.values()), reference, PERIOD)
+    record = Record(
+        time=loop.time, position=loop.position, reference=reference, control=loop.control
+    )
+    kept = Prefilter(reversals="keep")
+    (shown,) = (e for e in identify(axis, record, kept).diagnosis.excitation if e.name == "k")
+    assert shown.alike == ("f",)
+    assert shown.lacking == ("the axis hardly leaves its place",)
+
+
+@pytest.fixture(scope="module")
+def iv(emps2015: GeneratedAxis, twin: Record) -> Estimate:
+    return identify(emps2015, twin, methods="idm-iv")["idm-iv"]
+
+
+@pytest.mark.parametrize(("deviations", "status"), [(1.0, "pass"), (4.0, "fail")])
+def test_a_value_that_is_fixed_may_be_off_by_what_the_record_leaves_open(
+    emps2015: GeneratedAxis, twin: Record, iv: Estimate, deviations: float, status: str
+) -> None:
+    """At 1 %, one degree of freedom allows 2.6 deviations."""
+    mass = iv.parameters["M"]
+    value = mass.corrected + deviations * mass.sd_hac
+    result = identify(fix(emps2015.axis, M=value), twin, methods="idm-iv")
+    check = fixed_check(result["idm-iv"])
+    assert check.status == status
+    assert (check.p_value < 0.01) is (status == "fail")
+    assert (f"M is fixed at {value:.4g}"[:16] in check.meaning) is (status == "fail")
+
+
+MASS = Parameter("m", "kg", nominal=10.0, lower=0.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "interval", "remarked"),
+    [
+        (10.0, (9.0, 11.0), False),
+        (1.0, (0.9, 1.1), True),
+        (1.9, (1.5, 2.3), False),
+        (60.0, (55.0, 65.0), True),
+        (60.0, (45.0, 75.0), False),
+        (0.0, (0.0, 0.0), True),
+        (-10.0, (-11.0, -9.0), True),
+        (60.0, (-np.inf, np.inf), False),
+    ],
+)
+def test_a_value_is_remarked_where_all_of_its_interval_is_far(
+    value: float, interval: tuple[float, float], remarked: bool
+) -> None:
+    found = nominal_check([(MASS, value, interval)])
+    assert (found is not None) == remarked
+    assert found is None or (found.status == "note" and f"{value / 10:.2g} times" in found.meaning)
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_no_axis_of_the_library_is_remarked(name: str) -> None:
+    axis = load_axis(name)
+    truth = axis.experiment.truth
+    rows = [(p, truth[p.name], (truth[p.name],) * 2) for p in axis.parameters if p.name in truth]
+    assert rows
+    assert nominal_check(rows) is None
+
+
+@pytest.mark.parametrize("factor", [1.0, 10.0])
+def test_position_in_another_unit_is_remarked_without_a_reference(
+    emps2015: GeneratedAxis, twin: Record, factor: float
+) -> None:
+    given = replace(twin, position=factor * twin.position, reference=None)
+    result = identify(emps2015, given, methods="idm-ls")
+    checks = (*result.verdict, *fit(emps2015, given, output="open-loop").checks)
+    remarks = [check.meaning for check in checks if check.name == "nominal values"]
+    assert len(remarks) == 2 * (factor != 1.0)
+    assert all("M = " in said and "check the units" in said for said in remarks)
