@@ -221,7 +221,7 @@ def identify_log(settings: Settings, named: Named) -> FleetRow:
             ) from error
         result = result_of(settings, named.item)
         document = json_text(result.to_dict(settings.draws))
-        write_file(result_file(settings.folder, named.name), document, code="file")
+        write_file(result_file(settings.folder, named.name), document)
     except AxisidError as error:
         said = " ".join(str(error).split())
         return named.row(

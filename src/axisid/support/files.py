@@ -90,8 +90,8 @@ def replace_file(path: Path, content: str | bytes) -> None:
         raise
 
 
-def write_file(path: Path, content: str | bytes, *, code: str = "") -> Path:
-    """Write a file as `replace_file` does, and return its path; an error has the code.
+def write_file(path: Path, content: str | bytes) -> Path:
+    """Write a file as `replace_file` does, and return its path.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def write_file(path: Path, content: str | bytes, *, code: str = "") -> Path:
     try:
         replace_file(path, content)
     except OSError as error:
-        raise UsageError(f"{path} cannot be written: {error.strerror}.", code=code) from error
+        raise UsageError(f"{path} cannot be written: {error.strerror}.", code="file") from error
     return path
 
 
