@@ -200,10 +200,10 @@ def _likelihood_of_hunting(found: Array, steps: Array, counts: Array) -> float:
     """
     known = steps.mean(axis=0)
     shares = np.divide(steps, known, out=np.ones_like(steps), where=known > 0)
-    loud = np.log(np.average(shares, axis=1, weights=counts))
+    loud = np.average(shares, axis=1, weights=counts)
     deviation = math.sqrt(1 + 1 / len(loud)) * np.std(loud, ddof=1) if len(loud) > 1 else 0.0
-    tried = np.linspace(-_FAR, _FAR, 8 * round(_FAR) + 1)
-    expected = np.exp(deviation * tried)[:, None] * known
+    tried = np.linspace(0.0, _FAR, 8 * round(_FAR) + 1)
+    expected = (1 + deviation * tried)[:, None] * known
     none = np.zeros((len(tried), 0)), np.zeros((0, len(found)))
     likelihoods = _likelihood(none[0], found, none[1], expected, counts)
     return float(np.max(likelihoods - tried**2 / 2))
