@@ -219,10 +219,8 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "instruments are as sure as a regressor of their own": (
         "estimation/regression/linear.py",
-        "        influence=np.linalg.solve(projected, basis.T).T / X.scale,\n"
-        "        neighbours=X.neighbours,\n    )\n\n\ndef weighted_instrumental_variables",
-        "        influence=(Z.basis @ Z.inverse.T).astype(float),\n"
-        "        neighbours=X.neighbours,\n    )\n\n\ndef weighted_instrumental_variables",
+        "    influence = np.linalg.solve(bent, basis.T).T / X.scale",
+        "    influence = (Z.basis @ Z.inverse.T).astype(float)",
         (f"{_SANDWICH}::test_instrumental_variables_are_those_of_linearmodels",),
     ),
     "a mapped covariance knows no signs": (

@@ -28,6 +28,7 @@ from .records_alike import (
     RecordDifference as RecordDifference,
     RecordRegressor as RecordRegressor,
     alike_check as alike_check,
+    covariance_of_twins as covariance_of_twins,
     overlaps as overlaps,
     records_alike as records_alike,
     repeated_check as repeated_check,

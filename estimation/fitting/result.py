@@ -203,7 +203,9 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
         """What is left of each record, and in each of every output."""
         errors, measured = self.best.slopes.errors, self.predictions.measured
         counted, found = self.weighing.weights > 0, []
-        for spans, model in zip(self.predictions.spans, self.autoregressions, strict=True):
+        for spans, model in zip(
+            self.predictions.spans, self.judged_scores.autoregressions, strict=True
+        ):
             for place, output in enumerate(self.outputs):
                 rows = record_rows(spans, place, len(self.outputs))
                 used = counted[rows]

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from operator import is_
 
 import numpy as np
@@ -10,7 +11,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.predictions import Predictions, record_rows
 from axisid.estimation.problems import noise_free_record
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Hac, Solution, recorded_loops
+from axisid.estimation.regression import Hac, recorded_loops, score_products
 from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
 from axisid.estimation.twins import Chain, measured_chain, twins_of
 from axisid.support.arrays import Array
@@ -129,24 +130,16 @@ def calibrated_covariance(scores: Scores, errors: Array, moved: Array, left: Arr
     left : (n, R) array
         Weighted errors of the twins, less what their parameters make of them.
     """
-    own = _hac_deviations(scores, errors)
-    twins = np.array([_hac_deviations(scores, each) for each in left.T])
+    every = np.arange(len(errors))
+    pieces = [every[own][scores.counted[own]] for own in map(record_rows, scores.spans)]
+    neighbours = RowTimes.joined([RowTimes(each) for each in pieces])
+    chosen = np.concatenate(pieces)
+    columns = scores.jacobian[chosen] @ scores.inverse
+
+    def deviations(errors: Array) -> Array:
+        products = partial(score_products, columns * errors[chosen, None], neighbours)
+        return np.sqrt(np.maximum(np.diag(Hac().of_scores(products, columns.shape).matrix), 0.0))
+
+    own, twins = deviations(errors), np.array([*map(deviations, left.T)])
     apart = (moved.T - moved.mean(axis=1)) / np.where(twins > 0, twins, np.inf)
     return np.asarray(np.cov((apart * own).T).reshape(len(own), -1))
-
-
-def _hac_deviations(scores: Scores, errors: Array) -> Array:
-    """Of the parameters of scores for errors (n,) that are autocorrelated, (k,)."""
-    rows = scores.counted
-    every = np.arange(len(errors))
-    pieces = [every[own][rows[own]] for own in map(record_rows, scores.spans)]
-    neighbours = RowTimes.joined([RowTimes.of(piece, 1) for piece in pieces])
-    chosen = np.concatenate(pieces)
-    solution = Solution(
-        theta=np.zeros(len(scores.inverse)),
-        residuals=errors[chosen],
-        inverse_factor=scores.inverse,
-        influence=scores.jacobian[chosen] @ scores.inverse,
-        neighbours=neighbours,
-    )
-    return np.sqrt(np.maximum(np.diag(Hac(widened=False).matrix(solution)), 0.0))

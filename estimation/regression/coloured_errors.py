@@ -5,7 +5,7 @@ own: what they make of parameters is told of both together or not at all.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array
 
-from .covariance import score_products, widened
-from .linear import CovarianceEstimate
+from .linear import CovarianceEstimate, Solution
 
 # of the errors, in pairs so far apart between masks: measured with half of the samples masked, at
 # random or in blocks, 0.9 to 1.4 times the scatter is claimed
@@ -23,6 +22,10 @@ _MIN_PAIRS = 0.25
 _LONGEST = 0.1  # s, of an autoregression
 _FEWEST = 20  # orders that are tried, whatever the period
 _ROWS_PER_ORDER = 10
+
+#: From so many lags, and lags times rows, on products are found by Fourier transforms.
+_MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
+_FAR = 300  # rows, beyond which a gap between residuals is as long as any
 
 _ROUNDING = 1e-9
 _OWN = 1e-6  # of each output's variance: what no other output and no past tells of it
@@ -279,6 +282,23 @@ def autoregressive_covariance(
     return _less_taken(matrix, whole, taken)
 
 
+def of_residuals(solution: Solution) -> CovarianceEstimate:
+    """Covariance of an estimate whose residuals are an autoregression, the regressor as fixed.
+
+    A kernel adds up what scores show of each lag. Where few of them are independent that is too
+    little; an autoregression of the residuals is a few numbers of all rows. It knows nothing of
+    residuals whose variance changes, so that it is no more than a lower bound beside the kernel's:
+    the larger of a robust and a conventional deviation, as [AngristPischke2009]_ advise for small
+    samples.
+    """
+    rows, columns = len(solution.counted), solution.influence
+    every = (solution.counted, np.ones(rows), columns)
+    e, there, placed = (solution.neighbours.on_grid(each, _FAR) for each in every)
+    model, whole = autoregression_of([e], 1.0, [there > 0]), [slice(0, len(e))]
+    found = autoregressive_covariance(placed, model, whole, rows, float(columns.shape[1]))
+    return replace(found, description="autoregression of the residuals")
+
+
 def clustered_covariance(
     columns: Array, errors: Array, windows: Sequence[slice]
 ) -> CovarianceEstimate:
@@ -320,15 +340,34 @@ def _less_taken(matrix: Array, whole: Array, taken: float) -> CovarianceEstimate
     return CovarianceEstimate(matrix=widened(matrix, np.diag(matrix) * more), freedom=left)
 
 
-def at_least_twin_variances(
-    told: CovarianceEstimate, columns: Array, twins: Array, spans: Sequence[slice]
-) -> CovarianceEstimate:
-    """What is told of columns (n, k), or what twins (n, B) make of them where that is more."""
-    pairs = ((columns[rows].T, twins[rows]) for rows in spans)
-    made = sum((each @ own for each, own in pairs), np.zeros((len(told.matrix), twins.shape[1])))
-    by_twins = made.var(axis=1, ddof=1)
-    more = by_twins > np.diag(told.matrix)
-    return CovarianceEstimate(
-        matrix=widened(told.matrix, by_twins),
-        freedom=np.where(more, twins.shape[1] - 1.0, told.freedom),
-    )
+def widened(covariance: Array, least: Array) -> Array:
+    """A covariance (k, k) with no variance less than (k,) others; its correlations stay."""
+    own = np.diag(covariance)
+    ratio = np.divide(least, own, out=np.ones_like(own), where=own > 0)
+    scale = np.sqrt(np.maximum(ratio, 1.0))
+    return np.asarray(np.outer(scale, scale) * covariance, dtype=float)
+
+
+def score_products(scores: Array, neighbours: RowTimes, lags: int) -> Array:
+    """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
+    placed = neighbours.on_grid(scores, lags + 1)
+    if lags >= _MANY_LAGS and lags * len(placed) >= _MANY_PRODUCTS:
+        return _products_by_transform(placed, lags)
+    early = (placed[: max(len(placed) - lag, 0)] for lag in range(lags + 1))
+    return np.array([placed[lag:].T @ each for lag, each in enumerate(early)])
+
+
+def _products_by_transform(scores: Array, lags: int) -> Array:
+    """`score_products` of rows without gaps, by Fourier transforms.
+
+    Their cost does not grow with the lags, which grow with the rows.
+    """
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    rows, k = scores.shape
+    length = next_fast_len(rows + lags, real=True)
+    spectra, found = rfft(scores, length, axis=0), np.empty((lags + 1, k, k))
+    for i, j in np.ndindex(k, k):
+        crossed = irfft(spectra[:, i] * spectra[:, j].conj(), length)
+        found[:, i, j] = crossed[: lags + 1]
+    return found

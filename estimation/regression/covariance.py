@@ -14,16 +14,13 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import fdtrc
 
-from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import FEW_SCORES, MAX_AUTOREGRESSION
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
-from .autoregressive import autoregressive_covariance
+from .coloured_errors import of_residuals, score_products, widened
 from .linear import CovarianceEstimate, Solution
 
-#: From so many lags, and lags times rows, on products are found by Fourier transforms.
-_MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
 _CERTAIN = 1e9  # degrees of freedom, from which F is chi-squared to rounding
 _SAME = 1e-9  # of the eigenvalues of a correlation matrix
 
@@ -121,8 +118,8 @@ class Hac(Covariance):
         How many neighbours of a row are correlated with it; None takes the plug-in rule of
         [NeweyWest1994]_ for the parameter that asks for most, at most the root of the rows.
     widened : bool or None
-        Where few scores are independent, make no deviation smaller than `autoregressive_covariance`
-        has it; None does so where the lags are not given. That is for what the fit took, whose
+        Where few scores are independent, make no deviation smaller than `of_residuals` has it; None
+        does so where the lags are not given. That is for what the fit took, whose
         residuals are asked: parameters, and restrictions of them. A direction that it did not take,
         as of a term that is not in the model, or between two estimators, has lost nothing, and the
         kernel alone has the right size there.
@@ -145,7 +142,7 @@ class Hac(Covariance):
         applied = self.of_scores(products, solution.influence.shape)
         widens = self.lags is None if self.widened is None else self.widened
         few = widens and float(applied.freedom.min()) < FEW_SCORES.value
-        return _at_least(applied, autoregressive_covariance(solution)) if few else applied
+        return _at_least(applied, of_residuals(solution)) if few else applied
 
     def of_scores(
         self, products: Callable[[int], Array], shape: tuple[int, ...]
@@ -223,39 +220,6 @@ def _at_least(applied: CovarianceEstimate, other: CovarianceEstimate) -> Covaria
         freedom=np.where(wider, other.freedom, applied.freedom),
         widened=wider,
     )
-
-
-def widened(covariance: Array, least: Array) -> Array:
-    """A covariance (k, k) with no variance less than (k,) others; its correlations stay."""
-    own = np.diag(covariance)
-    ratio = np.divide(least, own, out=np.ones_like(own), where=own > 0)
-    scale = np.sqrt(np.maximum(ratio, 1.0))
-    return np.asarray(np.outer(scale, scale) * covariance, dtype=float)
-
-
-def score_products(scores: Array, neighbours: RowTimes, lags: int) -> Array:
-    """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
-    placed = neighbours.on_grid(scores, lags + 1)
-    if lags >= _MANY_LAGS and lags * len(placed) >= _MANY_PRODUCTS:
-        return _products_by_transform(placed, lags)
-    early = (placed[: max(len(placed) - lag, 0)] for lag in range(lags + 1))
-    return np.array([placed[lag:].T @ each for lag, each in enumerate(early)])
-
-
-def _products_by_transform(scores: Array, lags: int) -> Array:
-    """`score_products` of rows without gaps, by Fourier transforms.
-
-    Their cost does not grow with the lags, which grow with the rows.
-    """
-    from scipy.fft import irfft, next_fast_len, rfft
-
-    rows, k = scores.shape
-    length = next_fast_len(rows + lags, real=True)
-    spectra, found = rfft(scores, length, axis=0), np.empty((lags + 1, k, k))
-    for i, j in np.ndindex(k, k):
-        crossed = irfft(spectra[:, i] * spectra[:, j].conj(), length)
-        found[:, i, j] = crossed[: lags + 1]
-    return found
 
 
 def _autoregression(products: Array) -> Array:

@@ -18,7 +18,7 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.figures import MaybeNan
 from axisid.support.missing import Missing
 
-from .covariance import score_products
+from .coloured_errors import score_products
 
 _QUANTILES = 99
 # of the rows in stretches of a segment or more, from which there is a spectrum

@@ -124,7 +124,7 @@ def compare(
         reading,
         skip_bad=sharing.skip_bad,
     )
-    inputs, said = sharing.of(inputs, len(record))
+    said = sharing.of(inputs, len(record))
     inputs.say_set_aside()
     first, data = inputs.axis, inputs.records
 

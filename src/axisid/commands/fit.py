@@ -82,7 +82,7 @@ def fit(
         left_out=left_out,
         skip_bad=sharing.skip_bad,
     )
-    inputs, shared = sharing.of(inputs, len(record))
+    shared = sharing.of(inputs, len(record))
     inputs.say_set_aside()
 
     with ProgressLine(f"fitting {inputs.axis.axis.name}") as line:

@@ -150,7 +150,7 @@ def identify(
     )
     if validating.further:
         sharing.check_validates(validating.like)
-    inputs, shared = sharing.of(inputs, len(record))
+    shared = sharing.of(inputs, len(record))
 
     generated, first = inputs.axis, inputs.records[0]
     prefilter = filtering.prefilter(first.period)

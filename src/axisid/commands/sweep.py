@@ -77,7 +77,7 @@ def sweep(
         left_out=left_out,
         skip_bad=sharing.skip_bad,
     )
-    inputs, shared = sharing.of(inputs, len(record))
+    shared = sharing.of(inputs, len(record))
     inputs.say_set_aside()
 
     generated, data = inputs.axis, inputs.records

@@ -72,46 +72,30 @@ def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:
     assert payload.differs
     assert payload.doubtful == ((20.0, 0.01),)
     assert payload.text(1) == "20 +- 0.01"
+    (twice,) = known_of({"m": [0.0, (20.0, 0.1), (20.0, 0.1), (20.0, 0.2)]}, 4)
+    assert twice.doubtful == ((20.0, 0.1), (20.0, 0.2))
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("texts", "said"),
     [
-        ("m_add", "write NAME=V1,V2"),
-        ("m_add=", "number 1 is no value"),
-        ("m_add=0,x", "number 2 is no value"),
-        ("m_add=0,1+-", "number 2 is no value"),
+        (["m_add"], "write NAME=V1,V2"),
+        (["m_add="], "number 1 is no value"),
+        (["m_add=0,1+-"], "number 2 is no value"),
+        (["m=1,2", "m=3,4"], "once"),
     ],
 )
-def test_a_text_that_lists_no_values_is_refused_with_its_place(text: str, said: str) -> None:
+def test_texts_that_list_no_values_are_refused_with_their_place(
+    texts: list[str], said: str
+) -> None:
     with refuses("parameters", said):
-        read_known([text])
-
-
-def test_a_name_is_known_once() -> None:
-    with refuses("parameters"):
-        read_known(["m=1,2", "m=3,4"])
+        read_known(texts)
 
 
 @pytest.mark.parametrize("told", [[0.0], [0.0, 1.0, 2.0], [0.0, (1.0, -1.0)], [0.0, (1, 2, 3)]])
 def test_values_that_are_not_one_for_each_record_are_refused(told: object) -> None:
     with pytest.raises(UsageError, match="give"):
         known_of({"m": told}, 2)  # type: ignore[dict-item]
-
-
-def test_equal_values_with_equal_deviations_are_one_thing() -> None:
-    (found,) = known_of({"m": [0.0, (20.0, 0.1), (20.0, 0.1), (20.0, 0.2)]}, 4)
-    assert found.doubtful == ((20.0, 0.1), (20.0, 0.2))
-
-
-def test_what_is_not_given_by_name_is_refused() -> None:
-    with refuses("parameters", "give values by name"):
-        known_of([1.0, 2.0], 2)  # type: ignore[arg-type]
-
-
-def test_records_of_one_period_have_the_filter_that_was_asked_for() -> None:
-    asked = Prefilter(cutoff=20.0, decimate=7)
-    assert prefilters_of(asked, 1e-3, [1e-3, 1.0000001e-3]) == [asked, asked]
 
 
 @pytest.mark.parametrize(
@@ -124,8 +108,6 @@ def test_rows_are_as_far_apart_in_all_records(periods: tuple[float, ...]) -> Non
     assert apart == pytest.approx([apart[0]] * len(apart), rel=1e-9)
     assert 0.5 * 10 * periods[0] <= apart[0] <= 2 * 10 * periods[0]
     assert {f.cutoff for f in found} == {40.0}
-
-
-def test_periods_without_a_common_multiple_are_refused_with_advice() -> None:
+    assert prefilters_of(asked, 1e-3, [1e-3, 1.0000001e-3]) == [asked, asked]
     with refuses("parameters"):
-        prefilters_of(Prefilter(), 1e-3, [1e-3, 1.0137e-3])
+        prefilters_of(asked, periods[0], [periods[0], 1.0137 * periods[0]])

@@ -1,7 +1,7 @@
 """What commands make of their arguments: the axis, its records, and what several of these share."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -155,10 +155,8 @@ class Sharing(Options):
                 "--validate-like 1."
             )
 
-    def of(self, inputs: Inputs, logs: int) -> tuple[Inputs, dict[str, Any]]:
-        """The inputs, with what is not identified without logs that are set aside; and arguments.
-
-        The arguments are those of `identify` for the logs that are used.
+    def of(self, inputs: Inputs, logs: int) -> dict[str, Any]:
+        """Arguments of `identify` for the logs that are used.
 
         Raises
         ------
@@ -167,20 +165,6 @@ class Sharing(Options):
         """
         stages.known_of(self.known, max(logs, 1))
         if not inputs.set_aside:
-            return inputs, {"local": self.local, "known": self.known}
-        declared = {p.name for p in inputs.axis.declared.parameters}
-        own = [name for name in self.local if name in declared]  # others are refused later
-        commanded = stages.tells_gain(inputs.records)
-        whole = stages.layout_for(inputs.axis, logs, own, self.known, commanded=commanded)
-        _, _, known, aside = stages.layout_without(
-            inputs.axis,
-            whole,
-            inputs.used,
-            inputs.set_aside,
-            own,
-            self.known,
-            commanded=commanded,
-        )
-        told = replace(inputs, set_aside=aside)
+            return {"local": self.local, "known": self.known}
         local = self.local if len(inputs.used) > 1 else ()
-        return told, {"local": local, "known": known}
+        return {"local": local, "known": stages.known_without(inputs.used, self.known)}
