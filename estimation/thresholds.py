@@ -57,6 +57,10 @@ FEW_SCORES = Threshold(25.0, "1",
     "degrees of freedom of HAC, below which deviations are at least those of autoregressive "
     "residuals",
     "measured: records of 18 s have more and hold 91 to 98 %; of 2 s 5 to 20, and hold 53 to 93 %")
+MIN_DEGREES_OF_FREEDOM = Threshold(4.0, "1",
+    "degrees of freedom that a deviation of autoregressive residuals has at least",
+    "derived: the kurtosis of Student's distribution has no bound at four or fewer, and a "
+    "coefficient that is bounded, as this is, leaves it one")
 MIN_SEGMENT_ROWS = Threshold(8, "rows", "of a segment with a spectrum",
     "derived: what a window and three frequencies need")
 MAX_CHANCE_DEVIATION = Threshold(1.96, "deviations",

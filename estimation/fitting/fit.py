@@ -546,24 +546,21 @@ class _FitRun:
         return found if shown and found.converged else None
 
     def _settled(self, begun: Array) -> SearchResult:
-        found = self._run(begun)
+        found, u = self._run(begun), self.unknowns
+        # Of one record by squares alone it does not matter how large the noise is.
+        several = len(self.predictions.spans) * int(np.count_nonzero(np.isnan(self.given))) > 1
+        needs_weights = several or self.loss != SQUARES or bool(u.has_prior.any())
         for _ in range(_PASSES):
             before, counted = self.weighing.weights, self.counted
             self.counted = self.rests.counted(self.predictions, found.physical)
             self._weigh(found.slopes.errors, self._effects(found))
             moved = np.abs(self.weighing.weights - before)
-            settled = not self._needs_weights or bool(np.all(moved <= _SETTLED * before))
+            settled = not needs_weights or bool(np.all(moved <= _SETTLED * before))
             if settled and np.array_equal(counted, self.counted):
                 return found
-            inside = self.unknowns.inside(found.physical, self.scale * _SETTLED)
+            inside = u.inside(found.physical, self.scale * _SETTLED)
             found = self._run(inside).after(found)
         return found
-
-    @property
-    def _needs_weights(self) -> bool:
-        """Whether it matters how large the noise is: of one record by squares alone it does not."""
-        several = len(self.predictions.spans) * int(np.count_nonzero(np.isnan(self.given))) > 1
-        return several or self.loss != SQUARES or bool(self.unknowns.has_prior.any())
 
     def _effects(self, found: SearchResult) -> Array | None:
         """By how much each record's errors, as they are coloured, tell less of what was known."""

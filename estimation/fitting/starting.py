@@ -272,24 +272,19 @@ def starts_from(
     for name in FIT_STARTS[FIT_STARTS.index(asked) : -1]:
         try:
             with np.errstate(all="ignore"):
-                estimate = _estimate(_METHODS[name], shared, gain)
-            found.append(_of_estimate(estimate, names, name, *others))
+                result = identify(
+                    shared.axis,
+                    shared.records,
+                    methods=[_METHODS[name]],
+                    local=shared.local,
+                    known=shared.known or None,
+                    gain=gain,
+                )
+            found.append(_of_estimate(result[_METHODS[name]], names, name, *others))
             break
         except AxisidError as error:
             why.append(str(error))
     return [*found, nominal], why
-
-
-def _estimate(method: str, shared: JointRecords, gain: str) -> Estimate:
-    result = identify(
-        shared.axis,
-        shared.records,
-        methods=[method],
-        local=shared.local,
-        known=shared.known or None,
-        gain=gain,
-    )
-    return result[method]
 
 
 def _of_estimate(

@@ -33,5 +33,4 @@ from .shared import (
     known_without as known_without,
     layout_for as layout_for,
     shared_records as shared_records,
-    tells_gain as tells_gain,
 )

@@ -45,11 +45,6 @@ def layout_for(
     return layout_of(axis, records, known_of(known, records), local, commanded=commanded)
 
 
-def tells_gain(records: Sequence[Record], gain: str = "identified") -> bool:
-    """Whether a known force may tell the drive gain of the records, and is to."""
-    return gain == "identified" and all(record.force is None for record in records)
-
-
 def bound_records(
     axes: Sequence[GeneratedAxis],
     records: Sequence[Record],
@@ -269,7 +264,8 @@ def shared_records(
             "and there is 1 record; give several, or leave local out.",
             code="parameters",
         )
-    commanded = tells_gain(records, gain)
+    # A known force may tell the gain of the drive, where nothing measures its force.
+    commanded = gain == "identified" and all(record.force is None for record in records)
     layout = layout_for(axis, len(records), own, known, commanded=commanded)
     used, aside = usable_records(axis, records, prefilter, skip_bad=skip_bad)
     known = known_without(used, known)

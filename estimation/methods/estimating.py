@@ -325,8 +325,8 @@ class _FittedPoint:
         of_some = np.any(self.jacobian[:, widened] != 0, axis=1)
         named = [p.name for p, yes in zip(self.form.declared, of_some, strict=True) if yes]
         return (
-            f"; {', '.join(named)}: the larger deviation of residuals that are an autoregression, "
-            "as few scores are independent"
+            f"; {', '.join(named)}: the larger deviation of residuals that are an AR(1), as few "
+            "scores are independent"
         )
 
 

@@ -5,7 +5,7 @@ own: what they make of parameters is told of both together or not at all.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array
 
-from .linear import CovarianceEstimate, Solution
+from .linear import CovarianceEstimate
 
 # of the errors, in pairs so far apart between masks: measured with half of the samples masked, at
 # random or in blocks, 0.9 to 1.4 times the scatter is claimed
@@ -25,8 +25,6 @@ _ROWS_PER_ORDER = 10
 
 #: From so many lags, and lags times rows, on products are found by Fourier transforms.
 _MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
-_FAR = 300  # rows, beyond which a gap between residuals is as long as any
-
 _ROUNDING = 1e-9
 _OWN = 1e-6  # of each output's variance: what no other output and no past tells of it
 # of the variances, below which errors have forgotten what was; asked every so many lags
@@ -279,24 +277,9 @@ def autoregressive_covariance(
     whole = np.array(
         [2 / model.uncertainty([column[each] for each in spans], rows) for column in columns.T]
     )
-    return _less_taken(matrix, whole, taken)
-
-
-def of_residuals(solution: Solution) -> CovarianceEstimate:
-    """Covariance of an estimate whose residuals are an autoregression, the regressor as fixed.
-
-    A kernel adds up what scores show of each lag. Where few of them are independent that is too
-    little; an autoregression of the residuals is a few numbers of all rows. It knows nothing of
-    residuals whose variance changes, so that it is no more than a lower bound beside the kernel's:
-    the larger of a robust and a conventional deviation, as [AngristPischke2009]_ advise for small
-    samples.
-    """
-    rows, columns = len(solution.counted), solution.influence
-    every = (solution.counted, np.ones(rows), columns)
-    e, there, placed = (solution.neighbours.on_grid(each, _FAR) for each in every)
-    model, whole = autoregression_of([e], 1.0, [there > 0]), [slice(0, len(e))]
-    found = autoregressive_covariance(placed, model, whole, rows, float(columns.shape[1]))
-    return replace(found, description="autoregression of the residuals")
+    left = np.maximum(whole - taken, 1.0)
+    more = np.divide(whole, left, out=np.ones_like(whole), where=np.isfinite(whole))
+    return CovarianceEstimate(matrix=widened(matrix, np.diag(matrix) * more), freedom=left)
 
 
 def clustered_covariance(
@@ -331,13 +314,6 @@ def clustered_covariance(
     return CovarianceEstimate(
         matrix=widened(matrix, np.diag(matrix) * more), freedom=np.maximum(count / more, 1.0)
     )
-
-
-def _less_taken(matrix: Array, whole: Array, taken: float) -> CovarianceEstimate:
-    """A covariance of so many degrees of freedom (k,), of which a fit has taken some."""
-    left = np.maximum(whole - taken, 1.0)
-    more = np.divide(whole, left, out=np.ones_like(whole), where=np.isfinite(whole))
-    return CovarianceEstimate(matrix=widened(matrix, np.diag(matrix) * more), freedom=left)
 
 
 def widened(covariance: Array, least: Array) -> Array:

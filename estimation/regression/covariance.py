@@ -18,7 +18,8 @@ from axisid.estimation.thresholds import FEW_SCORES, MAX_AUTOREGRESSION
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
-from .coloured_errors import of_residuals, score_products, widened
+from .autoregressive import autoregressive_covariance
+from .coloured_errors import score_products, widened
 from .linear import CovarianceEstimate, Solution
 
 _CERTAIN = 1e9  # degrees of freedom, from which F is chi-squared to rounding
@@ -38,10 +39,6 @@ class Covariance(ABC):
     def matrix(self, solution: Solution) -> Array:
         """Covariance of the estimate, (k, k)."""
         return self.applied(solution).matrix
-
-    def freedom(self, solution: Solution) -> Array:
-        """Degrees of freedom of each variance, for Student's distribution, (k,)."""
-        return self.applied(solution).freedom
 
 
 def applied_covariance(
@@ -118,8 +115,8 @@ class Hac(Covariance):
         How many neighbours of a row are correlated with it; None takes the plug-in rule of
         [NeweyWest1994]_ for the parameter that asks for most, at most the root of the rows.
     widened : bool or None
-        Where few scores are independent, make no deviation smaller than `of_residuals` has it; None
-        does so where the lags are not given. That is for what the fit took, whose
+        Where few scores are independent, make no deviation smaller than `autoregressive_covariance`
+        has it; None does so where the lags are not given. That is for what the fit took, whose
         residuals are asked: parameters, and restrictions of them. A direction that it did not take,
         as of a term that is not in the model, or between two estimators, has lost nothing, and the
         kernel alone has the right size there.
@@ -142,7 +139,17 @@ class Hac(Covariance):
         applied = self.of_scores(products, solution.influence.shape)
         widens = self.lags is None if self.widened is None else self.widened
         few = widens and float(applied.freedom.min()) < FEW_SCORES.value
-        return _at_least(applied, of_residuals(solution)) if few else applied
+        if not few:
+            return applied
+        other, own = autoregressive_covariance(solution), np.diag(applied.matrix)
+        least = np.diag(other.matrix)
+        wider = (own > 0) & (least > own)
+        return replace(
+            applied,
+            matrix=widened(applied.matrix, least),
+            freedom=np.where(wider, other.freedom, applied.freedom),
+            widened=wider,
+        )
 
     def of_scores(
         self, products: Callable[[int], Array], shape: tuple[int, ...]
@@ -198,7 +205,8 @@ class Hac(Covariance):
                 )
             plain = products(int(self.lags))
             return plain, np.zeros(plain.shape[1])
-        looked_at = first_lags(rows)
+        # The plug-in rule looks at so many lags.
+        looked_at = int(min(np.ceil(4 * (rows / 100) ** (2 / 9)), rows - 1))
         raw = products(looked_at + 1)
         colour = _autoregression(raw)
         white = _whitened(raw, colour)
@@ -208,18 +216,6 @@ class Hac(Covariance):
         if lags > looked_at:
             white = _whitened(products(lags + 1), colour)
         return white[: lags + 1], colour
-
-
-def _at_least(applied: CovarianceEstimate, other: CovarianceEstimate) -> CovarianceEstimate:
-    """A covariance with no deviation smaller than another has it; its correlations stay."""
-    own, least = np.diag(applied.matrix), np.diag(other.matrix)
-    wider = (own > 0) & (least > own)
-    return replace(
-        applied,
-        matrix=widened(applied.matrix, least),
-        freedom=np.where(wider, other.freedom, applied.freedom),
-        widened=wider,
-    )
 
 
 def _autoregression(products: Array) -> Array:
@@ -253,11 +249,6 @@ def bartlett(products: Array) -> Array:
 def most_lags(n: int) -> int:
     """Where neighbours cancel, the rule knows no bound; the root keeps the estimate consistent."""
     return int(n**0.5)
-
-
-def first_lags(n: int) -> int:
-    """How many lags the plug-in rule looks at."""
-    return int(min(np.ceil(4 * (n / 100) ** (2 / 9)), n - 1))
 
 
 def lags_of(sums: Sequence[float], n: int) -> int:

@@ -493,16 +493,6 @@ def test_a_lag_of_the_drive_is_found_with_the_parameters(emps2015: GeneratedAxis
     assert _status(fit(emps2015, record))["missing terms"] == "fail"
 
 
-def test_functions_of_what_was_fitted_have_its_deviations(found: OutputFit) -> None:
-    tau = found.derive("M/Fv")
-    M, Fv = found["M"].value, found["Fv"].value
-    slopes = np.array([1 / Fv, -M / Fv**2])
-    places = [found.names.index(name) for name in ("M", "Fv")]
-    variance = slopes @ found.covariance[np.ix_(places, places)] @ slopes
-    assert tau.unit == "s"
-    assert tau.deviation == pytest.approx(np.sqrt(variance))
-
-
 @pytest.mark.parametrize(
     ("code", "given"),
     [

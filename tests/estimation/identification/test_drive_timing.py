@@ -42,24 +42,18 @@ def _record(seed: int = 1, noise: float = 1e-6, **timing: float) -> Record:
 def test_lag_or_delay_is_found_and_the_parameters_with_it(
     name: str, known: dict[str, float], true: float
 ) -> None:
-    found = estimate_drive_timing(lagging(**known), _record(**known, **{name: true}), name)
-    assert abs(found.value - true) < 2.5 * found.deviation
+    away = []
+    for seed in range(6):
+        record = _record(seed=seed, **known, **{name: true})
+        found = estimate_drive_timing(lagging(**known), record, name)
+        away.append((found.value - true) / found.deviation)
+    assert 0.4 < (sum(z**2 for z in away) / len(away)) ** 0.5 < 1.7
     assert found.deviation < 1e-4
     assert str(found).startswith(f"{name} = ")
     values = found.identification.preferred.parameters
     for parameter, truth in TRUTH.items():
         assert abs(values[parameter].value - truth) < 3 * found.deviations[parameter]
         assert found.deviations[parameter] >= values[parameter].deviation
-
-
-@pytest.mark.slow
-def test_its_deviation_is_that_of_its_estimates() -> None:
-    away = []
-    for seed in range(8):
-        found = estimate_drive_timing(lagging(), _record(seed=seed, lag=1e-3), "lag")
-        away.append((found.value - 1e-3) / found.deviation)
-    assert 0.4 < (sum(z**2 for z in away) / len(away)) ** 0.5 < 1.7
-    assert sum(abs(z) > 2 for z in away) <= 2
 
 
 def _estimated(**timing: float | Parameter) -> Axis:

@@ -65,16 +65,6 @@ def test_a_gain_that_is_declared_wrong_is_found_where_a_parameter_is_held(
     assert found.believed
 
 
-def test_with_all_forces_free_the_gain_is_said_not_to_be_shown(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    found = fit(emps2015, twin, free="gain")
-    assert not found.believed
-    said = next(c.meaning for c in found.checks if c.name == "parameters shown")
-    assert "does not show M and Fv and Fc and drive_gain apart" in said
-    assert not np.any(np.isfinite([found[name].deviation for name in found.names]))
-
-
 def test_what_the_drive_declares_of_its_gain_was_known_before(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

@@ -1,11 +1,13 @@
 """Several records: what is known of each, what each makes of the parameters, their filters."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from axisid import UsageError, build, fix
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.parameters.known import known_of, prefilters_of, read_known
 from axisid.estimation.parameters.layout import layout_of
 from axisid.estimation.signals.prefilter import Prefilter
@@ -28,39 +30,31 @@ def test_two_angles_tell_a_weight_from_an_offset() -> None:
     assert len(alike.parameters) == 2
 
 
-@pytest.mark.parametrize(
-    ("known", "local", "said"),
-    [
-        ({"nothing": [0.0, 1.0]}, (), "no 'nothing' to be known"),
-        ({}, ("nothing",), "no parameter 'nothing'"),
-        ({"tau0": [0.0, 1.0]}, ("tau0",), "leave one of the two out"),
-    ],
-)
-def test_names_that_the_axis_has_not_are_refused(
-    known: dict[str, list[float]], local: tuple[str, ...], said: str
-) -> None:
-    with pytest.raises(UsageError, match=said):
-        layout_of(generated(), 2, known_of(known, 2), local, commanded=True)
-
-
-def test_a_known_value_beyond_what_its_parameter_can_be_is_refused() -> None:
+def _bounded() -> GeneratedAxis:
     axis = stage()
     bounded = [replace(p, lower=0.0) if p.name == "M" else p for p in axis.parameters]
-    known = known_of({"M": [90.0, -90.0]}, 2)
-    with refuses("parameters", "90, -90"):
-        layout_of(build(replace(axis, parameters=bounded)), 2, known, ("tau0",), commanded=True)
+    return build(replace(axis, parameters=bounded))
 
 
-def test_parameters_that_enter_nonlinearly_have_to_be_known() -> None:
-    with refuses("parameters"):
-        layout_of(leaning(), 2, (), ("f0",), commanded=True)  # type: ignore[arg-type]
-
-
-def test_what_is_fixed_of_all_records_is_said_of_each() -> None:
-    axis = build(fix(stage(), M=(100.0, 1.0)))
-    with refuses("parameters") as refused:
-        layout_of(axis, 2, (), ("tau0",), commanded=True)
-    assert "known M=100.0+-1.0,100.0+-1.0" in str(refused.value)
+@pytest.mark.parametrize(
+    ("axis", "known", "local", "said"),
+    [
+        (generated, {"nothing": [0.0, 1.0]}, (), "no 'nothing' to be known"),
+        (generated, {}, ("nothing",), "no parameter 'nothing'"),
+        (generated, {"tau0": [0.0, 1.0]}, ("tau0",), "leave one of the two out"),
+        (_bounded, {"M": [90.0, -90.0]}, ("tau0",), "90, -90"),
+        (leaning, {}, ("f0",), "enters nonlinearly"),
+        (lambda: build(fix(stage(), M=(100.0, 1.0))), {}, ("tau0",), r"known M=100.0\+-1.0,100"),
+    ],
+)
+def test_what_records_cannot_share_is_refused_with_what_to_say(
+    axis: Callable[[], GeneratedAxis],
+    known: dict[str, list[float]],
+    local: tuple[str, ...],
+    said: str,
+) -> None:
+    with refuses("parameters", said):
+        layout_of(axis(), 2, known_of(known, 2), local, commanded=True)
 
 
 def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:

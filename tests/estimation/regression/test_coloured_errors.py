@@ -4,20 +4,14 @@ import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
-from scipy.special import stdtrit
 
 from axisid.estimation.regression import (
     Autoregression,
     CovarianceEstimate,
-    Hac,
-    Solution,
     autoregression_of,
-    factor,
-    least_squares,
     sum_covariances,
 )
-from axisid.estimation.regression.coloured_errors import by_whittle, of_residuals
-from axisid.estimation.signals import RowTimes
+from axisid.estimation.regression.coloured_errors import by_whittle
 from axisid.support.arrays import Array
 
 _FIRST = np.array([[0.5, 0.3], [-0.2, 0.6]])
@@ -126,56 +120,3 @@ def test_a_sum_is_as_sure_as_its_larger_parts() -> None:
     np.testing.assert_allclose(np.diag(both.matrix), [8.0, 1.0])
     np.testing.assert_allclose(both.freedom, [20.0, 10.0])
     np.testing.assert_allclose(sum_covariances([one, sure]).freedom, [40.0, 10.0])
-
-
-def _fit(rng: np.random.Generator, rows: int, rho: float, size: float = 1.0) -> Solution:
-    """Of few pulses of either sign and a slow wave: few scores are independent."""
-    time = np.arange(rows)
-    pulses = np.sign(np.sin(time / 11)) * (time % 35 < 9)
-    X = np.column_stack([pulses, size * np.sin(time / 29)])
-    e = lfilter([1.0], [1.0, -rho], rng.normal(size=rows + 200))[200:]
-    return least_squares(X @ [3.0, 2.0 / size] + e, factor(X, ("a", "b")))
-
-
-@pytest.mark.parametrize(
-    ("rho", "widened", "holds"), [(0.0, None, True), (0.9, None, True), (0.95, False, False)]
-)
-def test_hac_holds_the_truth_on_short_records_and_its_kernel_alone_does_not(
-    rng: np.random.Generator, rho: float, widened: bool | None, *, holds: bool
-) -> None:
-    kept = np.zeros(2)
-    for _ in range(300):
-        solution = _fit(rng, 120, rho)
-        applied = Hac(widened=widened).applied(solution)
-        reach = stdtrit(applied.freedom, 0.975) * np.sqrt(np.diag(applied.matrix))
-        kept += np.abs(solution.theta - [3.0, 2.0]) <= reach
-    assert (kept.min() / 300 >= 0.91) == holds
-
-
-def test_few_scores_make_no_deviation_smaller_in_any_unit_and_leave_correlations(
-    rng: np.random.Generator,
-) -> None:
-    seed, units = rng.integers(1000), np.array([1.0, 1e6])
-    solution, other = (_fit(np.random.default_rng(seed), 150, 0.9, size) for size in (1.0, 1e6))
-    plain, wide = (Hac(widened=each).applied(solution) for each in (False, None))
-    found = of_residuals(solution)
-    assert of_residuals(other).matrix * np.outer(units, units) == pytest.approx(found.matrix)
-    assert plain.widened is Hac(5).applied(solution).widened is None
-    assert Hac().applied(_fit(rng, 3000, 0.5)).widened is None
-    least, own = np.diag(found.matrix), np.diag(plain.matrix)
-    assert np.diag(wide.matrix) == pytest.approx(np.maximum(own, least), rel=1e-12)
-    assert np.array_equal(wide.widened, least > own)
-    assert wide.freedom == pytest.approx(np.where(wide.widened, found.freedom, plain.freedom))
-    off = [m[0, 1] / np.sqrt(m[0, 0] * m[1, 1]) for m in (plain.matrix, wide.matrix)]
-    assert off[1] == pytest.approx(off[0], rel=1e-12)
-
-
-def test_residuals_are_where_their_rows_are(rng: np.random.Generator) -> None:
-    """Between segments nothing follows; of rows that are missing nothing is known."""
-    e = lfilter([1.0], [1.0, -0.9], rng.normal(size=4000))
-    places = np.flatnonzero((np.arange(4000) // 500 % 2 == 0) & (rng.random(4000) < 0.9))
-    X = np.sin(places / 200)[:, None]
-    found = least_squares(e[places], factor(X, ("a",), neighbours=RowTimes(places)))
-    apart = 0.9 ** np.abs(places[:, None] - places) / (1 - 0.9**2)
-    expected = found.influence.T @ apart @ found.influence
-    assert of_residuals(found).matrix == pytest.approx(expected, rel=0.3)

@@ -72,7 +72,7 @@ def test_classical_and_robust_are_those_of_statsmodels(data: tuple[np.ndarray, .
     hc1 = ols.fit(cov_type="HC1").cov_params()
     assert Robust().matrix(solution) == pytest.approx(hc1, rel=1e-7)
     for covariance in (PublishedCovariance(), Classical(), Robust()):
-        assert covariance.freedom(solution).tolist() == 3 * [ols.fit().df_resid]
+        assert covariance.applied(solution).freedom.tolist() == 3 * [ols.fit().df_resid]
 
 
 @pytest.mark.parametrize("lags", [0, 1, 7, 30])
@@ -170,15 +170,6 @@ def test_missing_rows_count_as_rows_without_a_score(
     scores[places] = solution.influence * solution.residuals[:, None]
     expected = S_hac_simple(scores, nlags=lags)
     assert Hac(lags).matrix(solution) == pytest.approx(corrected(solution) * expected, rel=1e-9)
-
-
-def test_rows_of_two_records_have_no_covariance(data: tuple[np.ndarray, ...]) -> None:
-    """Against the sum of what each record gives by itself."""
-    apart = RowTimes.joined([RowTimes.consecutive(150), RowTimes.consecutive(250)])
-    solution = least_squares(data[0], factor(data[1], NAMES, neighbours=apart))
-    scores = solution.influence * solution.residuals[:, None]
-    expected = S_hac_simple(scores[:150], nlags=9) + S_hac_simple(scores[150:], nlags=9)
-    assert Hac(9).matrix(solution) == pytest.approx(corrected(solution) * expected, rel=1e-9)
 
 
 @pytest.mark.parametrize(
