@@ -176,7 +176,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         _COVARIANCE,
         "float(e @ e) / (len(e) - 1) * (factor @ factor.T)",
         "float(e @ e) / len(e) * (factor @ factor.T)",
-        (f"{_LINEAR}::test_covariance_is_the_textbook_formula",),
+        (f"{_SANDWICH}::test_classical_and_robust_are_those_of_statsmodels",),
     ),
     "the published variance of a lane is over n": (
         "estimation/batched/identify_lanes.py",

@@ -490,7 +490,6 @@ class _FitRun:
         return tuple(replace(e, cost=cost) for e, cost in zip(found, costs, strict=True))
 
     def _about(self, first: FitStart, sizes: Array, random: np.random.Generator) -> Array:
-        """A further start, (P,)."""
         drawn = self.unknowns.drawn_about(first.physical, sizes, random)
         at = np.where(self.of_start, first.physical, drawn)
         return self.unknowns.inside(at, self.scale)
@@ -592,7 +591,6 @@ class _FitRun:
         )
 
     def _weight(self, errors: Array) -> float:
-        """The inverse of the errors' deviation."""
         noise = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
         if self.loss != SQUARES:
             noise = robust_deviation(errors) or noise

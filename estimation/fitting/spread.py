@@ -296,7 +296,7 @@ def noise_left(scores: Scores, weights: Array, by_position: Array) -> tuple[floa
     """
     twins, found = weights[:, None] * by_position, []
     for model, spans in zip(scores.autoregressions, scores.spans, strict=True):
-        for place, variance in enumerate(model.innovations):
+        for place, variance in enumerate(np.diag(model.variance)):
             rows = record_rows(spans, place, scores.outputs)
             used = scores.counted[rows]
             weight = float(weights[rows][used].max(initial=0.0)) or 1.0

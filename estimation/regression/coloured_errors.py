@@ -57,11 +57,6 @@ class Autoregression:
         return len(self.coefficients) - 1
 
     @property
-    def innovations(self) -> Array:
-        """Variances of w, (m,)."""
-        return np.diag(self.variance)
-
-    @property
     def outputs(self) -> int:
         """How many."""
         return len(self.variance)

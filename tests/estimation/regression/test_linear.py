@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from axisid import Prefilter
+from axisid.estimation import delta_method
 from axisid.estimation.regression.linear import factor, instrumental_variables, least_squares
 from axisid.estimation.signals import SampledFilter
 from tests.refusals import refuses
@@ -91,3 +92,10 @@ def test_columns_whose_squares_no_number_holds_are_refused_by_name(
         says=rf"^the regressor of the log reaches {largest} in the columns of {named}, whose",
     ):
         factor(X, NAMES, "the log")
+
+
+def test_delta_method_is_exact_for_linear_maps(rng: np.random.Generator) -> None:
+    root, J = rng.normal(size=(3, 3)), rng.normal(size=(2, 3))
+    mapped = delta_method(root @ root.T, J)
+    assert mapped == pytest.approx(J @ root @ root.T @ J.T)
+    assert np.array_equal(mapped, mapped.T)
