@@ -33,10 +33,10 @@ from axisid.support.figures import MaybeInfinite
 from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
-from .law_moves import factors_in_twins, move_by_record, moves_per_percent
 from .rests import Rests
 from .solution import FitSolution
 from .spread import noise_left
+from .twins import factors_in_twins, move_by_record, moves_per_percent
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
