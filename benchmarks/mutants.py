@@ -176,7 +176,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         _COVARIANCE,
         "float(e @ e) / (len(e) - 1) * (factor @ factor.T)",
         "float(e @ e) / len(e) * (factor @ factor.T)",
-        (f"{_LINEAR}::test_covariance_is_the_textbook_formula",),
+        (f"{_SANDWICH}::test_classical_and_robust_are_those_of_statsmodels",),
     ),
     "the published variance of a lane is over n": (
         "estimation/batched/identify_lanes.py",
@@ -219,10 +219,8 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "instruments are as sure as a regressor of their own": (
         "estimation/regression/linear.py",
-        "        influence=np.linalg.solve(projected, basis.T).T / X.scale,\n"
-        "        neighbours=X.neighbours,\n    )\n\n\ndef weighted_instrumental_variables",
-        "        influence=(Z.basis @ Z.inverse.T).astype(float),\n"
-        "        neighbours=X.neighbours,\n    )\n\n\ndef weighted_instrumental_variables",
+        "    influence = np.linalg.solve(bent, basis.T).T / X.scale",
+        "    influence = (Z.basis @ Z.inverse.T).astype(float)",
         (f"{_SANDWICH}::test_instrumental_variables_are_those_of_linearmodels",),
     ),
     "a mapped covariance knows no signs": (

@@ -57,6 +57,7 @@ from .records_alike import (
     RecordRegressor as RecordRegressor,
     alike_check as alike_check,
     common_samples as common_samples,
+    covariance_of_twins as covariance_of_twins,
     records_alike as records_alike,
     repeated_check as repeated_check,
     rows_alike as rows_alike,

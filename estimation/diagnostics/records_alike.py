@@ -2,11 +2,10 @@
 
 A record gets parameters of its own beside those of all: its columns of them, zero in every other
 record, are added to the estimate, which is solved once more. What is found of them is the record's
-difference from the others; its covariance is that of twins, or HAC, for rows, and for a fit that of
-its errors, and
-``d' V^-1 d`` is held against Hotelling's distribution with the degrees of freedom of that. A
-record that differs most keeps parameters of its own while those that are left are tested again:
-what one record does to the estimate of all would else speak against the others.
+difference from the others; its covariance is that of twins, and without them HAC for rows, and for
+a fit that of its errors. ``d' V^-1 d`` is held against Hotelling's distribution with the degrees of
+freedom of that. A record that differs most keeps parameters of its own while those that are left
+are tested again: what one record does to the estimate of all would else speak against the others.
 
 Where one parameter differs, what is left of the difference is chance: parameters are named, the one
 that explains most first, until chance explains the rest, or it makes no output to speak of.
@@ -32,6 +31,7 @@ from axisid.estimation.estimates import Estimate, part_of
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.regression import (
+    CovarianceEstimate,
     Hac,
     checked_columns,
     factor,
@@ -278,16 +278,13 @@ def rows_alike(
         regressor = checked_columns(np.hstack([X, columns]), every, neighbours=estimate.neighbours)
         Z_of_all = factor(np.hstack([Z, instruments]), every)
         found = instrumental_variables(weights * estimate.net_residuals, regressor, Z_of_all)
-        if (
-            left is not None
-            and off is not None
-            and left.shape[1] / 2 - columns.shape[1] + 1 >= _FEWEST
-        ):
+        told = None
+        if left is not None and off is not None:
             moved = found.influence.T @ (weights[:, None] * left)
             # Twins' residuals are beside what each of them has in common, which scatters too.
             moved[: off.shape[1]] += off.T
-            return found.theta, np.atleast_2d(np.cov(moved)), np.full(len(moved), left.shape[1] / 2)
-        applied = Hac().applied(found)
+            told = covariance_of_twins(moved, columns.shape[1])
+        applied = told or Hac().applied(found)
         return found.theta, applied.matrix, applied.freedom
 
     records = []
@@ -306,6 +303,22 @@ def rows_alike(
             )
         )
     return records_alike(Z, records, extended, levels)
+
+
+def covariance_of_twins(moved: Array, columns: int) -> CovarianceEstimate | None:
+    """Covariance of an estimate by what twins make of it, (m, R); None of too few.
+
+    Parameters
+    ----------
+    moved : (m, R) array
+    columns : int
+        Parameters that are held against zero.
+    """
+    pairs = moved.shape[1] / 2  # opposite twins are one sample
+    if pairs - columns + 1 < _FEWEST:
+        return None
+    matrix, freedom = np.atleast_2d(np.cov(moved)), np.full(len(moved), pairs)
+    return CovarianceEstimate(matrix=matrix, freedom=freedom)
 
 
 def records_alike(

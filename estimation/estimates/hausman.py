@@ -22,7 +22,6 @@ from axisid.estimation.regression import (
     instrumental_variables,
     joint_p,
     wald,
-    weighted_instrumental_variables,
 )
 from axisid.estimation.thresholds import CHECK_LEVEL
 from axisid.support.arrays import Array, MaybeNan
@@ -163,11 +162,6 @@ def _influence(estimate: Estimate) -> Array:
     )
     y, X = weights * estimate.y, checked_columns(regressor, names)
     Z = factor(instruments, names, "the simulated loop")
-    counts = estimate.counts
-    solved = (
-        instrumental_variables(y, X, Z)
-        if counts is None
-        else weighted_instrumental_variables(y, X, Z, counts)
-    )
+    solved = instrumental_variables(y, X, Z, estimate.counts)
     influence = solved.influence_as_counted @ estimate.jacobian.T
     return np.asarray(weights[:, None] * influence, dtype=float)

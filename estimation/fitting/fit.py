@@ -1,8 +1,9 @@
 """Output error: a simulated output follows the recorded one, by whatever parameters are free."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,15 +18,15 @@ from axisid.estimation.choices import (
     OUTPUTS,
     RESTS,
     SQUARES,
+    check_among,
 )
 from axisid.estimation.diagnostics.law import LawCheck, check_law, first_failing
-from axisid.estimation.identification import records_of, shared_records
+from axisid.estimation.identification import at_time, records_of, shared_records
 from axisid.estimation.parameters import (
     End,
     KnownValue,
     Unknowns,
     are_starts,
-    by_name,
     check_enough,
     moved_layouts,
     unknowns_of,
@@ -54,30 +55,34 @@ from axisid.estimation.twins import DEFAULT_COUNT, check_count
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, UsageError, is_among, is_real, is_whole, quoted
+from axisid.support.errors import EstimationError, UsageError, is_real, is_whole, quoted
 from axisid.support.progress import Progress
 
 from .judgement import judged
 from .rests import Rests
 from .result import OutputFit
 from .solution import Doubt
-from .spread import scores_of
+from .spread import scores_of, unseen_directions
 from .starting import (
     FitStart,
     Searched,
     StartLike,
     check_remembered,
     searched,
+    split_free,
     starts_from,
     with_free,
 )
-from .timing import at_time, split_free, time_in, with_time_found
-from .unseen import unseen_directions
 
 # 1/unit of the output, or the inverse; with more, rounding hides what another output tells
 _MAX_WEIGHT = 1e20
 
 _MOST_STARTS = 1000
+# periods from the loop's own drive time, where the output is a straight line of it and the loop
+# need not be generated anew
+_MAX_TIME_STEP = 0.01
+_ROUNDS = 8
+_FURTHEST = 2.0  # periods, by which a time of the drive moves in a round
 _TIME_STEP = 0.05  # periods, by which a time of the drive is longer for the slope by it
 _HORIZONS = 3  # lengths of windows that a search goes on with
 _PASSES, _SETTLED = 4, 0.02  # of weights: how often they are found anew, and their last change
@@ -183,163 +188,210 @@ def fit(
     [Ljung1999]_, [Gautier2013]_, [Whittle1963]_.
     """
     outputs = _outputs(output)
-    _check(loss, starts, seed)
+    check_among(("loss", loss, LOSSES), ("choice of rests", rests, RESTS))
+    for number, least, most, what in (
+        (starts, 1, _MOST_STARTS, "starts"),
+        (seed, 0, 2**63, "seed"),
+    ):
+        if not (is_whole(number) and least <= number <= most):
+            raise UsageError(
+                f"the {what} are {quoted(number)}; give a whole number from {least} to {most}.",
+                code="fit",
+            )
     check_count(bootstrap)
-    if not (progress is None or callable(progress)):
-        raise UsageError(
-            f"the progress is {quoted(progress)}; give a function that takes a step, their number "
-            "or 0, and what is done, or leave it out.",
-            code="fit",
-        )
     generated, given = as_generated(axis), records_of(record)
     gains, time = split_free(free, generated, given, outputs)
-    asked = _Asked(
+    search = partial(
+        _searched,
         records=tuple(given),
         outputs=outputs,
         weights=_weights(weights, outputs),
         local=local,
-        known=known,
+        known=known or {},
         gain=gain,
-        bounds=by_name(bounds, "bounds"),
-        prior=by_name(prior, "prior"),
-        fixed=by_name(fixed, "fixed"),
+        bounds=bounds or {},
+        prior=prior or {},
+        fixed=fixed or {},
         free=gains,
         loss=loss,
         starts=starts,
         bootstrap=bootstrap,
         seed=seed,
-        horizon=checked_horizon(horizon, outputs),
-        keeps_rests=_keeps_rests(rests, outputs),
+        keeps_rests=rests == RESTS[1] or OPEN_LOOP in outputs,
         progress=progress,
         levels=Levels(level=level, least_share=least_share),
     )
-    solution = with_time_found(generated, time, start, asked.solution, given[0].period)
+    if time is None:
+        solution = _in_steady_windows(search, generated, start, checked_horizon(horizon, outputs))
+    else:
+        at_time = partial(search, horizon=checked_horizon(horizon, outputs))
+        solution = _with_time_found(generated, time, start, at_time, given[0].period)
     return solution.evaluated()
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Asked:
-    """What is asked of a fit, as `fit` takes it."""
+def _with_time_found(
+    axis: GeneratedAxis,
+    time: Parameter,
+    start: StartLike,
+    search: Callable[[GeneratedAxis, StartLike, Parameter], OutputFit],
+    period: float,
+) -> OutputFit:
+    """Where a search ends whose loop has the time that it finds.
 
-    records: tuple[Record, ...]
-    outputs: tuple[str, ...]
-    weights: tuple[float, ...]
-    local: str | Sequence[str]
-    known: Mapping[str, Sequence[KnownValue]] | None
-    gain: str
-    bounds: Mapping[str, tuple[End, End]]
-    prior: Mapping[str, tuple[float, float]]
-    fixed: Mapping[str, float]
-    free: Sequence[str]
-    loss: str
-    starts: int
-    bootstrap: int
-    seed: int
-    horizon: float | None
-    keeps_rests: bool
-    progress: Progress | None
-    levels: Levels
+    The period is that of the records, s: an open loop has no law with one.
 
-    def solution(
-        self, generated: GeneratedAxis, start: StartLike, time: Parameter | None
-    ) -> OutputFit:
-        """Search from a start with the loop of an axis, and about its time.
+    Raises
+    ------
+    EstimationError
+        The time does not settle.
+    """
+    value = float(getattr(axis.declared.drive, time.name))
+    began: OutputFit | None = None
+    for _ in range(_ROUNDS):
+        solution = search(at_time(axis, time.name, value), start, time)
+        began = began or solution
+        found = solution.best.physical
+        moved = float(np.clip(found[-1] - value, -_FURTHEST * period, _FURTHEST * period))
+        start = dict(zip(solution.unknowns.names, map(float, found), strict=True))
+        if abs(moved) < _MAX_TIME_STEP * period:
+            return solution.begun_as(began)
+        value = max(value + moved, 0.0)
+    raise EstimationError(
+        f"the drive's {time.name} does not settle; it is about {value:.3g} s. See whether the law "
+        "and the model are right.",
+        code="no-convergence",
+    )
 
-        How long the windows of an open loop may be is told by parameters that are right. From a
-        poor start they are shorter, in which a search comes nearer, or too long; then it goes on
-        from its end with those that are steady there.
-        """
-        solution = began = self._searched(generated, start, time, self.horizon)
-        is_given = time is not None or self.horizon is not None or solution.horizon is None
-        for _ in range(0 if is_given else _HORIZONS):
-            horizon = _steady_horizon(solution.whose, solution.records, solution.best.physical)
-            if horizon in (None, solution.horizon):
-                break
-            found = map(float, solution.best.physical)
-            start = dict(zip(solution.unknowns.names, found, strict=True))
-            solution = self._searched(generated, start, time, horizon)
-        return solution.begun_as(began)
 
-    def _searched(
-        self,
-        generated: GeneratedAxis,
-        start: StartLike,
-        time: Parameter | None,
-        horizon: float | None,
-    ) -> OutputFit:
-        shared = shared_records(
-            generated, self.records, None, self.local, self.known, self.gain, skip_bad=False
-        )
-        model, records = searched(shared).form, shared.records
-        asked = (self.free, self.outputs, self.known or {}, records)
-        whose = with_free(searched(shared), *asked)
-        if time is not None:
-            whose = replace(whose, form=with_time(whose.form, whose.axes, time))
-        unknowns = unknowns_of(whose.form, whose.local, self.bounds, self.prior, self.fixed)
-        begins, why = starts_from(start, shared, whose.form, model, self.gain)
-        first_at = begins[0].physical
-        predictions = self._predictions(whose, records, first_at, horizon)
-        horizon = predictions.horizon
-        doubts = list[Doubt]()
-        for layout in moved_layouts(generated, shared.own_layout):
-            moved = with_free(searched(replace(shared, own_layout=layout)), *asked)
-            others = self._predictions(moved, records, first_at, horizon)
-            doubts.append((moved.form, others))
-        check_enough(predictions.counted, predictions.spans, unknowns)
-        check_remembered(generated.axis.states, unknowns, begins)
-        if time is not None:
-            value, step = time_in(generated, time.name), _TIME_STEP * records[0].period
-            axes = tuple(at_time(axis, time.name, value + step) for axis in whose.axes)
-            others = self._predictions(replace(whose, axes=axes), records, first_at, horizon)
-            at = unknowns.inside(first_at, unknowns.scale(first_at, begins[0].size))
-            predictions.follow_time(others, at, value, step)
-        into = [*map(model.slopes, range(len(records)))]
-        run = _FitRun(
-            whose.axes,
-            records,
-            predictions,
-            unknowns,
-            self.loss,
-            self.weights,
-            are_starts(whose.form),
-            self.progress,
-            Rests() if self.keeps_rests else Rests.of(whose.axes, records, into),
-        )
-        first, begun, lost = run.first(begins)
-        ends = run.searches(first, begun, self.starts, np.random.default_rng(self.seed))
-        return OutputFit(
-            axis=generated,
-            records=records,
-            whose=whose,
-            outputs=self.outputs,
-            loss=self.loss,
-            unknowns=unknowns,
-            predictions=predictions,
-            start=begun,
-            started=first.named,
-            scale=run.scale,
-            weighing=run.weighing,
-            remarks=(*why, *lost),
-            best=best_of(ends),
-            searches=ends,
-            bootstrap=self.bootstrap,
-            seed=self.seed,
-            known=tuple(self.known or ()),
-            doubts=tuple(doubts),
-            rests=run.rests,
-            alone=run.alone,
-            judge=judged,
-            levels=self.levels,
-        )
+def _in_steady_windows(
+    search: Callable[..., OutputFit],
+    generated: GeneratedAxis,
+    start: StartLike,
+    asked: float | None,
+) -> OutputFit:
+    """Search from a start, in windows of the length that is asked for, s, or else steady ones.
 
-    def _predictions(
-        self, whose: Searched, records: Sequence[Record], physical: Array, horizon: float | None
-    ) -> Predictions:
-        """What is predicted; windows of an open loop are such that errors do not grow in them."""
-        if OPEN_LOOP not in self.outputs:
-            return LoopPredictions(whose.form, whose.axes, records, self.outputs)
-        horizon = horizon or _steady_horizon(whose, records, physical) or default_horizon(records)
-        return WindowPredictions(whose.form, whose.axes, records, horizon)
+    How long the windows of an open loop may be is told by parameters that are right. From a poor
+    start they are shorter, in which a search comes nearer, or too long; then it goes on from its
+    end with those that are steady there.
+    """
+    solution = began = search(generated, start, None, horizon=asked)
+    is_given = asked is not None or solution.horizon is None
+    for _ in range(0 if is_given else _HORIZONS):
+        horizon = _steady_horizon(solution.whose, solution.records, solution.best.physical)
+        if horizon in (None, solution.horizon):
+            break
+        found = map(float, solution.best.physical)
+        start = dict(zip(solution.unknowns.names, found, strict=True))
+        solution = search(generated, start, None, horizon=horizon)
+    return solution.begun_as(began)
+
+
+def _searched(
+    generated: GeneratedAxis,
+    start: StartLike,
+    time: Parameter | None,
+    *,
+    horizon: float | None,
+    records: tuple[Record, ...],
+    outputs: tuple[str, ...],
+    weights: tuple[float, ...],
+    local: str | Sequence[str],
+    known: Mapping[str, Sequence[KnownValue]],
+    gain: str,
+    bounds: Mapping[str, tuple[End, End]],
+    prior: Mapping[str, tuple[float, float]],
+    fixed: Mapping[str, float],
+    free: Sequence[str],
+    loss: str,
+    starts: int,
+    bootstrap: int,
+    seed: int,
+    keeps_rests: bool,
+    progress: Progress | None,
+    levels: Levels,
+) -> OutputFit:
+    """Search from a start with the loop of an axis, and about its time; others as `fit` has them.
+
+    Weights are NaN where they are found.
+    """
+    shared = shared_records(generated, records, None, local, known, gain, skip_bad=False)
+    model, records = searched(shared).form, shared.records
+    asked = (free, outputs, known, records)
+    whose = with_free(searched(shared), *asked)
+    if time is not None:
+        whose = replace(whose, form=with_time(whose.form, whose.axes, time))
+    unknowns = unknowns_of(whose.form, whose.local, bounds, prior, fixed)
+    begins, why = starts_from(start, shared, whose.form, model, gain)
+    first_at = begins[0].physical
+    predictions = _predictions(whose, records, outputs, first_at, horizon)
+    horizon = predictions.horizon
+    doubts = list[Doubt]()
+    for layout in moved_layouts(generated, shared.own_layout):
+        moved = with_free(searched(replace(shared, own_layout=layout)), *asked)
+        others = _predictions(moved, records, outputs, first_at, horizon)
+        doubts.append((moved.form, others))
+    check_enough(predictions.counted, predictions.spans, unknowns)
+    check_remembered(generated.axis.states, unknowns, begins)
+    if time is not None:
+        value = float(getattr(generated.declared.drive, time.name))
+        step = _TIME_STEP * records[0].period
+        axes = tuple(at_time(axis, time.name, value + step) for axis in whose.axes)
+        others = _predictions(replace(whose, axes=axes), records, outputs, first_at, horizon)
+        at = unknowns.inside(first_at, unknowns.scale(first_at, begins[0].size))
+        predictions.follow_time(others, at, value, step)
+    into = [*map(model.slopes, range(len(records)))]
+    run = _FitRun(
+        whose.axes,
+        records,
+        predictions,
+        unknowns,
+        loss,
+        weights,
+        are_starts(whose.form),
+        progress,
+        Rests() if keeps_rests else Rests.of(whose.axes, records, into),
+    )
+    first, begun, lost = run.first(begins)
+    ends = run.searches(first, begun, starts, np.random.default_rng(seed))
+    return OutputFit(
+        axis=generated,
+        records=records,
+        whose=whose,
+        outputs=outputs,
+        loss=loss,
+        unknowns=unknowns,
+        predictions=predictions,
+        start=begun,
+        started=first.named,
+        scale=run.scale,
+        weighing=run.weighing,
+        remarks=(*why, *lost),
+        best=best_of(ends),
+        searches=ends,
+        bootstrap=bootstrap,
+        seed=seed,
+        known=tuple(known),
+        doubts=tuple(doubts),
+        rests=run.rests,
+        alone=run.alone,
+        judge=judged,
+        levels=levels,
+    )
+
+
+def _predictions(
+    whose: Searched,
+    records: Sequence[Record],
+    outputs: Sequence[str],
+    physical: Array,
+    horizon: float | None,
+) -> Predictions:
+    """What is predicted; windows of an open loop are such that errors do not grow in them."""
+    if OPEN_LOOP not in outputs:
+        return LoopPredictions(whose.form, whose.axes, records, outputs)
+    horizon = horizon or _steady_horizon(whose, records, physical) or default_horizon(records)
+    return WindowPredictions(whose.form, whose.axes, records, horizon)
 
 
 def _steady_horizon(whose: Searched, records: Sequence[Record], physical: Array) -> float | None:
@@ -424,16 +476,18 @@ class _FitRun:
         for k in range(count):
             try:
                 at = self._about(first, sizes, random) if k else begun
-                searched = Search(*self._searching).run if found else self._search
+                searched = self._run if found else self._search
                 found.append(searched(at))
             except EstimationError as error:
                 lost.append(error)
         if not found:
             raise lost[0]
-        return tuple(self._alike(each) for each in found)
+        left = [(each.physical, each.slopes.errors) for each in found]
+        # By the last weights, which are the same for all.
+        costs = [cost_of(*each, self.unknowns, self.weighing) for each in left]
+        return tuple(replace(e, cost=cost) for e, cost in zip(found, costs, strict=True))
 
     def _about(self, first: FitStart, sizes: Array, random: np.random.Generator) -> Array:
-        """A further start, (P,)."""
         drawn = self.unknowns.drawn_about(first.physical, sizes, random)
         at = np.where(self.of_start, first.physical, drawn)
         return self.unknowns.inside(at, self.scale)
@@ -453,14 +507,9 @@ class _FitRun:
         most = float(np.max(effect * np.abs(begun)))
         return np.where(effect > 0, most / np.where(effect > 0, effect, 1.0), self.scale)
 
-    def _alike(self, found: SearchResult) -> SearchResult:
-        """Its cost by the last weights, which are the same for all."""
-        at, errors = found.physical, found.slopes.errors
-        return replace(found, cost=cost_of(at, errors, self.unknowns, self.weighing))
-
-    @property
-    def _searching(self) -> tuple[Predictions, Unknowns, Array, WeightedLoss, Progress | None]:
-        return self.predictions, self.unknowns, self.scale, self.weighing, self.progress
+    def _run(self, begun: Array) -> SearchResult:
+        asked = self.predictions, self.unknowns, self.scale, self.weighing, self.progress
+        return Search(*asked).run(begun)
 
     def _search(self, begun: Array) -> SearchResult:
         """Until the weights, by what the fit leaves, are those that it was made with.
@@ -477,7 +526,7 @@ class _FitRun:
             return self._settled(begun)
         for _ in range(_PASSES):
             self._weigh(self.alone.slopes.errors, self._effects(self.alone))
-        return Search(*self._searching).run(begun)
+        return self._run(begun)
 
     def _without_prior(self, begun: Array) -> SearchResult | None:
         """Where the records alone lead; None where they do not show every parameter."""
@@ -494,25 +543,21 @@ class _FitRun:
         return found if shown and found.converged else None
 
     def _settled(self, begun: Array) -> SearchResult:
-        found = Search(*self._searching).run(begun)
+        found, u = self._run(begun), self.unknowns
+        # Of one record by squares alone it does not matter how large the noise is.
+        several = len(self.predictions.spans) * int(np.count_nonzero(np.isnan(self.given))) > 1
+        needs_weights = several or self.loss != SQUARES or bool(u.has_prior.any())
         for _ in range(_PASSES):
             before, counted = self.weighing.weights, self.counted
             self.counted = self.rests.counted(self.predictions, found.physical)
             self._weigh(found.slopes.errors, self._effects(found))
             moved = np.abs(self.weighing.weights - before)
-            settled = not self._needs_weights or bool(np.all(moved <= _SETTLED * before))
+            settled = not needs_weights or bool(np.all(moved <= _SETTLED * before))
             if settled and np.array_equal(counted, self.counted):
                 return found
-            inside = self.unknowns.inside(found.physical, self.scale * _SETTLED)
-            again = Search(*self._searching).run(inside)
-            found = again.after(found)
+            inside = u.inside(found.physical, self.scale * _SETTLED)
+            found = self._run(inside).after(found)
         return found
-
-    @property
-    def _needs_weights(self) -> bool:
-        """Whether it matters how large the noise is: of one record by squares alone it does not."""
-        several = len(self.predictions.spans) * int(np.count_nonzero(np.isnan(self.given))) > 1
-        return several or self.loss != SQUARES or bool(self.unknowns.has_prior.any())
 
     def _effects(self, found: SearchResult) -> Array | None:
         """By how much each record's errors, as they are coloured, tell less of what was known."""
@@ -544,17 +589,10 @@ class _FitRun:
         )
 
     def _weight(self, errors: Array) -> float:
-        """The inverse of the errors' deviation."""
         noise = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
         if self.loss != SQUARES:
             noise = robust_deviation(errors) or noise
         return 1 / (noise or 1.0)
-
-
-def _keeps_rests(given: object, outputs: Sequence[str]) -> bool:
-    """Whether samples near rests count."""
-    _check_choice(given, RESTS, "choice of rests")
-    return given == RESTS[1] or OPEN_LOOP in outputs
 
 
 def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> str:
@@ -568,8 +606,7 @@ def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> str:
 def _outputs(given: object) -> tuple[str, ...]:
     """What is followed, once each."""
     names = tuple(given) if isinstance(given, (tuple, list)) else (given,)
-    for name in names:
-        _check_choice(name, tuple(OUTPUTS), "output")
+    check_among(*(("output", name, OUTPUTS) for name in names))
     found = tuple(dict.fromkeys(map(str, names)))
     if not found:
         raise UsageError(
@@ -601,49 +638,15 @@ def checked_horizon(given: object, outputs: Sequence[str]) -> float | None:
     return float(given)
 
 
-def _weights(given: object, outputs: Sequence[str]) -> tuple[float, ...]:
+def _weights(given: Mapping[str, float] | None, outputs: Sequence[str]) -> tuple[float, ...]:
     """Weights of the outputs, NaN where none is given."""
-    told, most = {} if given is None else given, _MAX_WEIGHT
-    kind = (
-        f"the inverse of the deviation that its errors have, from {1 / most:g} to {most:g}; the "
-        f"fit follows {' and '.join(outputs)}."
-    )
-    if not isinstance(told, Mapping):
-        raise UsageError(
-            f"the weights are {quoted(given)}; give a positive number by output, {kind}",
-            code="fit",
-        )
+    told, most = given or {}, _MAX_WEIGHT
     for name, weight in told.items():
-        if not is_among(name, outputs):
+        if not (name in outputs and is_real(weight) and 1 / most <= float(weight) <= most):
             raise UsageError(
-                f"a weight is given of {quoted(name)}, which is not followed; give that of an "
-                f"output, {kind}",
-                code="fit",
-            )
-        if not (is_real(weight) and 1 / most <= float(weight) <= most):
-            raise UsageError(
-                f"the weight of {name} is {quoted(weight)}; give a positive number, {kind}",
+                f"the weight of {quoted(name)} is {quoted(weight)}; the fit follows "
+                f"{' and '.join(outputs)}: give of one of these the inverse of the deviation that "
+                f"its errors have, a number from {1 / most:g} to {most:g}.",
                 code="fit",
             )
     return tuple(float(told.get(name, math.nan)) for name in outputs)
-
-
-def _check_choice(value: object, names: tuple[str, ...], what: str) -> None:
-    if not is_among(value, names):
-        raise UsageError(
-            f"there is no {what} {quoted(value)}; choose from {', '.join(names)}.",
-            code="fit",
-        )
-
-
-def _check(loss: object, starts: object, seed: object) -> None:
-    _check_choice(loss, tuple(LOSSES), "loss")
-    for number, least, most, what in (
-        (starts, 1, _MOST_STARTS, "starts"),
-        (seed, 0, 2**63, "seed"),
-    ):
-        if not (is_whole(number) and least <= number <= most):
-            raise UsageError(
-                f"the {what} are {quoted(number)}; give a whole number from {least} to {most}.",
-                code="fit",
-            )

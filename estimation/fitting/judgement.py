@@ -15,23 +15,21 @@ from axisid.estimation.searches import MOST_STEPS
 from axisid.estimation.thresholds import NOTICEABLE_BIAS
 from axisid.support.errors import Missing
 
-from .checks_of_errors import (
-    joined_check,
-    missing_terms_check,
-    records_alike_check,
-    rests_check,
-    rows_check,
-    simulation_check,
-    windows_check,
-)
-from .checks_of_parameters import (
+from .checks_of_fit import (
     bounds_check,
+    joined_check,
     known_check,
+    missing_terms_check,
     nominal_values_check,
     none_shown_check,
     one_end_check,
     precise_check,
+    records_alike_check,
+    rests_check,
+    rows_check,
     shown_check,
+    simulation_check,
+    windows_check,
 )
 from .result import OutputFit
 from .spread import MIN_MOVED_BY_START

@@ -96,7 +96,6 @@ class Rests:
 
 
 def _is_served(axis: GeneratedAxis, record: Record) -> bool:
-    """Whether the default filter can serve a record."""
     try:
         FilteredRecord.bind(axis, record, Prefilter(reversals="keep"))
     except AxisidError:

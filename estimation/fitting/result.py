@@ -32,10 +32,10 @@ from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
 
-from .law_moves import factors_in_twins, move_by_record, moves_per_percent
 from .rests import Rests
 from .solution import FitSolution
 from .spread import noise_left
+from .twins import factors_in_twins, move_by_record, moves_per_percent
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -202,7 +202,9 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
         """What is left of each record, and in each of every output."""
         errors, measured = self.best.slopes.errors, self.predictions.measured
         counted, found = self.weighing.weights > 0, []
-        for spans, model in zip(self.predictions.spans, self.autoregressions, strict=True):
+        for spans, model in zip(
+            self.predictions.spans, self.judged_scores.autoregressions, strict=True
+        ):
             for place, output in enumerate(self.outputs):
                 rows = record_rows(spans, place, len(self.outputs))
                 used = counted[rows]

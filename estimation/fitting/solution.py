@@ -1,7 +1,7 @@
 """Where the searches of a fit ended: deviations, intervals, what noise and starts move."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Self
@@ -17,7 +17,7 @@ from axisid.estimation.parameters import Unknowns, are_starts, axis_at, bounded_
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.problems import ParameterAtBound
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Autoregression, CovarianceEstimate, Form, widened
+from axisid.estimation.regression import CovarianceEstimate, Form, widened
 from axisid.estimation.searches import (
     EquallyGoodPoint,
     Search,
@@ -32,15 +32,15 @@ from axisid.support.errors import EstimationError, Missing
 
 from .rests import Rests
 from .spread import (
-    MIN_MOVED_BY_START,
     MovedByStart,
     Scores,
+    Unseen,
     moved_by_start,
     scores_of,
+    unseen_directions,
 )
 from .starting import Searched
 from .twins import RecordLoops, calibrated_covariance, outputs_by_noise
-from .unseen import Unseen, unseen_directions
 
 _OF_POSITION = 16  # twins with noise of the position alone
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
@@ -160,16 +160,13 @@ class FitSolution:
             return ""
         if self.loss != SQUARES:
             return "errors count by their size, and outliers are no noise of a loop"
+        disturbed = self.horizon is None
         found = unless_faulty(
-            lambda: self._by_noise(self.bootstrap, disturbed=self.horizon is None, paired=True)
+            lambda: outputs_by_noise(*self._there, self.bootstrap, disturbed=disturbed, paired=True)
         )
         if isinstance(found, Missing):
             return found.reason
         return found if found.any() else "no noise that is measured reaches what is followed."
-
-    def _by_noise(self, count: int, *, disturbed: bool, paired: bool) -> Array:
-        at = self.best.physical, self.predictions
-        return outputs_by_noise(self.loops, *at, count, disturbed=disturbed, paired=paired)
 
     @cached_property
     def by_position(self) -> Array:
@@ -178,7 +175,12 @@ class FitSolution:
         A chain takes for forces what the model lacks.
         """
         none = np.zeros((len(self.weighing.weights), 1))
-        return told_or(none, lambda: self._by_noise(_OF_POSITION, disturbed=False, paired=False))
+        alone = partial(outputs_by_noise, disturbed=False, paired=False)
+        return told_or(none, lambda: alone(*self._there, _OF_POSITION))
+
+    @property
+    def _there(self) -> tuple[Sequence[RecordLoops | Missing], Array, Predictions]:
+        return self.loops, self.best.physical, self.predictions
 
     @cached_property
     def loops(self) -> tuple[RecordLoops | Missing, ...]:
@@ -283,12 +285,10 @@ class FitSolution:
         That comes at every reversal alike, so that it scatters nothing.
         """
         common, errors = self.errors_in_common, self.scores.errors
-        return errors if common is None else errors + self.weighing.weights * self._beside(common)
-
-    @cached_property
-    def autoregressions(self) -> tuple[Autoregression, ...]:
-        """Of the errors, by record."""
-        return replace(self.scores, errors=self.errors_left).autoregressions
+        if common is None:
+            return errors
+        beside = common - self.best.slopes.jacobian @ (self.influence @ common)
+        return errors + self.weighing.weights * beside
 
     @cached_property
     def not_shown(self) -> Unseen:
@@ -372,16 +372,9 @@ class FitSolution:
 
         No error of a record tells that.
         """
-        moved = self._by_start(scores, covariance).moved
+        starts = self._slopes_by_start
+        moved = moved_by_start(scores, self.weighing.weights, starts, covariance).moved
         return covariance + np.outer(moved, moved)
-
-    def _by_start(self, scores: Scores, covariance: Array) -> MovedByStart:
-        """What other starts of the loops move the parameters of scores by, where that matters."""
-        moved = moved_by_start(scores, self.weighing.weights, self._slopes_by_start)
-        deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-        far = np.divide(np.abs(moved), deviations, out=np.zeros(len(moved)), where=deviations > 0)
-        matters = np.any(far > MIN_MOVED_BY_START)
-        return MovedByStart(moved=moved * matters, far=far * matters)
 
     @cached_property
     def _slopes_by_start(self) -> tuple[tuple[slice, Array], ...]:
@@ -391,7 +384,8 @@ class FitSolution:
     @cached_property
     def by_start(self) -> MovedByStart:
         """What other starts move all parameters by, (P,), where that matters."""
-        found = self._by_start(self.at_liberty, self.coloured.matrix)
+        at = self.at_liberty, self.weighing.weights, self._slopes_by_start
+        found = moved_by_start(*at, self.coloured.matrix)
         moved, far = np.zeros((2, len(self.scale)))
         moved[self.unknowns.free], far[self.unknowns.free] = found.moved, found.far
         return MovedByStart(moved=moved, far=far)
@@ -399,10 +393,9 @@ class FitSolution:
     @cached_property
     def judged_scores(self) -> Scores:
         """Of the parameters that are free and not at a bound, less what noise makes in the mean."""
-        found = replace(self.scores, errors=self.errors_left)
-        if self.twins is None or not any(each and each.is_uneven for each in self.chains):
-            return found
-        return replace(found, twins=found.counts[:, None] * self.by_position)
+        scores, made = self.scores, self._scattered
+        twins = None if made is None else scores.counts[:, None] * made
+        return replace(scores, errors=self.errors_left, twins=twins)
 
     @cached_property
     def elsewhere(self) -> EquallyGoodPoint | None:
@@ -432,10 +425,6 @@ class FitSolution:
         moved = -self._influence(scores) @ apart
         left = weights * apart + scores.jacobian @ moved
         return calibrated_covariance(scores, self.errors_left, moved, left)
-
-    def _beside(self, errors: Array) -> Array:
-        """Errors (n,) less what the parameters make of them."""
-        return errors - self.best.slopes.jacobian @ (self.influence @ errors)
 
     @cached_property
     def chosen(self) -> str:

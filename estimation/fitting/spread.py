@@ -8,10 +8,9 @@ with alternating signs; what the model lacks lasts. Both are told by an autoregr
 
 as the prediction-error method has it for errors that are not white [Ljung1999]_ (9.42). C is of
 errors that were under way before a stretch begins, so that short stretches count as long ones do.
-Steps of an encoder make errors of no one colour: what twins with noise of the position make of the
-parameters counts there where it is more.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,13 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from axisid.estimation.diagnostics import covariance_of_twins
 from axisid.estimation.parameters import Unknowns
 from axisid.estimation.predictions import Predictions, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.regression import (
     Autoregression,
     CovarianceEstimate,
-    at_least_twin_variances,
     autoregression_of,
     autoregressive_covariance,
     clustered_covariance,
@@ -35,6 +34,74 @@ from axisid.estimation.regression import (
 from axisid.estimation.searches import SearchResult, WeightedLoss
 from axisid.estimation.thresholds import MIN_SHOWN
 from axisid.support.arrays import Array
+
+# of the largest change of the outputs along a direction that they do not show; a parameter with
+# as much is named
+_MIN_PART = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Unseen:
+    """Directions in which parameters change and the outputs do not.
+
+    Attributes
+    ----------
+    changes : (k, P) array
+        What each parameter alone would change in the outputs, along each direction.
+    moves : (k, P) array
+        How the parameters move together.
+    """
+
+    changes: Array
+    moves: Array
+
+    @property
+    def parts(self) -> NDArray[np.bool_]:
+        """Which parameters are part of a direction, (k, P)."""
+        size = np.abs(self.changes)
+        return np.asarray(size > _MIN_PART * size.max(axis=1, keepdims=True, initial=0.0))
+
+    def among(self, chosen: NDArray[np.bool_]) -> "Unseen":
+        """The same of parameters of which these are the chosen ones."""
+        into = np.eye(len(chosen))[chosen]
+        return Unseen(self.changes @ into, self.moves @ into)
+
+    def texts(self, names: Sequence[str]) -> tuple[str, ...]:
+        """In words: ``Fc at all``, ``M and m apart (...)``."""
+        pairs = zip(self.moves, self.parts, strict=True)
+        return tuple(_said(moves, np.flatnonzero(parts), names) for moves, parts in pairs)
+
+
+def unseen_directions(jacobian: Array, scale: Array) -> Unseen:
+    """Directions in which the errors do not change.
+
+    Parameters
+    ----------
+    jacobian : (n, P) array
+        Of weighted errors, and of what was known before.
+    scale : (P,) array
+        Of the parameters.
+    """
+    scaled = jacobian * scale
+    sizes = np.linalg.norm(scaled, axis=0)
+    seen = sizes > MIN_SHOWN.value * sizes.max(initial=0.0)
+    alone = np.eye(len(sizes))[~seen]
+    if not seen.any():
+        return Unseen(alone, alone)
+    _, values, rows = np.linalg.svd(np.linalg.qr(scaled[:, seen] / sizes[seen], mode="r"))
+    lost = rows[values <= MIN_SHOWN.value * values[0]]
+    chosen = Unseen(lost, lost / sizes[seen] * scale[seen]).among(seen)
+    return Unseen(np.vstack([alone, chosen.changes]), np.vstack([alone, chosen.moves]))
+
+
+def _said(moves: Array, parts: NDArray[np.intp], names: Sequence[str]) -> str:
+    named = [names[int(j)] for j in parts]
+    if len(named) == 1:
+        return f"{named[0]} at all"
+    share = moves[parts] / moves[parts[0]]
+    told = ", ".join(f"{m:+.3g} of {n}" for m, n in zip(share, named, strict=True))
+    return f"{' and '.join(named)} apart ({told} together change nothing)"
+
 
 MIN_MOVED_BY_START = 1.0  # deviations by the start of a loop, were that free, which then count
 
@@ -63,9 +130,8 @@ class Scores:
         By record, s.
     outputs : int
         Whose rows of a sample are neighbours.
-    twins : (n, B) array or None
-        What noise of the position makes of the weighted errors where that is of no one colour; the
-        larger of both tells the variance.
+    twins : (n, R) array or None
+        What noise makes of the weighted errors.
     """
 
     jacobian: Array
@@ -120,10 +186,9 @@ class Scores:
 
     def _of_record(self, columns: Array, r: int, taken: float) -> CovarianceEstimate:
         """Of columns (n, j) and a record's errors, of which a fit took so many degrees."""
-        spans, twins = self.spans[r], self.twins
-        used = int(self.counted[record_rows(spans)].sum())
-        found = autoregressive_covariance(columns, self.autoregressions[r], spans, used, taken)
-        return found if twins is None else at_least_twin_variances(found, columns, twins, spans)
+        used = int(self.counted[record_rows(self.spans[r])].sum())
+        model = self.autoregressions[r]
+        return autoregressive_covariance(columns, model, self.spans[r], used, taken)
 
     def clustered(self) -> CovarianceEstimate:
         """Covariance by the scatter over stretches that are windows of an open loop, (k, k)."""
@@ -140,11 +205,12 @@ class Scores:
 
     def independent(self) -> Array:
         """Covariance for independent errors, of each record its own variance, (k, k)."""
-        return self._sandwich(sum(map(self._independent, self.spans), self._of_known))
+        known = np.asarray(self.known.T @ self.known)
+        return self._sandwich(sum(map(self._independent, self.spans), known))
 
     def by_known(self) -> Array:
         """What the deviations of what was known before add to a covariance, (k, k)."""
-        return self._sandwich(self._of_known)
+        return self._sandwich(self.known.T @ self.known)
 
     def effects(self) -> Array:
         """How much more each record's errors tell of what was known if they are independent, (r,).
@@ -161,7 +227,10 @@ class Scores:
         return np.array(found)
 
     def extended(self, columns: Array, *, clustered: bool) -> tuple[Array, Array, Array]:
-        """What further columns (n, q) of weighted errors change, to first order; see `Solved`."""
+        """What further columns (n, q) of weighted errors change, to first order; see `Solved`.
+
+        Chance is what twins make of them, or the errors' colours where those are too few.
+        """
         known, k = self.known, self.jacobian.shape[1]
         wide = replace(
             self,
@@ -169,14 +238,14 @@ class Scores:
             known=np.hstack([known, np.zeros((len(known), columns.shape[1]))]),
         )
         change = -wide.inverse[:, k:] @ (columns.T @ self.errors)
+        if self.twins is not None:
+            moved = wide.inverse @ (wide.jacobian.T @ self.twins)
+            if (told := covariance_of_twins(moved, columns.shape[1])) is not None:
+                return change, told.matrix + wide.by_known(), told.freedom
         left = self.errors + self.curvature * (wide.jacobian @ change)
         wide = replace(wide, errors=left)
         found = wide.clustered() if clustered else wide.coloured()
         return change, found.matrix, found.freedom
-
-    @property
-    def _of_known(self) -> Array:
-        return np.asarray(self.known.T @ self.known)
 
     def _independent(self, spans: Sequence[slice]) -> Array:
         rows = record_rows(spans)
@@ -227,20 +296,16 @@ def noise_left(scores: Scores, weights: Array, by_position: Array) -> tuple[floa
     """
     twins, found = weights[:, None] * by_position, []
     for model, spans in zip(scores.autoregressions, scores.spans, strict=True):
-        for place, variance in enumerate(model.innovations):
+        for place, variance in enumerate(np.diag(model.variance)):
             rows = record_rows(spans, place, scores.outputs)
             used = scores.counted[rows]
             weight = float(weights[rows][used].max(initial=0.0)) or 1.0
-            own = np.sqrt(max(variance, 0.0)), _size(twins[rows][used])
-            found.append(float(max(own)) / weight)
+            by_twins = float(np.mean(twins[rows][used] ** 2)) if used.any() else 0.0
+            found.append(math.sqrt(max(variance, by_twins, 0.0)) / weight)
     return tuple(found)
 
 
-def _size(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class MovedByStart:
     """What parameters would move by if first positions and velocities were free with them.
 
@@ -254,10 +319,12 @@ class MovedByStart:
     far: Array
 
 
-def moved_by_start(scores: Scores, weights: Array, starts: Sequence[tuple[slice, Array]]) -> Array:
+def moved_by_start(
+    scores: Scores, weights: Array, starts: Sequence[tuple[slice, Array]], covariance: Array
+) -> MovedByStart:
     """What first positions and velocities move parameters by that are free with them, (k,).
 
-    To first order, by the errors.
+    To first order, by the errors; nothing where that is within a deviation of each.
 
     Parameters
     ----------
@@ -265,6 +332,8 @@ def moved_by_start(scores: Scores, weights: Array, starts: Sequence[tuple[slice,
     weights : (n,) array
     starts : sequence of (slice, array)
         Rows of a stretch, and slopes of its errors by its start, (m, 2).
+    covariance : (k, k) array
+        Of the parameters, with starts as they are.
     """
     together, gained, own = [], [], []
     for rows, slopes in starts:
@@ -276,8 +345,12 @@ def moved_by_start(scores: Scores, weights: Array, starts: Sequence[tuple[slice,
         gained.append(unit.T @ scores.errors[rows])
         own.append(unit.T @ counted)
     if not together:
-        return np.zeros(scores.jacobian.shape[1])
+        return MovedByStart(*np.zeros((2, len(covariance))))
     beside = scores.inverse @ np.hstack(together)
     net = block_diag(*own) - np.hstack(together).T @ beside
     downhill = beside.T @ (scores.jacobian.T @ scores.errors) - np.concatenate(gained)
-    return np.asarray(-beside @ (np.linalg.pinv(net, rcond=MIN_SHOWN.value) @ downhill))
+    moved = -beside @ (np.linalg.pinv(net, rcond=MIN_SHOWN.value) @ downhill)
+    deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    far = np.divide(np.abs(moved), deviations, out=np.zeros(len(moved)), where=deviations > 0)
+    matters = np.any(far > MIN_MOVED_BY_START)
+    return MovedByStart(moved=moved * matters, far=far * matters)

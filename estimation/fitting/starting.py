@@ -15,7 +15,7 @@ from axisid.estimation.choices import (
     OPEN_LOOP,
 )
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.identification import JointRecords, identify
+from axisid.estimation.identification import JointRecords, check_time, identify
 from axisid.estimation.parameters import (
     GAIN,
     START,
@@ -28,12 +28,14 @@ from axisid.estimation.parameters import (
 )
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, InverseForm
-from axisid.modeling.quantities import State
+from axisid.modeling.declaration import HIDDEN_FROM
+from axisid.modeling.quantities import Parameter, State
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, UsageError, is_among, is_real, quoted
 
 _PART_OF_FORCE = 1e-3  # that a parameter of its least size makes
 _GAIN = "gain"  # as it is asked for, beside its own name
+_LEAST = 0.1  # of a period, that a time of the drive is searched from
 _METHODS = {INSTRUMENTS_START: "idm-iv", LEAST_SQUARES_START: "idm-ls"}
 
 #: As users give it: a name, parameters, or an estimate.
@@ -84,6 +86,50 @@ def searched(shared: JointRecords) -> Searched:
     if layout is None:
         return Searched(form=InverseForm(axis), axes=axes, local={})
     return Searched(form=layout, axes=axes, local=layout.local)
+
+
+def split_free(
+    free: str | Sequence[str],
+    axis: GeneratedAxis,
+    records: Sequence[Record],
+    outputs: Sequence[str],
+) -> tuple[Sequence[str], Parameter | None]:
+    """What is free of the law, and of the drive: its lag or its delay, or neither.
+
+    Raises
+    ------
+    UsageError
+        Both times are asked for, or one that the records cannot show, or that
+        no loop can be simulated with.
+    """
+    names = (free,) if isinstance(free, str) else free
+    law, drive = axis.declared.control, axis.declared.drive
+    gains = {} if law is None else law.gains
+    times = [name for name in dict.fromkeys(names) if name in HIDDEN_FROM and name not in gains]
+    declared = drive.estimated
+    if declared is not None and declared[0] not in times:
+        times.append(declared[0])
+    if not times:
+        return names, None
+    if len(times) > 1:
+        raise UsageError(
+            "lag and delay of the drive are both free, and a record shows their sum; leave one of "
+            "them as it is declared.",
+            code="free",
+        )
+    name = times[0]
+    if axis.declared.states:
+        raise UsageError(
+            f"the drive's {name} cannot be free: the friction of axis {axis.declared.name!r} "
+            "remembers, and is simulated with no drive whose force changes between the samples "
+            "of the law; leave it as it is declared.",
+            code="free",
+        )
+    for record in records:
+        check_time(axis.declared, record, name, by_law=OPEN_LOOP not in outputs)
+    value = max(float(getattr(drive, name)), _LEAST * records[0].period)
+    parameter = declared[1] if declared is not None else Parameter(name, "s", lower=0.0)
+    return [n for n in names if n != name], replace(parameter, name=name, nominal=value)
 
 
 def with_free(
@@ -224,24 +270,19 @@ def starts_from(
     for name in FIT_STARTS[FIT_STARTS.index(asked) : -1]:
         try:
             with np.errstate(all="ignore"):
-                estimate = _estimate(_METHODS[name], shared, gain)
-            found.append(_of_estimate(estimate, names, name, *others))
+                result = identify(
+                    shared.axis,
+                    shared.records,
+                    methods=[_METHODS[name]],
+                    local=shared.local,
+                    known=shared.known or None,
+                    gain=gain,
+                )
+            found.append(_of_estimate(result[_METHODS[name]], names, name, *others))
             break
         except AxisidError as error:
             why.append(str(error))
     return [*found, nominal], why
-
-
-def _estimate(method: str, shared: JointRecords, gain: str) -> Estimate:
-    result = identify(
-        shared.axis,
-        shared.records,
-        methods=[method],
-        local=shared.local,
-        known=shared.known or None,
-        gain=gain,
-    )
-    return result[method]
 
 
 def _of_estimate(

@@ -1,16 +1,27 @@
-"""Twins of a fit: its loops with the noise that is measured in the records, and what they tell."""
+"""Twins of a fit, and what a control law that is not the drive's moves it by.
 
-from collections.abc import Sequence
+Twins are its loops with the noise that is measured in the records.
+
+The simulated loop answers to a law that is a little other as to what that adds to its control: each
+term of the law with a factor of ``1 + eps`` is the loop with ``eps`` times that term injected. So
+two lanes a term tell the slopes of the outputs, and with them what every percent of a term moves
+each parameter by.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from operator import is_
 
 import numpy as np
+from scipy.special import ndtri, stdtrit
 
 from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law
 from axisid.estimation.predictions import Predictions, record_rows
 from axisid.estimation.problems import noise_free_record
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Hac, Solution, recorded_loops
+from axisid.estimation.regression import Hac, recorded_loops, score_products
 from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
 from axisid.estimation.twins import Chain, measured_chain, twins_of
 from axisid.support.arrays import Array
@@ -128,24 +139,126 @@ def calibrated_covariance(scores: Scores, errors: Array, moved: Array, left: Arr
     left : (n, R) array
         Weighted errors of the twins, less what their parameters make of them.
     """
-    own = _hac_deviations(scores, errors)
-    twins = np.array([_hac_deviations(scores, each) for each in left.T])
+    every = np.arange(len(errors))
+    pieces = [every[own][scores.counted[own]] for own in map(record_rows, scores.spans)]
+    neighbours = RowTimes.joined([RowTimes(each) for each in pieces])
+    chosen = np.concatenate(pieces)
+    columns = scores.jacobian[chosen] @ scores.inverse
+
+    def deviations(errors: Array) -> Array:
+        products = partial(score_products, columns * errors[chosen, None], neighbours)
+        return np.sqrt(np.maximum(np.diag(Hac().of_scores(products, columns.shape).matrix), 0.0))
+
+    own, twins = deviations(errors), np.array([*map(deviations, left.T)])
     apart = (moved.T - moved.mean(axis=1)) / np.where(twins > 0, twins, np.inf)
     return np.asarray(np.cov((apart * own).T).reshape(len(own), -1))
 
 
-def _hac_deviations(scores: Scores, errors: Array) -> Array:
-    """Of the parameters of scores for errors (n,) that are autocorrelated, (k,)."""
-    rows = scores.counted
-    every = np.arange(len(errors))
-    pieces = [every[own][rows[own]] for own in map(record_rows, scores.spans)]
-    neighbours = RowTimes.joined([RowTimes.of(piece, 1) for piece in pieces])
-    chosen = np.concatenate(pieces)
-    solution = Solution(
-        theta=np.zeros(len(scores.inverse)),
-        residuals=errors[chosen],
-        inverse_factor=scores.inverse,
-        influence=scores.jacobian[chosen] @ scores.inverse,
-        neighbours=neighbours,
+_PERCENT = 0.01
+_TWINS = 8
+_LEVEL = 0.975  # at which eight twins are as sure as the normal law has it
+
+
+def moves_per_percent(
+    predictions: Predictions, physical: Array, influence: Array
+) -> tuple[Mapping[str, Array], ...]:
+    """What each term of a record's law, 1 % larger, moves the parameters by, (P,), by its gains.
+
+    Parameters
+    ----------
+    predictions : Predictions
+    physical : (P,) array
+        The estimate.
+    influence : (P, n) array
+        Of the errors on the estimate.
+
+    Returns
+    -------
+    tuple of mapping of str to (P,) array
+        By record.
+    """
+    slopes = predictions.slopes_by_law(physical)
+    return tuple(
+        {name: -_PERCENT * (influence[:, rows] @ slope[rows]) for name, slope in slopes.items()}
+        for rows in map(record_rows, predictions.spans)
     )
-    return np.sqrt(np.maximum(np.diag(Hac(widened=False).matrix(solution)), 0.0))
+
+
+def factors_in_twins(
+    law: LawCheck | Missing, loops: RecordLoops | Missing, found: FoundGains
+) -> list[Mapping[str, float]]:
+    """Factors that the law has in twins, which are under the declared one; none without twins.
+
+    A control that answers to noise within a sample is no sum of its terms, and HAC deviations know
+    of what stands in the rows alone.
+
+    Parameters
+    ----------
+    law : LawCheck or Missing
+    loops : RecordLoops or Missing
+        Of the record.
+    found : FoundGains
+    """
+    if not isinstance(law, LawCheck) or not law.factors:
+        return []
+    if isinstance(loops, Missing) or loops.chain.is_silent:
+        return []
+    twins = loops.twins(loops.chain, _TWINS, paired=False)
+    checked = (check_found_law(loops.data.axis, twin, found) for twin in twins)
+    every = [each.factors for each in checked if isinstance(each, LawCheck)]
+    told: list[Mapping[str, float]] = [f for f in every if f.keys() == law.factors.keys()]
+    return told if 2 * len(told) >= _TWINS else []
+
+
+def move_by_record(
+    of_records: Sequence[Mapping[str, Array]],
+    laws: Sequence[LawCheck | Missing],
+    in_twins: Sequence[Sequence[Mapping[str, float]]] = (),
+) -> tuple[Array, Array] | None:
+    """What the law as the records have it, less the declared one, moves the parameters by, (P,).
+
+    Each record moves them by its own factors, less what those of its twins do in the mean; one that
+    does not tell them is taken for the mean of those that do.
+
+    Parameters
+    ----------
+    of_records : sequence of mapping of str to (P,) array
+        As `moves_per_percent` has it.
+    laws : sequence of LawCheck or Missing
+    in_twins : sequence of sequence of mapping of str to float
+        Factors in each record's twins; by HAC where there are none.
+
+    Returns
+    -------
+    ((P,) array, (P,) array) or None
+        With its deviations, of how sure the factors are. None where no record tells the law's
+        factors, or only those of another sign.
+    """
+    names = [*of_records[0]]
+    told = [law.factors if isinstance(law, LawCheck) else {} for law in laws]
+    # Of a law with another sign, straight lines from the declared one tell nothing.
+    told = [f if all(f.get(name, 0.0) > 0 for name in names) else {} for f in told]
+    telling = [factors for factors in told if factors]
+    if not telling or not names:
+        return None
+    mean = {name: float(np.mean([each[name] for each in telling])) for name in names}
+    moved, variances = [], []
+    every = zip(of_records, told, laws, in_twins or [[]] * len(laws), strict=True)
+    for moves, factors, law, twins in every:
+        of_twins = [_moved_by(moves, each) for each in twins]
+        by_chance = np.mean(of_twins, axis=0) if twins else 0.0
+        moved.append(_moved_by(moves, factors or mean) - by_chance)
+        if twins:
+            count = len(twins)
+            widened = (1 + 1 / count) * (stdtrit(count - 1, _LEVEL) / ndtri(_LEVEL)) ** 2
+            variances.append(widened * np.var(of_twins, axis=0, ddof=1))
+        elif isinstance(law, LawCheck):
+            sure = [moves[n] * law.deviations.get(n, 0.0) / _PERCENT for n in names]
+            variances.append(np.sum(np.square(sure), axis=0))
+    return np.asarray(np.sum(moved, axis=0)), np.sqrt(np.sum(variances, axis=0))
+
+
+def _moved_by(moves: Mapping[str, Array], factors: Mapping[str, float]) -> Array:
+    return np.asarray(
+        np.sum([moves[name] * (factors[name] - 1) / _PERCENT for name in moves], axis=0)
+    )

@@ -4,12 +4,11 @@ In: `Axis`, `Record`, `Prefilter`. Out: `Identification`.
 Knows nothing of how it is shown.
 """
 
-from .bound import (
-    bound_records as bound_records,
-    layout_for as layout_for,
-    tells_gain as tells_gain,
+from .drive_time import (
+    DriveTiming as DriveTiming,
+    at_time as at_time,
+    check_time as check_time,
 )
-from .drive_time import DriveTiming as DriveTiming, check_time as check_time
 from .identify import (
     check_choices as check_choices,
     estimate_drive_timing as estimate_drive_timing,
@@ -29,7 +28,9 @@ from .result import (
 )
 from .shared import (
     JointRecords as JointRecords,
+    bound_records as bound_records,
     check_bad as check_bad,
-    layout_without as layout_without,
+    known_without as known_without,
+    layout_for as layout_for,
     shared_records as shared_records,
 )

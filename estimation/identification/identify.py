@@ -38,13 +38,7 @@ from axisid.support.errors import (
     quoted,
 )
 
-from .drive_time import (
-    DriveTiming,
-    check_time,
-    identified_with_time,
-    searched_time,
-    with_time,
-)
+from .drive_time import DriveTiming, identified_with_time, searched_time
 from .result import Identification
 from .shared import shared_records
 
@@ -241,7 +235,7 @@ def identify_problem(
     )
 
 
-def requested_methods(methods: object) -> tuple[str, ...] | None:
+def requested_methods(methods: str | Iterable[object] | None) -> tuple[str, ...] | None:
     """The methods that are asked for by name; None for all, which is also called ``all``.
 
     Raises
@@ -251,9 +245,7 @@ def requested_methods(methods: object) -> tuple[str, ...] | None:
     """
     if methods is None:
         return None
-    if not isinstance(methods, Iterable):
-        raise UsageError(f"the methods are {quoted(methods)}; give a list of names.")
-    listed = (methods,) if isinstance(methods, str) else tuple(methods)
+    listed = (methods,) if isinstance(methods, str) else tuple(map(str, methods))
     if "all" in listed:
         if len(listed) > 1:
             raise UsageError(
@@ -313,11 +305,9 @@ def estimate_drive_timing(
     EstimationError
         The record does not show it, or the force acts before its command.
     """
-    declared = axis.declared if isinstance(axis, GeneratedAxis) else axis
-    check_time(declared, record, name)
-    known = with_time(declared, name, float(getattr(declared.drive, name)))
+    generated = as_generated(axis)
     return searched_time(
-        known, record, name, lambda tried, methods: identify(tried, record, prefilter, methods)
+        generated, record, name, lambda tried, methods: identify(tried, record, prefilter, methods)
     )
 
 

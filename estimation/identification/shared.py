@@ -1,20 +1,113 @@
-"""The records that are used of those that were given, those set aside, and what they share."""
+"""The records that are used, under their filters as one problem: what they share, their weights."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices import ROW_LOSSES, check_among
-from axisid.estimation.parameters import GAIN, JointForm, KnownValue, prefilters_of
+from axisid.estimation.methods import METHODS, bound_record, scale_of
+from axisid.estimation.parameters import JointForm, KnownValue, known_of, layout_of, prefilters_of
 from axisid.estimation.problems import Problem, check_time_known
 from axisid.estimation.records import Record, record_labels
-from axisid.estimation.signals import FilteredRecord, Prefilter
-from axisid.support.errors import AxisidError, UsageError, quoted
+from axisid.estimation.signals import (
+    FilteredRecord,
+    Prefilter,
+    searches_friction,
+    show_too_little,
+)
+from axisid.support.arrays import Array
+from axisid.support.errors import AxisidError, UsageError
 
-from .bound import bound_records, layout_for, tells_gain, weighted
+# of the noisiest record; less noise is rounding, and tells nothing of a record's worth
+_MIN_NOISE_RATIO = 1e-6
+
+
+def layout_for(
+    axis: GeneratedAxis,
+    records: int,
+    local: Sequence[str],
+    known: Mapping[str, Sequence[KnownValue]] | None,
+    *,
+    commanded: bool,
+) -> JointForm | None:
+    """How the parameters are shared; None where all are, of all records.
+
+    Raises
+    ------
+    UsageError, ModelError
+        As `known_of` and `layout_of` do.
+    """
+    if not local and not known:
+        return None
+    return layout_of(axis, records, known_of(known, records), local, commanded=commanded)
+
+
+def bound_records(
+    axes: Sequence[GeneratedAxis],
+    records: Sequence[Record],
+    asked: Prefilter,
+    into: Sequence[Array] = (),
+) -> tuple[FilteredRecord, ...]:
+    """Records of one machine under one filter: what rests in one would rest in all.
+
+    Samples near reversals are left out of all or of none: what they tell of parameters that they
+    share adds. Arguments as of `show_too_little`.
+
+    Raises
+    ------
+    UsageError, DataError
+        As `bound_record` does, with the record's name.
+    """
+    if len(records) == 1:
+        return (bound_record(axes[0], records[0], asked),)
+    filters = prefilters_of(asked, records[0].period, [record.period for record in records])
+    every = tuple(zip(axes, records, filters, strict=True))
+    moving = [FilteredRecord.bind(a, r, replace(f, reversals="keep")) for a, r, f in every]
+    fastest = max(float(np.abs(data.motion[1]).max()) for data in moving)
+    reversals = asked.reversals
+    if reversals is None and axes[0].has_direction and not searches_friction(axes[0]):
+        little = show_too_little([data.without_turns(fastest) for data in moving], into)
+        reversals = "keep" if little else "leave-out"
+    every = tuple((a, r, replace(f, reversals=reversals)) for a, r, f in every)
+    return tuple(bound_record(a, r, f, fastest) for a, r, f in every)
+
+
+def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
+    """A problem of several records with each weighted by its own noise, from a first pass.
+
+    Feasible generalised least squares: the noise of a record is what least squares of all leaves of
+    its rows, root mean square, or by the median under a loss that is not of squares. Where that
+    comes to nothing the records count alike, and whoever asks for an estimate is told why there is
+    none.
+
+    References
+    ----------
+    [Wooldridge2010]_, chapter 7.
+    """
+    if len(problem.data) == 1:
+        return problem
+    try:
+        with np.errstate(all="ignore"):
+            residuals = replace(METHODS["idm-ls"], loss=loss).fit(problem).solution.residuals
+    except AxisidError:
+        return problem
+    sizes = [len(residuals[span]) for span in problem.spans]
+    if not min(sizes):
+        return problem
+    sized = scale_of if loss != ROW_LOSSES[0] else _rms
+    noise = np.array([sized(residuals[span]) for span in problem.spans])
+    if not (np.all(np.isfinite(noise)) and noise.min() > _MIN_NOISE_RATIO * noise.max()):
+        return problem
+    # In the unit of the rows: the residuals of all keep their mean square.
+    unit = 1 / np.sqrt(np.average(noise**-2.0, weights=sizes))
+    return replace(problem, weights=tuple(float(unit / each) for each in noise))
+
+
+def _rms(residuals: Array) -> float:
+    return float(np.sqrt(np.mean(residuals**2)))
 
 
 def usable_records(
@@ -69,77 +162,11 @@ def _unnamed(name: str, note: str) -> str:
     return note
 
 
-def layout_without(
-    axis: GeneratedAxis,
-    whole: JointForm | None,
-    used: Sequence[int],
-    aside: Mapping[str, str],
-    local: Sequence[str],
-    known: Mapping[str, Sequence[KnownValue]] | None,
-    *,
-    commanded: bool,
-) -> tuple[JointForm | None, tuple[str, ...], dict[str, list[KnownValue]], dict[str, str]]:
-    """What several records share, each has for itself, and is known of each, where some are left.
-
-    Where one is left, its own parameters are those of all. The reasons are given again, the last of
-    them with what is not identified without the records.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-    whole : JointForm or None
-        How the parameters of all records are shared.
-    used : sequence of int
-        The records that are left.
-    aside : mapping of str to str
-        Why others are set aside.
-    local, known, commanded
-        As of `layout_for`, of all records.
-    """
-    own = tuple(local) if len(used) > 1 else ()
-    of_used = {name: [values[i] for i in used] for name, values in (known or {}).items()}
-    if not aside:
-        return whole, own, of_used, {}
-    left, why = layout_for(axis, len(used), own, of_used, commanded=commanded), dict(aside)
-    if whole is not None and (lost := _lost(axis, whole, left, used)):
-        name, note = list(why.items())[-1]
-        why[name] = f"{note} Without {'it' if len(why) == 1 else 'these'} {lost}."
-    return left, own, of_used, why
-
-
-def _lost(
-    axis: GeneratedAxis, whole: JointForm, left: JointForm | None, used: Sequence[int]
-) -> str:
-    """What the records that are left identify no more, and why; empty for nothing."""
-    alone = len(used) == 1
-    said = []
-    if whole.gain is not None and (left is None or left.gain is None):
-        known = ", ".join(each.name for each in whole.known if each.differs)
-        why = "1 record does not tell it" if alone else f"{known} is the same in all that are left"
-        said.append(f"{GAIN} is not identified, as {why}, and the declared {whole.gain:g} believed")
-    before = _shared(axis, whole)
-    after = _shared(axis, left)
-    gone = [name for name in before if name not in after]
-    if gone:
-        new = [name for name in after if name not in before]
-        place = (
-            f", and {' and '.join(new)} {'is' if len(new) == 1 else 'are'} identified"
-            if new
-            else ""
-        )
-        said.append(f"nothing tells {' and '.join(gone)} apart{place}")
-    if alone and whole.local:
-        verb = "is" if len(whole.local) == 1 else "are"
-        said.append(f"{' and '.join(whole.local)} {verb} of the 1 record that is left")
-    return ", and ".join(said)
-
-
-def _shared(axis: GeneratedAxis, layout: JointForm | None) -> list[str]:
-    """Names of the parameters that all records share."""
-    if layout is None:
-        return [p.name for p in axis.axis.parameters]
-    own = {name for each in layout.local.values() for name in each}
-    return [p.name for p in layout.parameters if p.name not in {*own, *layout.local, GAIN}]
+def known_without(
+    used: Sequence[int], known: Mapping[str, Sequence[KnownValue]] | None
+) -> dict[str, list[KnownValue]]:
+    """What is known of each record, of those that are used."""
+    return {name: [values[i] for i in used] for name, values in (known or {}).items()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -204,7 +231,7 @@ def shared_records(
     axis: GeneratedAxis,
     records: Sequence[Record],
     prefilter: Prefilter | None,
-    local: object,
+    local: str | Sequence[str],
     known: Mapping[str, Sequence[KnownValue]] | None,
     gain: str,
     *,
@@ -228,23 +255,23 @@ def shared_records(
         Records cannot be used, and are not to be skipped; a name is none; or what is known is not
         of each record.
     """
-    own = _names("local", local)
+    own = tuple(filter(None, (local,) if isinstance(local, str) else local))
     check_among(("gain", gain, ("identified", "declared")))
     check_time_known(axis)
-    if not isinstance(skip_bad, bool):
-        raise UsageError(f"skip_bad is {quoted(skip_bad)}; give True or False.", code="record")
     if own and len(records) == 1:
         raise UsageError(
             f"{', '.join(own)} {'is' if len(own) == 1 else 'are'} to be each record's own, "
             "and there is 1 record; give several, or leave local out.",
             code="parameters",
         )
-    commanded = tells_gain(records, gain)
-    whole = layout_for(axis, len(records), own, known, commanded=commanded)
+    # A known force may tell the gain of the drive, where nothing measures its force.
+    commanded = gain == "identified" and all(record.force is None for record in records)
+    layout = layout_for(axis, len(records), own, known, commanded=commanded)
     used, aside = usable_records(axis, records, prefilter, skip_bad=skip_bad)
-    layout, own, known, aside = layout_without(
-        axis, whole, used, aside, own, known, commanded=commanded
-    )
+    known = known_without(used, known)
+    if aside:
+        own = own if len(used) > 1 else ()
+        layout = layout_for(axis, len(used), own, known, commanded=commanded)
     return JointRecords(
         axis=axis,
         own_layout=layout,
@@ -254,14 +281,3 @@ def shared_records(
         commanded=commanded,
         set_aside=aside,
     )
-
-
-def _names(what: str, names: object) -> tuple[str, ...]:
-    """Names that were given as one text or several."""
-    if isinstance(names, str):
-        return (names,) if names else ()
-    if not isinstance(names, Iterable) or not all(isinstance(name, str) for name in names):
-        raise UsageError(
-            f"{what} is {quoted(names)}; give the names of parameters.", code="parameters"
-        )
-    return tuple(names)

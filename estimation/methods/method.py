@@ -35,9 +35,9 @@ from axisid.estimation.regression import (
     LossWeights,
     QrFactors,
     Solution,
+    instrumental_variables,
     least_squares,
     variable_projection,
-    weighted_instrumental_variables,
 )
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds import (
@@ -262,9 +262,7 @@ def _iterated(y: Array, X: Columns, Z: QrFactors, first: Solution, loss: str) ->
     for _ in range(_MOST):
         weights, slopes, _ = LOSS_FUNCTIONS[loss](found.residuals / scale_of(found.residuals))
         before = found.theta
-        found = weighted_instrumental_variables(
-            y, X, Z, LossWeights(weights=weights, slopes=slopes)
-        )
+        found = instrumental_variables(y, X, Z, LossWeights(weights=weights, slopes=slopes))
         moved = np.linalg.norm((found.theta - before) * X.scale)
         if moved <= _STANDS_STILL * np.linalg.norm(before * X.scale):
             return found

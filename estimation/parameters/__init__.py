@@ -39,7 +39,6 @@ from .unknowns import (
     End as End,
     Unknowns as Unknowns,
     bounded_quadratic_minimum as bounded_quadratic_minimum,
-    by_name as by_name,
     check_enough as check_enough,
     unknowns_of as unknowns_of,
 )

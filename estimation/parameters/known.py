@@ -67,15 +67,8 @@ def known_of(
     Raises
     ------
     UsageError
-        They are not given by name, are not as many as records, or one is no number or pair of
-        numbers.
+        They are not as many as records, or one is no number or pair of numbers.
     """
-    if not (told is None or isinstance(told, Mapping)):
-        raise UsageError(
-            f"known is {quoted(told)}; give values by name, one for each record in their order: "
-            "{'m_add': [0.0, (20.0, 0.01)]}.",
-            code="parameters",
-        )
     return tuple(_known(name, values, records) for name, values in (told or {}).items())
 
 

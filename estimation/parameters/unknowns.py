@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,26 +125,6 @@ def bounded_quadratic_minimum(
     side = np.asarray(found.active_mask, dtype=np.int8)
     moved = at + found.x / size
     return np.where(side < 0, lower, np.where(side > 0, upper, moved)), side
-
-
-def by_name(given: object, what: str) -> Mapping[str, Any]:
-    """What is said of parameters by name; nothing where it is None.
-
-    Raises
-    ------
-    UsageError
-        It is not by name.
-    """
-    if given is None:
-        return {}
-    if not isinstance(given, Mapping):
-        example = {"bounds": "(0.0, None)", "prior": "(95.0, 2.0)"}.get(what, "95.0")
-        raise UsageError(
-            f"{what} is {quoted(given)}; give it by the parameters' names, {what}={{'M': "
-            f"{example}}}.",
-            code="fit",
-        )
-    return given
 
 
 def unknowns_of(
@@ -296,22 +275,14 @@ def _with_priors(
                 f"{quoted(name)} is fixed, and something is known of it; give one of the two.",
                 code="fit",
             )
-        pair = given if isinstance(given, (tuple, list)) else ()
-        sound = len(pair) == 2 and all(is_real(x) and math.isfinite(x) for x in pair)
-        if not sound or pair[1] <= 0:
+        pair, largest = given if isinstance(given, (tuple, list)) else (), LARGEST_VALUE.value
+        mean, sd = map(float, pair) if len(pair) == 2 and all(map(is_real, pair)) else (0.0, 0.0)
+        least = max(_MIN_PRIOR_DEVIATION * abs(mean), 1 / largest)
+        if not (abs(mean) <= largest and least <= sd <= largest):
             raise UsageError(
                 f"what was known of {quoted(name)} is {quoted(given)}; give a value and its "
-                "standard deviation, which is more than 0 (fix it if it is exact).",
-                code="fit",
-            )
-        mean, sd = map(float, pair)
-        largest = LARGEST_VALUE.value
-        exact = sd < max(_MIN_PRIOR_DEVIATION * abs(mean), 1 / largest)
-        if exact or max(abs(mean), sd) > largest:
-            raise UsageError(
-                f"what was known of {quoted(name)} is {mean:g} +- {sd:g}, which is as good as "
-                f"exact, or beyond {largest:g}; fix what is exact, and leave out what is "
-                "not known.",
+                f"standard deviation, finite and of {largest:g} at most, or fix it if that is 0 "
+                "or as good as that.",
                 code="fit",
             )
         for j in places(name, "know"):

@@ -22,7 +22,6 @@ from axisid.estimation.regression import (
     factor,
     instrumental_variables,
     least_squares,
-    weighted_instrumental_variables,
 )
 from axisid.estimation.signals import FilteredRecord, Signals, about_samples
 from axisid.estimation.simulation import Simulation, logged_control
@@ -59,9 +58,9 @@ class Solver:
         left = rows.left - right.intercept
         Z = factor(right.regressor, names) if self.loop is None else self.loop
         X = Z if self.loop is None else checked_columns(right.regressor, names)
-        if self.counts is not None:
-            return weighted_instrumental_variables(left, X, Z, self.counts)
-        return least_squares(left, Z) if self.loop is None else instrumental_variables(left, X, Z)
+        if self.loop is None and self.counts is None:
+            return least_squares(left, Z)
+        return instrumental_variables(left, X, Z, self.counts)
 
 
 _STEP = 1e-4  # of the gain

@@ -6,11 +6,12 @@ Knows nothing of verdicts.
 
 from .coloured_errors import (
     Autoregression as Autoregression,
-    at_least_twin_variances as at_least_twin_variances,
     autoregression_of as autoregression_of,
     autoregressive_covariance as autoregressive_covariance,
     clustered_covariance as clustered_covariance,
+    score_products as score_products,
     sum_covariances as sum_covariances,
+    widened as widened,
 )
 from .covariance import (
     Classical as Classical,
@@ -22,9 +23,7 @@ from .covariance import (
     delta_method as delta_method,
     joint_p as joint_p,
     most_lags as most_lags,
-    score_products as score_products,
     wald as wald,
-    widened as widened,
 )
 from .forms import (
     DirectForm as DirectForm,
@@ -43,7 +42,6 @@ from .linear import (
     factor as factor,
     instrumental_variables as instrumental_variables,
     least_squares as least_squares,
-    weighted_instrumental_variables as weighted_instrumental_variables,
 )
 from .propagation import (
     Curvature as Curvature,

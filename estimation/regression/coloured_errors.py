@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array
 
-from .covariance import score_products, widened
 from .linear import CovarianceEstimate
 
 # of the errors, in pairs so far apart between masks: measured with half of the samples masked, at
@@ -24,6 +23,8 @@ _LONGEST = 0.1  # s, of an autoregression
 _FEWEST = 20  # orders that are tried, whatever the period
 _ROWS_PER_ORDER = 10
 
+#: From so many lags, and lags times rows, on products are found by Fourier transforms.
+_MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
 _ROUNDING = 1e-9
 _OWN = 1e-6  # of each output's variance: what no other output and no past tells of it
 # of the variances, below which errors have forgotten what was; asked every so many lags
@@ -54,11 +55,6 @@ class Autoregression:
     def order(self) -> int:
         """How many samples before count."""
         return len(self.coefficients) - 1
-
-    @property
-    def innovations(self) -> Array:
-        """Variances of w, (m,)."""
-        return np.diag(self.variance)
 
     @property
     def outputs(self) -> int:
@@ -276,7 +272,9 @@ def autoregressive_covariance(
     whole = np.array(
         [2 / model.uncertainty([column[each] for each in spans], rows) for column in columns.T]
     )
-    return _less_taken(matrix, whole, taken)
+    left = np.maximum(whole - taken, 1.0)
+    more = np.divide(whole, left, out=np.ones_like(whole), where=np.isfinite(whole))
+    return CovarianceEstimate(matrix=widened(matrix, np.diag(matrix) * more), freedom=left)
 
 
 def clustered_covariance(
@@ -313,22 +311,34 @@ def clustered_covariance(
     )
 
 
-def _less_taken(matrix: Array, whole: Array, taken: float) -> CovarianceEstimate:
-    """A covariance of so many degrees of freedom (k,), of which a fit has taken some."""
-    left = np.maximum(whole - taken, 1.0)
-    more = np.divide(whole, left, out=np.ones_like(whole), where=np.isfinite(whole))
-    return CovarianceEstimate(matrix=widened(matrix, np.diag(matrix) * more), freedom=left)
+def widened(covariance: Array, least: Array) -> Array:
+    """A covariance (k, k) with no variance less than (k,) others; its correlations stay."""
+    own = np.diag(covariance)
+    ratio = np.divide(least, own, out=np.ones_like(own), where=own > 0)
+    scale = np.sqrt(np.maximum(ratio, 1.0))
+    return np.asarray(np.outer(scale, scale) * covariance, dtype=float)
 
 
-def at_least_twin_variances(
-    told: CovarianceEstimate, columns: Array, twins: Array, spans: Sequence[slice]
-) -> CovarianceEstimate:
-    """What is told of columns (n, k), or what twins (n, B) make of them where that is more."""
-    pairs = ((columns[rows].T, twins[rows]) for rows in spans)
-    made = sum((each @ own for each, own in pairs), np.zeros((len(told.matrix), twins.shape[1])))
-    by_twins = made.var(axis=1, ddof=1)
-    more = by_twins > np.diag(told.matrix)
-    return CovarianceEstimate(
-        matrix=widened(told.matrix, by_twins),
-        freedom=np.where(more, twins.shape[1] - 1.0, told.freedom),
-    )
+def score_products(scores: Array, neighbours: RowTimes, lags: int) -> Array:
+    """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
+    placed = neighbours.on_grid(scores, lags + 1)
+    if lags >= _MANY_LAGS and lags * len(placed) >= _MANY_PRODUCTS:
+        return _products_by_transform(placed, lags)
+    early = (placed[: max(len(placed) - lag, 0)] for lag in range(lags + 1))
+    return np.array([placed[lag:].T @ each for lag, each in enumerate(early)])
+
+
+def _products_by_transform(scores: Array, lags: int) -> Array:
+    """`score_products` of rows without gaps, by Fourier transforms.
+
+    Their cost does not grow with the lags, which grow with the rows.
+    """
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    rows, k = scores.shape
+    length = next_fast_len(rows + lags, real=True)
+    spectra, found = rfft(scores, length, axis=0), np.empty((lags + 1, k, k))
+    for i, j in np.ndindex(k, k):
+        crossed = irfft(spectra[:, i] * spectra[:, j].conj(), length)
+        found[:, i, j] = crossed[: lags + 1]
+    return found

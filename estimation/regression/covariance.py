@@ -14,16 +14,14 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import fdtrc
 
-from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import FEW_SCORES, MAX_AUTOREGRESSION
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
 from .autoregressive import autoregressive_covariance
+from .coloured_errors import score_products, widened
 from .linear import CovarianceEstimate, Solution
 
-#: From so many lags, and lags times rows, on products are found by Fourier transforms.
-_MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
 _CERTAIN = 1e9  # degrees of freedom, from which F is chi-squared to rounding
 _SAME = 1e-9  # of the eigenvalues of a correlation matrix
 
@@ -41,10 +39,6 @@ class Covariance(ABC):
     def matrix(self, solution: Solution) -> Array:
         """Covariance of the estimate, (k, k)."""
         return self.applied(solution).matrix
-
-    def freedom(self, solution: Solution) -> Array:
-        """Degrees of freedom of each variance, for Student's distribution, (k,)."""
-        return self.applied(solution).freedom
 
 
 def applied_covariance(
@@ -145,7 +139,17 @@ class Hac(Covariance):
         applied = self.of_scores(products, solution.influence.shape)
         widens = self.lags is None if self.widened is None else self.widened
         few = widens and float(applied.freedom.min()) < FEW_SCORES.value
-        return _at_least(applied, autoregressive_covariance(solution)) if few else applied
+        if not few:
+            return applied
+        other, own = autoregressive_covariance(solution), np.diag(applied.matrix)
+        least = np.diag(other.matrix)
+        wider = (own > 0) & (least > own)
+        return replace(
+            applied,
+            matrix=widened(applied.matrix, least),
+            freedom=np.where(wider, other.freedom, applied.freedom),
+            widened=wider,
+        )
 
     def of_scores(
         self, products: Callable[[int], Array], shape: tuple[int, ...]
@@ -201,7 +205,8 @@ class Hac(Covariance):
                 )
             plain = products(int(self.lags))
             return plain, np.zeros(plain.shape[1])
-        looked_at = first_lags(rows)
+        # The plug-in rule looks at so many lags.
+        looked_at = int(min(np.ceil(4 * (rows / 100) ** (2 / 9)), rows - 1))
         raw = products(looked_at + 1)
         colour = _autoregression(raw)
         white = _whitened(raw, colour)
@@ -211,51 +216,6 @@ class Hac(Covariance):
         if lags > looked_at:
             white = _whitened(products(lags + 1), colour)
         return white[: lags + 1], colour
-
-
-def _at_least(applied: CovarianceEstimate, other: CovarianceEstimate) -> CovarianceEstimate:
-    """A covariance with no deviation smaller than another has it; its correlations stay."""
-    own, least = np.diag(applied.matrix), np.diag(other.matrix)
-    wider = (own > 0) & (least > own)
-    return replace(
-        applied,
-        matrix=widened(applied.matrix, least),
-        freedom=np.where(wider, other.freedom, applied.freedom),
-        widened=wider,
-    )
-
-
-def widened(covariance: Array, least: Array) -> Array:
-    """A covariance (k, k) with no variance less than (k,) others; its correlations stay."""
-    own = np.diag(covariance)
-    ratio = np.divide(least, own, out=np.ones_like(own), where=own > 0)
-    scale = np.sqrt(np.maximum(ratio, 1.0))
-    return np.asarray(np.outer(scale, scale) * covariance, dtype=float)
-
-
-def score_products(scores: Array, neighbours: RowTimes, lags: int) -> Array:
-    """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
-    placed = neighbours.on_grid(scores, lags + 1)
-    if lags >= _MANY_LAGS and lags * len(placed) >= _MANY_PRODUCTS:
-        return _products_by_transform(placed, lags)
-    early = (placed[: max(len(placed) - lag, 0)] for lag in range(lags + 1))
-    return np.array([placed[lag:].T @ each for lag, each in enumerate(early)])
-
-
-def _products_by_transform(scores: Array, lags: int) -> Array:
-    """`score_products` of rows without gaps, by Fourier transforms.
-
-    Their cost does not grow with the lags, which grow with the rows.
-    """
-    from scipy.fft import irfft, next_fast_len, rfft
-
-    rows, k = scores.shape
-    length = next_fast_len(rows + lags, real=True)
-    spectra, found = rfft(scores, length, axis=0), np.empty((lags + 1, k, k))
-    for i, j in np.ndindex(k, k):
-        crossed = irfft(spectra[:, i] * spectra[:, j].conj(), length)
-        found[:, i, j] = crossed[: lags + 1]
-    return found
 
 
 def _autoregression(products: Array) -> Array:
@@ -289,11 +249,6 @@ def bartlett(products: Array) -> Array:
 def most_lags(n: int) -> int:
     """Where neighbours cancel, the rule knows no bound; the root keeps the estimate consistent."""
     return int(n**0.5)
-
-
-def first_lags(n: int) -> int:
-    """How many lags the plug-in rule looks at."""
-    return int(min(np.ceil(4 * (n / 100) ** (2 / 9)), n - 1))
 
 
 def lags_of(sums: Sequence[float], n: int) -> int:

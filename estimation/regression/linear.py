@@ -272,56 +272,42 @@ def least_squares(y: Array, X: QrFactors) -> Solution:
     )
 
 
-def instrumental_variables(y: Array, X: Columns, Z: QrFactors) -> Solution:
+def instrumental_variables(
+    y: Array, X: Columns, Z: QrFactors, counts: LossWeights | None = None
+) -> Solution:
     """``(Z'X)^-1 Z'y``, just identified, y of shape (n,).
+
+    With weights W that a loss gave it is ``(Z'WX)^-1 Z'Wy``, Z being X of least squares, and the
+    influence is that of the loss, ``Z (X'DZ)^-1`` with its slopes D.
 
     Raises
     ------
     EstimationError
-        Z'X has not full rank: the instruments do not see what the regressor sees.
+        Z'X has not full rank: the instruments do not see what the regressor sees, or the rows that
+        count do not tell the parameters apart.
 
     References
     ----------
     Equation (16) of [Brunot2015]_.
     """
-    basis = Z.basis.astype(float)
-    projected = basis.T @ (X.columns / X.scale)
-    _check_rank(projected, len(y), X.scale, X.names, "the instruments together with the record")
-    theta = np.linalg.solve(projected, basis.T @ y) / X.scale
-    return Solution(
-        theta=theta,
-        residuals=y - X.columns @ theta,
-        inverse_factor=Z.inverse.astype(float),
-        influence=np.linalg.solve(projected, basis.T).T / X.scale,
-        neighbours=X.neighbours,
-    )
-
-
-def weighted_instrumental_variables(
-    y: Array, X: Columns, Z: QrFactors, counts: LossWeights
-) -> Solution:
-    """``(Z'WX)^-1 Z'Wy``, y of shape (n,), for weights W that a loss gave; Z is X of least squares.
-
-    The influence is that of the loss, ``Z (X'DZ)^-1`` with its slopes D.
-
-    Raises
-    ------
-    EstimationError
-        The rows that count do not tell the parameters apart.
-    """
     basis, scaled = Z.basis.astype(float), X.columns / X.scale
-    weighted, bent = (
-        basis.T @ (each[:, None] * scaled) for each in (counts.weights, counts.slopes)
-    )
+    weighted = bent = basis.T @ scaled
+    counted, what = y, "the instruments together with the record"
+    if counts is not None:
+        rows = (each[:, None] * scaled for each in (counts.weights, counts.slopes))
+        weighted, bent = (basis.T @ each for each in rows)
+        counted, what = counts.weights * y, "what counts of the rows"
     for matrix in (weighted, bent):
-        _check_rank(matrix, len(y), X.scale, X.names, "what counts of the rows")
-    theta = np.linalg.solve(weighted, basis.T @ (counts.weights * y)) / X.scale
+        _check_rank(matrix, len(y), X.scale, X.names, what)
+    theta = np.linalg.solve(weighted, basis.T @ counted) / X.scale
     influence = np.linalg.solve(bent, basis.T).T / X.scale
-    _, triangle = _orthonormal(influence.astype(np.longdouble))
+    inverse = Z.inverse
+    if counts is not None:
+        inverse = _orthonormal(influence.astype(np.longdouble))[1].T
     return Solution(
         theta=theta,
         residuals=y - X.columns @ theta,
-        inverse_factor=triangle.T.astype(float),
+        inverse_factor=inverse.astype(float),
         influence=influence,
         neighbours=X.neighbours,
         counts=counts,

@@ -17,7 +17,7 @@ from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_SEGMENT_ROWS,
 from axisid.support.arrays import Array, Exact, MaybeNan
 from axisid.support.errors import Missing
 
-from .covariance import score_products
+from .coloured_errors import score_products
 
 _QUANTILES = 99
 # of the rows in stretches of a segment or more, from which there is a spectrum

@@ -44,14 +44,16 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
     from scipy.optimize import least_squares as minimise
 
     search = _Projection(form, rows)
-    starts = sorted(search.starts(), key=search.error)
-    if isinstance(why := search.tried(starts[0]), str):
+    starts = sorted(search.starts(), key=lambda start: float(np.sum(search.residuals(start) ** 2)))
+    try:
+        search.solved(starts[0])
+    except EstimationError as why:
         said = (
             f"no start of {', '.join(search.names)} gives an estimate; give them nominal "
             "values and bounds of the right size, where the equation of motion has a value. "
             f"At the first, {why}"
         )
-        raise EstimationError(said, code="no-convergence")
+        raise EstimationError(said, code="no-convergence") from why
     found = [
         minimise(
             search.residuals,
@@ -176,22 +178,10 @@ class _Projection:
             raise EstimationError(f"the model has no finite value with {values}.")
         return physical, solution.residuals
 
-    def tried(self, nonlinear: Array) -> Array | str:
-        """The residuals of the best linear parameters, (n,), or why there is no estimate."""
+    def residuals(self, nonlinear: Array) -> Array:
+        """Those of the best linear parameters, (n,); larger than any where there is no estimate."""
         try:
             return self.solved(nonlinear)[1]
-        except EstimationError as error:
-            return str(error)
-
-    def residuals(self, nonlinear: Array) -> Array:
-        """The same; large where there is no estimate."""
-        found = self.tried(nonlinear)
-        if not isinstance(found, str):
-            return found
-        left = self._rows(self._form).left
-        return np.full_like(left, 1e3 * float(np.abs(left).max()))
-
-    def error(self, nonlinear: Array) -> float:
-        """Sum of squares; infinite where there is no estimate."""
-        found = self.tried(nonlinear)
-        return np.inf if isinstance(found, str) else float(found @ found)
+        except EstimationError:
+            left = self._rows(self._form).left
+            return np.full_like(left, 1e3 * float(np.abs(left).max()))

@@ -365,6 +365,6 @@ def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple
     across = np.linalg.qr(inside / np.linalg.norm(inside, axis=0), mode="complete")[0][:, k:].T
     departure = across @ ((larger.theta - start) / size)
     square, restrictions = wald(departure, across @ (spread / np.outer(size, size)) @ across.T)
-    freedom = float(np.min(covariance.freedom(larger)))
+    freedom = float(np.min(covariance.applied(larger).freedom))
     chance = joint_p(square, restrictions, freedom, one_variance=covariance.has_one_variance)
     return square / restrictions, chance

@@ -127,11 +127,6 @@ class Chain:
         """Whether a twin with it would be the loop without noise."""
         return not any(getattr(self, name) for name in (*_SIZES, *_AUTOREGRESSIONS))
 
-    @property
-    def is_uneven(self) -> bool:
-        """Whether noise of the position is of no one colour: steps, or in proportion to speed."""
-        return self.position_step > 0 or self.jitter > 0
-
     def told(self, unit: str, of_control: str) -> str:
         """In words, by the units of the coordinate and of the drive's control."""
         parts = [

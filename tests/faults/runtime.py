@@ -13,7 +13,6 @@ import numpy as np
 from axisid import (
     DataError,
     EstimationError,
-    Prefilter,
     Record,
     UsageError,
     build,
@@ -238,11 +237,6 @@ _WRONG: tuple[tuple[str, Callable[[], object], str], ...] = (
         "a prefilter that is none",
         lambda: identify(_axis(), _record(), 60.0),  # type: ignore[arg-type]
         r"the prefilter is 60\.0; give a Prefilter",
-    ),
-    (
-        "methods that are no names",
-        lambda: identify(_axis(), _record(), Prefilter(), 1),  # type: ignore[arg-type]
-        "the methods are 1; give a list of names",
     ),
     (
         "a motion at no period",

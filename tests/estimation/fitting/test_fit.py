@@ -89,20 +89,17 @@ def test_an_exact_record_is_believed_from_rest_and_from_a_move(
 
 @pytest.mark.parametrize(
     "start",
-    ["nominal", "least-squares", {"M": 20.0}, {"M": 95.0, "Fv": 0.0, "Fc": 0.0}],
-    ids=["nominal", "least squares", "far", "on bounds"],
+    ["nominal", "least-squares", "didim", {"M": 20.0}, {"M": 95.0, "Fv": 0.0, "Fc": 0.0}],
+    ids=["nominal", "least squares", "an estimate", "far", "on bounds"],
 )
 def test_the_end_is_the_same_wherever_it_starts(
     emps2015: GeneratedAxis, twin: Record, found: OutputFit, start: Any
 ) -> None:
+    if start == "didim":
+        start = identify(emps2015, twin, methods=start)[start]
     result = fit(emps2015, twin, start=start)
     np.testing.assert_allclose(result.physical, found.physical, rtol=1e-5)
     assert result.started == (start if isinstance(start, str) else "given")
-
-
-def test_an_estimate_is_a_start(emps2015: GeneratedAxis, twin: Record, found: OutputFit) -> None:
-    result = fit(emps2015, twin, start=identify(emps2015, twin, methods="didim")["didim"])
-    np.testing.assert_allclose(result.physical, found.physical, rtol=1e-6)
 
 
 def test_vague_parameters_of_a_few_samples_fail_and_the_rows_are_told(
@@ -117,23 +114,22 @@ def test_vague_parameters_of_a_few_samples_fail_and_the_rows_are_told(
     assert "11 rows for 3 parameters are few" in checks["rows"].meaning
 
 
-def test_fewer_samples_than_parameters_are_refused_with_their_number(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    with refuses("too-short", "3 values of the output"):
-        fit(emps2015, twin.windowed((2.998, 3.0)))
-
-
 def test_what_a_bound_holds_leaves_the_others_as_unsure_as_without_it(
     emps2015: GeneratedAxis, twin: Record, found: OutputFit
 ) -> None:
     below = found["Fc"].value - 0.2 * found["Fc"].deviation
     result = fit(emps2015, twin, bounds={"Fc": (None, below)})
     assert result.at_bound == {"Fc": "upper"}
+    low, high = result["Fc"].interval
+    assert low < high == result["Fc"].value == below
+    assert result.derive("2*M").deviation == pytest.approx(2 * result["M"].deviation)
+    with refuses("bounds", says="Fc is at a bound"):
+        result.derive("M/Fc")
     for name in ("M", "Fv"):
         for which, deviation in found[name].deviations.items():
             assert result[name].deviations[which] == pytest.approx(deviation, rel=0.02)
     held = fit(emps2015, twin, fixed={"Fc": below})
+    np.testing.assert_allclose(result.physical, held.physical, rtol=1e-5)
     assert held["Fv"].deviation < 0.9 * result["Fv"].deviation
 
 
@@ -149,34 +145,6 @@ def test_intervals_beside_bounds_hold_the_truth_within_a_move(emps2015: Generate
         held += low <= TRUTH["M"] <= high
     assert bounded >= 4
     assert held >= 7
-
-
-@pytest.mark.slow
-def test_bounds_hold_and_are_named(emps2015: GeneratedAxis, twin: Record) -> None:
-    result = fit(emps2015, twin, bounds={"Fc": (None, 20.0), "M": (90.0, 110.0)})
-    assert result["Fc"].value == 20.0
-    assert result.at_bound == {"Fc": "upper"}
-    assert result["Fc"].interval[1] == 20.0
-    assert result["Fc"].interval[0] < 20.0
-    held = fit(emps2015, twin, fixed={"Fc": 20.0})
-    np.testing.assert_allclose(result.physical, held.physical, rtol=1e-5)
-    assert held.fixed == {"Fc": 20.0}
-    assert _status(result)["bounds"] == "fail"
-    assert "deviations beyond" in result.summary()
-    assert not result.believed
-
-
-@pytest.mark.slow
-def test_what_was_known_is_weighed_against_coloured_errors(
-    emps: GeneratedAxis, emps_record: Record
-) -> None:
-    """As two estimates by their variances; of independent errors it would hardly count."""
-    alone = fit(emps, emps_record, bootstrap=0)["M"]
-    sd = alone.deviation * 0.6
-    both = fit(emps, emps_record, prior={"M": (95.0, sd)}, bootstrap=0)["M"]
-    share = alone.deviation**2 / (alone.deviation**2 + sd**2)
-    assert both.value == pytest.approx(alone.value + share * (95.0 - alone.value), abs=0.005)
-    assert both.deviation == pytest.approx(sd * np.sqrt(share), rel=0.02)
 
 
 @pytest.mark.parametrize("mean", [95.0, 100.2])
@@ -270,42 +238,6 @@ def test_a_flipped_sign_of_the_gain_is_told_where_nothing_can_start(twin: Record
         fit(build(flipped), twin)
     assert told.value.code == "fit"
     assert "estimate itself is M = -99.7" in str(told.value)
-
-
-def _offset_axis() -> GeneratedAxis:
-    return build(replace(load_axis("emps"), experiment=load_axis("emps2015").experiment))
-
-
-def _offset_records(axis: GeneratedAxis) -> list[Record]:
-    reference = np.asarray(twin_record(load_axis("emps2015")).reference)
-    found = []
-    for seed, offset in enumerate((-3.0, 5.0)):
-        noise = np.random.default_rng(seed).normal(scale=1e-6, size=len(reference))
-        loop = simulate(axis, [95.0, 200.0, 20.0, offset], reference, 1e-3, position_noise=noise)
-        found.append(
-            Record(
-                time=loop.time,
-                position=loop.measured_position,
-                reference=reference,
-                control=loop.control,
-            )
-        )
-    return found
-
-
-@pytest.mark.slow
-def test_records_have_parameters_of_their_own() -> None:
-    axis = _offset_axis()
-    records = _offset_records(axis)
-    result = fit(axis, records, local="tau0")
-    assert result.local == {"tau0": ("tau0_1", "tau0_2")}
-    for name, truth in {"M": 95.0, "Fv": 200.0, "Fc": 20.0, "tau0_1": -3.0, "tau0_2": 5.0}.items():
-        assert abs(result[name].value - truth) < 4 * result[name].deviation
-    other = fit(axis, records[::-1], local="tau0")
-    assert other["tau0_1"].value == pytest.approx(result["tau0_2"].value, rel=1e-5)
-    assert other["M"].value == pytest.approx(result["M"].value, rel=1e-6)
-    alone = fit(axis, records[0])
-    assert result["M"].deviation < 0.9 * alone["M"].deviation
 
 
 def test_a_record_twice_is_told_and_is_the_same_fit_with_smaller_deviations(
@@ -468,16 +400,26 @@ def test_several_starts_leave_what_is_0_and_signs_that_are_allowed() -> None:
     np.testing.assert_array_equal(again.physical, several.physical)
 
 
+def _looped(axis: GeneratedAxis, noise: float, unseen: np.ndarray | float = 0.0) -> Record:
+    """A record of a loop with noise of its position, and a force that is in no log."""
+    reference = np.asarray(twin_record(axis).reference)
+    white = np.random.default_rng(5).normal(scale=noise, size=len(reference))
+    added = np.zeros(len(reference)) + unseen
+    made = {"position_noise": white, "injected": added}
+    loop = simulate(axis, [*TRUTH.values()], reference, 1e-3, **made)
+    return Record(
+        time=loop.time,
+        position=loop.measured_position,
+        reference=reference,
+        control=loop.control - added,
+    )
+
+
 def test_a_constant_force_that_the_model_lacks_is_named(
     emps2015: GeneratedAxis, twin: Record, found: OutputFit
 ) -> None:
     """A residual of a few percent is no noise where it goes with the motion."""
-    noise = np.random.default_rng(5).normal(scale=1e-6, size=len(twin))
-    force = np.full(len(twin), 0.1)
-    loop = simulate(
-        emps2015, [*TRUTH.values()], twin.reference, 1e-3, position_noise=noise, injected=force
-    )
-    record = replace(twin, position=loop.measured_position, control=loop.control - force)
+    record = _looped(emps2015, 1e-6, np.full(len(twin), 0.1))
     result = fit(emps2015, record)
     assert _status(result)["missing terms"] == "fail"
     first = _lacks(result)[0]
@@ -487,17 +429,27 @@ def test_a_constant_force_that_the_model_lacks_is_named(
     assert _status(found)["missing terms"] == "pass"
 
 
-@pytest.mark.parametrize("output", ["control", "open-loop"])
-def test_a_value_that_is_held_wrongly_is_named(
-    emps2015: GeneratedAxis, twin: Record, output: str
+@pytest.mark.parametrize(
+    ("output", "how", "off"),
+    [
+        ("control", {"fixed": {"M": 95.0}}, 5.2),
+        ("open-loop", {"fixed": {"M": 95.0}, "horizon": 0.25}, 5.2),
+        ("control", {"bounds": {"Fv": (None, 200.0)}}, 36.9),
+        ("control", {"prior": {"Fv": (200.0, 0.2)}}, 36.9),
+    ],
+    ids=["held", "held in open loop", "bound", "prior"],
+)
+def test_what_holds_a_declared_parameter_wrongly_is_told_by_its_name(
+    emps2015: GeneratedAxis, twin: Record, output: str, how: dict[str, Any], off: float
 ) -> None:
-    result = fit(
-        emps2015, twin, output, fixed={"M": 95.0}, horizon=0.25 if output == "open-loop" else None
-    )
-    assert _status(result)["missing terms"] == "fail"
-    first = _lacks(result)[0]
-    assert (first.kind, first.parameter) == ("held", "M")
-    assert abs(first.values[0] - 5.2) < 5 * first.deviation + 0.2
+    result = fit(emps2015, twin, output, **how)
+    first, *others = _lacks(result)
+    assert (first.kind, first.parameter) == ("held", "M" if "fixed" in how else "Fv")
+    assert abs(first.values[0] - off) < 5 * first.deviation + 0.05 * off
+    assert "viscous" not in [lack.kind for lack in others]
+    statuses = _status(result)
+    assert "fail" in (statuses["missing terms"], statuses["bounds"], statuses.get("what was known"))
+    assert not result.believed
 
 
 @pytest.mark.slow
@@ -514,37 +466,11 @@ def test_a_time_that_is_not_there_is_told_and_no_term_that_is_declared(
     assert not {"coulomb", "viscous", "constant", "inertia"} & {*kinds}
 
 
-@pytest.mark.parametrize(
-    "how",
-    [
-        {"bounds": {"Fv": (None, 200.0)}},
-        {"prior": {"Fv": (200.0, 0.2)}},
-    ],
-    ids=["bound", "prior"],
-)
-def test_what_holds_a_declared_parameter_is_told_by_its_name(
-    emps2015: GeneratedAxis, twin: Record, how: dict[str, Any]
-) -> None:
-    first, *others = _lacks(fit(emps2015, twin, **how))
-    assert (first.kind, first.parameter) == ("held", "Fv")
-    assert first.values == pytest.approx((36.9,), abs=8.0)
-    assert "viscous" not in [lack.kind for lack in others]
-
-
 def test_noise_that_is_most_of_an_output_is_no_lack(
     emps2015: GeneratedAxis, found: OutputFit
 ) -> None:
     """Half of the control is the encoder's noise, a tenth of its steps' size apart."""
-    truth = [*TRUTH.values()]
-    reference = np.asarray(twin_record(emps2015).reference)
-    noise = np.random.default_rng(5).normal(scale=3e-5, size=len(reference))
-    loop = simulate(emps2015, truth, reference, 1e-3, position_noise=noise)
-    record = Record(
-        time=loop.time,
-        position=loop.measured_position,
-        reference=reference,
-        control=loop.control,
-    )
+    record = _looped(emps2015, 3e-5)
     result = fit(emps2015, record)
     assert result.error_percent > 40
     assert result.percent_beyond_noise < 15
@@ -567,58 +493,31 @@ def test_a_lag_of_the_drive_is_found_with_the_parameters(emps2015: GeneratedAxis
     assert _status(fit(emps2015, record))["missing terms"] == "fail"
 
 
-def test_functions_of_what_was_fitted_have_its_deviations(found: OutputFit) -> None:
-    own = found.derive("M")
-    assert (own.value, own.deviation) == (found["M"].value, pytest.approx(found["M"].deviation))
-    assert own.interval == pytest.approx(found["M"].interval)
-    tau = found.derive("M/Fv")
-    M, Fv = found["M"].value, found["Fv"].value
-    slopes = np.array([1 / Fv, -M / Fv**2])
-    places = [found.names.index(name) for name in ("M", "Fv")]
-    variance = slopes @ found.covariance[np.ix_(places, places)] @ slopes
-    assert tau.unit == "s"
-    assert tau.deviation == pytest.approx(np.sqrt(variance))
-
-
-def test_functions_of_what_is_at_a_bound_are_refused_and_those_of_others_are_not(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    found = fit(emps2015, twin, bounds={"Fv": (300.0, None)})
-    assert found.derive("2*M").deviation == pytest.approx(2 * found["M"].deviation)
-    with refuses("bounds", says="Fv is at a bound"):
-        found.derive("M/Fv")
-
-
 @pytest.mark.parametrize(
     ("code", "given"),
     [
-        ("fit", {"output": "speed"}),
-        ("fit", {"loss": "cubes"}),
-        ("fit", {"rests": "drop"}),
+        ("method", {"output": "speed"}),
+        ("method", {"loss": "cubes"}),
+        ("method", {"rests": "drop"}),
         ("free", {"free": ("lag", "delay")}),
         ("method", {"gain": "free"}),
         ("parameters", {"local": "Fc"}),
         ("fit", {"starts": 0}),
-        ("fit", {"progress": 3}),
         ("noise", {"bootstrap": 1}),
         ("fit", {"start": "here"}),
         ("fit", {"start": {"M": np.nan}}),
         ("fit", {"start": {"mass": 1.0}}),
         ("fit", {"bounds": {"mass": (0.0, 1.0)}}),
-        ("fit", {"bounds": {"M": 3.0}}),
         ("fit", {"bounds": {"M": (5.0, 4.0)}}),
         ("fit", {"bounds": {"M": (None, -1.0)}}),
         ("fit", {"prior": {"M": (5.0, 0.0)}}),
-        ("fit", {"prior": {"M": 5.0}}),
         ("fit", {"prior": {"M": (95.0, 1e-300)}}),
         ("fit", {"prior": {"M": (1e300, 1.0)}}),
         ("fit", {"horizon": 2.0}),
-        ("fit", {"prior": "M=95"}),
         ("fit", {"prior": {"M": (95.0, 2.0)}, "fixed": {"M": 95.0}}),
         ("fit", {"fixed": {"M": "five"}}),
         ("fit", {"fixed": {"M": -5.0}}),
         ("fit", {"fixed": dict(TRUTH)}),
-        ("free", {"free": 3}),
         ("free", {"free": "kp", "output": "open-loop"}),
         ("free", {"free": "start", "output": "open-loop"}),
         ("free", {"free": "ki"}),
@@ -631,6 +530,22 @@ def test_what_cannot_be_asked_is_refused(
 ) -> None:
     with refuses(code):
         fit(emps2015, twin, **given)
+
+
+@pytest.mark.parametrize(
+    ("code", "axis", "record"),
+    [
+        ("no-control-law", {"control": None}, {}),
+        ("missing-column", {}, {"reference": None}),
+        ("fit", {}, {"masked": ((0, 7801),)}),
+        ("too-short", {}, {"masked": ((3, 7801),)}),
+    ],
+)
+def test_what_has_no_loop_to_follow_is_refused(
+    twin: Record, code: str, axis: dict[str, Any], record: dict[str, Any]
+) -> None:
+    with refuses(code):
+        fit(replace(load_axis("emps2015"), **axis), replace(twin, **record))
 
 
 @pytest.mark.slow
@@ -647,21 +562,6 @@ def test_a_narrow_place_in_a_flat_valley_is_told(emps2015: GeneratedAxis) -> Non
     assert f"kp {found['kp'].value:.5g}" in law.meaning
     (alone,) = (c for c in fit(emps2015, record, "position").checks if c.name == "convergence")
     assert alone.status == "pass"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("output", ["control", "position"])
-def test_intervals_hold_the_truth_as_often_as_they_say(output: str) -> None:
-    """95 % within what 50 runs leave to chance, each once back and forth at three speeds."""
-    declared, held = load_axis("emps2015"), []
-    moves = declared.experiment.moves
-    once = replace(declared.experiment, moves=moves[: len(moves) // 3])
-    axis = build(replace(declared, experiment=once))
-    for seed in range(50):
-        result = fit(axis, twin_record(axis, seed=seed), output, start=TRUTH)
-        pairs = zip(result.parameters.values(), TRUTH.values(), strict=True)
-        held.append([v.interval[0] <= truth <= v.interval[1] for v, truth in pairs])
-    assert np.all(np.mean(held, axis=0) >= 0.86)
 
 
 @pytest.mark.slow
@@ -687,18 +587,3 @@ def test_free_gains_are_found_with_the_parameters(emps2015: GeneratedAxis, twin:
         assert abs(value.value - {**experiment.truth, **law.gains}[name]) < 4 * value.deviation
     assert found["kp"].deviation < 0.015 * law.gains["kp"]
     assert _status(found)["control law"] == "pass"
-
-
-@pytest.mark.parametrize(
-    ("code", "axis", "record"),
-    [
-        ("no-control-law", {"control": None}, {}),
-        ("missing-column", {}, {"reference": None}),
-        ("fit", {}, {"masked": ((0, 7801),)}),
-    ],
-)
-def test_what_has_no_loop_to_follow_is_refused(
-    twin: Record, code: str, axis: dict[str, Any], record: dict[str, Any]
-) -> None:
-    with refuses(code):
-        fit(replace(load_axis("emps2015"), **axis), replace(twin, **record))

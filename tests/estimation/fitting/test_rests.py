@@ -3,21 +3,19 @@
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 
-from axisid import Axis, Parameter, Record, build, fit, identify, load_axis, simulate, twin_record
+from axisid import Parameter, Record, build, fit, identify, load_axis, simulate, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import dahl
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.fitting.timing import split_free
-from axisid.modeling import Experiment, Move, back_and_forth
+from axisid.modeling import Move, back_and_forth
 from axisid.support.arrays import Array
 from benchmarks.machines import Machine, white
-from tests.axes.remembering import CASCADE, Fc, bristle, dahl_axis, declared, virtual, x
+from tests.axes.remembering import CASCADE, Fc, bristle, declared, virtual, x
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
@@ -81,20 +79,9 @@ def test_short_moves_of_which_too_little_is_left_keep_their_samples() -> None:
     assert note(found).figure == 0
 
 
-@pytest.mark.slow
-def test_friction_that_remembers_is_shown_near_rests_and_keeps_them() -> None:
-    moves = back_and_forth(speeds=(0.1,), acceleration=2.0, seconds=0.2, dwell=0.2)
-    axis = build(dahl_axis(experiment=Experiment(moves=moves)))
-    record = twin_record(axis)
-    assert fit(axis, record).of_records[0].rows == len(record)
-
-
 def test_rests_are_kept_from_the_command_line(run: Run, tmp_path: Any) -> None:
-    log, moves = (
-        tmp_path / "twin.csv",
-        ("--speed", "0.05", "--acceleration", "0.75", "--dwell", "0.2"),
-    )
-    assert run("twin", "emps2015", "--output", log, *moves)[0] == 0
+    log, moves = tmp_path / "twin.csv", ("--speed", "0.05", "--dwell", "0.2")
+    run("twin", "emps2015", "--output", log, "--acceleration", "0.75", *moves)
     assert "samples near rests" in run("fit", "emps2015", log)[1]
     assert "samples near rests" not in run("fit", "emps2015", log, "--rests", "keep")[1]
 
@@ -158,14 +145,27 @@ def _record(axis: GeneratedAxis, theta: Array, *, noise: float, samples: int) ->
     )
 
 
-@pytest.mark.parametrize("how", [{}, {"methods": ["didim"]}, {"methods": ["idm-iv"]}])
-def test_methods_of_rows_refuse_what_no_record_has(how: dict[str, Any]) -> None:
+@pytest.mark.parametrize(
+    ("code", "asked"),
+    [
+        ("equation", {"output": "open-loop"}),
+        ("free", {"free": "lag"}),
+        ("simulation", {"start": {"s0": 1e12}}),
+    ],
+)
+def test_what_friction_that_remembers_does_not_serve_is_refused(
+    code: str, asked: dict[str, Any]
+) -> None:
     axis = virtual("dahl")
     record = _record(axis, axis.nominal, noise=0.0, samples=50)
     with refuses("equation"):
-        identify(axis, record, **how)
-    with refuses("equation"):
-        fit(axis, record, "open-loop")
+        identify(axis, record)
+    with refuses(code):
+        fit(axis, record, **asked)
+    unknown = Parameter("s0", "N/m", lower=0.0)
+    unsized = build(declared("unsized", (unknown, Fc), dahl(unknown, x, coulomb=Fc)))
+    with refuses("fit"):
+        fit(unsized, record)
 
 
 @pytest.mark.slow
@@ -180,47 +180,7 @@ def test_the_parameters_of_a_bristle_lie_within_their_own_intervals() -> None:
         assert low <= value <= high, name
         assert result.parameters[name].deviation < 1e-3 * value
     assert not [c.name for c in result.checks if c.status == "fail"]
-
-
-def test_what_friction_remembers_by_is_not_searched_from_nothing() -> None:
-    unknown = Parameter("s0", "N/m", lower=0.0)
-    axis = build(declared("unsized", (unknown, Fc), dahl(unknown, x, coulomb=Fc)))
-    right = virtual("dahl")
-    record = _record(right, right.nominal, noise=0.0, samples=300)
-    with refuses("fit"):
-        fit(axis, record)
-
-
-@pytest.mark.parametrize("time", ["lag", "delay"])
-def test_a_time_of_the_drive_is_not_free_beside_friction_that_remembers(time: str) -> None:
-    axis = build(bristle(control=CASCADE))
-    record = _record(axis, axis.nominal, noise=0.0, samples=50)
-    with refuses("free"):
-        fit(axis, record, free=time)
-
-
-def test_friction_that_is_too_stiff_to_be_searched_is_refused_at_once() -> None:
-    axis = virtual("dahl")
-    record = _record(axis, axis.nominal, noise=0.0, samples=50)
-    with refuses("simulation", says="a sample takes 1024 steps"):
-        fit(axis, record, start={"s0": 1e12})
-
-
-def _declared(axis: Axis) -> GeneratedAxis:
-    """What is asked of an axis here is its declaration."""
-    return cast(GeneratedAxis, SimpleNamespace(declared=axis))
-
-
-def test_an_open_loop_refuses_records_that_do_not_show_the_time(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    measured = replace(twin, force=np.sin(twin.time))
-    with refuses("drive-time"):
-        split_free("delay", emps2015, [measured], "open-loop")
-    drive = replace(emps2015.axis.drive, lag=1e-3, logged="current")
-    behind = _declared(replace(emps2015.axis, drive=drive))
-    with refuses("drive-time"):
-        split_free("lag", behind, [twin], "open-loop")
+    assert result.of_records[0].rows == 4000  # friction that remembers is shown near rests
 
 
 @pytest.mark.slow

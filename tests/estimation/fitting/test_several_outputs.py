@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Record, fit, twin_record
+from axisid import Record, build, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check
 from axisid.estimation.fitting import OutputFit
@@ -34,6 +34,9 @@ def test_each_output_counts_by_what_is_left_of_it(both: OutputFit) -> None:
         assert abs(value.value - TRUTH[name]) < 3 * value.deviation
     assert both.believed
     assert both.output == "control and position"
+    for each, noise in zip(both.of_records, both.noise, strict=True):
+        assert noise == pytest.approx(each.error, rel=0.1)
+    assert both.percent_beyond_noise < 5
     assert both.error == both.of_records[0].error
 
 
@@ -76,22 +79,6 @@ def test_a_weight_that_is_given_is_the_one(
     )
 
 
-def test_what_noise_leaves_of_each_output_is_told(both: OutputFit) -> None:
-    for each, noise in zip(both.of_records, both.noise, strict=True):
-        assert noise == pytest.approx(each.error, rel=0.1)
-    assert both.percent_beyond_noise < 5
-
-
-def test_twins_of_the_bootstrap_have_both_outputs_of_one_noise(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
-    found = fit(emps2015, twin, BOTH, bootstrap=100)
-    assert found.chosen == "bootstrap"
-    for value in found.parameters.values():
-        own = value.deviations
-        assert own["bootstrap"] == pytest.approx(own["coloured"], rel=0.6)
-
-
 def test_a_record_is_held_against_one_of_the_outputs(emps2015: GeneratedAxis, twin: Record) -> None:
     both = fit(emps2015, twin, BOTH, rests="keep")
     for output, left in zip(BOTH, both.of_records, strict=True):
@@ -104,12 +91,11 @@ def test_a_record_is_held_against_one_of_the_outputs(emps2015: GeneratedAxis, tw
 @pytest.mark.parametrize(
     ("code", "given"),
     [
-        ("fit", {"output": ("control", "speed")}),
+        ("method", {"output": ("control", "speed")}),
         ("fit", {"output": ()}),
         ("fit", {"output": ("control", "open-loop")}),
         ("fit", {"output": BOTH, "weights": {"force": 1.0}}),
         ("fit", {"output": BOTH, "weights": {"position": 0.0}}),
-        ("fit", {"output": BOTH, "weights": 3.0}),
         ("fit", {"output": BOTH, "weights": {"position": 1e300}}),
     ],
 )
@@ -118,15 +104,6 @@ def test_what_cannot_be_followed_together_is_refused(
 ) -> None:
     with refuses(code):
         fit(emps2015, twin, **given)
-
-
-@pytest.mark.slow
-def test_intervals_of_both_hold_the_truth_as_often_as_they_say(emps2015: GeneratedAxis) -> None:
-    held = []
-    for seed in range(20):
-        values = fit(emps2015, twin_record(emps2015, seed=seed), BOTH).parameters.items()
-        held.append([v.interval[0] <= TRUTH[name] <= v.interval[1] for name, v in values])
-    assert np.all(np.sum(held, axis=0) >= 17)
 
 
 def _records(axis: GeneratedAxis, *changes: dict[str, float]) -> list[Record]:
@@ -172,11 +149,24 @@ def test_of_two_records_one_is_told_beside_the_other_and_what_lets_them_differ(
     assert figures == pytest.approx([24.8, 26.0], abs=0.3)
     assert "(local Fc)" in check.meaning
     own = fit(emps2015, records, local="Fc")
+    assert own.local == {"Fc": ("Fc_1", "Fc_2")}
+    for name, truth in {**TRUTH, "Fc_1": 24.8, "Fc_2": 26.0}.items():
+        assert name == "Fc" or abs(own[name].value - truth) < 4 * own[name].deviation
+    assert own["M"].deviation < 0.9 * fit(emps2015, records[0])["M"].deviation
     assert _alike(own).status == "pass"
     assert own.believed
 
 
-def test_records_of_one_machine_are_alike(emps2015: GeneratedAxis) -> None:
-    found = fit(emps2015, _records(emps2015, {}, {}))
-    assert _alike(found).status == "pass"
-    assert found.believed
+@pytest.mark.slow
+@pytest.mark.parametrize("output", ["control", "position", BOTH])
+def test_intervals_hold_the_truth_as_often_as_they_say(output: str) -> None:
+    """95 % within what 50 runs leave to chance, each once back and forth at three speeds."""
+    declared, held = load_axis("emps2015"), []
+    moves = declared.experiment.moves
+    once = replace(declared.experiment, moves=moves[: len(moves) // 3])
+    axis = build(replace(declared, experiment=once))
+    for seed in range(50):
+        result = fit(axis, twin_record(axis, seed=seed), output, start=TRUTH)
+        pairs = zip(result.parameters.values(), TRUTH.values(), strict=True)
+        held.append([v.interval[0] <= truth <= v.interval[1] for v, truth in pairs])
+    assert np.all(np.mean(held, axis=0) >= 0.86)

@@ -1,11 +1,13 @@
 """Several records: what is known of each, what each makes of the parameters, their filters."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from axisid import UsageError, build, fix
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.parameters.known import known_of, prefilters_of, read_known
 from axisid.estimation.parameters.layout import layout_of
 from axisid.estimation.signals.prefilter import Prefilter
@@ -28,39 +30,31 @@ def test_two_angles_tell_a_weight_from_an_offset() -> None:
     assert len(alike.parameters) == 2
 
 
-@pytest.mark.parametrize(
-    ("known", "local", "said"),
-    [
-        ({"nothing": [0.0, 1.0]}, (), "no 'nothing' to be known"),
-        ({}, ("nothing",), "no parameter 'nothing'"),
-        ({"tau0": [0.0, 1.0]}, ("tau0",), "leave one of the two out"),
-    ],
-)
-def test_names_that_the_axis_has_not_are_refused(
-    known: dict[str, list[float]], local: tuple[str, ...], said: str
-) -> None:
-    with pytest.raises(UsageError, match=said):
-        layout_of(generated(), 2, known_of(known, 2), local, commanded=True)
-
-
-def test_a_known_value_beyond_what_its_parameter_can_be_is_refused() -> None:
+def _bounded() -> GeneratedAxis:
     axis = stage()
     bounded = [replace(p, lower=0.0) if p.name == "M" else p for p in axis.parameters]
-    known = known_of({"M": [90.0, -90.0]}, 2)
-    with refuses("parameters", "90, -90"):
-        layout_of(build(replace(axis, parameters=bounded)), 2, known, ("tau0",), commanded=True)
+    return build(replace(axis, parameters=bounded))
 
 
-def test_parameters_that_enter_nonlinearly_have_to_be_known() -> None:
-    with refuses("parameters"):
-        layout_of(leaning(), 2, (), ("f0",), commanded=True)  # type: ignore[arg-type]
-
-
-def test_what_is_fixed_of_all_records_is_said_of_each() -> None:
-    axis = build(fix(stage(), M=(100.0, 1.0)))
-    with refuses("parameters") as refused:
-        layout_of(axis, 2, (), ("tau0",), commanded=True)
-    assert "known M=100.0+-1.0,100.0+-1.0" in str(refused.value)
+@pytest.mark.parametrize(
+    ("axis", "known", "local", "said"),
+    [
+        (generated, {"nothing": [0.0, 1.0]}, (), "no 'nothing' to be known"),
+        (generated, {}, ("nothing",), "no parameter 'nothing'"),
+        (generated, {"tau0": [0.0, 1.0]}, ("tau0",), "leave one of the two out"),
+        (_bounded, {"M": [90.0, -90.0]}, ("tau0",), "90, -90"),
+        (leaning, {}, ("f0",), "enters nonlinearly"),
+        (lambda: build(fix(stage(), M=(100.0, 1.0))), {}, ("tau0",), r"known M=100.0\+-1.0,100"),
+    ],
+)
+def test_what_records_cannot_share_is_refused_with_what_to_say(
+    axis: Callable[[], GeneratedAxis],
+    known: dict[str, list[float]],
+    local: tuple[str, ...],
+    said: str,
+) -> None:
+    with refuses("parameters", said):
+        layout_of(axis(), 2, known_of(known, 2), local, commanded=True)
 
 
 def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:
@@ -72,46 +66,30 @@ def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:
     assert payload.differs
     assert payload.doubtful == ((20.0, 0.01),)
     assert payload.text(1) == "20 +- 0.01"
+    (twice,) = known_of({"m": [0.0, (20.0, 0.1), (20.0, 0.1), (20.0, 0.2)]}, 4)
+    assert twice.doubtful == ((20.0, 0.1), (20.0, 0.2))
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("texts", "said"),
     [
-        ("m_add", "write NAME=V1,V2"),
-        ("m_add=", "number 1 is no value"),
-        ("m_add=0,x", "number 2 is no value"),
-        ("m_add=0,1+-", "number 2 is no value"),
+        (["m_add"], "write NAME=V1,V2"),
+        (["m_add="], "number 1 is no value"),
+        (["m_add=0,1+-"], "number 2 is no value"),
+        (["m=1,2", "m=3,4"], "once"),
     ],
 )
-def test_a_text_that_lists_no_values_is_refused_with_its_place(text: str, said: str) -> None:
+def test_texts_that_list_no_values_are_refused_with_their_place(
+    texts: list[str], said: str
+) -> None:
     with refuses("parameters", said):
-        read_known([text])
-
-
-def test_a_name_is_known_once() -> None:
-    with refuses("parameters"):
-        read_known(["m=1,2", "m=3,4"])
+        read_known(texts)
 
 
 @pytest.mark.parametrize("told", [[0.0], [0.0, 1.0, 2.0], [0.0, (1.0, -1.0)], [0.0, (1, 2, 3)]])
 def test_values_that_are_not_one_for_each_record_are_refused(told: object) -> None:
     with pytest.raises(UsageError, match="give"):
         known_of({"m": told}, 2)  # type: ignore[dict-item]
-
-
-def test_equal_values_with_equal_deviations_are_one_thing() -> None:
-    (found,) = known_of({"m": [0.0, (20.0, 0.1), (20.0, 0.1), (20.0, 0.2)]}, 4)
-    assert found.doubtful == ((20.0, 0.1), (20.0, 0.2))
-
-
-def test_what_is_not_given_by_name_is_refused() -> None:
-    with refuses("parameters", "give values by name"):
-        known_of([1.0, 2.0], 2)  # type: ignore[arg-type]
-
-
-def test_records_of_one_period_have_the_filter_that_was_asked_for() -> None:
-    asked = Prefilter(cutoff=20.0, decimate=7)
-    assert prefilters_of(asked, 1e-3, [1e-3, 1.0000001e-3]) == [asked, asked]
 
 
 @pytest.mark.parametrize(
@@ -124,8 +102,6 @@ def test_rows_are_as_far_apart_in_all_records(periods: tuple[float, ...]) -> Non
     assert apart == pytest.approx([apart[0]] * len(apart), rel=1e-9)
     assert 0.5 * 10 * periods[0] <= apart[0] <= 2 * 10 * periods[0]
     assert {f.cutoff for f in found} == {40.0}
-
-
-def test_periods_without_a_common_multiple_are_refused_with_advice() -> None:
+    assert prefilters_of(asked, 1e-3, [1e-3, 1.0000001e-3]) == [asked, asked]
     with refuses("parameters"):
-        prefilters_of(Prefilter(), 1e-3, [1e-3, 1.0137e-3])
+        prefilters_of(asked, periods[0], [periods[0], 1.0137 * periods[0]])

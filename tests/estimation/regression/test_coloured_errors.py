@@ -1,12 +1,42 @@
-"""What columns make of errors that follow one another is what the whole matrix makes of them."""
+"""Errors that follow one another: an autoregression of outputs, or of the residuals of rows."""
 
 import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
+from scipy.special import stdtrit
 
-from axisid.estimation.regression import autoregression_of
+from axisid.estimation.regression import (
+    Autoregression,
+    CovarianceEstimate,
+    Hac,
+    Solution,
+    autoregression_of,
+    sum_covariances,
+)
+from axisid.estimation.regression.autoregressive import autoregressive_covariance
 from axisid.estimation.regression.coloured_errors import by_whittle
+from axisid.estimation.regression.linear import factor, least_squares
+from axisid.estimation.signals import RowTimes
+from axisid.estimation.thresholds import MIN_DEGREES_OF_FREEDOM
+from axisid.support.arrays import Array
+
+_FIRST = np.array([[0.5, 0.3], [-0.2, 0.6]])
+_SECOND = np.array([[-0.2, 0.1], [0.05, -0.3]])
+_NOISE = np.array([[1.0, 0.4], [0.4, 2.0]])
+
+
+def _errors(samples: int, seed: int) -> Array:
+    """Of two outputs, rows of a sample neighbours, (2 n,)."""
+    noise = np.random.default_rng(seed).multivariate_normal([0, 0], _NOISE, size=samples + 100)
+    e = np.zeros_like(noise)
+    for t in range(2, len(e)):
+        e[t] = _FIRST @ e[t - 1] + _SECOND @ e[t - 2] + noise[t]
+    return e[100:].ravel()
+
+
+def _found(pieces: list[Array]) -> Autoregression:
+    return autoregression_of(pieces, 1e-3, None, 2)
 
 
 @pytest.mark.parametrize("rows", [0, 1, 2, 3, 50, 501])
@@ -35,3 +65,162 @@ def test_how_sure_a_variance_of_one_output_is_follows_from_its_errors() -> None:
         claimed.append(model.uncertainty([column], 3000))
     scatter = np.var(variances, ddof=1) / np.mean(variances) ** 2
     assert np.mean(claimed) == pytest.approx(scatter, rel=0.3)
+
+
+def test_several_outputs_have_coefficients_and_make_of_columns_what_they_say() -> None:
+    """By the sums over all pairs of samples."""
+    e = _errors(20_000, 0)
+    found = _found([e[:15_000], e[15_000:]])
+    assert 2 <= found.order <= 3
+    np.testing.assert_allclose(found.coefficients[1:3], [-_FIRST, -_SECOND], atol=0.03)
+    np.testing.assert_allclose(found.variance, _NOISE, atol=0.06)
+    columns = np.random.default_rng(1).normal(size=(80, 2)).cumsum(axis=0)
+    lags = [*found.covariances]
+    for _ in range(40):
+        lags.append(-sum(a @ c for a, c in zip(found.coefficients[1:], lags[::-1], strict=False)))
+    whole = np.block(
+        [[lags[i - j] if i >= j else lags[j - i].T for j in range(40)] for i in range(40)]
+    )
+    np.testing.assert_allclose(found.coloured(columns), columns.T @ whole @ columns, rtol=1e-9)
+
+
+@pytest.mark.parametrize("other", [0.0, 1.0, -3.0])
+def test_an_output_that_is_a_function_of_another_tells_nothing_more(other: float) -> None:
+    e = _errors(4_000, 4)[::2].copy()
+    both = _found([np.column_stack([e, other * e]).ravel()])
+    column = np.random.default_rng(5).normal(size=(200, 1))
+    wide = np.hstack([column, np.zeros_like(column)]).reshape(-1, 1)
+    alone = autoregression_of([e], 1e-3).coloured(column)
+    np.testing.assert_allclose(both.coloured(wide), alone, rtol=0.1)
+
+
+def test_masked_samples_are_no_errors() -> None:
+    e = _errors(20_000, 6)
+    there = np.ones(len(e), dtype=bool)
+    there[4_000:6_000] = there[9_000:12_000] = False
+    found = autoregression_of([np.where(there, e, 0.0)], 1e-3, [there], 2)
+    np.testing.assert_allclose(found.variance, _NOISE, atol=0.1)
+
+
+def test_lags_are_as_long_in_time_for_several_outputs_as_for_one() -> None:
+    """At 10 kHz, of errors that come back after 20 and after 38 ms."""
+    noise = np.random.default_rng(3).standard_normal((30_000, 2))
+    e = np.zeros_like(noise)
+    for t in range(380, len(e)):
+        e[t] = 0.5 * e[t - 200] + 0.3 * e[t - 380] + noise[t]
+    both = autoregression_of([e.ravel()], 1e-4, None, 2)
+    alone = autoregression_of([np.ascontiguousarray(e[:, 0])], 1e-4)
+    assert [both.order, alone.order] == pytest.approx([380, 380], abs=5)
+
+
+def test_a_sum_is_as_sure_as_its_larger_parts() -> None:
+    """Degrees of freedom by Satterthwaite's equation; what is known has no end of them."""
+    one, two, sure = (
+        CovarianceEstimate(matrix=np.diag(variances), freedom=np.array(freedom))
+        for variances, freedom in (
+            ([4.0, 1.0], [10.0, 10.0]),
+            ([4.0, 0.0], [10.0, 5.0]),
+            ([4.0, 0.0], [np.inf, np.inf]),
+        )
+    )
+    both = sum_covariances([one, two])
+    np.testing.assert_allclose(np.diag(both.matrix), [8.0, 1.0])
+    np.testing.assert_allclose(both.freedom, [20.0, 10.0])
+    np.testing.assert_allclose(sum_covariances([one, sure]).freedom, [40.0, 10.0])
+
+
+NAMES = ("a", "b")
+
+
+def columns(rows: int) -> np.ndarray:
+    """A few pulses of one sign and the other, and a slow wave: few scores are independent."""
+    time = np.arange(rows)
+    return np.column_stack([np.sign(np.sin(time / 11)) * (time % 35 < 9), np.sin(time / 29)])
+
+
+def errors(rng: np.random.Generator, rows: int, rho: float) -> np.ndarray:
+    return np.asarray(lfilter([1.0], [1.0, -rho], rng.normal(size=rows + 200)))[200:]
+
+
+def fit(e: np.ndarray, size: float = 1.0, order: RowTimes | None = None) -> Solution:
+    X = columns(len(e)) * [1.0, size]
+    return least_squares(X @ [3.0, 2.0 / size] + e, factor(X, NAMES, neighbours=order))
+
+
+def dense(solution: Solution, rho: float) -> tuple[np.ndarray, float]:
+    """The covariance for a coefficient, and the autocorrelation that residuals then show."""
+    A, e, places = solution.influence, solution.residuals, solution.neighbours.places
+    apart = np.abs(places[:, None] - places[None, :])
+    left = np.eye(len(e)) - A @ np.linalg.solve(A.T @ A, A.T)
+    shown = left @ rho**apart @ left
+    power = np.trace(shown)
+    covariance = e @ e / power * (A.T @ rho**apart @ A)
+    return covariance, shown[apart == 1].mean() / (power / len(e))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("missing", [0.0, 0.2])
+def test_it_is_that_of_dense_algebra_at_the_coefficient_that_the_residuals_show(
+    rng: np.random.Generator, missing: float
+) -> None:
+    e = errors(rng, 150, 0.8)
+    places = np.flatnonzero(np.r_[True, rng.random(len(e) - 1) >= missing])
+    solution = fit(e[: len(places)], order=RowTimes(places))
+    residuals = solution.residuals
+    apart = np.abs(places[:, None] - places[None, :])
+    shown = np.outer(residuals, residuals)[apart == 1].mean() / np.mean(residuals**2)
+    rhos = np.linspace(0.3, 0.98, 700)
+    rho = min(rhos, key=lambda each: abs(dense(solution, float(each))[1] - shown))
+    expected, _ = dense(solution, float(rho))
+    assert autoregressive_covariance(solution).matrix == pytest.approx(expected, rel=0.02)
+
+
+def test_errors_that_have_nothing_slow_leave_the_kernel_alone(rng: np.random.Generator) -> None:
+    solution = fit(np.diff(rng.normal(size=151)))
+    assert not autoregressive_covariance(solution).matrix.any()
+    applied = Hac().applied(solution)
+    assert not applied.widened.any()
+
+
+@pytest.mark.slow
+def test_its_degrees_of_freedom_are_those_of_its_scatter(rng: np.random.Generator) -> None:
+    found = [autoregressive_covariance(fit(errors(rng, 600, 0.7))) for _ in range(400)]
+    scatter = np.var([np.log(np.diag(each.matrix)) for each in found], axis=0)
+    told = np.mean([2 / each.freedom for each in found], axis=0)
+    assert told == pytest.approx(scatter, rel=0.35)
+    slow = autoregressive_covariance(fit(np.cumsum(rng.normal(size=60))))
+    assert np.all(slow.freedom >= MIN_DEGREES_OF_FREEDOM.value)
+
+
+@pytest.mark.parametrize(
+    ("rows", "rho", "widened", "holds"),
+    [(150, 0.0, None, True), (150, 0.8, None, True), (100, 0.95, False, False)],
+)
+def test_hac_holds_the_truth_on_short_records_and_its_kernel_alone_does_not(
+    rng: np.random.Generator, rows: int, rho: float, widened: bool | None, *, holds: bool
+) -> None:
+    kept = np.zeros(2)
+    for _ in range(300):
+        solution = fit(errors(rng, rows, rho))
+        applied = Hac(widened=widened).applied(solution)
+        reach = stdtrit(applied.freedom, 0.975) * np.sqrt(np.diag(applied.matrix))
+        kept += np.abs(solution.theta - [3.0, 2.0]) <= reach
+    assert (kept.min() / 300 >= 0.91) == holds
+
+
+def test_few_scores_make_no_deviation_smaller_and_leave_correlations(
+    rng: np.random.Generator,
+) -> None:
+    solution = fit(errors(rng, 150, 0.9))
+    plain, wide = (Hac(widened=each).applied(solution) for each in (False, None))
+    found = autoregressive_covariance(solution)
+    least = np.diag(found.matrix)
+    # Long records, and lags that are given, have the kernel alone.
+    assert plain.widened is Hac(5).applied(solution).widened is None
+    assert Hac().applied(fit(errors(rng, 3000, 0.5))).widened is None
+    expected = np.maximum(np.diag(plain.matrix), least)
+    assert np.diag(wide.matrix) == pytest.approx(expected, rel=1e-12)
+    assert np.array_equal(wide.widened, least > np.diag(plain.matrix))
+    assert wide.freedom == pytest.approx(np.where(wide.widened, found.freedom, plain.freedom))
+    off = [m[0, 1] / np.sqrt(m[0, 0] * m[1, 1]) for m in (plain.matrix, wide.matrix)]
+    assert off[1] == pytest.approx(off[0], rel=1e-12)

@@ -8,7 +8,6 @@ from hypothesis import given, strategies as st
 
 from axisid import Prefilter
 from axisid.estimation import delta_method
-from axisid.estimation.regression.covariance import Classical, PublishedCovariance
 from axisid.estimation.regression.linear import factor, instrumental_variables, least_squares
 from axisid.estimation.signals import SampledFilter
 from tests.refusals import refuses
@@ -19,15 +18,6 @@ NAMES = ["a", "b", "c"]
 def problem(rng: np.random.Generator, n: int = 60) -> tuple[np.ndarray, np.ndarray]:
     X = rng.normal(size=(n, 3)) * [1.0, 1e4, 1e-5] + [0.5, 0.0, 1e-5]
     return X @ [3.0, -2e-4, 7e5] + 0.1 * rng.normal(size=n), X
-
-
-def test_covariance_is_the_textbook_formula(rng: np.random.Generator) -> None:
-    y, X = problem(rng)
-    solution = least_squares(y, factor(X, NAMES))
-    rss = float(np.sum((y - X @ solution.theta) ** 2))
-    inverse = np.linalg.inv(X.T @ X)
-    assert PublishedCovariance().matrix(solution) == pytest.approx(rss / 59 * inverse, rel=1e-9)
-    assert Classical().matrix(solution) == pytest.approx(rss / 57 * inverse, rel=1e-9)
 
 
 @given(exponents=st.lists(st.integers(-12, 12), min_size=3, max_size=3))
@@ -88,14 +78,6 @@ def test_orthogonal_instruments_are_refused() -> None:
         instrumental_variables(X[:, 0], factor(X, ["a"]), factor(np.ones_like(X), ["a"]))
 
 
-def test_delta_method_is_exact_for_linear_maps(rng: np.random.Generator) -> None:
-    root = rng.normal(size=(3, 3))
-    J = rng.normal(size=(2, 3))
-    mapped = delta_method(root @ root.T, J)
-    assert mapped == pytest.approx(J @ root @ root.T @ J.T)
-    assert np.array_equal(mapped, mapped.T)
-
-
 @pytest.mark.parametrize(
     ("sizes", "named"), [((1.0, 1e160, 1.0), "b"), ((-1e200, 1.0, 1e300), "a, c")]
 )
@@ -112,8 +94,8 @@ def test_columns_whose_squares_no_number_holds_are_refused_by_name(
         factor(X, NAMES, "the log")
 
 
-def test_columns_whose_squares_a_number_just_holds_are_factored(rng: np.random.Generator) -> None:
-    y, X = problem(rng)
-    large = X / np.linalg.norm(X, axis=0) * 1e153
-    theta = least_squares(y, factor(large, NAMES)).theta
-    assert large @ theta == pytest.approx(X @ least_squares(y, factor(X, NAMES)).theta, rel=1e-9)
+def test_delta_method_is_exact_for_linear_maps(rng: np.random.Generator) -> None:
+    root, J = rng.normal(size=(3, 3)), rng.normal(size=(2, 3))
+    mapped = delta_method(root @ root.T, J)
+    assert mapped == pytest.approx(J @ root @ root.T @ J.T)
+    assert np.array_equal(mapped, mapped.T)

@@ -134,7 +134,7 @@ def test_robust_wald_is_that_of_statsmodels(data: tuple[np.ndarray, np.ndarray])
         statistic, p = wald_test(larger, how, Hac(6))
         assert statistic == pytest.approx(float(expected.fvalue), rel=1e-6)
         # statsmodels takes the regression for the freedom, of which lags leave fewer.
-        q, freedom = len(restriction), float(Hac(6).freedom(larger).min())
+        q, freedom = len(restriction), float(Hac(6).applied(larger).freedom.min())
         assert freedom < N - 4
         assert p == pytest.approx(joint_p(q * statistic, q, freedom))
         assert p >= float(expected.pvalue)

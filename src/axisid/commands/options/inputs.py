@@ -207,13 +207,8 @@ def axis_and_records(
             found[0] = stages.twin_record(stages.build(whole) if left_out else generated)
     stages.known_of(known, max(len(logs), 1))
     records, used = tuple(found.values()), tuple(found)
-    aside: Mapping[str, str] = bad
-    if bad:  # what is not identified without these is told
-        declared = {p.name for p in generated.declared.parameters}
-        own = [name for name in local if name in declared]  # others are refused later
-        told = {"commanded": stages.tells_gain(records)}
-        layout = stages.layout_for(generated, len(logs), own, known, **told)
-        _, _, known, aside = stages.layout_without(generated, layout, used, bad, own, known, **told)
+    if bad:
+        known = stages.known_without(used, known)
         local = local if len(used) > 1 else ()
     shared = {"local": local, "known": known} if sharing is not None else {}
-    return Inputs(axis=generated, records=records, used=used, set_aside=aside, shared=shared)
+    return Inputs(axis=generated, records=records, used=used, set_aside=bad, shared=shared)

@@ -14,9 +14,7 @@ from axisid.estimation.identification import (
     Identification as Identification,
     check_bad as check_bad,
     identify as identify,
-    layout_for as layout_for,
-    layout_without as layout_without,
-    tells_gain as tells_gain,
+    known_without as known_without,
 )
 from axisid.estimation.law_search import find_law as find_law
 from axisid.estimation.logs import log_endings as log_endings
