@@ -52,7 +52,10 @@ def load_axis(name: str | Path) -> Axis:
             code="axis-file",
         )
     if not os.path.isfile(file):  # which takes any name
-        raise ModelError(f"there is no axis file {str(file)!r}; check the path.", code="axis-file")
+        raise ModelError(
+            f"there is no axis file {str(file)!r}, or it is no regular file; check the path.",
+            code="axis-file",
+        )
     if file.suffix == ".toml":
         return axis_from_toml(file)
     return _only_axis(_run(file), file, variable)

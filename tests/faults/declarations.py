@@ -384,7 +384,7 @@ FAULTS += (
         name="number too small for a float",
         make=_shown("(x*1e-17)**20"),
         code=4,
-        says=r"a number in it is too small for a float",
+        says=r"a number in it is too large or too small for a float",
     ),
     Fault(
         name="parameters lost beside a large power",

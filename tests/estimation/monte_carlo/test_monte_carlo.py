@@ -235,7 +235,6 @@ def test_other_true_values_are_simulated() -> None:
         ({"noise": Chain(is_measured_by_law=False)}, "study"),
         ({"truth": {"m": 1.0}}, "twin"),
         ({"truth": {"M": "heavy"}}, "axis"),
-        ({"truth": 3}, "twin"),
         ({"moves": 3}, "axis"),
         ({"moves": "far"}, "axis"),
         ({"moves": [Move(distance=1e-9, speed=0.05, acceleration=0.75)]}, "too-short"),
@@ -403,7 +402,7 @@ def test_other_endings_are_refused(tmp_path: Path, name: str) -> None:
 
 def test_a_file_that_cannot_be_written_is_the_users(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with refuses("usage"):
+    with refuses("file"):
         write_runs(judged(), tmp_path / "file" / "runs.npz")
 
 
