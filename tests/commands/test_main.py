@@ -104,7 +104,7 @@ def test_bad_data_exits_3_with_one_sentence(
         (["emps2015", "absent.csv"], 3, "absent.csv cannot be read"),
         (["nosuch"], 4, "there is no axis 'nosuch'"),
         (["emps2015", "--cutoff", "600"], 2, "not below 500 Hz"),
-        (["emps2015", "--cutoff", "-1"], 2, "the cutoff is -1.0 Hz"),
+        (["emps2015", "--cutoff", "-1"], 2, "the cutoff is -1.0; give"),
         (["emps2015", "--decimate", "0"], 2, "the decimation is 0"),
         (["emps2015", "--decimate", "x"], 2, "not a valid integer"),
         (["emps2015", "--method", "ols"], 2, "'ols' is not one of"),
