@@ -50,6 +50,14 @@ def test_both_filters_are_scipys_forward_and_backward_to_the_last_bit(
     assert np.array_equal(sampled(cutoff=100.0).motion(flat)[0], expected)
 
 
+def test_matlab_alignment_ends_with_the_last_sample() -> None:
+    f = sampled(decimate=10, drop=(49, 0))
+    rows = f.rows(24841)
+    assert len(rows) == 2480
+    assert rows[-1] == 24840
+    assert rows[0] == 50
+
+
 @given(
     samples=st.integers(400, 2000),
     decimate=st.integers(1, 20),

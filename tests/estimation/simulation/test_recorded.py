@@ -53,6 +53,37 @@ def pushed(
     return simulate(axis, [2.0, 3.0, 1.0], still, T, signals={"p": push}, start_velocity=velocity)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("native", [True, False])
+def test_a_stuck_axis_leaves_rest_within_a_sample_when_a_straight_signal_overcomes_friction(
+    native: bool,
+) -> None:
+    time = T * np.arange(400)
+    rate, mass, friction = 20.0, 2.0, 3.0
+    leaves = friction / rate + 0.3 * T  # between two samples
+    push = rate * (time - 0.3 * T)
+    loop = pushed(push, native=native)
+    beyond = np.maximum(time - leaves, 0.0)
+    assert loop.position == pytest.approx(rate * beyond**3 / (6 * mass), abs=1e-13)
+    assert loop.velocity == pytest.approx(rate * beyond**2 / (2 * mass), abs=1e-12)
+    stuck = time < leaves
+    assert loop.direction[stuck] == pytest.approx(push[stuck] / friction, abs=1e-12)
+    assert loop.direction_before[stuck][1:] == pytest.approx(push[stuck][1:] / friction, abs=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("native", [True, False])
+def test_a_held_signal_jumps_at_its_sample_and_the_motion_with_it(native: bool) -> None:
+    time, jump = T * np.arange(300), 100
+    push = np.where(np.arange(300) < jump, 2.9, 5.0)
+    loop = pushed(push, between="held", native=native)
+    moving = np.maximum(time - jump * T, 0.0)
+    assert loop.position == pytest.approx((5.0 - 3.0) / 2.0 * moving**2 / 2, abs=1e-13)
+    assert loop.acceleration[jump - 1] == 0.0
+    assert loop.acceleration[jump] == pytest.approx(1.0, abs=1e-12)
+    assert loop.direction_before[jump] == pytest.approx(2.9 / 3.0, abs=1e-12)
+
+
 @pytest.mark.parametrize("native", [True, False])
 def test_a_reversal_after_a_jump_is_located_within_its_sample(native: bool) -> None:
     """M = 2, Fc = 3: pushed back with 9, it slows at 6 m/s^2 and comes back at 3 m/s^2."""

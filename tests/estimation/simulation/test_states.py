@@ -1,7 +1,7 @@
 """Friction that remembers: against closed forms, an independent integrator, and at rest."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 
 import numpy as np
@@ -100,6 +100,37 @@ def test_below_breakaway_a_constant_load_does_not_creep(kind: str, share: float)
     loop = simulate(axis, theta, np.full(1500, share * most), PERIOD, start=0.0)
     assert np.ptp(loop.position[1000:]) < 1e-11 * loop.position[-1]
     assert _friction(loop, 500.0)[-1] == pytest.approx(share * most, rel=1e-9)
+
+
+def _swung(theta: Sequence[float], forces: Array, count: int = 1000) -> tuple[Array, list[int]]:
+    """The stack under held forces by many small leaps of Verlet's; reversals in each sample."""
+    mass, stiffness, limits = theta[0], np.array(theta[2::2]), np.array(theta[3::2])
+    limits, h = limits / stiffness, PERIOD / count
+    q, v, stretched, found, reversals = 0.0, 0.0, np.zeros(3), [], []
+    for force in forces:
+        found.append(q)
+        turned, rate = 0, (force - stiffness @ stretched) / mass
+        for _ in range(count):
+            before, v = v, v + h / 2 * rate
+            q += h * v
+            stretched = np.minimum(np.maximum(stretched + h * v, -limits), limits)
+            rate = (force - stiffness @ stretched) / mass
+            v += h / 2 * rate
+            turned += before * v < 0
+        reversals.append(turned)
+    return np.array(found), reversals
+
+
+@pytest.mark.parametrize("native", [pytest.param(True, marks=pytest.mark.slow), False])
+def test_a_light_stack_swings_within_a_sample_as_small_leaps_have_it(native: bool) -> None:
+    axis = build(stack(control=FORCED, drive=Drive(gain=1.0)), native=native)
+    light = {"M": 0.005, "Fv": 0.0}
+    theta = [light.get(name, value) for name, value in zip(axis.names, axis.nominal, strict=True)]
+    forces = np.array([15.0, -8.0, 3.0, 3.0, 17.0, -19.0, -5.0, 6.0])
+    loop = simulate(axis, theta, forces, PERIOD, start=0.0)
+    position, reversals = _swung(theta, forces)
+    assert max(reversals) > 1
+    assert np.abs(loop.position - position).max() < 2e-5 * np.ptp(position)
 
 
 def _exact(axis: GeneratedAxis, reference: Array) -> Array:
