@@ -41,7 +41,7 @@ _LANGUAGES = [target.language for target in TARGETS if target.language]
 @click.option(
     "--method",
     type=click.Choice(method_names()),
-    help="Estimator.  [default: idm-iv if there is one]",
+    help="Estimator.  [default: the judged one]",
 )
 @click.option(
     "--record",
