@@ -185,8 +185,10 @@ class Distance:
             except ValueError:  # nothing is finite there
                 return Minimum(start, np.inf)
             theta[self.free] = found.x
-        left, _ = self._residuals(theta)
-        return Minimum(theta, float(left @ left))
+        with np.errstate(all="ignore"):
+            left, _ = self._residuals(theta)
+            cost = float(left @ left)
+        return Minimum(theta, cost if np.isfinite(cost) else np.inf)
 
     def _starts(self) -> Iterator[Array]:
         """The nominal values first; where one is 0, other sizes; then neighbours."""
@@ -359,9 +361,10 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
             parameters=NamedValues(),
             covariances={name: np.zeros((0, 0)) for name in of_base.covariances},
             undetermined=(*describe_undetermined(base), reason),
-            statistic=0.0,
-            dof=0,
-            p_value=None,
+            # What is fixed so far away that no distance can be told contradicts the record.
+            statistic=0.0 if np.isfinite(found.cost) else float(np.finfo(float).max),
+            dof=0 if np.isfinite(found.cost) else dof,
+            p_value=None if np.isfinite(found.cost) or not dof else 0.0,
             remarks=(),
         )
     declared = base.declared.parameters

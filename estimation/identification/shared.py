@@ -19,7 +19,7 @@ from axisid.estimation.signals import (
     show_too_little,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, UsageError
+from axisid.support.errors import AxisidError, DataError, UsageError
 
 # of the noisiest record; less noise is rounding, and tells nothing of a record's worth
 _MIN_NOISE_RATIO = 1e-6
@@ -143,7 +143,7 @@ def check_bad(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
 
     Raises
     ------
-    UsageError
+    DataError
         They are not to be skipped, or all are bad.
     """
     if not bad or (skip_bad and len(bad) < count):
@@ -152,7 +152,7 @@ def check_bad(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
     said = f"{len(bad)} of {count} records cannot be used: {reasons}"
     if len(bad) < count:
         said += " Mend them, or go on without them: skip-bad."
-    raise UsageError(said, code="record")
+    raise DataError(said, code="record")
 
 
 def _unnamed(name: str, note: str) -> str:

@@ -104,7 +104,9 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
     split = split_labels(table.schema.names)
     for field, values, (name, unit) in zip(table.schema, table.columns, split, strict=True):
         metadata = field.metadata or {}
-        own = next((metadata[k].decode() for k in _UNIT_KEYS if k in metadata), unit)
+        own = next(
+            (metadata[k].decode(errors="replace") for k in _UNIT_KEYS if k in metadata), unit
+        )
         found.add(name, values.to_numpy(), unit=own, label=field.name)
     return found.table(str(file))
 

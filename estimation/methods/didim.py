@@ -132,20 +132,18 @@ class _ByOutputError(Iteration):
 
         Over a deviation, as reversals that move from one sample to the next have no slope.
         """
-        simulated, columns, physical = at.simulated, [], at.physical
+        simulated, columns, theta = at.simulated, [], self._form.regressed(at.physical)
         deviations = np.sqrt(np.diag(PublishedCovariance().matrix(step.solution)))
         least = _LEAST_SLOPE_STEP * np.linalg.norm(simulated) / np.linalg.norm(at.Z, axis=0)
         for column, further in zip(at.Z.T, np.diag(np.maximum(deviations, least)), strict=True):
-            moved = physical + further
+            moved = theta + further
             try:
-                _, intercept, Z = super()._simulated(moved)
+                _, intercept, Z = super()._simulated(self._form.physical(moved)[0])
             except EstimationError:  # where the estimate is at the edge of what can be simulated
                 columns.append(column)
                 continue
-            made = Z @ self._form.regressed(moved) + intercept
-            columns.append((made - simulated) / further.sum())
+            columns.append((Z @ moved + intercept - simulated) / further.sum())
         J = np.column_stack(columns)
-        theta = self._form.regressed(physical)
         return Equations(left=simulated, intercept=simulated - J @ theta, regressor=J)
 
 

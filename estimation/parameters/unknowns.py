@@ -250,8 +250,8 @@ def _with_bounds(found: Unknowns, bounds: Mapping[str, tuple[End, End]], places:
                 code="fit",
             )
         for j in places(name, "bound"):
-            low = found.lower[j] if pair[0] is None else max(found.lower[j], float(pair[0]))
-            high = found.upper[j] if pair[1] is None else min(found.upper[j], float(pair[1]))
+            low = found.lower[j] if pair[0] is None else float(np.maximum(found.lower[j], pair[0]))
+            high = found.upper[j] if pair[1] is None else float(np.minimum(found.upper[j], pair[1]))
             if not low < high:
                 raise UsageError(
                     f"the bounds of {found.names[j]} leave nothing between {low:g} and {high:g}, "

@@ -32,7 +32,9 @@ def log_of(file: str | Path) -> Path:
     if is_run_file(file):
         with suppress(RunFileError):
             named = toml_document(Path(file), RunFileError).get("log")
-    return Path(file).parent / named if isinstance(named, str) else Path(file)
+    # No path has a NUL.
+    told = isinstance(named, str) and "\0" not in named
+    return Path(file).parent / str(named) if told else Path(file)
 
 
 def read_run(

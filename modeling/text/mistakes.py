@@ -2,6 +2,8 @@
 
 import difflib
 from collections.abc import Collection
+from functools import partial
+from typing import Any
 
 from axisid.support.errors import UsageError
 
@@ -40,8 +42,11 @@ class TextError(UsageError):
         shown = "".join(c if c.isprintable() else "?" for c in whole[start : start + _SHOWN])
         self.pointer = f"{shown}\n{' ' * (column - start)}^" if shown.strip() else ""
         super().__init__(f"{shown.strip()!r} cannot be read at {self.where}: {reason}", code=code)
-        self.args = (reason, text, offset)  # for pickle
+        self._given = reason, text, offset
         self.reason = reason
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return partial(type(self), code=self.code), self._given
 
 
 def nearest(name: str, names: Collection[str]) -> str:

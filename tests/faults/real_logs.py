@@ -191,13 +191,13 @@ FAULTS: list[Fault] = [
     Fault(
         name="bad record among several",
         make=_on_text("text.csv", lambda: "time,position\nhello,world\n", with_log=True),
-        code=2,
+        code=3,
         says="1 of 2 records cannot be used: text.csv: no table.*skip-bad",
     ),
     Fault(
         name="no record left of several",
         make=_on_text("text.csv", lambda: "time,position\nhello,world\n", "text.csv", "--skip-bad"),
-        code=2,
+        code=3,
         says="2 of 2 records cannot be used",
     ),
     Fault(

@@ -173,14 +173,18 @@ def log_digest(log: Path) -> str:
     OSError
         It cannot be read.
     """
-    named = log_of(log)
-    made = hashlib.sha256(b"" if named == log else log_digest(named).encode())
-    for file in sorted(p for p in log.rglob("*") if p.is_file()) if log.is_dir() else [log]:
-        if log.is_dir():
-            made.update(f"{file.relative_to(log)}\0".encode(errors="replace"))
-        with opened_regular(file) as stream:
-            made.update(hashlib.file_digest(stream, "sha256").digest())
-    return made.hexdigest()
+    chain, digest = [log], ""
+    while (named := log_of(chain[-1])) not in chain:
+        chain.append(named)
+    for each in reversed(chain):
+        made = hashlib.sha256(digest.encode())
+        for file in sorted(p for p in each.rglob("*") if p.is_file()) if each.is_dir() else [each]:
+            if each.is_dir():
+                made.update(f"{file.relative_to(each)}\0".encode(errors="replace"))
+            with opened_regular(file) as stream:
+                made.update(hashlib.file_digest(stream, "sha256").digest())
+        digest = made.hexdigest()
+    return digest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

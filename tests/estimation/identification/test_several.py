@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from axisid import (
+    DataError,
     Identification,
     Prefilter,
     Record,
@@ -176,7 +177,7 @@ def test_each_record_has_a_part_that_is_judged_and_drawn_by_itself(loaded: Ident
         np.testing.assert_allclose(left, estimate.residuals, atol=1e-9)
         assert part.plot("force") is not None
     assert loaded.plot("record", record=3) is not None
-    with pytest.raises(UsageError, match="from 1 to 3"):
+    with pytest.raises(UsageError, match="there are 3, numbered from 1"):
         loaded.plot("record", record=4)
 
 
@@ -213,14 +214,14 @@ def test_records_that_cannot_be_used_are_named_all_at_once_and_can_be_skipped(pl
     good = [stage_record(1), stage_record(2)]
     short = {role: values[:60] for role, values in good[0].channels().items()}
     bad = Record(**short, provenance=replace(good[0].provenance, source="short"))
-    with pytest.raises(UsageError, match=r"1 of 3 records cannot be used: short.*skip-bad"):
+    with pytest.raises(DataError, match=r"1 of 3 records cannot be used: short.*skip-bad"):
         identify(plain, [good[0], bad, good[1]], methods=METHOD)
     result = identify(plain, [good[0], bad, good[1]], methods=METHOD, skip_bad=True)
     assert list(result.set_aside) == ["short"]
     assert _values(result) == _values(identify(plain, good, methods=METHOD))
     assert "1 record: short" in result.summary(every=True)
     for refused, given in (("2 of 2", [bad, bad]), ("no record is given", [])):
-        with pytest.raises(UsageError, match=refused):
+        with pytest.raises(DataError, match=refused):
             identify(plain, given, methods=METHOD, skip_bad=True)
     one = identify(generated(), [good[0], bad], methods=["idm-ls"], local="tau0", skip_bad=True)
     assert "tau0" in one["idm-ls"].parameters
