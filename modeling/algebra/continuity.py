@@ -7,9 +7,7 @@ coincidence.
 """
 
 import contextlib
-from collections.abc import Iterator
-from functools import partial
-from random import Random
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import sympy
@@ -17,13 +15,15 @@ from sympy.core.relational import Relational
 
 from axisid.modeling.quantities import DIRECTION
 
-from .point_value import CANNOT, numbers, value_at, zero
+from .point_value import CANNOT, drawn, numbers, value_at, zero
 
 _POINTS = 6
 _STARTS = (-1.5, 0.5)  # velocities from which an edge is looked for, also one of either sign
 _BESIDE = numbers.mpf("1e-30")
 _ROUNDING = 1e-12  # what decimals leave, as a share of the force
 _AT_REST = numbers.mpf(3) / 7  # the direction on both sides of rest
+
+_Point = Mapping[sympy.Symbol, Any]  # numbers of many digits
 
 
 def jumping_node(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None:
@@ -50,36 +50,69 @@ def jumping_node(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None
 def _edges(node: sympy.Expr, velocity: sympy.Symbol) -> Iterator[sympy.Expr]:
     """Functions whose zeros are where a step or a choice may jump with the velocity."""
     if not isinstance(node, sympy.Piecewise):
-        inside = [node.args[0]]
-    else:
-        relations = (r for _, condition in node.args for r in condition.atoms(Relational))
-        inside = [relation.lhs - relation.rhs for relation in relations]
-    yield from (edge for edge in inside if velocity in edge.free_symbols)
+        if velocity in node.args[0].free_symbols:
+            yield node.args[0]
+        return
+    for _, condition in node.args:
+        for relation in condition.atoms(Relational):
+            if velocity in relation.free_symbols:
+                yield relation.lhs - relation.rhs
 
 
 def _is_continuous(force: sympy.Expr, velocity: sympy.Symbol, edge: sympy.Expr) -> bool:
     """Whether a force has the same value on both sides of an edge, wherever that was found."""
-    others = sorted((force.free_symbols | edge.free_symbols) - {velocity, DIRECTION}, key=str)
+    others = (force.free_symbols | edge.free_symbols) - {velocity, DIRECTION}
     jumps: list[float] = []
     for turn in range(_POINTS):
-        source = Random(turn)  # noqa: S311
-        signs = (1,) if turn < 2 else (1, -1)  # first positive, then of either sign
-        point: dict[sympy.Symbol, Any] = {
-            s: source.choice(signs) * source.uniform(0.5, 1.5) for s in others
-        }
-
-        def of(what: sympy.Expr, place: Any, *, point: Any = point) -> Any:
-            return value_at(what, {**point, velocity: place})
-
-        for start in _STARTS:
-            with contextlib.suppress(*CANNOT):
-                place = zero(partial(of, edge), start)
-                beside, apart = _BESIDE * max(abs(place), 1), 1 + abs(place)
-                if of(edge, place + beside) * of(edge, place - beside) > 0:
-                    continue
-                point[DIRECTION] = numbers.sign(place) if abs(place) > beside else _AT_REST
-                steps = (beside, -beside, apart, -apart)
-                above, below, *far = (of(force, place + step) for step in steps)
-                size = max(map(abs, (above, below, *far)))
-                jumps.append(float(abs(above - below) / (size or 1)))
+        point = {s: _number(s, turn) for s in others}
+        found = [_jump(force, velocity, point, v) for v in _places(edge, velocity, point)]
+        jumps += [jump for jump in found if jump is not None]
     return bool(jumps) and max(jumps) < _ROUNDING
+
+
+def _number(symbol: sympy.Symbol, turn: int) -> Any:
+    """In place of a symbol, first positive, then of either sign."""
+    turned = turn > 1 and drawn(turn, "turned", symbol.name) < 1
+    return -drawn(turn, symbol.name) if turned else drawn(turn, symbol.name)
+
+
+def _places(edge: sympy.Expr, velocity: sympy.Symbol, point: _Point) -> list[Any]:
+    """Velocities at which a function changes its sign, as far as they are found."""
+    found: list[Any] = []
+
+    def value(place: Any) -> Any:
+        return value_at(edge, {**point, velocity: place})
+
+    for start in _STARTS:
+        with contextlib.suppress(*CANNOT):
+            place = zero(value, numbers.mpf(start))
+            beside = _beside(place)
+            known = any(abs(place - other) < beside for other in found)
+            if not known and value(place + beside) * value(place - beside) <= 0:
+                found.append(place)
+    return found
+
+
+def _beside(place: Any) -> Any:
+    return _BESIDE * max(abs(place), 1)
+
+
+def _jump(force: sympy.Expr, velocity: sympy.Symbol, point: _Point, place: Any) -> float | None:
+    """Jump of a force there, over the force's size; None where it has no value."""
+    beside, apart = _beside(place), 1 + abs(place)
+    direction = numbers.sign(place) if abs(place) > beside else _AT_REST
+    above, below, *others = (
+        _value(force, {**point, velocity: place + step, DIRECTION: direction})
+        for step in (beside, -beside, apart, -apart)
+    )
+    if above is None or below is None:
+        return None
+    sizes = [abs(value) for value in (above, below, *others) if value is not None]
+    return float(abs(above - below) / (max(sizes) or 1))
+
+
+def _value(expression: sympy.Expr, point: _Point) -> Any | None:
+    try:
+        return value_at(expression, point)
+    except CANNOT:
+        return None

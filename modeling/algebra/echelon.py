@@ -5,7 +5,6 @@ from fractions import Fraction
 from typing import Any, TypeAlias
 
 import sympy
-from mpmath.libmp import to_rational
 
 from axisid.support.errors import ModelError
 
@@ -14,10 +13,11 @@ from .point_value import (
     NOTHING,
     Points,
     Value,
-    as_decimal,
     exactly,
     is_nothing,
     numbers,
+    off_as_decimal,
+    rounding,
 )
 
 #: Exact, or all digits that there are.
@@ -29,6 +29,7 @@ _Echelon: TypeAlias = dict[int, _Row]
 _MOST_STEPS = 2_000_000  # numbers that are worked out
 _FAILURES = 40  # points in a row at which a function may have no value
 _SIMPLE, _SAME = 10**15, 40  # the largest divisor of a simple fraction, and its digits
+_LARGEST = 1000  # binary digits of a number, beyond which all are alike
 
 
 class NotRealError(ModelError):
@@ -49,7 +50,7 @@ def reduced_rows(rows: Sequence[Row]) -> tuple[list[Row], list[int]]:
         There are too many weights to be worked out.
     """
     _check_size(len(rows), max(map(len, rows), default=0))
-    return _finished(_echelon(([as_decimal(x) for x in row] for row in rows), len(rows)))
+    return _finished(_echelon(([off_as_decimal(x) for x in row] for row in rows), len(rows)))
 
 
 def reduced_functions(
@@ -68,8 +69,8 @@ def reduced_functions(
     ModelError
         There are too many functions.
     """
-    _check_size(len({f.as_coeff_Mul()[1] for f in functions}), len(functions))
     numbered = {s: exactly(numbers.mpf(x.p) / x.q) for s, x in (given or {}).items()}
+    _check_size(len({f.as_coeff_Mul()[1] for f in functions}), len(functions))
     points = Points(*functions, velocity=velocity, given=numbered)
     rank = -1
     while True:
@@ -103,16 +104,16 @@ def _rows_at(points: Points, functions: Sequence[sympy.Expr]) -> Iterator[_Row]:
             failures += 1
             continue
         failures = 0
-        yield [(x.real, y.real) for x, y in row]
-        if any(x.imag for x, _ in row):
-            yield [(x.imag, y.imag) for x, y in row]
+        yield [(numbers.re(x), values.off(numbers.re(y))) for x, y in row]
+        if any(numbers.im(x) for x, _ in row):
+            yield [(numbers.im(x), values.off(numbers.im(y))) for x, y in row]
     raise NotRealError(f"a part of {', '.join(map(str, functions))} has no finite real value.")
 
 
 def _echelon(rows: Iterable[_Row], idle: int) -> _Echelon:
     """Reduce rows until there is one for each column, or so many in a row have nothing new."""
     found: _Echelon = {}
-    without = 0
+    without, off = 0, rounding(0)
     for row in rows:
         lead, pivot = row, _first(row)
         while pivot in found:
@@ -121,7 +122,8 @@ def _echelon(rows: Iterable[_Row], idle: int) -> _Echelon:
         without = without + 1 if pivot is None else 0
         if pivot is not None:
             number, moved = lead[pivot]
-            found[pivot] = [(x / number, y / moved) for x, y in lead]
+            # Off once more: what a row brings into others cancels alike in both numbers.
+            found[pivot] = [(x / number, off(y / moved)) for x, y in lead]
         if len(found) == len(row):
             return {j: [exactly(numbers.mpf(i == j)) for i in range(len(row))] for j in found}
         if without == idle:
@@ -154,6 +156,10 @@ def _finished(found: _Echelon) -> tuple[list[Row], list[int]]:
 
 def _fraction(number: Any) -> Fraction:
     """A number as a fraction, a simple one if it is one but for the last digits."""
-    exact = Fraction(*map(int, to_rational(number._mpf_)))
+    size = numbers.mag(number)
+    if abs(size) > _LARGEST:
+        number = numbers.ldexp(numbers.sign(number), max(-_LARGEST, min(size, _LARGEST)))
+    sign, mantissa, exponent, _ = number._mpf_
+    exact = Fraction(-int(mantissa) if sign else int(mantissa)) * Fraction(2) ** int(exponent)
     simple = exact.limit_denominator(_SIMPLE)
     return simple if abs(simple - exact) <= abs(exact) / 10**_SAME else exact

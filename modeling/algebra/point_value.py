@@ -4,17 +4,18 @@ What is made of analytic functions and is 0 at points that have nothing to do wi
 everywhere. What has a kink or a jump may be 0 on one side and not on the other, and the edge may be
 far away: it is looked for, and there are points on both sides of it.
 
-Each number is worked out twice. The second time there are fewer digits, and the decimals that were
-declared are off by a little: what changes as much as it is large is nothing.
+Each number is worked out twice. The second time the decimals that were declared and the terms of
+sums are off by a little, as rounding leaves them: what changes as much as it is large is nothing.
 """
 
 import contextlib
+import hashlib
 import math
 import operator
+import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Set as AbstractSet
 from fractions import Fraction
 from itertools import combinations
-from random import Random
 from typing import Any, TypeAlias
 
 import sympy
@@ -24,15 +25,15 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 
 from axisid.modeling.quantities import DIRECTION
 
-#: Numbers of many digits, and of fewer; SymPy's own context is left alone.
-numbers, fewer = MPContext(), MPContext()
-_SPARE_BITS = 60
-numbers.prec = 235
-fewer.prec = numbers.prec - _SPARE_BITS
-_MORE_BITS = 2**13  # in which a sum is looked at that has lost a small term
+#: Numbers of many digits; SymPy's own context is left alone.
+numbers = MPContext()
+numbers.dps = 70
 _POINTS, _SIDES = 3, 40  # where nothing has sides, and more where something has
 _DECIMAL = 1e-14  # share by which decimals are off
+_SPARE_BITS = 60  # of each number, in which the terms of sums are off
+_MOST_BITS = 2**14  # in which a sum is looked at again, if it has lost a small term
 _NOTHING = 30  # changes by rounding, up to which a number is nothing
+_SPREAD = 5  # factors of two by which numbers in place of symbols are larger or smaller
 _SECANTS = 16  # steps in which an edge is found
 _BESIDE = 1e-3  # share of a symbol's value by which it is beside
 _TOLD = 25  # digits by which what a function is of is told
@@ -43,9 +44,14 @@ CANNOT = (ArithmeticError, TypeError, ValueError, RecursionError, MemoryError)
 #: A number, and the same number off by rounding.
 Value: TypeAlias = tuple[Any, Any]
 
-NOTHING: Value = (numbers.zero, fewer.zero)
+NOTHING: Value = (numbers.zero, numbers.zero)
 
+_ANALYTIC: dict[Any, Callable[..., Any]] = {
+    getattr(sympy, name): getattr(numbers, name)
+    for name in "exp log sin cos tan asin acos atan sinh cosh tanh".split()
+}
 _KINKS = (sympy.Abs, sympy.sign, sympy.Heaviside, Max, Min, Relational)
+
 _COMPARED: dict[Any, Callable[[Any, Any], bool]] = {
     sympy.StrictLessThan: operator.lt,
     sympy.LessThan: operator.le,
@@ -54,36 +60,6 @@ _COMPARED: dict[Any, Callable[[Any, Any], bool]] = {
     sympy.Eq: operator.eq,
     sympy.Ne: operator.ne,
 }
-
-
-def _sane(number: Any) -> Any:
-    if number and numbers.mag(number) > _LARGEST:
-        raise OverflowError("it is too large")
-    return number
-
-
-def _smooth(context: Any) -> dict[Any, Callable[..., Any]]:
-    """What works nodes out in numbers of a context."""
-
-    def power(base: Any, exponent: Any) -> Any:
-        if base:
-            _sane(exponent * context.mag(base))
-        return context.power(base, exponent)
-
-    def of_sane(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
-        return lambda x: function(_sane(x))
-
-    names = "exp log sin cos tan asin acos atan sinh cosh tanh".split()
-    return {
-        sympy.Add: lambda *terms: context.fsum(terms),
-        sympy.Mul: lambda *factors: context.fprod(factors),
-        sympy.Pow: power,
-        sympy.atan2: lambda y, x: context.atan2(_real(y), _real(x)),
-        **{getattr(sympy, name): of_sane(getattr(context, name)) for name in names},
-    }
-
-
-_FUNCTIONS = (_smooth(numbers), _smooth(fewer))
 
 
 def is_nothing(value: Value) -> bool:
@@ -97,29 +73,32 @@ def is_nothing(value: Value) -> bool:
     number, moved = value
     if not (numbers.isfinite(number) and numbers.isfinite(moved)):
         raise ValueError("it is not finite")
-    return bool(abs(number) <= _NOTHING * abs(number - numbers.convert(moved)))
+    return bool(abs(number) <= _NOTHING * abs(number - moved))
 
 
-def exactly(number: Any) -> Value:
-    """A number that nothing but its rounding moves."""
-    return numbers.mpmathify(number), fewer.mpmathify(number)
+def rounding(seed: int) -> Callable[[Any], Any]:
+    """What moves numbers as rounding does, each by another share."""
+    source, share = random.Random(seed), numbers.ldexp(1, _SPARE_BITS - numbers.prec)  # noqa: S311
+    return lambda number: number + number * share * source.uniform(0.5, 1.5)
 
 
-def as_decimal(number: Fraction) -> Value:
+def off_as_decimal(number: Fraction) -> Value:
     """A declared number, which is rounded if it is not whole."""
-    above, below = number.numerator, number.denominator
-    share = _DECIMAL * Random(str(number)).uniform(0.5, 1.5) if below != 1 else 0.0  # noqa: S311
-    return numbers.mpf(above) / below, fewer.mpf(above) / below * (1 + share)
+    value = numbers.mpf(number.numerator) / number.denominator
+    share = _DECIMAL if number.denominator != 1 else numbers.ldexp(1, _SPARE_BITS - numbers.prec)
+    return value, value + value * share * drawn(0, "number", str(number))
 
 
 def vanishes(expression: sympy.Expr) -> bool:
     """Whether an expression is 0; what has no finite value is not."""
     if expression == 0:
         return True
-    points = Points(expression)
-    with points.digits(), contextlib.suppress(*CANNOT):
-        return all(is_nothing(points.at(turn)(expression)) for turn in range(points.count))
-    return False
+    try:
+        points = Points(expression)
+        with points.digits():
+            return all(is_nothing(points.at(turn)(expression)) for turn in range(points.count))
+    except CANNOT:
+        return False
 
 
 def depends(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> bool:
@@ -132,14 +111,45 @@ def dependences(
 ) -> list[AbstractSet[sympy.Symbol]]:
     """Those of several groups of symbols with which an expression changes."""
     every = list(groups)
-    left, points = every, Points(expression)
-    with points.digits(), contextlib.suppress(*CANNOT):
-        for turn in range(points.count):
-            one, less = points.at(turn)(expression)
-            others = [(g, points.beside(turn, g)(expression)) for g in left]
-            left = [g for g, (x, y) in others if is_nothing((one - x, less - y))]
-        return [group for group in every if group not in left]
-    return every
+    left = every
+    try:
+        points = Points(expression)
+        with points.digits():
+            for turn in range(points.count):
+                left = [g for g in left if not _changes(expression, g, points, turn)]
+                if not left:
+                    break
+    except CANNOT:
+        return every
+    return [group for group in every if group not in left]
+
+
+def _changes(
+    expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol], points: "Points", turn: int
+) -> bool:
+    """Whether the value changes when the symbols do, and nothing else."""
+    one, less = points.at(turn)(expression)
+    other, more = points.beside(turn, symbols)(expression)
+    return not is_nothing((one - other, less - more))
+
+
+def vanishes_where(expression: sympy.Expr, inside: sympy.Expr, variable: sympy.Symbol) -> bool:
+    """Whether an expression is 0 where another, affine in a variable, is 0."""
+    try:
+        points = Points(expression, inside)
+        with points.digits():
+            for turn in range(points.count):
+                others = {
+                    s: points.at(turn)(s) for s in expression.free_symbols | inside.free_symbols
+                }
+                start = _Values({**others, variable: NOTHING})(inside)
+                rate = _Values(others)(inside.diff(variable))
+                place = -start[0] / rate[0], -start[1] / rate[1]
+                if not is_nothing(_Values({**others, variable: place})(expression)):
+                    return False
+    except CANNOT:
+        return False
+    return True
 
 
 def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
@@ -150,103 +160,17 @@ def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
     ArithmeticError, ValueError, TypeError, RecursionError
         It has none.
     """
-    given = {symbol: exactly(x) for symbol, x in point.items()}
+    given = {symbol: exactly(numbers.mpmathify(x)) for symbol, x in point.items()}
     return _real(_Values(given)(expression)[0])
 
 
 def float_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> float:
     """The same as a float; NaN where it has none."""
-    with contextlib.suppress(*CANNOT):
+    try:
         value = float(value_at(expression, point))
-        return value if math.isfinite(value) else math.nan
-    return math.nan
-
-
-class _Values:
-    """Values of expressions, where symbols have numbers; at a point, others are drawn.
-
-    Attributes
-    ----------
-    span : int
-        Binary digits between the largest and the smallest term of a sum.
-    """
-
-    def __init__(
-        self, given: Mapping[sympy.Symbol, Value], points: "Points | None" = None, turn: int = 0
-    ) -> None:
-        self._values: dict[sympy.Basic, Value] = dict(given)
-        self._points, self._turn = points, turn
-        self.span = 0
-
-    def __call__(self, node: sympy.Basic) -> Value:
-        if node not in self._values:
-            self._values[node] = self._value(node)
-        return self._values[node]
-
-    def _value(self, node: sympy.Basic) -> Value:
-        if not node.args:
-            return self._symbol(node) if node.is_Symbol else _number(node)
-        if isinstance(node, sympy.Piecewise):
-            return self(self._chosen(node))
-        inner = [self(argument) for argument in node.args]
-        if isinstance(node, (Max, Min)):
-            wanted = 1 if isinstance(node, Max) else -1
-            return max(inner, key=lambda value: wanted * numbers.re(value[0]))
-        if isinstance(node, (sympy.Abs, sympy.sign, sympy.Heaviside)):
-            side = self._side(inner[0])
-            if isinstance(node, sympy.Abs):
-                return side * inner[0][0], side * inner[0][1]
-            return exactly(side if isinstance(node, sympy.sign) else numbers.mpf(1 + side) / 2)
-        if node.is_Pow and node.exp.is_Float:  # which is not off: a third is none of its decimals
-            inner[1] = exactly(inner[1][0])
-        if node.is_Add:
-            sizes = [numbers.mag(v) for v, _ in inner if v and numbers.isfinite(v)]
-            self.span = max([self.span, max(sizes) - min(sizes)] if sizes else [self.span])
-        if node.func not in _FUNCTIONS[0]:
-            return self._opaque(node, [number for number, _ in inner])
-        one, other = (
-            of[node.func](*part)
-            for of, part in zip(_FUNCTIONS, zip(*inner, strict=True), strict=True)
-        )
-        return one, other
-
-    def _side(self, value: Value) -> int:
-        if self._points is not None and is_nothing(value):
-            return 0
-        return int(numbers.sign(numbers.re(value[0])))
-
-    def _symbol(self, symbol: sympy.Symbol) -> Value:
-        if self._points is None:
-            raise ValueError(f"{symbol} has no value")
-        if symbol == DIRECTION and self._points.velocity is not None:
-            return exactly(self._side(self(self._points.velocity)))
-        source = Random(f"{symbol.name} {self._turn}")  # noqa: S311
-        size = source.uniform(0.5, 1.5) * 2.0 ** source.randint(-3, 2)
-        turned = symbol in self._points.signed and source.random() < 0.5
-        return exactly(-size if turned else size)
-
-    def _opaque(self, node: sympy.Basic, inner: Iterable[Any]) -> Value:
-        """A number for what is refused where code is generated of it."""
-        if self._points is None:
-            raise TypeError(f"{type(node).__name__} has no value")
-        told = (type(node).__name__, *(numbers.nstr(number, _TOLD) for number in inner))
-        return exactly(Random(" ".join(told)).uniform(0.5, 1.5))  # noqa: S311
-
-    def _chosen(self, node: sympy.Piecewise) -> sympy.Basic:
-        for value, condition in node.args:
-            if self._holds(condition):
-                return value
-        raise ValueError("no condition holds")
-
-    def _holds(self, condition: sympy.Basic) -> bool:
-        if condition in (sympy.true, sympy.false):
-            return bool(condition)
-        if isinstance(condition, Relational):
-            return _COMPARED[condition.func](self._side(self(condition.lhs - condition.rhs)), 0)
-        held = [self._holds(argument) for argument in condition.args]
-        if isinstance(condition, sympy.ITE):
-            return held[1] if held[0] else held[2]
-        return bool(condition.func(*held))
+    except CANNOT:
+        return math.nan
+    return value if math.isfinite(value) else math.nan
 
 
 class Points:
@@ -265,8 +189,6 @@ class Points:
     ----------
     count : int
         How many points tell of a function whether it is 0 everywhere.
-    signed : set of sympy.Symbol
-        Those that are of either sign.
     """
 
     def __init__(
@@ -275,75 +197,194 @@ class Points:
         velocity: sympy.Symbol | None = None,
         given: Mapping[sympy.Symbol, Value] | None = None,
     ) -> None:
-        self._given, self.velocity = given or {}, velocity
+        self.given, self.velocity = given or {}, velocity
         kinks = {node for e in expressions for node in e.atoms(*_KINKS)}
         decisive = {x for node in kinks for x in _decisive(node)}
         if velocity is not None and any(DIRECTION in e.free_symbols for e in expressions):
             decisive.add(velocity)
         self.signed = {x for x in decisive if x.is_Symbol}
-        self._edges = sorted(decisive - self.signed, key=sympy.default_sort_key)
-        self.count = _SIDES + 4 * len(self._edges) if decisive else _POINTS
-        self._made: dict[int, _Values] = {}
-        self._placed: set[sympy.Symbol] = set()
-        # At usual digits log(1 + exp(x - 3000)) would be the logarithm of 1, wherever it is seen.
-        loses = all(self._loses(turn, expressions) for turn in range(_POINTS))
-        self._more = _MORE_BITS if loses else 0
-        self._made = {} if loses else self._made
-
-    def _loses(self, turn: int, expressions: Iterable[sympy.Expr]) -> bool:
-        """Whether the terms of a sum differ by more digits than there are."""
-        values = self.at(turn)
+        edges = decisive if self.signed != decisive else ()
+        self._edges = sorted(edges, key=sympy.default_sort_key)
+        self.count = _SIDES + 4 * len(edges) if decisive else _POINTS
+        self._bits = numbers.prec
+        self._made: dict[int, _Drawn] = {}
         with contextlib.suppress(*CANNOT):
             for expression in expressions:
-                values(expression)
-        return bool(values.span > fewer.prec)
-
-    @contextlib.contextmanager
-    def digits(self) -> Iterator[None]:
-        """In as many digits as what stands in the expressions needs."""
-        with numbers.extraprec(self._more), fewer.extraprec(self._more):
-            yield
+                self.at(0)(expression)
+        if self.at(0).span > numbers.prec:
+            # At usual digits log(1 + exp(x - 3000)) would be the logarithm of 1.
+            self._bits = min(numbers.prec + self.at(0).span, _MOST_BITS)
+            self._made = {}
 
     def look_closer(self) -> None:
         """Take twice as many digits."""
-        self._more = 2 * self._more + numbers.prec
+        self._bits *= 2
         self._made = {}
 
-    def at(self, turn: int) -> _Values:
+    def digits(self) -> Any:
+        """In as many digits as what stands in the expressions needs."""
+        return numbers.workprec(self._bits)
+
+    def at(self, turn: int) -> "_Drawn":
         """Values at one of the points."""
         if turn not in self._made:
-            self._made = {turn: _Values({**self._given, **self._beside_edges(turn)}, self, turn)}
+            made = _Drawn(self, turn)
+            size = len(self._edges)
+            if size:
+                made.place(self._edges[turn % size], 1 - 2 * (turn // size % 2))
+                other = int(1000 * made.drawn("edge"))
+                made.place(self._edges[other % size], (-1) ** other)
+            self._made = {turn: made}
         return self._made[turn]
 
-    def beside(self, turn: int, symbols: AbstractSet[sympy.Symbol]) -> _Values:
-        """Values where some symbols are others than at a point."""
-        sources = {s: Random(f"{turn} {s.name} other") for s in symbols}  # noqa: S311
-        others = {s: exactly(source.uniform(0.5, 1.5)) for s, source in sources.items()}
-        placed = {s: self.at(turn)(s) for s in self._placed}
-        return _Values({**self._given, **placed, **others}, self, turn)
+    def beside(self, turn: int, symbols: AbstractSet[sympy.Symbol]) -> "_Drawn":
+        """Values where some symbols are others than at a point, beyond their edges if at one."""
+        here = self.at(turn)
+        there = _Drawn(self, turn)
+        there.values |= here.placed
+        for symbol in symbols:
+            other = exactly(here.drawn("other", symbol.name))
+            there.values[symbol] = here.beyond.get(symbol, other)
+        return there
 
-    def _beside_edges(self, turn: int) -> dict[sympy.Symbol, Value]:
-        """Numbers of symbols on one side of two edges."""
-        placed: dict[sympy.Symbol, Value] = {}
-        source, size = Random(f"{turn} edges"), len(self._edges)  # noqa: S311
-        sides = [(turn % size, 1 - 2 * (turn // size % 2))] if size else []
-        for i, side in (*sides, *((source.randrange(size), source.choice((1, -1))) for _ in sides)):
-            edge = self._edges[i]
-            free = sorted(edge.free_symbols - self._given.keys() - placed.keys(), key=str)
-            for symbol in source.sample(free, len(free)):
 
-                def value(place: Any, *, edge: Any = edge, symbol: Any = symbol) -> Any:
-                    there = {**self._given, **placed, symbol: exactly(place)}
-                    return numbers.re(_Values(there, self, turn)(edge)[0])
+class _Values:
+    """Real values, where symbols have numbers.
 
-                with contextlib.suppress(*CANNOT):
-                    place = zero(value, numbers.mpf(source.uniform(0.5, 1.5)))
-                    step = side * (abs(place) + 1) * _BESIDE * source.uniform(0.5, 1.5)
-                    if value(place - step) * value(place + step) < 0:
-                        placed[symbol] = exactly(place + step)
-                        break
-        self._placed = set(placed)
-        return placed
+    Attributes
+    ----------
+    values : dict
+        By expression.
+    span : int
+        Binary digits between the largest and the smallest term of a sum.
+    off : callable
+        Moves a number as rounding does.
+    """
+
+    def __init__(self, given: Mapping[sympy.Symbol, Value], turn: int = 0) -> None:
+        self.values: dict[sympy.Basic, Value] = dict(given)
+        self.span = 0
+        self.off = rounding(turn)
+
+    def __call__(self, node: sympy.Basic) -> Value:
+        if node not in self.values:
+            self.values[node] = self._value(node)
+        return self.values[node]
+
+    def _value(self, node: sympy.Basic) -> Value:
+        if not node.args:
+            return self._symbol(node) if node.is_Symbol else _number(node)
+        if isinstance(node, (sympy.Piecewise, sympy.ITE)):
+            return self(self._chosen(node))
+        inner = [self(argument) for argument in node.args]
+        if node.is_Add:
+            sizes = [numbers.mag(v) for v, _ in inner if v and numbers.isfinite(v)]
+            self.span = max([self.span, max(sizes) - min(sizes)] if sizes else [self.span])
+            return numbers.fsum(v for v, _ in inner), numbers.fsum(self.off(m) for _, m in inner)
+        if node.is_Mul:
+            return numbers.fprod(v for v, _ in inner), numbers.fprod(m for _, m in inner)
+        if node.is_Pow:
+            exponents = exactly(inner[1][0]) if node.exp.is_Float else inner[1]
+            return _power(inner[0][0], exponents[0]), _power(inner[0][1], exponents[1])
+        if node.func in _ANALYTIC:
+            return _both(lambda x: _ANALYTIC[node.func](_sane(x)), inner[0])
+        if isinstance(node, (Max, Min)):
+            wanted = 1 if isinstance(node, Max) else -1
+            return max(inner, key=lambda value: wanted * self._real(value[0]))
+        if isinstance(node, (sympy.Abs, sympy.sign, sympy.Heaviside)):
+            side = self._side(inner[0])
+            if isinstance(node, sympy.Abs):
+                return _both(lambda x: side * x, inner[0])
+            return exactly(side if isinstance(node, sympy.sign) else (1 + side) / 2)
+        return self._opaque(node, [number for number, _ in inner])
+
+    def _real(self, number: Any) -> Any:
+        return _real(number)
+
+    def _side(self, value: Value) -> Any:
+        return numbers.sign(_real(value[0]))
+
+    def _symbol(self, symbol: sympy.Symbol) -> Value:
+        raise ValueError(f"{symbol} has no value")
+
+    def _opaque(self, node: sympy.Basic, inner: Iterable[Any]) -> Value:
+        if isinstance(node, sympy.atan2):
+            return exactly(numbers.atan2(*map(_real, inner)))
+        raise TypeError(f"{type(node).__name__} has no value")
+
+    def _chosen(self, node: sympy.Basic) -> sympy.Basic:
+        if isinstance(node, sympy.ITE):
+            return node.args[1] if self._holds(node.args[0]) else node.args[2]
+        for value, condition in node.args:
+            if self._holds(condition):
+                return value
+        raise ValueError("no condition holds")
+
+    def _holds(self, condition: sympy.Basic) -> bool:
+        if condition in (sympy.true, sympy.false):
+            return bool(condition)
+        if isinstance(condition, Relational):
+            return _COMPARED[condition.func](self._side(self(condition.lhs - condition.rhs)), 0)
+        held = [self._holds(argument) for argument in condition.args]
+        if isinstance(condition, sympy.ITE):
+            return held[1] if held[0] else held[2]
+        return bool(condition.func(*held))
+
+
+class _Drawn(_Values):
+    """Values at a point that is drawn.
+
+    Attributes
+    ----------
+    placed, beyond : dict
+        Symbols that are close to an edge, and their values beyond it.
+    """
+
+    def __init__(self, points: Points, turn: int) -> None:
+        super().__init__(points.given, turn)
+        self.placed: dict[sympy.Symbol, Value] = {}
+        self.beyond: dict[sympy.Symbol, Value] = {}
+        self._points, self._turn = points, turn
+
+    def drawn(self, *about: str) -> Any:
+        """A number of its own for what has a name, between 1/2 and 3/2."""
+        return drawn(self._turn, *about)
+
+    def _symbol(self, symbol: sympy.Symbol) -> Value:
+        if symbol == DIRECTION and self._points.velocity is not None:
+            return exactly(self._side(self(self._points.velocity)))
+        times = int(_SPREAD * self.drawn("size", symbol.name)) - _SPREAD
+        size = numbers.ldexp(self.drawn("symbol", symbol.name), times)
+        turned = symbol in self._points.signed and self.drawn("turned", symbol.name) < 1
+        return exactly(-size if turned else size)
+
+    def _real(self, number: Any) -> Any:
+        return numbers.re(number)  # what is not real there may be elsewhere
+
+    def _side(self, value: Value) -> Any:
+        return numbers.zero if is_nothing(value) else numbers.sign(numbers.re(value[0]))
+
+    def _opaque(self, node: sympy.Basic, inner: Iterable[Any]) -> Value:
+        return exactly(self.drawn(type(node).__name__, *map(_text, inner)))
+
+    def place(self, decisive: sympy.Expr, side: int) -> None:
+        """Give a symbol a number on a side of the place where a sign changes, if there is one."""
+        free = decisive.free_symbols - self._points.given.keys() - self.placed.keys()
+        for symbol in sorted(free, key=lambda s: self.drawn("moved", s.name)):
+
+            def value(place: Any, symbol: sympy.Symbol = symbol) -> Any:
+                there = _Drawn(self._points, self._turn)
+                there.values |= {**self.placed, symbol: exactly(place)}
+                return numbers.re(there(decisive)[0])
+
+            with contextlib.suppress(*CANNOT):
+                place = zero(value, self.drawn("symbol", symbol.name))
+                step = side * (abs(place) + 1) * _BESIDE * self.drawn("beside", symbol.name)
+                if value(place - step) * value(place + step) < 0:
+                    self.placed[symbol] = exactly(place + step)
+                    self.beyond[symbol] = exactly(place - step)
+                    self.values = {**self._points.given, **self.placed}
+                    return
 
 
 def _decisive(kink: sympy.Basic) -> Iterator[sympy.Expr]:
@@ -359,19 +400,57 @@ def _decisive(kink: sympy.Basic) -> Iterator[sympy.Expr]:
 
 def zero(value: Callable[[Any], Any], start: Any) -> Any:
     """Where a function is 0, by secants."""
-    return numbers.findroot(value, (start, start + 1), maxsteps=_SECANTS, verify=False)
+    one, other = start, start + 1
+    here, there = value(one), value(other)
+    for _ in range(_SECANTS):
+        if here == there or not there:
+            break
+        one, other = other, other - there * (other - one) / (there - here)
+        here, there = there, value(other)
+    return other
 
 
 def _number(node: sympy.Expr) -> Value:
     if node.is_Float:
-        share = _DECIMAL * Random(str(node)).uniform(0.5, 1.5)  # noqa: S311
-        return numbers.mpf(str(node)), fewer.mpf(str(node)) * (1 + share)
+        number = numbers.mpf(str(node))
+        return number, number + number * _DECIMAL * drawn(0, "decimal", str(node))
     if node.is_Rational:
-        return numbers.mpf(node.p) / node.q, fewer.mpf(node.p) / node.q
-    return exactly(sympy.N(node, numbers.dps))
+        return exactly(numbers.mpf(node.p) / node.q)
+    return exactly(numbers.mpmathify(sympy.N(node, numbers.dps)))
 
 
 def _real(number: Any) -> Any:
     if not numbers.isfinite(number) or numbers.im(number):
         raise ValueError("it is not real")
     return numbers.re(number)
+
+
+def exactly(number: Any) -> Value:
+    """A number that rounding does not move."""
+    return number, number
+
+
+def _both(function: Callable[[Any], Any], value: Value) -> Value:
+    return function(value[0]), function(value[1])
+
+
+def _text(number: Any) -> str:
+    return str(numbers.nstr(number, _TOLD))
+
+
+def drawn(turn: int, *about: str) -> Any:
+    """A number between 1/2 and 3/2, another one for each turn and name."""
+    digest = hashlib.sha256("\n".join((str(turn), *about)).encode()).digest()
+    return numbers.mpf(int.from_bytes(digest, "big")) / 2 ** (8 * len(digest)) + 0.5
+
+
+def _sane(number: Any) -> Any:
+    if number and numbers.mag(number) > _LARGEST:
+        raise OverflowError("it is too large")
+    return number
+
+
+def _power(base: Any, exponent: Any) -> Any:
+    if base:
+        _sane(exponent * numbers.mag(base))
+    return numbers.power(base, exponent)

@@ -203,6 +203,7 @@ def _reduced(
 
 
 def _truth(base: BaseModel, parameters: Sequence[Parameter]) -> dict[str, float]:
+    """True values of an experiment's twin in base parameters."""
     experiment, declared = base.declared.experiment, base.declared.parameters
     truth = experiment.truth if experiment else {}
     values = base.at([truth.get(p.name, p.nominal) for p in declared])

@@ -95,6 +95,7 @@ def _friction_parameters(axis: Axis) -> AbstractSet[sympy.Symbol]:
 
 
 def _rest(term: sympy.Expr, parameters: AbstractSet[sympy.Symbol]) -> sympy.Expr:
+    """What a term is without some parameters."""
     inside = term.free_symbols & parameters
     linear = {p for p in inside if vanishes(term.diff(p, 2))}
     rest = where_zero(term, linear)
@@ -123,16 +124,14 @@ def _laws(
     viscous = _declared(axis, friction, speed) or _fresh("Fv", f"{force}/({rate})", taken)
     coulomb = _declared(axis, friction, sign) or _fresh("Fc", force, taken)
     constant = _declared(axis, friction, sympy.S.One) or _fresh("F0", force, taken)
-    # As one direction has it a level has the constant force in it, of whatever sign.
-    level = replace(coulomb, lower=-math.inf, upper=math.inf)
     basic = [(viscous, speed), (coulomb, sign), (constant, sympy.S.One)]
     directional = [
         (_declared(axis, friction, factor) or _one_way(undirected, suffix, taken), factor)
         for undirected, suffix, factor in (
             (viscous, "p", speed * ahead),
             (viscous, "m", speed * back),
-            (level, "p", ahead),
-            (level, "m", -back),
+            (_unbounded(coulomb), "p", ahead),
+            (_unbounded(coulomb), "m", -back),
         )
     ]
     laws = {
@@ -212,5 +211,11 @@ def _one_way(parameter: Parameter, suffix: str, taken: set[str]) -> Parameter:
     return replace(parameter, name=fresh.name, known=None, known_sd=0.0)
 
 
+def _unbounded(parameter: Parameter) -> Parameter:
+    """A level of friction as one direction has it: with the constant force, of whatever sign."""
+    return replace(parameter, lower=-math.inf, upper=math.inf)
+
+
 def _fresh(name: str, unit: str, taken: set[str]) -> Parameter:
+    """A new parameter by a name that nothing else has."""
     return Parameter(fresh_name(name, taken), unit)

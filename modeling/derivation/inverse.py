@@ -51,7 +51,8 @@ def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -
     Raises
     ------
     ModelError
-        The force is not affine in its linear parameters, or it jumps with a parameter.
+        The force is not affine in its linear parameters (it has their product), the offending term
+        is named; or it jumps with a parameter.
 
     References
     ----------
@@ -69,8 +70,7 @@ def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -
     slopes = {p: column for p, column in zip(parameters, row, strict=True) if p in linear}
     free = None if None in row else intercept(force, slopes)
     if free is None:
-        said = multiplied_out(force, powers=False)
-        raise ModelError(f"the inverse dynamic model is not linear in its parameters: {said}.")
+        raise _not_linear(multiplied_out(force, powers=False), parameters)
     bends = (p * column for p, column in zip(parameters, row, strict=True) if p in nonlinear)
     return Regressor(
         columns=row, intercept=sympy.Add(free, *(-bend for bend in bends)), nonlinear=nonlinear
@@ -83,3 +83,21 @@ def _finite_at_rest(column: sympy.Expr) -> sympy.Expr:
         lambda node: isinstance(node, sympy.log) and not node.args[0].is_positive,
         lambda node: sympy.log(sympy.Max(node.args[0], _LEAST)),
     )
+
+
+def _not_linear(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -> ModelError:
+    unknown = set(parameters)
+    for term in sympy.Add.make_args(force):
+        inside = sorted(term.free_symbols & unknown, key=str)
+        if any(term.diff(p).free_symbols & unknown for p in inside):
+            names = " and ".join(map(str, inside))
+            product = len(inside) > 1 and set(inside) <= set(term.args)
+            hint = (
+                f"Declare the product as one parameter in place of {names}."
+                if product
+                else "Replace one by a known number, or declare parameters that enter linearly."
+            )
+            return ModelError(
+                f"the inverse dynamic model is not linear in {names}: see the term {term}. {hint}"
+            )
+    return ModelError(f"the inverse dynamic model is not linear in its parameters: {force}.")

@@ -23,6 +23,7 @@ from axisid.modeling.algebra import (
     Row,
     exact,
     reduced_functions,
+    reduced_rows,
     value_at,
 )
 from axisid.modeling.quantities import DIRECTION, Coordinate, Parameter, signals_in
@@ -75,10 +76,21 @@ def null_space(
         for row in rows
     ]
     slopes = [[total.diff(ring.from_sympy(p)) for p in free] for total in sums]
-    if math.prod(map(len, sums)) > _MOST_PRODUCTS:
-        point = [QQ(x.p, x.q) for x in generic_points(parameters)[0].values()]
-        slopes = [[ring.ring.ground_new(slope(*point)) for slope in row] for row in slopes]
-    return tuple(map(_direction, _kernel(slopes, free, ring)))
+    if math.prod(map(len, sums)) <= _MOST_PRODUCTS:
+        return tuple(map(_direction, _kernel(slopes, free, ring)))
+    point = [Fraction(x.p, x.q) for x in generic_points(parameters)[0].values()]
+    numbers = [[_at(slope, point) for slope in row] for row in slopes]
+    return _null_space_of_numbers(*reduced_rows(numbers), free)
+
+
+def _at(polynomial: PolyElement, point: Sequence[Fraction]) -> Fraction:
+    """The value of a polynomial at a point."""
+    terms = (
+        Fraction(int(weight.numerator), int(weight.denominator))
+        * math.prod(x**e for x, e in zip(point, powers, strict=True) if e)
+        for powers, weight in polynomial.terms()
+    )
+    return sum(terms, Fraction(0))
 
 
 def _kernel(

@@ -221,7 +221,7 @@ def test_records_that_cannot_be_used_are_named_all_at_once_and_can_be_skipped(pl
     assert _values(result) == _values(identify(plain, good, methods=METHOD))
     assert "1 record: short" in result.summary(every=True)
     for refused, given in (("2 of 2", [bad, bad]), ("no record is given", [])):
-        with pytest.raises(DataError, match=refused):
+        with pytest.raises((DataError, UsageError), match=refused):
             identify(plain, given, methods=METHOD, skip_bad=True)
     one = identify(generated(), [good[0], bad], methods=["idm-ls"], local="tau0", skip_bad=True)
     assert "tau0" in one["idm-ls"].parameters
