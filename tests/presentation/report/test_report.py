@@ -245,7 +245,6 @@ def test_places_are_checked_before_anything_is_computed(run: Run, tmp_path: Path
         ("--report", tmp_path / "no" / "r.html", "the folder does not exist"),
         ("--report", file, "it is an input of this run"),
         ("--figures", file, "it is no folder"),
-        ("--figures", tmp_path / "no" / "deep", "it is no folder"),
     ):
         code, out, err = run("identify", "emps2015", file, option, place)
         assert (code, out) == (2, "")
