@@ -12,6 +12,8 @@ import os
 import secrets
 import shutil
 import stat
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -25,6 +27,7 @@ from axisid.support.files import read_regular
 from .compiler import FLAGS, Compiler, NativeUnavailableError, find_compiler
 
 _LOCK_SECONDS = 300.0
+_LOAD_SECONDS = 60.0
 _OLD_SECONDS = 3600.0
 
 
@@ -115,6 +118,7 @@ def _build(text: str, compiler: Compiler, library: Path, check: Callable[[Path],
         source, target = folder / "native.c", folder / f"{secrets.token_hex(8)}.so"
         source.write_text(text)
         compiler.compile(source, target)
+        _check_loads(target)
         check(target)
         digest = folder / "sha256"
         digest.write_text(_digest(target, library.name))
@@ -123,6 +127,16 @@ def _build(text: str, compiler: Compiler, library: Path, check: Callable[[Path],
                 os.fsync(written.fileno())
         digest.replace(library.with_suffix(".sha256"))
         target.replace(library)
+
+
+def _check_loads(library: Path) -> None:
+    """Load a fresh library in another process, which one that is cut short would end."""
+    load = "import ctypes, sys; ctypes.CDLL(sys.argv[1])"
+    command = [sys.executable, "-c", load, str(library)]
+    try:
+        subprocess.run(command, capture_output=True, timeout=_LOAD_SECONDS, check=True)  # noqa: S603
+    except (OSError, subprocess.SubprocessError) as error:
+        raise NativeUnavailableError("the compiled library does not load") from error
 
 
 def _clear(folder: Path) -> None:
