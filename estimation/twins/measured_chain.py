@@ -199,8 +199,7 @@ def _likelihood_of_hunting(found: Array, steps: Array, counts: Array) -> float:
     How loud a loop hunts is one accident for all bands: it is known as twins differ in it.
     """
     known = steps.mean(axis=0)
-    shares = np.divide(steps, known, out=np.ones_like(steps), where=known > 0)
-    loud = np.average(shares, axis=1, weights=counts)
+    loud = _loudness(steps, counts)
     deviation = math.sqrt(1 + 1 / len(loud)) * np.std(loud, ddof=1) if len(loud) > 1 else 0.0
     tried = np.linspace(0.0, _FAR, 8 * round(_FAR) + 1)
     expected = (1 + deviation * tried)[:, None] * known
@@ -257,6 +256,13 @@ def _position_noise(
     return position * (position > rounding), jitter * (jitter * fast > rounding)
 
 
+def _loudness(steps: Array, counts: Array) -> Array:
+    """Power of each of several twins by that of all in the mean, (m,)."""
+    known = steps.mean(axis=0)
+    shares = np.divide(steps, known, out=np.ones_like(steps), where=known > 0)
+    return np.asarray(np.average(shares, axis=1, weights=counts))
+
+
 def _independent(counts: Array, steps: Array) -> Array:
     """How many independent powers twins with an encoder's steps, (m, b), have by band, (b,).
 
@@ -265,7 +271,10 @@ def _independent(counts: Array, steps: Array) -> Array:
     if len(steps) == 1:
         return counts
     known = steps.mean(axis=0)
-    scatter = np.var(steps, axis=0, ddof=1)
+    # How loud each is, is one accident for all bands.
+    loud = _loudness(steps, counts)[:, None]
+    alike = np.divide(steps, loud, out=np.zeros_like(steps), where=loud > 0)
+    scatter = np.var(alike, axis=0, ddof=1)
     told = np.divide(known**2, scatter, out=np.full_like(known, np.inf), where=scatter > 0)
     return np.asarray(np.minimum(counts, told))
 
