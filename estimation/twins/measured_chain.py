@@ -30,7 +30,6 @@ _CLASSES = 8  # of speed
 #: Squares of second differences for one power: of one degree of freedom, and of their neighbours'.
 _CORRELATED = 2 * (1 + 2 * ((4 / 6) ** 2 + (1 / 6) ** 2))
 _SURELY = 6.0  # of a logarithm of likelihood: by chance one in 2000
-_FAR = 4.0  # deviations of how loud a loop hunts
 _ROUNDS = 400  # of the likelihood's multiplicative updates
 _LEAST = 1e-12  # of the largest power: rounding
 _SMALLEST = 1e-3  # of a band's power
@@ -54,11 +53,10 @@ def measured_chain(
     of given correlation times, whose variances are the likeliest by Whittle for the rows of the
     inverse model, without all that the model's columns explain when they may change with time,
     place, speed and direction, and beside what twins with noise and steps of the position have
-    there. How a loop hunts over the steps of its encoder, and how loudly, is an accident of where
-    it begins: none of these noises is there that is not surely likelier than steps alone, as loud
-    as one loop or another makes them; and where there are disturbances, each twin has those that
-    are the likeliest beside one such loop. None are told where friction remembers, which has no
-    rows.
+    there. None is there that is not surely likelier than nothing, and none is told where friction
+    remembers, which has no rows. How a loop hunts over the steps of its encoder is an
+    accident of where it begins, so that twins have disturbances that are the likeliest beside the
+    power of one such loop or another.
 
     Parameters
     ----------
@@ -122,10 +120,9 @@ def measured_chain(
     beside = np.vstack([known, steps]) if chain.position_step else known[None]
     every = likeliest_variances(found, units, beside, rows.counts)
     # A little that is not there biases estimates, and would keep twins from hunting alike.
-    counts = _independent(rows.counts, steps)
-    with_them = _likelihood(every[0], found, units, known, counts)
-    if with_them < _likelihood_of_hunting(found, steps, counts) + _SURELY:
-        return chain
+    seen = found, units, beside, _independent(rows.counts, steps)
+    surely = _likelihood(every, *seen) > _likelihood(0 * every, *seen) + _SURELY
+    every = every * surely[:, None]
 
     def disturbances(variances: Array) -> Autoregressions:
         # What makes a thousandth of no band is none.
@@ -193,21 +190,6 @@ def _likelihood(variances: Array, found: Array, units: Array, known: Array, coun
     return np.asarray(-(np.log(expected) + found / expected) @ counts)
 
 
-def _likelihood_of_hunting(found: Array, steps: Array, counts: Array) -> float:
-    """The same of twins with an encoder's steps alone, (m, b), as loud as one of them may be.
-
-    How loud a loop hunts is one accident for all bands: it is known as twins differ in it.
-    """
-    known = steps.mean(axis=0)
-    loud = _loudness(steps, counts)
-    deviation = math.sqrt(1 + 1 / len(loud)) * np.std(loud, ddof=1) if len(loud) > 1 else 0.0
-    tried = np.linspace(0.0, _FAR, 8 * round(_FAR) + 1)
-    expected = (1 + deviation * tried)[:, None] * known
-    none = np.zeros((len(tried), 0)), np.zeros((0, len(found)))
-    likelihoods = _likelihood(none[0], found, none[1], expected, counts)
-    return float(np.max(likelihoods - tried**2 / 2))
-
-
 def _position_noise(
     data: FilteredRecord, quiet: FilteredRecord, physical: Array, chain: Chain
 ) -> tuple[float, float]:
@@ -229,38 +211,30 @@ def _position_noise(
         second[1:-1] = np.diff(apart, 2) ** 2
         return np.array([second[each].mean() for each in classes])
 
-    only_steps = twins_of(data, physical, chain, _TWINS if chain.position_step else 0)
-    steps = np.reshape([power(each) for each in only_steps], (-1, len(classes)))
-    steps = steps if len(steps) else np.zeros((1, len(classes)))
-    known = steps.mean(axis=0)
+    several = _TWINS if chain.position_step else 0
+    steps = [power(each) for each in twins_of(data, physical, chain, several)]
+    known = np.mean(steps, axis=0) if steps else np.zeros(len(classes))
     squares = np.array([np.mean(speed[each] ** 2) for each in classes])
     units = 6 * np.stack([np.ones(len(classes)), squares])  # 1, -2, 1
-    lengths = np.array([len(each) for each in classes])
-    counts = _independent(lengths / _CORRELATED, steps)
+    counts = np.array([len(each) for each in classes]) / _CORRELATED
+    if steps:
+        counts = _independent(counts, np.array(steps))
     seen = power(data), units, known, counts
-    alone = np.append(likeliest_variances(seen[0], units[:1], known, counts), 0.0)
-    told, likelihood = 0 * alone, _likelihood_of_hunting(seen[0], steps, counts)
-    # A little that is not there biases estimates, jitter above all.
-    for tried in (alone, likeliest_variances(*seen)):
-        if (by_tried := float(_likelihood(tried, *seen))) > likelihood + _SURELY:
-            told, likelihood = tried, by_tried
-    position, jitter = map(float, np.sqrt(told))
+    both = likeliest_variances(*seen)
+    alone = likeliest_variances(seen[0], units[:1], known, counts)
+    without = np.append(alone, 0.0)
+    # A little jitter is mostly noise in how it is measured, and biases estimates.
+    likelier = _likelihood(both, *seen) > _likelihood(without, *seen) + _SURELY
+    position, jitter = map(float, np.sqrt(both if likelier else without))
     rounding = _ROUNDING * float(np.abs(data.record.position).max())
     fast = float(speed.max())
     # Noise dithers the steps, and the law feeds it back: not in proportion, as above.
     noisy = replace(chain, position=position, jitter=jitter)
-    if told.any() and (made := list(map(power, twins_of(data, physical, noisy, _TWINS)))):
-        more, there = (float(counts @ (each - known)) for each in (np.mean(made, axis=0), seen[0]))
-        share = math.sqrt(max(there, 0.0) / more) if more > 0 else 1.0
+    if made := [power(each) for each in twins_of(data, physical, noisy, _TWINS)]:
+        more, found = (float(counts @ (each - known)) for each in (np.mean(made, axis=0), seen[0]))
+        share = math.sqrt(max(found, 0.0) / more) if more > 0 else 1.0
         position, jitter = share * position, share * jitter
     return position * (position > rounding), jitter * (jitter * fast > rounding)
-
-
-def _loudness(steps: Array, counts: Array) -> Array:
-    """Power of each of several twins by that of all in the mean, (m,)."""
-    known = steps.mean(axis=0)
-    shares = np.divide(steps, known, out=np.ones_like(steps), where=known > 0)
-    return np.asarray(np.average(shares, axis=1, weights=counts))
 
 
 def _independent(counts: Array, steps: Array) -> Array:
@@ -271,10 +245,7 @@ def _independent(counts: Array, steps: Array) -> Array:
     if len(steps) == 1:
         return counts
     known = steps.mean(axis=0)
-    # How loud each is, is one accident for all bands.
-    loud = _loudness(steps, counts)[:, None]
-    alike = np.divide(steps, loud, out=np.zeros_like(steps), where=loud > 0)
-    scatter = np.var(alike, axis=0, ddof=1)
+    scatter = np.var(steps, axis=0, ddof=1)
     told = np.divide(known**2, scatter, out=np.full_like(known, np.inf), where=scatter > 0)
     return np.asarray(np.minimum(counts, told))
 
