@@ -357,14 +357,15 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
     dof = len(distance.target) - rank
     reason = _no_solution(found.cost, dof, distance, found.theta, rank)
     if reason:
+        # What is fixed so far away that no distance can be told contradicts the record.
+        contradicts = dof > 0 and not np.isfinite(found.cost)
         return told(
             parameters=NamedValues(),
             covariances={name: np.zeros((0, 0)) for name in of_base.covariances},
             undetermined=(*describe_undetermined(base), reason),
-            # What is fixed so far away that no distance can be told contradicts the record.
-            statistic=0.0 if np.isfinite(found.cost) else float(np.finfo(float).max),
-            dof=0 if np.isfinite(found.cost) else dof,
-            p_value=None if np.isfinite(found.cost) or not dof else 0.0,
+            statistic=float(np.finfo(float).max) if contradicts else 0.0,
+            dof=dof if contradicts else 0,
+            p_value=0.0 if contradicts else None,
             remarks=(),
         )
     declared = base.declared.parameters

@@ -117,7 +117,7 @@ class _ByOutputError(Iteration):
     def _solved(
         self, step: IterationStep, reached: IterationState
     ) -> tuple[Equations, Solver, Solution]:
-        left, slopes = reached.measured.left, self._slopes(step, reached)
+        left, slopes = reached.measured.left, self._slopes(step.solution, reached)
         solver = Solver(loop=step.simulated, slopes=slopes, counts=step.solution.counts)
         if self._form.is_linear:
             intercept, regressor = step.at.intercept, step.simulated.columns
@@ -127,23 +127,21 @@ class _ByOutputError(Iteration):
         influence = solver(self._form, rows).influence
         return rows, solver, replace(step.solution, influence=influence)
 
-    def _slopes(self, step: IterationStep, at: IterationState) -> Equations:
+    def _slopes(self, solution: Solution, at: IterationState) -> Equations:
         """The simulated left side, (n,), as straight lines of the parameters about an estimate.
 
         Over a deviation, as reversals that move from one sample to the next have no slope.
         """
-        simulated, columns, theta = at.simulated, [], self._form.regressed(at.physical)
-        deviations = np.sqrt(np.diag(PublishedCovariance().matrix(step.solution)))
+        simulated, J, theta = at.simulated, at.Z.copy(), self._form.regressed(at.physical)
+        deviations = np.sqrt(np.diag(PublishedCovariance().matrix(solution)))
         least = _LEAST_SLOPE_STEP * np.linalg.norm(simulated) / np.linalg.norm(at.Z, axis=0)
-        for column, further in zip(at.Z.T, np.diag(np.maximum(deviations, least)), strict=True):
-            moved = theta + further
-            try:
+        for j, step in enumerate(np.maximum(deviations, least)):
+            moved = theta.copy()
+            moved[j] += step
+            # At the edge of what can be simulated the rows have to do.
+            with suppress(EstimationError):
                 _, intercept, Z = super()._simulated(self._form.physical(moved)[0])
-            except EstimationError:  # where the estimate is at the edge of what can be simulated
-                columns.append(column)
-                continue
-            columns.append((Z @ moved + intercept - simulated) / further.sum())
-        J = np.column_stack(columns)
+                J[:, j] = (Z @ moved + intercept - simulated) / step
         return Equations(left=simulated, intercept=simulated - J @ theta, regressor=J)
 
 

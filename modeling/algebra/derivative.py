@@ -11,10 +11,10 @@ from itertools import permutations
 import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from axisid.modeling.quantities import extreme, replaced
+from axisid.modeling.quantities import extreme
 from axisid.support.errors import ModelError
 
-from .point_value import vanishes
+from .point_value import vanishes_where
 
 
 def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
@@ -135,8 +135,7 @@ def _vanishes(derivative: sympy.Expr, impulse: sympy.DiracDelta, variable: sympy
         return False
     struck = sympy.Dummy(real=True)
     weight = derivative.xreplace({impulse: struck}).diff(struck)
-    place = -inside.xreplace({variable: sympy.S.Zero}) / rate
-    return struck not in weight.free_symbols and vanishes(replaced(weight, {variable: place}))
+    return struck not in weight.free_symbols and vanishes_where(weight, inside, variable)
 
 
 def _without_needless_steps(product: sympy.Mul) -> sympy.Expr:

@@ -35,8 +35,6 @@ from .terms import (
 
 # of a factor of a law that does not fit from a round one; beyond, it is off
 MAX_FACTOR_ERROR = 0.05
-# from 1, of the factors that one wrong gain leaves, by its own; up to it, it is named
-_MAX_ONE_GAIN_ERROR = 0.25
 # of the declared law's residual, below which a change of columns is told
 _MAX_REPAIRED_RESIDUAL = 0.5
 
