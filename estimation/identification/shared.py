@@ -119,7 +119,7 @@ def usable_records(
 
     Raises
     ------
-    UsageError
+    DataError
         Some cannot be used, and are not to be skipped; or none is left.
     """
     if len(records) == 1 or as_given is None:
@@ -242,7 +242,7 @@ def shared_records(
     Parameters
     ----------
     axis : GeneratedAxis
-        Of which names are checked, and what is not identified without records that are set aside.
+        Of which names are checked.
     records : sequence of Record
     prefilter : Prefilter or None
         None where records are not filtered.
@@ -251,9 +251,10 @@ def shared_records(
 
     Raises
     ------
+    DataError
+        Records cannot be used, and are not to be skipped.
     UsageError, ModelError
-        Records cannot be used, and are not to be skipped; a name is none; or what is known is not
-        of each record.
+        A name is none; or what is known is not of each record.
     """
     own = tuple(filter(None, (local,) if isinstance(local, str) else local))
     check_among(("gain", gain, ("identified", "declared")))

@@ -144,8 +144,8 @@ class Sharing(Options):
         metavar="NAME=V1,V2+-SD,...",
     )
     skip_bad: bool = option(
-        "Go on without those of several records that cannot be used; they are counted and named, "
-        "and what is not identified without them is told. With one record it changes nothing.",
+        "Go on without those of several records that cannot be used; they are counted and named. "
+        "With one record it changes nothing.",
         False,
     )
 
@@ -176,7 +176,7 @@ def axis_and_records(
     Raises
     ------
     UsageError
-        There are not as many known values as logs, or something is each log's own of one.
+        There are not as many known values as logs.
     AxisidError
         What cannot be read; of several logs it is named with the others that cannot.
     """

@@ -181,13 +181,8 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
 
 T = TypeVar("T")
 
-
 _NAMED = frozenset({"iid", "robust", "hac"})  # covariances that have members of their own
-
-
 _NAMED_DIRECT = frozenset({"iid", "hac"})  # the same of the direct model's parameters
-
-
 _NAMED_PHYSICAL = frozenset({"hac"})  # and of those that follow from known values
 
 
