@@ -9,6 +9,7 @@ References
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from itertools import product
 
 import numpy as np
@@ -44,7 +45,7 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
     from scipy.optimize import least_squares as minimise
 
     search = _Projection(form, rows)
-    starts = sorted(search.starts(), key=lambda start: float(np.sum(search.residuals(start) ** 2)))
+    starts = sorted(search.starts(), key=search.error)
     try:
         search.solved(starts[0])
     except EstimationError as why:
@@ -177,6 +178,12 @@ class _Projection:
             values = ", ".join(f"{n} = {x:g}" for n, x in zip(self.names, nonlinear, strict=True))
             raise EstimationError(f"the model has no finite value with {values}.")
         return physical, solution.residuals
+
+    def error(self, nonlinear: Array) -> float:
+        """Sum of squares with the best linear parameters; infinite where there is no estimate."""
+        with suppress(EstimationError):
+            return float(np.sum(self.solved(nonlinear)[1] ** 2))
+        return np.inf
 
     def residuals(self, nonlinear: Array) -> Array:
         """Those of the best linear parameters, (n,); larger than any where there is no estimate."""
