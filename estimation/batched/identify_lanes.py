@@ -174,5 +174,5 @@ def _lane_solution(block: Block, fits: LaneFits, lane: int, inverse: Array) -> S
         residuals=np.ascontiguousarray(fits.residuals[own, lane]),
         inverse_factor=np.asarray(np.linalg.cholesky(inverse), dtype=np.float64),
         influence=fits.instruments[own, :, lane] @ fits.mixing[lane].T,
-        neighbours=RowTimes.of(places, block.template.prefilter.decimate),
+        neighbours=RowTimes(places // block.template.prefilter.decimate),
     )

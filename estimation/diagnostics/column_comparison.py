@@ -106,7 +106,7 @@ class LowPassed:
     def fit(self, given: Array, target: Array) -> Solution:
         """The target by a factor of what is given, its change in a sample, and a constant."""
         columns = np.column_stack([given, np.gradient(given), np.ones_like(given)])[self.rows]
-        order = RowTimes.of(self.rows, self.step)
+        order = RowTimes(self.rows // self.step)
         regressor = factor(columns, ("factor", "delay", "offset"), neighbours=order)
         return least_squares(target[self.rows], regressor)
 

@@ -10,7 +10,7 @@ from axisid.estimation.regression import (
     LossWeights,
     condition_number,
     simulated_loops,
-    simulated_regressor,
+    simulated_rows,
 )
 from axisid.support.arrays import relative_error_percent
 
@@ -39,7 +39,7 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
         y=left,
         rows=data.row_numbers,
         neighbours=data.neighbours,
-        times=data.row_times,
+        times=data.times_of_rows if data.record.segments else None,
         period=data.period,
         residuals=residuals,
         simulated=simulated,
@@ -72,7 +72,7 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
     X, Z = own.equations(data.signals).reduced(data).regressor, None
     if part.Z is not None:
         loops = simulated_loops(axis, data.record, physical)
-        Z = simulated_regressor(own, loops, physical, data)[1]
+        Z = simulated_rows(own, loops, physical, data).regressor
         X = Z if part.by_output_error else X
     by_gain = None if part.gain_slopes is None else slopes @ part.gain_slopes
     made = part.distribution.through(axis.parameters, physical, slopes)

@@ -199,7 +199,7 @@ class _AlongRecord:
             along=along,
             point=along.declared,
             compared=lambda values: smooth(values)[self.used],
-            neighbours=RowTimes.of(np.flatnonzero(self.used), 1),
+            neighbours=RowTimes(np.flatnonzero(self.used)),
         )
 
     def fitted(self, form: LawForm, law: ControlLaw) -> ExplainedLaw | None:

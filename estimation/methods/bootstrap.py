@@ -102,8 +102,8 @@ class Bootstrap:
     def _leave_as_much(self, twins: Twins, fit: Fit) -> bool:
         """Whether the loop leaves as much of twins' force as of the records'."""
         problem, form = self.problem, fit.form.at(twins.at)
-        intercept, right = problem.right_of(form, twins.at, _at(problem, form, twins.at))
-        simulated = intercept + right @ form.regressed(twins.at)
+        right = problem.simulated_rows(form, twins.at, _at(problem, form, twins.at))
+        simulated = right.intercept + right.regressor @ form.regressed(twins.at)
         lefts = [fit.measured.left, *(rows.left for rows in twins.rows(form))]
         own, *others = (relative_error_percent(left - simulated, left) for left in lefts)
         return own <= max(others, default=0.0)
@@ -140,8 +140,8 @@ def with_loops(problem: Problem, fit: Fit) -> Fit:
     if fit.loops:
         return fit
     loops = _at(problem, fit.form, fit.physical)
-    intercept, right = problem.right_of(fit.form, fit.physical, loops)
-    simulated = intercept + right @ fit.form.regressed(fit.physical)
+    right = problem.simulated_rows(fit.form, fit.physical, loops)
+    simulated = right.intercept + right.regressor @ fit.form.regressed(fit.physical)
     return replace(fit, loops=loops, simulated=simulated)
 
 

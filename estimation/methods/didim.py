@@ -42,7 +42,7 @@ _MAX_ERROR_GROWTH = 1e-3
 _LEAST_SLOPE_STEP = 1e-4  # of the force, by which a parameter's part changes for a slope
 
 _HALVINGS = 6
-_Rows = tuple[tuple[Simulation, ...], Array, Array]
+_Rows = tuple[tuple[Simulation, ...], Equations]
 
 
 class _ByOutputError(Iteration):
@@ -54,7 +54,8 @@ class _ByOutputError(Iteration):
     _ahead: tuple[Array, _Rows] | None = None
 
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
-        solution = robust_least_squares(at.measured.left - at.intercept, simulated, self._loss)
+        left = at.measured.left - at.right.intercept
+        solution = robust_least_squares(left, simulated, self._loss)
         return replace(solution, neighbours=self._on.neighbours)
 
     def _simulated(self, physical: Array) -> _Rows:
@@ -73,11 +74,11 @@ class _ByOutputError(Iteration):
         for _ in range(_HALVINGS):
             wanted = self._within(physical + share * (goal - physical))
             with suppress(EstimationError):
-                loops, intercept, Z = self._simulated(wanted)
+                loops, right = self._simulated(wanted)
                 left = self._on.rows(self._form.at(wanted)).left
-                made = Z @ self._form.regressed(wanted) + intercept
+                made = right.regressor @ self._form.regressed(wanted) + right.intercept
                 if self._falls(left, made, step, error):
-                    self._ahead = wanted, (loops, intercept, Z)
+                    self._ahead = wanted, (loops, right)
                     return wanted
             share /= 2
         return wanted
@@ -88,9 +89,9 @@ class _ByOutputError(Iteration):
         if self._loss == SQUARES_LOSS:
             return relative_error_percent(left - made, left) < error * most
         scale = scale_of(step.solution.residuals)
-        was = step.simulated.columns @ self._form.regressed(step.at.physical) + step.at.intercept
-        sizes = (size_by_loss(left - each, scale, self._loss) for each in (made, was))
-        now, before = sizes
+        now, before = (
+            size_by_loss(left - each, scale, self._loss) for each in (made, step.at.simulated)
+        )
         return now < before * most
 
     def _near(self, physical: Array, goal: Array) -> Array:
@@ -119,11 +120,7 @@ class _ByOutputError(Iteration):
     ) -> tuple[Equations, Solver, Solution]:
         left, slopes = reached.measured.left, self._slopes(step.solution, reached)
         solver = Solver(loop=step.simulated, slopes=slopes, counts=step.solution.counts)
-        if self._form.is_linear:
-            intercept, regressor = step.at.intercept, step.simulated.columns
-        else:
-            intercept, regressor = reached.intercept, reached.Z
-        rows = Equations(left=left, intercept=intercept, regressor=regressor)
+        rows = replace(step.at.right if self._form.is_linear else reached.right, left=left)
         influence = solver(self._form, rows).influence
         return rows, solver, replace(step.solution, influence=influence)
 
@@ -132,16 +129,17 @@ class _ByOutputError(Iteration):
 
         Over a deviation, as reversals that move from one sample to the next have no slope.
         """
-        simulated, J, theta = at.simulated, at.Z.copy(), self._form.regressed(at.physical)
+        simulated, Z, theta = at.simulated, at.right.regressor, self._form.regressed(at.physical)
+        J = Z.copy()
         deviations = np.sqrt(np.diag(PublishedCovariance().matrix(solution)))
-        least = _LEAST_SLOPE_STEP * np.linalg.norm(simulated) / np.linalg.norm(at.Z, axis=0)
+        least = _LEAST_SLOPE_STEP * np.linalg.norm(simulated) / np.linalg.norm(Z, axis=0)
         for j, step in enumerate(np.maximum(deviations, least)):
             moved = theta.copy()
             moved[j] += step
             # At the edge of what can be simulated the rows have to do.
             with suppress(EstimationError):
-                _, intercept, Z = super()._simulated(self._form.physical(moved)[0])
-                J[:, j] = (Z @ moved + intercept - simulated) / step
+                _, right = super()._simulated(self._form.physical(moved)[0])
+                J[:, j] = (right.regressor @ moved + right.intercept - simulated) / step
         return Equations(left=simulated, intercept=simulated - J @ theta, regressor=J)
 
 

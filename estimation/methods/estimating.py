@@ -1,9 +1,10 @@
 """From a problem and a method to an estimate: fit, map, covariances and remarks."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -28,7 +29,8 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds import NO_RELATION
-from axisid.estimation.twins import BootstrapCorrection, Chain, Twins, bootstrap_correction
+from axisid.estimation.twins import BootstrapCorrection, Chain, bootstrap_correction
+from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Deferred, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
 
@@ -68,36 +70,23 @@ def estimate_by(
         The rows cannot be solved, or what comes of them is not finite.
     """
     fit = method.fitted(problem)
-    form, solution, y = fit.form, fit.solution, fit.measured.left
+    form, solution, solver, y = fit.form, fit.solution, fit.solver, fit.measured.left
     weights = problem.row_weights
     physical, jacobian = form.physical(solution.theta)
     models = {name: covariance_of(name, lags) for name in reversed(COVARIANCES)}
     known = _known_spread(problem, fit)
     applied = _applied(method, fit, models, known, jacobian)
-    direct, solver = isinstance(form, DirectForm), fit.solver
+    direct = isinstance(form, DirectForm)
     residuals, left = _own_rows(solution.residuals, weights), _own_rows(y, weights)
-    point = _FittedPoint(
-        problem=problem,
-        fit=fit,
-        form=form.at(physical),
-        jacobian=jacobian,
-        applied=applied,
-        pivot=models["hac"],
-        known=known,
-        bootstrap=bootstrap,
-    )
-    remarks = (
-        *_remarks(problem, fit),
-        *loss_remarks(method.loss, solution),
-        *fit.remarks,
-        *_outside_bounds(form, physical),
-    )
-    simulated = fit.simulated
+    simulated, error = fit.simulated, None
     if not isinstance(simulated, NotSimulated):
         simulated = _own_rows(simulated, weights)
+        error = relative_error_percent(left - simulated, left)
+    has_times = len(problem.data) > 1 or problem.data[0].record.segments
+    inference = partial(_inference, problem, fit, applied, models[_PIVOT], known, bootstrap)
     return Estimate(
         method=method.name,
-        form=point.form,
+        form=form.at(physical),
         quantities=form.physical_quantities,
         theta=solution.theta,
         physical=physical,
@@ -108,23 +97,21 @@ def estimate_by(
         Z=None if solver.loop is None else _own_rows(solver.loop.columns, weights),
         rows=problem.stacked(lambda data: data.row_numbers),
         neighbours=problem.neighbours,
-        times=_row_times(problem),
+        times=problem.stacked(lambda data: data.times_of_rows) if has_times else None,
         period=problem.data[0].period,
         row_period=problem.row_period,
         residuals=residuals,
         simulated=simulated,
         equation_error_percent=relative_error_percent(residuals, left),
-        simulation_error_percent=None
-        if isinstance(simulated, NotSimulated)
-        else relative_error_percent(left - simulated, left),
+        simulation_error_percent=error,
         condition_number=condition_number(fit.measured.regressor),
         iterates=fit.iterates,
         started=fit.started,
-        remarks=remarks,
+        remarks=tuple(_remarks(problem, fit, method.loss)),
         covariance_model=models[covariance],
         chosen=covariance,
         gain_relative_sd=gain_relative_sd(problem),
-        deferred=Deferred(point.inference),
+        deferred=Deferred(inference),
         weights=weights,
         loss=method.loss,
         counts=solution.counts,
@@ -161,61 +148,43 @@ def _not_finite(method: Method, form: Form) -> EstimationError:
     )
 
 
-def _row_times(problem: Problem) -> Array | None:
-    """Of rows that are not the period times their number, since their record's first sample."""
-    times = [data.row_times for data in problem.data]
-    return times[0] if len(times) == 1 else problem.stacked(lambda data: data.times_of_rows)
-
-
-def _remarks(problem: Problem, fit: Fit) -> list[str]:
-    """What the user should know whatever the method."""
+def _remarks(problem: Problem, fit: Fit, loss: str) -> Iterator[str]:
+    """What the user should know of an estimate."""
     every = (data.sampling.filter.remarks() for data in problem.data)
-    remarks: list[str] = [*dict.fromkeys(remark for of_one in every for remark in of_one)]
+    yield from dict.fromkeys(remark for of_one in every for remark in of_one)
     if few := few_rows(*fit.measured.regressor.shape):
-        remarks.append(f"{few}; record longer, or decimate less")
+        yield f"{few}; record longer, or decimate less"
     if math.inf > fit.simulation_error_percent > NO_RELATION.value:
-        remarks.append(
-            "the simulated loop does not follow the record; "
-            + (
-                rests_first(problem.rest)
-                or "check the control law, the reference and the signs and units of the columns"
-            )
-        )
-    return remarks
+        cause = "check the control law, the reference and the signs and units of the columns"
+        cause = rests_first(problem.rest) or cause
+        yield f"the simulated loop does not follow the record; {cause}"
+    yield from loss_remarks(loss, fit.solution)
+    yield from fit.remarks
+    form = fit.form
+    values = [*zip(form.declared, fit.physical, strict=True)]
+    searched = () if form.is_linear else form.axis.nonlinear
+    for (p, value), is_searched in zip(values, searched, strict=False):
+        reach = min(abs(value - p.lower), abs(value - p.upper))
+        if is_searched and reach <= _BOUND_TOLERANCE * abs(value):
+            yield f"{p.name} = {value:.6g} {p.unit} is at its bound: the search would go further"
+    yield from (p.out_of_bounds(value) for p, value in values if not p.allows(value))
 
 
-def _outside_bounds(form: Form, physical: Array) -> list[str]:
-    axis = form.axis
-    stopped = (
-        [
-            f"{p.name} = {value:.6g} {p.unit} is at its bound: the search would go further"
-            for p, value, is_nonlinear in zip(form.declared, physical, axis.nonlinear, strict=True)
-            if is_nonlinear
-            and min(abs(value - p.lower), abs(value - p.upper)) <= _BOUND_TOLERANCE * abs(value)
-        ]
-        if not form.is_linear
-        else []
-    )
-    return stopped + [
-        p.out_of_bounds(value)
-        for p, value in zip(form.declared, physical, strict=True)
-        if not p.allows(value)
-    ]
+def _inference(
+    problem: Problem,
+    fit: Fit,
+    applied: Mapping[str, CovarianceEstimate],
+    pivot: Covariance,
+    known: Array | None,
+    bootstrap: Bootstrap | None,
+) -> Inference:
+    """What filter, noise and gain do to an estimate, and its covariances with that.
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _FittedPoint:
-    """A fit at its point, with what its solution alone tells of its error.
-
-    Attributes
+    Parameters
     ----------
     problem : Problem
     fit : Fit
-    form : Form
-        At the estimate.
-    jacobian : (p, k) array
-        Of the physical parameters by the regression's own.
-    applied : dict of str to Applied
+    applied : dict of str to CovarianceEstimate
         The covariances of the regression's own parameters.
     pivot : Covariance
         That twins scale.
@@ -224,109 +193,92 @@ class _FittedPoint:
     bootstrap : Bootstrap or None
         Whose twins tell what filter and noise do, where they can be drawn.
     """
-
-    problem: Problem
-    fit: Fit
-    form: Form
-    jacobian: Array
-    applied: Mapping[str, CovarianceEstimate]
-    pivot: Covariance
-    known: Array | None = None
-    bootstrap: Bootstrap | None = None
-
-    def inference(self) -> Inference:
-        """What filter, noise and gain do to the estimate, and its covariances with that."""
-        # What is not finite is told by what is missing; NumPy's own warnings would only repeat it.
-        with np.errstate(all="ignore"):
-            quiet, found = self._noise_free(), self._calibrated()
-            own = {name: each.matrix for name, each in self.applied.items()}
-            mapped = {name: delta_method(each, self.jacobian) for name, each in own.items()}
-            freedom = {name: each.freedom for name, each in self.applied.items()}
-            names = {n: f"{each.description}{self._widened(n)}" for n, each in self.applied.items()}
-            if isinstance(found, str):
-                names[_PIVOT] += found
-                chains: tuple[Chain, ...] = ()
-                bias = left = off = None
-            else:
-                twins, told = found
-                known = np.zeros_like(own[_PIVOT]) if self.known is None else self.known
-                by_known = delta_method(known, self.jacobian)
-                own[_PIVOT] = _scaled(own[_PIVOT], known, told.own_scale, told.own_correlation)
-                mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, told.scale, told.correlation)
-                names[_PIVOT] += self._noise(twins, told.count)
-                left = _own_rows(told.residuals, self.problem.row_weights)
-                if told.count > 1:
-                    freedom[_PIVOT] = np.full(len(told.own_scale), float(told.freedom))
-                chains, bias, off = twins.chains, told.bias, told.own_off
-                if quiet is not None:
-                    quiet = left.mean(axis=1)
-            direct = isinstance(self.form, DirectForm)
-            by_gain, theta_by_gain = self._slopes()
-            return Inference(
-                covariances=mapped,
-                covariance_names=names,
-                ddm_covariances=own if direct else {},
-                freedom={name: fewest(each, self.jacobian) for name, each in freedom.items()},
-                ddm_freedom=freedom if direct else {},
-                gain_slopes=by_gain,
-                theta_gain_slopes=theta_by_gain,
-                noise_free=quiet,
-                bias=bias,
-                twins_residuals=None if left is None or left.shape[1] < 2 else left,
-                twins_off=off,
-                chains=chains,
-            )
-
-    def _calibrated(self) -> tuple[Twins, BootstrapCorrection] | str:
-        """What twins tell; or, as a part of a note, that none do."""
-        if self.bootstrap is None:
-            return ""
-        twins = self.bootstrap.twins
-        if isinstance(twins, str):
-            return f", by no twins: {twins.rstrip('.')}"
-        fit = self.fit
-        with suppress(EstimationError):  # the solution of a twin may have no covariance
-            found = bootstrap_correction(twins, self.form, fit.solver, fit.solution, self.pivot)
-            if found is not None:
-                return twins, found
-        return f", by no twins: {TOO_FEW}"
-
-    def _noise(self, twins: Twins, count: int) -> str:
-        if all(each.is_silent for each in twins.chains):
-            return ", of a loop that shows no noise"
-        axis = self.problem.axis.axis
-        noise = [each.told(axis.coordinate.unit, axis.drive.unit) for each in twins.chains]
-        if len(noise) > 1:
-            noise = [f"record {number}: {told}" for number, told in enumerate(noise, 1)]
-        return f", as {count} twins with {'; '.join(noise)} scatter"
-
-    def _noise_free(self) -> Array | None:
-        """What is left of the estimate's own loop; None where it does not follow."""
+    solution, form = fit.solution, fit.form.at(fit.physical)
+    jacobian = form.physical(solution.theta)[1]
+    quiet, by_gain, theta_by_gain = None, None, None
+    # What is not finite is told by what is missing; NumPy's own warnings would only repeat it.
+    with np.errstate(all="ignore"):
         with suppress(ModelError, DataError, EstimationError):
-            fit = with_loops(self.problem, self.fit)
-            if fit.follows:
-                return noise_free_residuals(self.form, self.problem, fit.loops, fit.solver)
-        return None
-
-    def _slopes(self) -> tuple[Array | None, Array | None]:
-        """What the gain moves the estimate by, and the regression's parameters."""
-        if gain_relative_sd(self.problem):
-            with suppress(DataError, EstimationError):  # nor those of another gain
-                fit = self.fit
-                return slopes_by_gain(self.form, self.problem, fit.solution, fit.solver)
-        return None, None
-
-    def _widened(self, name: str) -> str:
-        """Whose deviations are those of autoregressive residuals, as scores are few; for notes."""
-        widened = self.applied[name].widened
-        if widened is None or not np.any(widened):
-            return ""
-        of_some = np.any(self.jacobian[:, widened] != 0, axis=1)
-        named = [p.name for p, yes in zip(self.form.declared, of_some, strict=True) if yes]
-        return (
-            f"; {', '.join(named)}: the larger deviation of residuals that are an AR(1), as few "
-            "scores are independent"
+            looped = with_loops(problem, fit)
+            if looped.follows:
+                quiet = noise_free_residuals(form, problem, looped.loops, fit.solver)
+        if gain_relative_sd(problem):
+            with suppress(DataError, EstimationError):
+                by_gain, theta_by_gain = slopes_by_gain(form, problem, solution, fit.solver)
+        told = _by_twins(fit, form, pivot, bootstrap)
+        own = {name: each.matrix for name, each in applied.items()}
+        mapped = {name: delta_method(each, jacobian) for name, each in own.items()}
+        freedom = {name: each.freedom for name, each in applied.items()}
+        names = {n: f"{a.description}{_widened(form, jacobian, a)}" for n, a in applied.items()}
+        chains: tuple[Chain, ...] = ()
+        bias = left = off = None
+        if isinstance(told, str):
+            names[_PIVOT] += told
+        else:
+            known = np.zeros_like(own[_PIVOT]) if known is None else known
+            by_known = delta_method(known, jacobian)
+            own[_PIVOT] = _scaled(own[_PIVOT], known, told.own_scale, told.own_correlation)
+            mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, told.scale, told.correlation)
+            names[_PIVOT] += _noise(problem.axis.axis, told)
+            left = _own_rows(told.residuals, problem.row_weights)
+            if told.count > 1:
+                freedom[_PIVOT] = np.full(len(told.own_scale), float(told.freedom))
+            chains, bias, off = told.twins.chains, told.bias, told.own_off
+            quiet = None if quiet is None else left.mean(axis=1)
+        direct = isinstance(form, DirectForm)
+        return Inference(
+            covariances=mapped,
+            covariance_names=names,
+            ddm_covariances=own if direct else {},
+            freedom={name: fewest(each, jacobian) for name, each in freedom.items()},
+            ddm_freedom=freedom if direct else {},
+            gain_slopes=by_gain,
+            theta_gain_slopes=theta_by_gain,
+            noise_free=quiet,
+            bias=bias,
+            twins_residuals=None if left is None or left.shape[1] < 2 else left,
+            twins_off=off,
+            chains=chains,
         )
+
+
+def _by_twins(
+    fit: Fit, form: Form, pivot: Covariance, bootstrap: Bootstrap | None
+) -> BootstrapCorrection | str:
+    """What twins tell; or, as a part of a note, that none do."""
+    if bootstrap is None:
+        return ""
+    twins = bootstrap.twins
+    if isinstance(twins, str):
+        return f", by no twins: {twins.rstrip('.')}"
+    with suppress(EstimationError):  # the solution of a twin may have no covariance
+        found = bootstrap_correction(twins, form, fit.solver, fit.solution, pivot)
+        if found is not None:
+            return found
+    return f", by no twins: {TOO_FEW}"
+
+
+def _noise(axis: Axis, told: BootstrapCorrection) -> str:
+    """The noise of twins, as a part of a note."""
+    chains = told.twins.chains
+    if all(each.is_silent for each in chains):
+        return ", of a loop that shows no noise"
+    noise = [each.told(axis.coordinate.unit, axis.drive.unit) for each in chains]
+    if len(noise) > 1:
+        noise = [f"record {number}: {each}" for number, each in enumerate(noise, 1)]
+    return f", as {told.count} twins with {'; '.join(noise)} scatter"
+
+
+def _widened(form: Form, jacobian: Array, applied: CovarianceEstimate) -> str:
+    """Whose deviations are those of autoregressive residuals, as scores are few; for notes."""
+    if applied.widened is None or not applied.widened.any():
+        return ""
+    of_some = np.any(jacobian[:, applied.widened] != 0, axis=1)
+    named = [p.name for p, yes in zip(form.declared, of_some, strict=True) if yes]
+    return (
+        f"; {', '.join(named)}: the larger deviation of residuals that are an AR(1), as few "
+        "scores are independent"
+    )
 
 
 def _scaled(covariance: Array, known: Array, scale: Array, correlation: Array) -> Array:

@@ -30,6 +30,7 @@ from axisid.estimation.regression import (
     delta_method,
     factor,
     instrumental_variables,
+    loop_reference,
     search_bounds,
 )
 from axisid.estimation.signals import rests_first
@@ -79,8 +80,10 @@ class StepControl:
         unit = deviation + _ROUNDING / CONVERGED.value * np.abs(goal)
         moved = np.divide(goal - start, unit, out=np.zeros_like(goal), where=goal != start)
         self._taken += 1
-        if self._last is not None and self._taken > _FIRST and self._swings(moved):
-            self.share = max(self.share / 2, _LEAST)
+        last = self._last
+        if last is not None and self._taken > _FIRST and float(moved @ last) < 0:
+            hardly_shrinks = np.linalg.norm(moved) > _SWINGING * np.linalg.norm(last)
+            self.share = max(self.share / 2, _LEAST) if hardly_shrinks else self.share
         further = self._beyond(goal, moved)
         self._last, self._goal = moved, goal
         return float(np.abs(moved).max()), further
@@ -99,15 +102,6 @@ class StepControl:
             return goal
         change = moved - last
         return np.asarray(goal - float(moved @ change) / float(change @ change) * (goal - before))
-
-    def _swings(self, moved: Array) -> bool:
-        """Whether a step takes back the last one, and hardly shrinks."""
-        last = self._last
-        return (
-            last is not None
-            and float(moved @ last) < 0
-            and float(np.linalg.norm(moved)) > _SWINGING * float(np.linalg.norm(last))
-        )
 
 
 # simulation error at the end by that of least squares; beyond, a nonlinear model has gone to
@@ -136,15 +130,15 @@ class Start:
         Simulated with it; empty where they are still to be.
     why_not : str or None
         Why it does not start from least squares, where it was to.
-    right : tuple of array or None
-        Intercept and regressor of the loops, reduced, where the iteration's own form made them.
+    right : Equations or None
+        Rows of the loops, where the iteration's own form made them.
     """
 
     physical: Array
     named: str
     loops: tuple[Simulation, ...] = ()
     why_not: str | None = None
-    right: tuple[Array, Array] | None = None
+    right: Equations | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,8 +164,7 @@ class IterationState:
     physical: Array
     loops: tuple[Simulation, ...]
     simulated: Array
-    intercept: Array
-    Z: Array
+    right: Equations
 
 
 class Iteration:
@@ -229,47 +222,42 @@ class Iteration:
             )
 
     def _moving(self, physical: Array) -> EstimationError:
-        rests = rests_first(self._on.rest)
-        cause = f"It may be that {rests}." if rests else self._elsewhere()
-        said = (
+        rests, other = rests_first(self._on.rest), "better nominal values."
+        if self._start.named != NOMINAL_START:
+            other = f'the nominal values: start="{NOMINAL_START}" in Python.'
+        law = f"Check the control law against the record, and start from {other}"
+        return EstimationError(
             f"{self._method} still moves after {_MOST} iterations; the last estimate is "
-            f"{self._form.describe(physical)}. {cause}"
+            f"{self._form.describe(physical)}. {f'It may be that {rests}.' if rests else law}",
+            code="no-convergence",
         )
-        return EstimationError(said, code="no-convergence")
-
-    def _elsewhere(self) -> str:
-        """What to try where nothing is known of the record."""
-        law = "Check the control law against the record, and start from "
-        if self._start.named == NOMINAL_START:
-            return f"{law}better nominal values."
-        return f'{law}the nominal values: start="{NOMINAL_START}" in Python.'
 
     def _at(self, physical: Array) -> IterationState:
         """The rows, and those of the loop simulated with parameters (p,), an iterate."""
         measured = self._on.rows(self._form.at(physical) if self._iterates else self._form)
-        loops, intercept, Z = self._simulated(physical)
+        loops, right = self._simulated(physical)
         # Of the point that is simulated, which a damped step leaves short of the solution.
         theta = self._form.regressed(physical)
         # The loop satisfies the model row by row, so this is its left side.
-        simulated = Z @ theta + intercept
+        simulated = right.regressor @ theta + right.intercept
         error = relative_error_percent(measured.left - simulated, measured.left)
         self._iterates.append(
             Iterate(physical=physical, theta=theta, simulation_error_percent=error)
         )
-        return IterationState(measured, physical, loops, simulated, intercept, Z)
+        return IterationState(measured, physical, loops, simulated, right)
 
-    def _simulated(self, physical: Array) -> tuple[tuple[Simulation, ...], Array, Array]:
-        """The loops simulated with parameters (p,), and their intercept and regressor."""
+    def _simulated(self, physical: Array) -> tuple[tuple[Simulation, ...], Equations]:
+        """The loops simulated with parameters (p,), and their rows."""
         start = self._start
         if self._iterates or not start.loops:
             return self._on.simulated(self._form, physical, self._budget)
-        right = start.right or self._on.right_of(self._form, physical, start.loops)
-        return start.loops, *right
+        right = start.right or self._on.simulated_rows(self._form, physical, start.loops)
+        return start.loops, right
 
     def _step(self, at: IterationState) -> IterationStep:
         """From where the iteration is to the estimate by the loop that is simulated there."""
         names = [q.label for q in self._form.quantities]
-        simulated = factor(at.Z, names, "the simulated loop")
+        simulated = factor(at.right.regressor, names, "the simulated loop")
         solution = self._solution(at, simulated)
         goal, jacobian = self._form.physical(solution.theta)
         covariance = delta_method(PublishedCovariance().matrix(solution), jacobian)
@@ -349,7 +337,8 @@ class Instruments(Method):
     def fit(self, problem: Problem) -> Fit:
         """See `Method.fit`."""
         form = problem.form(self.form)
-        problem.check_loop()
+        for data in problem.data:
+            loop_reference(problem.axis, data.record)  # refuses what cannot be simulated
         check_loss(self.loss, form)
         form, start = _start_of(problem, form, self.start)
         first = self.iterated(self, form, start, problem)
@@ -392,15 +381,12 @@ def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
         fit = LeastSquares(name="idm-ls", form=InverseForm).fitted(problem)
     except (DataError, EstimationError) as error:
         return form, _nominal_start(form, str(error))
-    if isinstance(fit.simulated, NotSimulated):
-        return form, _nominal_start(form, fit.simulated.reason)
-    if not fit.follows:
-        left = f"{fit.simulation_error_percent:.3g} %"
-        said = f"the loop of least squares leaves {left} of the force unexplained"
-        return form, _nominal_start(form, said)
-    physical = fit.form.physical(fit.solution.theta)[0]
-    right = fit.right if isinstance(form, InverseForm) else None
-    return form, Start(physical, LEAST_SQUARES_START, fit.loops, right=right)
+    if fit.follows:
+        right = fit.right if isinstance(form, InverseForm) else None
+        return form, Start(fit.physical, LEAST_SQUARES_START, fit.loops, right=right)
+    said = f"the loop of least squares leaves {fit.simulation_error_percent:.3g} % of the force"
+    missing = isinstance(fit.simulated, NotSimulated) and fit.simulated.reason
+    return form, _nominal_start(form, missing or f"{said} unexplained")
 
 
 def _nominal_start(form: Form, why_not: str | None = None) -> Start:

@@ -71,8 +71,8 @@ class Fit:
         Where the iteration started, of `INSTRUMENT_STARTS`; empty for what is no iteration.
     loops : tuple of Simulation
         One for each segment of each record; empty where they could not be simulated.
-    right : tuple of array or None
-        Intercept and regressor of the loops, reduced, where they were simulated with the solution.
+    right : Equations or None
+        Rows of the loops, where they were simulated with the solution.
     simulated : (n,) array or NotSimulated
         Left side as the simulated loops have it.
     remarks : tuple of str
@@ -85,7 +85,7 @@ class Fit:
     iterates: tuple[Iterate, ...] = ()
     started: str = ""
     loops: tuple[Simulation, ...] = ()
-    right: tuple[Array, Array] | None = None
+    right: Equations | None = None
     simulated: Array | NotSimulated = _NO_LOOP
     remarks: tuple[str, ...] = ()
 
@@ -132,9 +132,9 @@ class Method(ABC):
 
     def fitted(self, problem: Problem) -> Fit:
         """The fit of a problem, which is made once; see `fit`."""
-        if self not in problem.fits:
-            problem.fits[self] = self.fit(problem)
-        found: Fit = problem.fits[self]
+        if self not in problem.made:
+            problem.made[self] = self.fit(problem)
+        found: Fit = problem.made[self]
         return found
 
     @abstractmethod
@@ -285,40 +285,28 @@ class LeastSquares(Method):
         """See `Method.fit`."""
         form = least_squares_point(problem.form(self.form), problem.rows)
         measured = problem.rows(form)
-        solution = self._solved(problem, form, measured)
-        solver = Solver(counts=solution.counts)
-        try:
-            loops, intercept, right = problem.simulated(form, form.physical(solution.theta)[0])
-        except (ModelError, DataError, EstimationError) as error:
-            by_estimate = isinstance(error, EstimationError)
-            said = f"no simulation error, since {error!s}"
-            return Fit(
-                form=form,
-                measured=measured,
-                solution=solution,
-                solver=solver,
-                simulated=NotSimulated(str(error), by_estimate=by_estimate),
-                remarks=(said,) if by_estimate else (),  # what no method has, the verdict tells
-            )
-        simulated: Array = right @ solution.theta + intercept
-        return Fit(
-            form=form,
-            measured=measured,
-            solution=solution,
-            solver=solver,
-            loops=loops,
-            right=(intercept, right),
-            simulated=simulated,
-        )
-
-    def _solved(self, problem: Problem, form: Form, measured: Equations) -> Solution:
         check_loss(self.loss, form)
         regressor = problem.factored(form, measured)
         left = measured.left - measured.intercept
         if form.is_linear:
-            return robust_least_squares(left, regressor, self.loss)
-        # The search ends within the bounds, where a step of the linearised model might not.
-        return at_point(least_squares(left, regressor), measured, form.start)
+            solution = robust_least_squares(left, regressor, self.loss)
+        else:
+            # The search ends within the bounds, where a step of the linearised model might not.
+            solution = at_point(least_squares(left, regressor), measured, form.start)
+        solver = Solver(counts=solution.counts)
+        fit = Fit(form=form, measured=measured, solution=solution, solver=solver)
+        try:
+            loops, right = problem.simulated(form, form.physical(solution.theta)[0])
+        except (ModelError, DataError, EstimationError) as error:
+            by_estimate = isinstance(error, EstimationError)
+            said = f"no simulation error, since {error!s}"
+            return replace(
+                fit,
+                simulated=NotSimulated(str(error), by_estimate=by_estimate),
+                remarks=(said,) if by_estimate else (),  # what no method has, the verdict tells
+            )
+        simulated = right.regressor @ solution.theta + right.intercept
+        return replace(fit, loops=loops, right=right, simulated=simulated)
 
 
 def least_squares_point(form: Form, rows: Callable[[Form], Equations]) -> Form:

@@ -275,7 +275,7 @@ def scores_of(
         loops = recorded_loops(data, physical)
         quiet = noise_free_record(data, loops)
         # Without rows near rests and reversals of the loop, if rows are left then.
-        moving = data.also_turning_as(quiet.record.position)
+        moving = data.turning_as(quiet.record.position, also=True)
         enough = len(moving.row_numbers) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1)
         data = moving if enough else data
         twins += [] if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -18,9 +18,8 @@ from axisid.estimation.regression import (
     InverseForm,
     QrFactors,
     factor,
-    loop_reference,
     simulated_loops,
-    simulated_regressor,
+    simulated_rows,
 )
 from axisid.estimation.signals import FilteredRecord, RowTimes, Signals, motion_lacks
 from axisid.estimation.simulation import Simulation, StepBudget
@@ -173,9 +172,8 @@ class Problem(Uncached):
 
     def reduced(self, form: Form, signals: Sequence[Signals]) -> Equations:
         """The rows of a form for signals of each record, each under the record's filter."""
-        return self._stacked(
-            form, [form.of_record(i).equations(own) for i, own in enumerate(signals)]
-        )
+        every = [form.of_record(i).equations(own) for i, own in enumerate(signals)]
+        return self._stacked(form, [e.reduced(d) for e, d in zip(every, self.data, strict=True)])
 
     def rows(self, form: Form) -> Equations:
         """The measured rows of a form.
@@ -185,16 +183,17 @@ class Problem(Uncached):
         EstimationError
             They do not show a parameter, which is named.
         """
-        if type(form) in self._linear:
-            return self._linear[type(form)]
+        if type(form) in self.made:
+            return cast(Equations, self.made[type(form)])
         if not isinstance(form, InverseForm):
             self.rows(InverseForm(self.axis))  # what is shown of a parameter is of its own column
         every = [form.of_record(i).equations(data.signals) for i, data in enumerate(self.data)]
-        rows = self._stacked(form, every)
+        pairs = zip(every, self.data, strict=True)
+        rows = self._stacked(form, [equations.reduced(data) for equations, data in pairs])
         if isinstance(form, InverseForm) and self.layout is None:
             self._check(every, rows)
         if form.is_linear:
-            self._linear[type(form)] = rows
+            self.made[type(form)] = rows
         return rows
 
     def stacked(self, values: Callable[[FilteredRecord], Array]) -> Array:
@@ -204,41 +203,33 @@ class Problem(Uncached):
 
     def factored(self, form: Form, measured: Equations) -> QrFactors:
         """The regressor of measured rows, or an error that says what the motion lacks."""
-        if measured is self._linear.get(type(form)) and type(form) in self._factored:
-            return self._factored[type(form)]
+        key, is_kept = (factor, type(form)), measured is self.made.get(type(form))
+        if is_kept and key in self.made:
+            return cast(QrFactors, self.made[key])
         names = [q.label for q in form.quantities]
         with adding(lambda: self.lacking):
             regressor = factor(measured.regressor, names, neighbours=self.neighbours)
-        if measured is self._linear.get(type(form)):
-            self._factored[type(form)] = regressor
+        if is_kept:
+            self.made[key] = regressor
         return regressor
-
-    def check_loop(self) -> None:
-        """Refuse what cannot be simulated; see `loop_reference`."""
-        for data in self.data:
-            loop_reference(self.axis, data.record)
 
     def simulated(
         self, form: Form, physical: Array, budget: StepBudget | None = None
-    ) -> tuple[tuple[Simulation, ...], Array, Array]:
-        """The loops simulated with an estimate, and their intercept and regressor, reduced."""
+    ) -> tuple[tuple[Simulation, ...], Equations]:
+        """The loops simulated with an estimate, and their rows."""
         loops = self.loops(form, physical, budget)
-        return loops, *self.right_of(form, physical, loops)
+        return loops, self.simulated_rows(form, physical, loops)
 
-    def right_of(
+    def simulated_rows(
         self, form: Form, physical: Array, loops: tuple[Simulation, ...]
-    ) -> tuple[Array, Array]:
-        """Intercept and regressor of loops that were simulated with an estimate, reduced."""
-        rights = []
-        for i, (data, of_one) in enumerate(zip(self.data, self.by_record(loops), strict=True)):
-            right = simulated_regressor(form.of_record(i), of_one, form.own(physical, i), data)
-            intercept, regressor = form.placed(i, *right)
-            if self.weights:
-                intercept, regressor = self.weights[i] * intercept, self.weights[i] * regressor
-            rights.append((intercept, regressor))
-        if len(rights) == 1:
-            return rights[0]
-        return np.concatenate([k for k, _ in rights]), np.concatenate([r for _, r in rights])
+    ) -> Equations:
+        """The rows of loops that were simulated with an estimate."""
+        pairs = enumerate(zip(self.data, self.by_record(loops), strict=True))
+        rows = [
+            simulated_rows(form.of_record(i), of_one, form.own(physical, i), data)
+            for i, (data, of_one) in pairs
+        ]
+        return self._stacked(form, rows)
 
     def loops(
         self, form: Form, physical: Array, budget: StepBudget | None = None
@@ -289,28 +280,22 @@ class Problem(Uncached):
         where = "this record" if len(self.data) == 1 else "each of these records"
         return f"In {where} {', and '.join(facts)}." if facts else ""
 
-    def _stacked(self, form: Form, every: Sequence[Equations]) -> Equations:
-        """Equations of each record's samples as rows of all."""
+    def _stacked(self, form: Form, rows: Sequence[Equations]) -> Equations:
+        """The rows of each record as those of all, in their parameters."""
         pieces = []
-        for i, (data, equations) in enumerate(zip(self.data, every, strict=True)):
-            piece = equations.reduced(data)
-            intercept, regressor = form.placed(i, piece.intercept, piece.regressor)
-            piece = Equations(left=piece.left, intercept=intercept, regressor=regressor)
-            pieces.append(piece.scaled(self.weights[i]) if self.weights else piece)
+        for i, own in enumerate(rows):
+            weight = self.weights[i] if self.weights else 1.0
+            parts = (own.left, *form.placed(i, own.intercept, own.regressor))
+            left, intercept, regressor = (part if weight == 1 else weight * part for part in parts)
+            pieces.append(Equations(left=left, intercept=intercept, regressor=regressor))
         return Equations.stacked(pieces)
 
     @cached_property
-    def _linear(self) -> dict[type[Form], Equations]:
-        """Rows by form, which are the same wherever they are asked for if the axis is linear."""
-        return {}
+    def made(self) -> dict[Any, Any]:
+        """What was made of it once: rows and factors by form, fits by method.
 
-    @cached_property
-    def fits(self) -> dict[Any, Any]:
-        """What methods made of it, by method."""
-        return {}
-
-    @cached_property
-    def _factored(self) -> dict[type[Form], QrFactors]:
+        Rows are the same wherever they are asked for if the axis is linear.
+        """
         return {}
 
     def _check(self, every: list[Equations], rows: Equations) -> None:

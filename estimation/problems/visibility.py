@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.regression import Equations
-from axisid.estimation.signals import Signals, of_signals
+from axisid.estimation.signals import Signals, dependence
 from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter, parse_unit
@@ -184,7 +184,7 @@ def typical_magnitudes(
     named = axis.axis.parameters if parameters is None else parameters
     sizes = np.array([_natural(axis, p.unit, reach) for p in named])
     if axis.axis.signals and [p.name for p in named] == list(axis.names):
-        sizes[of_signals(axis)] = np.inf
+        sizes[dependence(axis)["recorded"]] = np.inf
     return sizes
 
 

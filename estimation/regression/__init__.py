@@ -68,7 +68,7 @@ from .simulated_rows import (
     sensor_steps as sensor_steps,
     simulated_loops as simulated_loops,
     simulated_position as simulated_position,
-    simulated_regressor as simulated_regressor,
+    simulated_rows as simulated_rows,
 )
 from .variable_projection import (
     damped_step as damped_step,

@@ -48,14 +48,6 @@ class Equations:
             regressor=rows[:, :k],
         )
 
-    def scaled(self, weight: float) -> "Equations":
-        """Every row times a weight."""
-        return Equations(
-            left=weight * self.left,
-            intercept=weight * self.intercept,
-            regressor=weight * self.regressor,
-        )
-
     @classmethod
     def stacked(cls, pieces: Sequence["Equations"]) -> "Equations":
         """The rows of several, one after the other."""
@@ -65,14 +57,6 @@ class Equations:
             left=np.concatenate([piece.left for piece in pieces]),
             intercept=np.concatenate([piece.intercept for piece in pieces]),
             regressor=np.concatenate([piece.regressor for piece in pieces]),
-        )
-
-    def mean(self, other: "Equations") -> "Equations":
-        """Row by row the mean with other equations; where both hold, it holds."""
-        return Equations(
-            left=(self.left + other.left) / 2,
-            intercept=(self.intercept + other.intercept) / 2,
-            regressor=(self.regressor + other.regressor) / 2,
         )
 
 

@@ -222,25 +222,28 @@ def simulated_position(loops: Sequence[Simulation]) -> Array:
     return np.concatenate([loop.position for loop in loops])
 
 
-def simulated_regressor(
+def simulated_rows(
     form: Form, loops: Sequence[Simulation], physical: Array, data: FilteredRecord
-) -> tuple[Array, Array]:
-    """Known part and regressor of simulated loops, reduced like the measured ones.
-
-    With `zoh`, the rows just before and just after a sample are averaged, as the measured force is.
-    """
+) -> Equations:
+    """The rows of simulated loops, reduced like the measured ones."""
     pieces = [loop_equations(form, loop, physical, data.prefilter.hold) for loop in loops]
-    rows = Equations.stacked(pieces).reduced(data)
-    return rows.intercept, rows.regressor
+    return Equations.stacked(pieces).reduced(data)
 
 
 def loop_equations(form: Form, loop: Simulation, physical: Array, hold: str | None) -> Equations:
-    """The equations of a simulated loop, sample by sample, as a hold pairs force and motion."""
+    """The equations of a simulated loop, sample by sample, as a hold pairs force and motion.
+
+    With `zoh`, the rows just before and just after a sample are averaged, as the measured force is.
+    """
     at = form.at(physical)
     if hold != "zoh":
         return at.equations(loop.signals)
-    after, earlier = signals_about(form.axis, physical, loop)
-    return at.equations(after).mean(at.equations(earlier))
+    after, earlier = map(at.equations, signals_about(form.axis, physical, loop))
+    return Equations(
+        left=(after.left + earlier.left) / 2,
+        intercept=(after.intercept + earlier.intercept) / 2,
+        regressor=(after.regressor + earlier.regressor) / 2,
+    )
 
 
 # of the law's answer to the position's noise is in the control: 1 where the law measured what was

@@ -26,7 +26,6 @@ from .signals import (
     dependence as dependence,
     drive_force as drive_force,
     motion_lacks as motion_lacks,
-    of_signals as of_signals,
     one_direction as one_direction,
     one_speed as one_speed,
     recorded_signals as recorded_signals,

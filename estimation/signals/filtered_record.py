@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from axisid.support.arrays import Array, Exact, Uncached, covered
 from axisid.support.errors import AxisidError, DataError
 
 from .drive_response import DriveAlong, acting_control
-from .prefilter import Prefilter, SampledFilter, Span
+from .prefilter import Prefilter, Span
 from .sampling import RowTimes, Sampling
 from .signals import (
     Motion,
@@ -78,17 +78,18 @@ class FilteredRecord(Exact, Uncached):
         Raises
         ------
         UsageError, DataError
-            The prefilter cannot serve the record, see `check_filter`, or the axis needs a position
-            that was not recorded.
+            The prefilter cannot serve the record, see `SampledFilter.check`, or the axis needs a
+            position that was not recorded.
         """
         check_position(axis, record)
-        prefilter = Prefilter.given(prefilter).at_rate_of(record.period)
-        hold = chosen_hold(prefilter, axis, measured=record.force is not None)
+        prefilter, law = Prefilter.given(prefilter).at_rate_of(record.period), axis.axis.control
+        # What is there after a lag is measured, as a force is.
+        measured = record.force is not None or axis.axis.drive.logged == "current"
+        is_held = not measured and not (law is not None and law.continuous)
+        hold = prefilter.hold or ("zoh" if is_held else "raw")
         settings = replace(prefilter, hold=hold, reversals="keep")
         kept = cls(axis=axis, record=record, prefilter=settings, fastest=fastest)
-        longest = kept.sampling.longest
-        what = "the record's longest segment" if record.segments else "the record"
-        check_filter(settings, axis, longest, record.period, record.provenance.source, what)
+        kept._check_filter()
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
         without_turns = kept.without_turns(fastest)
@@ -97,24 +98,17 @@ class FilteredRecord(Exact, Uncached):
 
     def without_turns(self, fastest: float) -> "FilteredRecord":
         """The record without the samples near its reversals and rests, with a largest speed."""
-        return self._without(self.sampling.turns(self.motion[1], fastest))
+        return self.without(self.sampling.turns(self.motion[1], fastest))
 
-    def turning_as(self, position: Array) -> "FilteredRecord":
-        """The record without the samples near the reversals and rests of another motion, (N,)."""
-        velocity = self.sampling.motion(position, None)[1]
-        return self._without(self.sampling.turns(velocity, self.fastest))
+    def turning_as(self, position: Array, *, also: bool = False) -> "FilteredRecord":
+        """Without the samples near the reversals and rests of another motion, (N,).
 
-    @property
-    def with_turns(self) -> "FilteredRecord":
-        """The record with the samples near its reversals and rests."""
-        return self._without(()) if self.excluded else self
-
-    def also_turning_as(self, position: Array) -> "FilteredRecord":
-        """Without the samples near the reversals and rests of another motion, (N,), either."""
-        if self.prefilter.reversals == "keep":
+        Or without those too, where those of its own are left out.
+        """
+        if also and self.prefilter.reversals == "keep":
             return self
-        others = self.turning_as(position).excluded
-        return self._without(tuple(sorted((*self.excluded, *others))))
+        turns = self.sampling.turns(self.sampling.motion(position)[1], self.fastest)
+        return self.without((*self.excluded, *turns) if also else turns)
 
     @property
     def by_position(self) -> "FilteredRecord | None":
@@ -128,17 +122,44 @@ class FilteredRecord(Exact, Uncached):
         """The record with what its control is more in the mean than at the samples, (N,)."""
         if between is None or self.record.force is not None or self.prefilter.hold != "zoh":
             return self
-        other = replace(self, between=between)
-        vars(other).update({name: vars(self)[name] for name in ("motion",) if name in vars(self)})
-        return other
+        return self._changed(("motion",), between=between)
 
-    def _without(self, excluded: tuple[Span, ...]) -> "FilteredRecord":
-        """With other samples that have no weight."""
+    def without(self, excluded: tuple[Span, ...]) -> "FilteredRecord":
+        """The record with other samples that have no weight."""
         settings = replace(self.prefilter, reversals="leave-out" if excluded else "keep")
-        other = replace(self, prefilter=settings, excluded=excluded)
         same = ("motion", "force", "signals")  # whatever is left out of the rows
+        return self._changed(same, prefilter=settings, excluded=tuple(sorted(excluded)))
+
+    def _changed(self, same: tuple[str, ...], **fields: Any) -> "FilteredRecord":
+        """With other fields, on which what is the same does not depend."""
+        other = replace(self, **fields)
         vars(other).update({name: vars(self)[name] for name in same if name in vars(self)})
         return other
+
+    def _check_filter(self) -> None:
+        """Refuse a record that the prefilter cannot serve, with what explains it best.
+
+        Raises
+        ------
+        DataError
+            The time is in another unit than the control law's period.
+        UsageError, DataError
+            As `SampledFilter.check` does.
+        """
+        what = "the record's longest segment" if self.record.segments else "the record"
+        try:
+            self.sampling.filter.check(self.sampling.longest, what)
+        except AxisidError as error:
+            law, period = self.axis.axis.control, self.period
+            ratio = 1.0 if law is None or law.continuous else period / law.period
+            if 1 / _LEAST_UNIT_FACTOR < ratio < _LEAST_UNIT_FACTOR:
+                raise
+            raise DataError(
+                f"{self.record.provenance.source} is sampled every {period:.4g} s, the control law "
+                f"of axis {self.axis.axis.name!r} runs every {period / ratio:.4g} s: is time's "
+                f"unit right? Give it with columns time=NAME:UNIT. (As it stands, {error})",
+                code="units",
+            ) from error
 
     def __len__(self) -> int:
         return len(self.record)
@@ -264,11 +285,6 @@ class FilteredRecord(Exact, Uncached):
         return np.asarray(time[self.row_numbers.astype(int)] - time[0], dtype=float)
 
     @property
-    def row_times(self) -> Array | None:
-        """The same where a record has gaps; None where it is `row_numbers` times the period."""
-        return self.times_of_rows if self.record.segments else None
-
-    @property
     def rows_near_turns(self) -> NDArray[np.bool_]:
         """Which rows are near a reversal or a rest of the measured motion, (n,), if friction is."""
         rows = self.row_numbers.astype(np.int64)
@@ -355,59 +371,3 @@ def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = (
     counts = np.any([takes_robust_loss(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0)
     moving, left = np.sum([each.information(own, fastest) for each, own in pairs], axis=0)
     return remaining_information(counts, moving, left) < MIN_INFORMATION_LEFT.value
-
-
-def check_filter(
-    prefilter: Prefilter,
-    axis: GeneratedAxis,
-    samples: int,
-    period: float,
-    source: str,
-    what: str = "the record",
-) -> None:
-    """Refuse a record that the prefilter cannot serve, with what explains it best.
-
-    Parameters
-    ----------
-    prefilter : Prefilter
-    axis : GeneratedAxis
-    samples : int
-        Of the record, or of its longest segment.
-    period : float
-        s
-    source : str
-        File name, for messages.
-    what : str
-        Whose samples they are, for messages.
-
-    Raises
-    ------
-    DataError
-        The time is in another unit than the control law's period.
-    UsageError, DataError
-        As `SampledFilter.check` does.
-    """
-    try:
-        SampledFilter(prefilter, period).check(samples, what)
-    except AxisidError as error:
-        law = axis.axis.control
-        ratio = 1.0 if law is None or law.continuous else period / law.period
-        if 1 / _LEAST_UNIT_FACTOR < ratio < _LEAST_UNIT_FACTOR:
-            raise
-        raise DataError(
-            f"{source} is sampled every {period:.4g} s, the control law of axis "
-            f"{axis.axis.name!r} runs every {period / ratio:.4g} s: is time's unit right? "
-            f"Give it with columns time=NAME:UNIT. (As it stands, {error})",
-            code="units",
-        ) from error
-
-
-def chosen_hold(
-    prefilter: Prefilter, axis: GeneratedAxis, *, measured: bool
-) -> Literal["raw", "zoh"]:
-    """The hold of the prefilter, or what suits a force that is measured or commanded."""
-    law = axis.axis.control
-    # What is there after a lag is measured, as a force is.
-    measured = measured or axis.axis.drive.logged == "current"
-    held = not measured and not (law is not None and law.continuous)
-    return prefilter.hold or ("zoh" if held else "raw")

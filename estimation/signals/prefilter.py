@@ -93,7 +93,12 @@ class Prefilter:
         drop = (0, 0) if self.drop is None else self.drop
         pair = isinstance(drop, (tuple, list)) and len(drop) == 2
         settings = (
-            ("cutoff", self.cutoff, _is_positive(self.cutoff), "a positive number of hertz"),
+            (
+                "cutoff",
+                self.cutoff,
+                is_real(self.cutoff) and 0 < self.cutoff < math.inf,
+                "a positive number of hertz",
+            ),
             ("order", self.order, _is_among(self.order, 1, 10), "a whole number from 1 to 10"),
             (
                 "decimation",
@@ -174,10 +179,6 @@ class Prefilter:
             decimate=max(math.ceil(self.decimate * ratio - 1e-9), 1),
             drop=None if self.drop is None else (round(start * ratio), round(end * ratio)),
         )
-
-
-def _is_positive(number: object) -> bool:
-    return is_real(number) and 0 < number < math.inf
 
 
 def _is_among(number: object, least: int, most: float = math.inf) -> bool:
@@ -327,7 +328,7 @@ class SampledFilter:
     @property
     def low_pass(self) -> "Sections":
         """The low-pass of the motion."""
-        return _low_pass(self.settings.order, 2 * self.settings.cutoff * self.period)
+        return _designed(self.settings.order, 2 * self.settings.cutoff * self.period)
 
     @property
     def padding(self) -> int:
@@ -337,7 +338,7 @@ class SampledFilter:
     @property
     def decimation(self) -> "Sections":
         """The filter before decimation."""
-        return _decimation_filter(self.settings.decimate)
+        return _designed(_DECIMATION_ORDER, 0.8 / self.settings.decimate, _RIPPLE_DB)
 
     def reduce(self, signals: Array) -> Array:
         """Drop the ends of one stretch and decimate: (N,) or (N, k) to (n,) or (n, k).
@@ -353,7 +354,7 @@ class SampledFilter:
         start, end = self.cut
         kept = weighted[start : len(weighted) - end]
         if self.settings.decimate > 1:
-            kept = self.smoothed(kept)
+            kept = self._without_phase(self.decimation, kept, DECIMATION_PADDING)
         return kept[self.rows(len(signals)) - start]
 
     def _without_phase(self, sections: "Sections", signals: Array, padding: int) -> Array:
@@ -374,15 +375,12 @@ class SampledFilter:
         start, end = self.dropped
         return (0, start), (samples - end, samples)
 
-    def smoothed(self, signals: Array) -> Array:
-        """Signals, (N,) or (N, k), through the decimation filter, none of them left out."""
-        return self._without_phase(self.decimation, signals, DECIMATION_PADDING)
-
     def rows(self, samples: int) -> NDArray[np.int64]:
         """Sample numbers of the rows of one stretch of so many samples, (n,)."""
         low, high = self.dropped
-        decimate = self.settings.decimate
-        first = self.cut[0] + self._first(samples - sum(self.cut))
+        decimate, first = self.settings.decimate, self.cut[0]
+        if self.settings.decimation == "matlab":  # aligned to the end
+            first += (samples - sum(self.cut) - 1) % decimate
         first += max(-(-(low - first) // decimate), 0) * decimate
         return np.arange(first, samples - high, decimate)
 
@@ -392,13 +390,6 @@ class SampledFilter:
         slowest = 2 * math.pi * cutoff * math.sin(math.pi / (2 * order))
         return math.ceil(-math.log(level) / slowest / self.period)
 
-    def _first(self, samples: int) -> int:
-        """First row of so many samples, aligned to their start or their end."""
-        if self.settings.decimation == "scipy":
-            return 0
-        decimate = self.settings.decimate
-        return decimate - (decimate * math.ceil(samples / decimate) - samples) - 1
-
 
 @dataclass(frozen=True, slots=True)
 class Sections:
@@ -407,25 +398,14 @@ class Sections:
     sections: Array
     settled: Array
 
-    @classmethod
-    def of(cls, sections: Array) -> "Sections":
-        """Return sections with the state in which they settle."""
-        from scipy.signal import sosfilt_zi
-
-        return cls(frozen(sections), frozen(sosfilt_zi(sections)))
-
 
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.
-@lru_cache(maxsize=32)
-def _low_pass(order: int, edge: float) -> Sections:
-    from scipy.signal import butter
+@lru_cache(maxsize=64)
+def _designed(order: int, edge: float, ripple: float = 0.0) -> Sections:
+    """Butterworth's low-pass, or of a ripple in dB Chebyshev's first; edge by Nyquist's."""
+    from scipy.signal import butter, cheby1, sosfilt_zi
 
-    return Sections.of(butter(order, edge, output="sos"))
-
-
-@lru_cache(maxsize=32)
-def _decimation_filter(decimate: int) -> Sections:
-    """The filter before decimation, of Chebyshev's first kind."""
-    from scipy.signal import cheby1
-
-    return Sections.of(cheby1(_DECIMATION_ORDER, _RIPPLE_DB, 0.8 / decimate, output="sos"))
+    design = (
+        cheby1(order, ripple, edge, output="sos") if ripple else butter(order, edge, output="sos")
+    )
+    return Sections(frozen(design), frozen(sosfilt_zi(design)))

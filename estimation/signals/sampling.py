@@ -45,11 +45,6 @@ class RowTimes:
         return cls(np.arange(rows, dtype=np.int64))
 
     @classmethod
-    def of(cls, samples: NDArray[np.int64], step: int) -> "RowTimes":
-        """Rows of which each is of a sample, and of which one in so many samples is one."""
-        return cls(samples // step)
-
-    @classmethod
     def joined(cls, pieces: Sequence["RowTimes"]) -> "RowTimes":
         """Pieces one after the other, none of whose rows is a neighbour of another piece's."""
         if len(pieces) == 1:
@@ -209,7 +204,7 @@ class Sampling:
         numbers = self.rows.astype(np.int64)
         starts = [start for start, _ in self.spans[1:]]
         pieces = np.split(numbers, np.searchsorted(numbers, starts))
-        return RowTimes.joined([RowTimes.of(p, self.prefilter.decimate) for p in pieces])
+        return RowTimes.joined([RowTimes(p // self.prefilter.decimate) for p in pieces])
 
     @property
     def masked_rows(self) -> int:

@@ -74,10 +74,6 @@ def about_samples(held: Array, starts: Sequence[int], delay: float = 0.5) -> Arr
     return np.asarray((1 - delay) * held + delay * before, dtype=float)
 
 
-_POSITION = 0  # among what the inverse model takes
-_OF_DRIVE = 1  # among what the drive takes
-
-
 def recorded_signals(
     axis: GeneratedAxis, source: str, columns: Mapping[str, Array]
 ) -> tuple[Array, ...]:
@@ -107,6 +103,13 @@ def recorded_signals(
     return tuple(columns[name] for name in names)
 
 
+#: What may depend on the position: function, its output, the position's place among its inputs.
+_TAKING_POSITION = (
+    ("the known terms", "idm_regressor", 1, 0),
+    ("the force of the drive", "drive_force", 0, 1),
+)
+
+
 def check_position(axis: GeneratedAxis, record: Record) -> None:
     """Refuse a record of velocity alone for an axis whose model needs the position.
 
@@ -115,7 +118,13 @@ def check_position(axis: GeneratedAxis, record: Record) -> None:
     DataError
         It does; what depends on the position is named.
     """
-    needing = _needing(axis) if record.integrated else []
+    if not record.integrated:
+        return
+    columns = dependence(axis)["position"]
+    needing = [name for name, needs in zip(axis.names, columns, strict=True) if needs]
+    for what, function, output, place in _TAKING_POSITION:
+        if np.any(axis.functions[function].jac_sparsity(output, place).nnz()):
+            needing.append(what)
     if not needing:
         return
     raise DataError(
@@ -124,21 +133,6 @@ def check_position(axis: GeneratedAxis, record: Record) -> None:
         "measured velocity drifts. Name it with columns position=NAME.",
         code="missing-column",
     )
-
-
-def _needing(axis: GeneratedAxis) -> list[str]:
-    """What of an axis depends on the position, in words."""
-    columns = dependence(axis)["position"]
-    found = [name for name, needs in zip(axis.names, columns, strict=True) if needs]
-    if _depends(axis, "idm_regressor", 1, _POSITION):
-        found.append("the known terms")
-    if _depends(axis, "drive_force", 0, _OF_DRIVE):
-        found.append("the force of the drive")
-    return found
-
-
-def _depends(axis: GeneratedAxis, name: str, output: int, place: int) -> bool:
-    return bool(np.any(axis.functions[name].jac_sparsity(output, place).nnz()))
 
 
 _MAX_REST_SPEED = 0.01  # of the largest, on average: what noise may make of a rest
@@ -245,7 +239,9 @@ def remaining_information(counts: NDArray[np.bool_], moving: Array, left: Array)
     size = np.sqrt(np.diag(both))
     seen = counts & (np.diag(moving) > 0)
     scale = np.outer(*(np.where(size > _SMALLEST, size, 1.0),) * 2)
-    before, after = (_information(each / scale) for each in (moving, left))
+    alike = _ALIKE * np.eye(len(both))
+    # Of each parameter beside the others.
+    before, after = (1 / np.diag(np.linalg.inv(each / scale + alike)) for each in (moving, left))
     return float(np.min(after[seen] / before[seen], initial=1.0))
 
 
@@ -258,7 +254,9 @@ def takes_robust_loss(axis: GeneratedAxis) -> NDArray[np.bool_]:
 def columns_of(axis: GeneratedAxis, signals: Signals) -> Array:
     """Of the inverse model, (N, p), for each of its parameters."""
     motion = (signals.position, signals.velocity, signals.acceleration, signals.direction)
-    about = () if axis.is_linear else (_about(axis),)
+    # A partially linear model is linearised where an amount of 0 would not hide what it scales.
+    hidden = (axis.nominal == 0) & ~np.array(axis.nonlinear)
+    about = () if axis.is_linear else (np.where(hidden, 1.0, axis.nominal),)
     columns, _ = axis.evaluate("idm_regressor", *motion, *signals.recorded, *about)
     return columns
 
@@ -269,33 +267,12 @@ def searches_friction(axis: GeneratedAxis) -> bool:
     return bool(np.any(np.array(axis.nonlinear) & depends["direction"] & depends["velocity"]))
 
 
-def _about(axis: GeneratedAxis) -> Array:
-    """Where a partially linear model is linearised: an amount of 0 would hide what it scales."""
-    hidden = (axis.nominal == 0) & ~np.array(axis.nonlinear)
-    return np.where(hidden, 1.0, axis.nominal)
-
-
 @lru_cache(maxsize=32)  # asked of an axis in every identification
 def dependence(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
-    """Which columns of the inverse model, (p,), depend on which signal."""
-    return {name: _depending(axis, place) for place, name in enumerate(_SIGNALS)}
-
-
-def of_signals(axis: GeneratedAxis) -> NDArray[np.bool_]:
-    """Which columns of the inverse model, (p,), depend on a recorded signal."""
-    places = range(len(_SIGNALS), len(_SIGNALS) + len(axis.axis.signals))
-    found = [_depending(axis, place) for place in places]
-    none = np.zeros(len(axis.parameters), dtype=bool)
-    return np.asarray(np.any([none, *found], axis=0))
-
-
-def _depending(axis: GeneratedAxis, place: int) -> NDArray[np.bool_]:
-    """Which columns of the inverse model, (p,), depend on what it takes at a place."""
-    rows, _ = axis.functions["idm_regressor"].jac_sparsity(0, place).get_triplet()
-    return np.isin(np.arange(len(axis.parameters)), rows)
-
-
-def _information(gram: Array) -> Array:
-    """Of each parameter beside the others, (p,), from products of columns of size 1 or less."""
-    inverse = np.linalg.inv(gram + _ALIKE * np.eye(len(gram)))
-    return np.asarray(1.0 / np.diag(inverse), dtype=float)
+    """Which columns of the inverse model, (p,), depend on which signal, or on recorded ones."""
+    found = dict.fromkeys((*_SIGNALS, "recorded"), np.zeros(len(axis.parameters), dtype=bool))
+    names = (*_SIGNALS, *("recorded" for _ in axis.axis.signals))
+    for place, name in enumerate(names):
+        rows, _ = axis.functions["idm_regressor"].jac_sparsity(0, place).get_triplet()
+        found[name] = found[name] | np.isin(np.arange(len(axis.parameters)), rows)
+    return found

@@ -228,8 +228,9 @@ def held_out_simulation(
     try:
         for block, step in zip(blocks, thetas, strict=True):
             theta = step if form.is_linear else np.clip(step, *search_bounds(problem.axis))
-            _, intercept, regressor = problem.simulated(form, form.physical(theta)[0])
-            error = (weights * estimate.y - regressor @ theta - intercept)[block.held_out]
+            _, right = problem.simulated(form, form.physical(theta)[0])
+            left = weights * estimate.y - right.regressor @ theta - right.intercept
+            error = left[block.held_out]
             squares.append(float(error @ error))
     except (ModelError, DataError, EstimationError) as failure:
         return Missing(str(failure))

@@ -205,8 +205,8 @@ def _validation(
     residuals = rows.left - rows.intercept - rows.regressor @ theta
     simulation, position, tracking, reason = None, None, None, None
     try:
-        loops, intercept, regressor = problem.simulated(form, frozen.theta)
-        apart = rows.left - regressor @ theta - intercept
+        loops, right = problem.simulated(form, frozen.theta)
+        apart = rows.left - right.regressor @ theta - right.intercept
         simulation = relative_error_percent(apart, rows.left)
         if is_output_error(estimate.method):  # whose rows are the loop's
             residuals = apart

@@ -91,7 +91,7 @@ def measured_chain(
     if data.axis.axis.states:  # friction that remembers has no rows
         return chain
     # Near turns of either the equation has errors that are no noise of a given colour.
-    moving = data.also_turning_as(quiet.record.position)
+    moving = data.turning_as(quiet.record.position, also=True)
     rows = _RowBands.of(moving, quiet)
     if rows is None:
         raise EstimationError("its rows are too few to tell their noise.", code="too-short")
@@ -333,7 +333,7 @@ class _RowBands:
 
         White ones pass the record's filter; others have their colour put on the rows.
         """
-        whole, rng = data.with_turns, np.random.default_rng(0)
+        whole, rng = data.without(()), np.random.default_rng(0)
         places = np.round(whole.row_numbers).astype(np.int64) - round(float(data.row_numbers[0]))
         places //= data.prefilter.decimate
         white = np.zeros((int(places[-1] - places[0]) + 1, _DRAWS))

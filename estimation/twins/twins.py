@@ -243,6 +243,7 @@ class BootstrapCorrection:
 
     Attributes
     ----------
+    twins : Twins
     off : (R, p) array
         The twins' physical parameters, less those of their loops.
     own_off : (R, k) array
@@ -257,6 +258,7 @@ class BootstrapCorrection:
         What the estimator leaves of the twins.
     """
 
+    twins: Twins
     off: Array
     own_off: Array
     scale: Array
@@ -321,6 +323,7 @@ def bootstrap_correction(
     scale, alike = _pivot(off, mapped, twins.at, delta_method(shown, jacobian))
     own_scale, own_alike = _pivot(own, spreads, form.regressed(twins.at), shown)
     return BootstrapCorrection(
+        twins=twins,
         off=off,
         own_off=own,
         scale=scale,

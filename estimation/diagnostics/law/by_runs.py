@@ -106,7 +106,7 @@ class LawByGains:
             along=along,
             point=point,
             compared=compared,
-            neighbours=RowTimes.of(np.flatnonzero(used), 1),
+            neighbours=RowTimes(np.flatnonzero(used)),
             rounded=tuple(_rounded(along, record)),
         )
 

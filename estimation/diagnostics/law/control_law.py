@@ -240,7 +240,7 @@ def _by_products(
     """Of a law that is a sum of products of gains with signals that have none."""
     names = [str(product) for product, _ in law.terms]
     names += [] if record.added_control is None else [INJECTED]
-    following = RowTimes.of(np.flatnonzero(used), 1)
+    following = RowTimes(np.flatnonzero(used))
     factors, deviations, fitted = fitted_factors(control[used], terms[used], names, following)
     if law.takes_velocity:  # which is in no log
         blur = _FACTOR_BLUR

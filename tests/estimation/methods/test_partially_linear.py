@@ -26,7 +26,7 @@ from axisid.elements import Drive
 from axisid.estimation import Comparison
 from axisid.estimation.methods import bound_record
 from axisid.estimation.regression.forms import InverseForm
-from axisid.estimation.regression.simulated_rows import simulated_loops, simulated_regressor
+from axisid.estimation.regression.simulated_rows import simulated_loops, simulated_rows
 from axisid.modeling import Experiment, back_and_forth
 from tests.axes.bodies import b, c, m, stage, x
 from tests.refusals import refuses
@@ -194,8 +194,8 @@ def test_damped_iterates_show_the_error_of_their_own_loop(
     for iterate in damped.iterates:
         loops = simulated_loops(axis, record, iterate.physical)
         form = InverseForm(axis)
-        known, regressor = simulated_regressor(form, loops, iterate.physical, data)
-        left = damped.y - known - regressor @ iterate.physical
+        rows = simulated_rows(form, loops, iterate.physical, data)
+        left = damped.y - rows.intercept - rows.regressor @ iterate.physical
         own = 100 * np.linalg.norm(left) / np.linalg.norm(damped.y)
         assert iterate.theta == pytest.approx(iterate.physical, rel=1e-12)
         assert iterate.simulation_error_percent == pytest.approx(own, rel=1e-9)
