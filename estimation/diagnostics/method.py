@@ -27,8 +27,8 @@ from axisid.estimation.estimates import (
     Value,
     significant_differences,
 )
-from axisid.estimation.problems import moved_by_rounding, position_step
-from axisid.estimation.regression import factor
+from axisid.estimation.problems import moved_by_rounding
+from axisid.estimation.regression import factor, position_step
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
 from axisid.support.arrays import Array, MaybeInfinite, MaybeNan

@@ -1,7 +1,8 @@
 """What an estimator returns."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,16 +11,16 @@ from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import ROW_LOSSES, is_output_error
 from axisid.estimation.regression import (
     Covariance,
-    Curvature,
     DrawSummary,
     Form,
     LossWeights,
     ResidualTests,
     correlation,
-    curvature_of,
+    curvature,
     delta_method,
     draw_parameters,
     residual_tests,
+    slopes_and_bends,
     summarised,
 )
 from axisid.estimation.signals import RowTimes
@@ -398,7 +399,7 @@ class Estimate(Presentable, Exact):
             The function bends within the uncertainty, so that the delta method is not enough.
         """
         advice = "draw instead: propagate()"
-        return self.distribution.derived(function, advice, self._bend().ratio)
+        return self.distribution.derived(function, advice, self._curvature)
 
     @property
     def curvatures(self) -> Array:
@@ -407,8 +408,8 @@ class Estimate(Presentable, Exact):
         Zero where the regression is in the physical parameters themselves; the delta method is
         enough up to about 0.1.
         """
-        second, flat = self._bend(), np.zeros((len(self.physical),) * 2)
-        return np.array([second.ratio(row, flat) for row in np.eye(len(self.physical))])
+        second, flat = self._curvature, np.zeros((len(self.physical),) * 2)
+        return np.array([second(row, flat) for row in np.eye(len(self.physical))])
 
     def propagate(
         self,
@@ -464,8 +465,10 @@ class Estimate(Presentable, Exact):
             residuals, columns = self.weights * residuals, self.weights[:, None] * columns
         return residual_tests(residuals, columns, neighbours=self.neighbours)
 
-    def _bend(self) -> Curvature:
-        return curvature_of(self.form, self.theta, self._of_theta(self.chosen))
+    @property
+    def _curvature(self) -> Callable[[Array, Array], float]:
+        of_theta = self._of_theta(self.chosen)
+        return partial(curvature, *slopes_and_bends(self.form, self.theta, of_theta))
 
     def _of_theta(self, name: str) -> Array:
         """Covariance of the regression's own parameters."""

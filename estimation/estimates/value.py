@@ -11,7 +11,7 @@ from scipy.special import stdtridf, stdtrit
 
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import COVARIANCE_ROWS, CovarianceRow
-from axisid.estimation.regression import Covariance, Curvature, covariance_root, delta_method
+from axisid.estimation.regression import Covariance, covariance_root, curvature, delta_method
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_ROWS_PER_PARAMETER
 from axisid.modeling.text import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
@@ -252,11 +252,8 @@ class SamplingDistribution(Exact):
         """
         used = np.flatnonzero((gradient != 0) | hessian.any(axis=0))
         own = np.ix_(used, used)
-        straight = np.zeros((len(used),) * 3)
-        spread = covariance_root(
-            self.covariances[self.chosen][own]
-        )  # NaN where a deviation is infinite
-        return Curvature(spread, straight).ratio(gradient[used], hessian[own])
+        spread = covariance_root(self.covariances[self.chosen][own])  # NaN if one is infinite
+        return curvature(spread, np.zeros((len(used),) * 3), gradient[used], hessian[own])
 
     def derived(
         self,

@@ -203,7 +203,7 @@ class LoopPredictions(Predictions):
         self.spans = tuple(tuple(rows for each, rows in pairs if each.record == i) for i in numbers)
         self.measured = np.concatenate([each.measured for each in self.stretches])
         self.counted = np.concatenate([each.counted for each in self.stretches]).astype(float)
-        self.step = max(sensor_steps(*pair).position for pair in zip(axes, records, strict=True))
+        self.step = max(sensor_steps(*pair)[0] for pair in zip(axes, records, strict=True))
 
     def outputs_of(
         self,

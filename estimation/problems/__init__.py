@@ -10,7 +10,6 @@ from .solver import (
     moved_by_rounding as moved_by_rounding,
     noise_free_record as noise_free_record,
     noise_free_residuals as noise_free_residuals,
-    position_step as position_step,
     slopes_by_gain as slopes_by_gain,
 )
 from .visibility import (

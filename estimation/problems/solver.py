@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.records import Record, quantisation_step
 from axisid.estimation.regression import (
     Equations,
     Form,
@@ -25,7 +24,6 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import FilteredRecord, Signals, about_samples
 from axisid.estimation.simulation import Simulation, logged_control
-from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
 from axisid.support.arrays import Array
 
 from .problem import Problem
@@ -144,13 +142,6 @@ def _with_gain(data: FilteredRecord, scale: float) -> Signals:
 
 
 _DRAWS = 4  # each once with either sign
-
-
-def position_step(record: Record) -> float:
-    """What a recorded position is rounded to; 0 where nothing is known of it."""
-    if record.integrated:
-        return 0.0
-    return quantisation_step(record.position, int(MIN_STEP_DIFFERENCES.value))
 
 
 def moved_by_rounding(form: Form, data: FilteredRecord, step: float, physical: Array) -> Array:

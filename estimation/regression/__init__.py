@@ -44,12 +44,12 @@ from .linear import (
     least_squares as least_squares,
 )
 from .propagation import (
-    Curvature as Curvature,
     Drawn as Drawn,
     DrawSummary as DrawSummary,
     covariance_root as covariance_root,
-    curvature_of as curvature_of,
+    curvature as curvature,
     draw_parameters as draw_parameters,
+    slopes_and_bends as slopes_and_bends,
     summarised as summarised,
 )
 from .residual_tests import (
@@ -64,6 +64,7 @@ from .simulated_rows import (
     lacking_law as lacking_law,
     lacking_loop as lacking_loop,
     loop_reference as loop_reference,
+    position_step as position_step,
     recorded_loops as recorded_loops,
     sensor_steps as sensor_steps,
     simulated_loops as simulated_loops,

@@ -8,9 +8,6 @@ whose variance changes, so that it is no more than a lower bound beside the kern
 a robust and a conventional deviation, as [AngristPischke2009]_ advise for small samples.
 """
 
-from dataclasses import dataclass
-from typing import Self
-
 import numpy as np
 
 from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_DEGREES_OF_FREEDOM
@@ -37,103 +34,63 @@ def autoregressive_covariance(solution: Solution) -> CovarianceEstimate:
     Its degrees of freedom are by the delta method: the innovations' variance has the relative
     variance ``2/n``, the coefficient, apart from it, ``(1 - rho^2)/n``.
     """
-    e, (n, k) = solution.counted, solution.influence.shape
+    from scipy.optimize import brentq
+    from scipy.signal import lfilter
+
+    e, influence, order = solution.counted, solution.influence, solution.neighbours
+    n, k = influence.shape
     nothing = CovarianceEstimate(
         matrix=np.zeros((k, k)), freedom=np.full(k, float(n - k)), description=_NAME
     )
     if not e @ e > 0:
         return nothing
-    fitted = _Fitted.of(solution)
-    late, early = solution.neighbours.pairs(1)
-    power = float(e @ e / len(e))
-    shown = float(e[late] @ e[early] / max(len(e[late]), 1)) / power
-    if shown < fitted.left(0.0) - MAX_CHANCE_DEVIATION.value / np.sqrt(len(e)):
+    size = np.linalg.norm(influence, axis=0)  # columns may be of sizes far apart
+    orthonormal, triangle = np.linalg.qr(influence / size)
+    # Rows further apart than a residual is remembered count as just so far.
+    reach = int(np.log(_FORGOTTEN) / np.log(_MAX_RESIDUAL_AUTOREGRESSION))
+    # On the grid of places, where a row is missing 0.
+    basis, there = (order.on_grid(each, reach) for each in (orthonormal, np.ones((n, 1))))
+    rows, pairs = float(there.sum()), float(there[1:, 0] @ there[:-1, 0])
+
+    def coloured(rho: float) -> Array:
+        """The correlations of errors times the basis, (m, k)."""
+        before = lfilter([1.0], [1.0, -rho], basis, axis=0)
+        after = lfilter([1.0], [1.0, -rho], basis[::-1], axis=0)[::-1]
+        return np.asarray((before + after - basis) * there, dtype=float)
+
+    def of_parameters(taken: Array) -> Array:
+        """Correlations of what the fit takes, as those of its parameters, (k, k)."""
+        mixing = triangle * size
+        return np.asarray(mixing.T @ taken @ mixing, dtype=float)
+
+    def left(rho: float) -> float:
+        """Autocorrelation at a row's distance that residuals are expected to show."""
+        made = coloured(rho)
+        taken, early, late = basis.T @ made, basis[:-1], basis[1:]
+        crossed = np.sum(late * made[:-1]) + np.sum(made[1:] * early)
+        products = rho * pairs - float(crossed) + float(np.sum((late @ taken) * early))
+        return (products / max(pairs, 1.0)) / ((rows - float(np.trace(taken))) / rows)
+
+    after, before = order.pairs(1)
+    power, most = float(e @ e / len(e)), _MAX_RESIDUAL_AUTOREGRESSION
+    shown = float(e[after] @ e[before] / max(len(e[after]), 1)) / power
+    of_none, of_most = left(0.0), left(most)
+    if shown < of_none - MAX_CHANCE_DEVIATION.value / np.sqrt(len(e)):
         return nothing
-    rho = _matched(fitted, shown)
-    taken = fitted.basis.T @ fitted.coloured(rho)
+    rho = most if of_most <= shown else 0.0
+    if of_none < shown < of_most:
+        rho = float(brentq(lambda rho: left(rho) - shown, 0.0, most, xtol=_RESOLVED))
+    taken = basis.T @ coloured(rho)
     variance = len(e) * power / (len(e) - float(np.trace(taken)))
-    relative = (2 + fitted.slopes(rho) ** 2 * (1 - rho**2)) / n
+    # Slopes of the logarithms of the variances by the coefficient. The innovations stay as they
+    # are: the errors' variance is theirs by 1 - rho^2.
+    at = max(rho - _RESOLVED, 0.0), min(rho + _RESOLVED, most)
+    less, more = (np.log(np.diag(of_parameters(basis.T @ coloured(r))) / (1 - r**2)) for r in at)
+    slopes = (more - less) / (at[1] - at[0])
     return CovarianceEstimate(
-        matrix=np.asarray(variance * fitted.of_parameters(taken), dtype=float),
-        freedom=np.clip(2 / relative, MIN_DEGREES_OF_FREEDOM.value, n - k),
+        matrix=np.asarray(variance * of_parameters(taken), dtype=float),
+        freedom=np.clip(
+            2 / ((2 + slopes**2 * (1 - rho**2)) / n), MIN_DEGREES_OF_FREEDOM.value, n - k
+        ),
         description=_NAME,
     )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Fitted:
-    """What a fit takes of its rows: all that its influence spans.
-
-    Attributes
-    ----------
-    basis : (m, k) array
-        Orthonormal, on the grid of places; zero where a row is missing.
-    there : (m,) array
-        1 where there is a row, 0 where one is missing.
-    mixing : (k, k) array
-        The influence is the basis times this.
-    """
-
-    basis: Array
-    there: Array
-    mixing: Array
-
-    @classmethod
-    def of(cls, solution: Solution) -> Self:
-        """Of a solution; rows further apart than a residual is remembered count as just so far."""
-        influence, order = solution.influence, solution.neighbours
-        size = np.linalg.norm(influence, axis=0)  # columns may be of sizes far apart
-        basis, triangle = np.linalg.qr(influence / size)
-        reach = int(np.log(_FORGOTTEN) / np.log(_MAX_RESIDUAL_AUTOREGRESSION))
-        return cls(
-            basis=order.on_grid(basis, reach),
-            there=order.on_grid(np.ones((len(basis), 1)), reach)[:, 0],
-            mixing=triangle * size,
-        )
-
-    def coloured(self, rho: float) -> Array:
-        """The correlations of errors times the basis, (m, k)."""
-        from scipy.signal import lfilter
-
-        before = lfilter([1.0], [1.0, -rho], self.basis, axis=0)
-        after = lfilter([1.0], [1.0, -rho], self.basis[::-1], axis=0)[::-1]
-        return np.asarray((before + after - self.basis) * self.there[:, None], dtype=float)
-
-    def of_parameters(self, taken: Array) -> Array:
-        """Correlations of what the fit takes, as those of its parameters, (k, k)."""
-        return np.asarray(self.mixing.T @ taken @ self.mixing, dtype=float)
-
-    def slopes(self, rho: float) -> Array:
-        """Of the logarithms of the parameters' variances, by the coefficient, (k,).
-
-        The innovations stay as they are: the errors' variance is theirs by ``1 - rho^2``.
-        """
-        at = (max(rho - _RESOLVED, 0.0), min(rho + _RESOLVED, _MAX_RESIDUAL_AUTOREGRESSION))
-        early, late = (
-            np.log(np.diag(self.of_parameters(self.basis.T @ self.coloured(r))) / (1 - r**2))
-            for r in at
-        )
-        return np.asarray((late - early) / (at[1] - at[0]), dtype=float)
-
-    def left(self, rho: float) -> float:
-        """Autocorrelation at a row's distance that residuals are expected to show."""
-        coloured = self.coloured(rho)
-        taken = self.basis.T @ coloured
-        power = float(self.there.sum() - np.trace(taken))
-        early, late = self.basis[:-1], self.basis[1:]
-        pairs = float(self.there[1:] @ self.there[:-1])
-        crossed = np.sum(late * coloured[:-1]) + np.sum(coloured[1:] * early)
-        products = rho * pairs - float(crossed) + float(np.sum((late @ taken) * early))
-        return (products / max(pairs, 1.0)) / (power / float(self.there.sum()))
-
-
-def _matched(fitted: _Fitted, shown: float) -> float:
-    """The autoregression, from 0 to short of one, that leaves the autocorrelation shown."""
-    most = _MAX_RESIDUAL_AUTOREGRESSION
-    if fitted.left(most) <= shown:
-        return most
-    if fitted.left(0.0) >= shown:
-        return 0.0
-    from scipy.optimize import brentq
-
-    return float(brentq(lambda rho: fitted.left(rho) - shown, 0.0, most, xtol=_RESOLVED))

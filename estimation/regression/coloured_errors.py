@@ -86,7 +86,7 @@ class Autoregression:
 
         n = len(columns) // self.outputs
         if not n:
-            return np.zeros((columns.shape[1], columns.shape[1]))
+            return np.zeros((columns.shape[1],) * 2)
         size = next_fast_len(2 * n - 1, real=True)
         circle = np.zeros((size, self.outputs, self.outputs))
         circle[:n] = self.covariances_to(n)
@@ -228,7 +228,8 @@ def by_whittle(covariances: Array, samples: int) -> Autoregression:
         pad = np.zeros_like(unit)
         longer, back = np.concatenate([ahead, pad]), np.concatenate([behind, pad])
         ahead, behind = longer + first @ back[::-1], back + second @ longer[::-1]
-        v, u = _symmetric(v + first @ partial.T), _symmetric(u + second @ partial)
+        v, u = v + first @ partial.T, u + second @ partial
+        v, u = (v + v.T) / 2, (u + u.T) / 2
         if min(np.linalg.eigvalsh(v)[0], np.linalg.eigvalsh(u)[0]) <= 0:
             break
         criterion = samples * np.linalg.slogdet(v)[1] + 2 * p * v.size
@@ -236,10 +237,6 @@ def by_whittle(covariances: Array, samples: int) -> Autoregression:
             least = criterion
             best = Autoregression(coefficients=ahead, variance=v, covariances=own[: p + 1])
     return best
-
-
-def _symmetric(matrix: Array) -> Array:
-    return np.asarray((matrix + matrix.T) / 2)
 
 
 def sum_covariances(found: Sequence[CovarianceEstimate]) -> CovarianceEstimate:

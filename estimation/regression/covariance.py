@@ -42,19 +42,18 @@ class Covariance(ABC):
 
 
 def applied_covariance(
-    matrix: Array, shape: tuple[int, ...], description: str
+    matrix: Array, shape: tuple[int, ...], description: str, *, is_corrected: bool = False
 ) -> CovarianceEstimate:
-    """A matrix with n - k degrees of freedom, of so many rows and parameters (n, k)."""
+    """A matrix with n - k degrees of freedom, of so many rows and parameters (n, k).
+
+    For small samples it is corrected: times ``n/(n - k)``.
+    """
     n, k = shape
+    if is_corrected:
+        matrix, description = n / (n - k) * matrix, f"{description}, times n/(n - k)"
     return CovarianceEstimate(
         matrix=matrix, freedom=np.full(k, float(n - k)), description=description
     )
-
-
-def _corrected(matrix: Array, shape: tuple[int, ...], description: str) -> CovarianceEstimate:
-    """The same times ``n/(n - k)``, for small samples."""
-    n, k = shape
-    return applied_covariance(n / (n - k) * matrix, shape, f"{description}, times n/(n - k)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +96,8 @@ class Robust(Covariance):
     def applied(self, solution: Solution) -> CovarianceEstimate:
         """See `Covariance.applied`."""
         scores = _scores(solution)
-        return _corrected(scores.T @ scores, scores.shape, "heteroscedasticity-robust")
+        said = "heteroscedasticity-robust"
+        return applied_covariance(scores.T @ scores, scores.shape, said, is_corrected=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +156,7 @@ class Hac(Covariance):
     ) -> CovarianceEstimate:
         """Of scores, (n, k), by their products as `long_run` takes them; never widened."""
         found = self.long_run(products, shape[0])
-        applied = _corrected(found.matrix, shape, found.description)
+        applied = applied_covariance(found.matrix, shape, found.description, is_corrected=True)
         return replace(applied, freedom=np.minimum(found.freedom, applied.freedom))
 
     def long_run(self, products: Callable[[int], Array], rows: int) -> CovarianceEstimate:
@@ -253,11 +253,9 @@ def most_lags(n: int) -> int:
 
 def lags_of(sums: Sequence[float], n: int) -> int:
     """The plug-in rule for n rows, from the autocovariances of one parameter's scores."""
-    if not np.all(np.isfinite(sums)):
-        return len(sums) - 1
     level = sums[0] + 2 * sum(sums[1:])
     slope = 2 * sum(lag * value for lag, value in enumerate(sums))
-    if level == 0:
+    if level == 0 or not np.all(np.isfinite(sums)):
         return len(sums) - 1
     return int(1.1447 * abs(slope / level) ** (2 / 3) * n ** (1 / 3))
 

@@ -6,7 +6,6 @@ within the uncertainty, drawing from the distribution of theta is better.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from msgspec import Struct
@@ -71,42 +70,33 @@ class DrawSummary(Drawn, frozen=True, kw_only=True):
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Curvature:
-    """A map and its second derivatives in units of the estimate's own deviations.
+def curvature(slopes: Array, bends: Array, gradient: Array, hessian: Array) -> float:
+    """Second-order part of a function's standard deviation against the first.
 
-    Attributes
+    Of the variance ``g' C g + tr(H C H C)/2``, which is that of a quadratic function of normal
+    errors; the delta method keeps the first term. Third derivatives may add as much again.
+
+    Parameters
     ----------
     slopes : (p, k) array
         ``J L`` with ``L L' = C``: rows are gradients, whose squared norms are variances.
     bends : (p, k, k) array
         ``L' H L`` for the Hessian of each physical parameter.
+    gradient, hessian : (p,) and (p, p) arrays
+        Of the function by the physical parameters.
     """
-
-    slopes: Array
-    bends: Array
-
-    def ratio(self, gradient: Array, hessian: Array) -> float:
-        """Second-order part of a function's standard deviation against the first.
-
-        Of the variance ``g' C g + tr(H C H C)/2``, which is that of a quadratic function of normal
-        errors; the delta method keeps the first term. Third derivatives may add as much again.
-
-        Parameters
-        ----------
-        gradient, hessian : (p,) and (p, p) arrays
-            Of the function by the physical parameters.
-        """
-        first = float(np.linalg.norm(gradient @ self.slopes))
-        curved = self.slopes.T @ hessian @ self.slopes + np.tensordot(gradient, self.bends, axes=1)
-        second = float(np.linalg.norm(curved)) / np.sqrt(2)
-        if second == 0:
-            return 0.0
-        return float("inf") if first == 0 else second / first
+    first = float(np.linalg.norm(gradient @ slopes))
+    curved = slopes.T @ hessian @ slopes + np.tensordot(gradient, bends, axes=1)
+    second = float(np.linalg.norm(curved)) / np.sqrt(2)
+    if second == 0:
+        return 0.0
+    return float("inf") if first == 0 else second / first
 
 
-def curvature_of(form: Form, theta: Array, covariance: Array) -> Curvature:
-    """Differences of the map's exact Jacobian along the covariance's own directions.
+def slopes_and_bends(form: Form, theta: Array, covariance: Array) -> tuple[Array, Array]:
+    """A form's map, as `curvature` takes it, in units of the estimate's own deviations.
+
+    By differences of its exact Jacobian along the covariance's own directions.
 
     Parameters
     ----------
@@ -121,7 +111,7 @@ def curvature_of(form: Form, theta: Array, covariance: Array) -> Curvature:
     for j, direction in enumerate(directions.T):
         ahead, behind = (form.physical(theta + s * direction)[1] for s in (_STEP, -_STEP))
         bends[:, :, j] = (ahead - behind) @ directions / (2 * _STEP)
-    return Curvature(jacobian @ directions, bends)
+    return jacobian @ directions, bends
 
 
 def covariance_root(covariance: Array) -> Array:

@@ -10,7 +10,7 @@ taken off with the rest.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from axisid.codegen.lowering import LoopStart
 from axisid.estimation.choices import OPEN_LOOP_FIT
 from axisid.estimation.loops import (
     LawTicks,
-    RecordCache,
     first_velocity,
     hides_command,
     late_in_log,
@@ -48,7 +47,6 @@ from axisid.estimation.simulation import (
     simulate_loop,
 )
 from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
-from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, DataError, ModelError
 
@@ -59,42 +57,26 @@ from .forms import Equations, Form
 _MAX_DITHERED_SHARE = 0.5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SensorSteps:
-    """What the recorded motion is rounded to, SI; 0 where nothing is known of it.
+def position_step(record: Record) -> float:
+    """What a recorded position is rounded to, SI; 0 where nothing is known of it."""
+    if record.integrated:
+        return 0.0
+    return quantisation_step(record.position, int(MIN_STEP_DIFFERENCES.value))
 
-    Attributes
-    ----------
-    position : float
-        In the loop too.
-    velocity : float
-        Of a measured one whose noise does not average its steps.
+
+def sensor_steps(axis: GeneratedAxis, record: Record) -> tuple[float, float]:
+    """What a sampled law has of steps of the position, and of those of a measured velocity, SI.
+
+    0 where nothing is known of them, or where noise averages the velocity's.
     """
-
-    position: float = 0.0
-    velocity: float = 0.0
-
-
-_KNOWN: RecordCache[int, SensorSteps] = RecordCache()
-
-
-def sensor_steps(axis: GeneratedAxis, record: Record) -> SensorSteps:
-    """The steps of a record's sensors."""
-    law = axis.axis.control
+    law, velocity = axis.axis.control, record.velocity
     if law is None or law.continuous:
-        return SensorSteps()
-    known, fewest = _KNOWN.of(record), int(MIN_STEP_DIFFERENCES.value)
-    if fewest not in known:
-        velocity = 0.0 if record.velocity is None else quantisation_step(record.velocity, fewest)
-        if record.velocity is not None:
-            # A noise of that size averages the steps out.
-            changing = np.abs(np.diff(record.velocity)) > velocity / 2
-            velocity *= bool(np.mean(changing) <= _MAX_DITHERED_SHARE)
-        known[fewest] = SensorSteps(
-            position=0.0 if record.integrated else quantisation_step(record.position, fewest),
-            velocity=velocity,
-        )
-    return known[fewest]
+        return 0.0, 0.0
+    if velocity is None:
+        return position_step(record), 0.0
+    step = quantisation_step(velocity, int(MIN_STEP_DIFFERENCES.value))
+    changing = np.abs(np.diff(velocity)) > step / 2
+    return position_step(record), step * bool(np.mean(changing) <= _MAX_DITHERED_SHARE)
 
 
 class LoopDataError(DataError):
@@ -111,21 +93,21 @@ def lacking_loop(axis: GeneratedAxis, record: Record) -> AxisidError | None:
     """Why there is no closed loop to simulate: the axis has no law, or the record no reference."""
     if axis.axis.control is None:
         return lacking_law(axis)
-    return _no_reference(record) if record.commanded is None else None
+    return (
+        None
+        if record.commanded is not None
+        else LoopDataError(
+            f"{record.provenance.source} has no reference column, from which the closed loop "
+            f"is simulated; name it with columns reference=NAME.{_WITHOUT}",
+            code="missing-column",
+        )
+    )
 
 
 def lacking_law(axis: GeneratedAxis) -> ModelError:
     """The error of an axis whose records' loop cannot be simulated, with what does without."""
     error = no_control_law(axis.axis.name)
     return ModelError(f"{error}{_WITHOUT}", code=error.code)
-
-
-def _no_reference(record: Record) -> LoopDataError:
-    return LoopDataError(
-        f"{record.provenance.source} has no reference column, from which the closed loop "
-        f"is simulated; name it with columns reference=NAME.{_WITHOUT}",
-        code="missing-column",
-    )
 
 
 def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
@@ -140,14 +122,19 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     LoopDataError
         The record has no reference, or another period than the law, which nobody confirms.
     """
-    law = axis.axis.control
-    if law is None:
-        raise lacking_law(axis)
-    if record.commanded is None:
-        raise _no_reference(record)
+    law, reference = axis.axis.control, record.commanded
+    if law is None or reference is None:
+        raise lacking_loop(axis, record) or lacking_law(axis)
     ratio = evaluations_per_sample(law, record.period, clock_of(record))
+    apart = other_period(law, record.period, clock_of(record))
+    if ratio is None and apart is not None and not apart.confirmed:
+        raise LoopDataError(f"{apart.note}.", code="loop-period")
     if ratio is None:
-        raise _other_period(axis, law, record)
+        raise LoopDataError(
+            f"the record was resampled every {record.period:.6g} s, the control law of axis "
+            f"{axis.axis.name!r} runs every {law.period:.6g} s; resample at that, or leave it out.",
+            code="loop-period",
+        )
     if ratio != 1 and not (axis.axis.response is None and axis.axis.drive.path.is_plain):
         raise LoopDataError(
             f"the record is sampled every {record.period:.6g} s, the control law of axis "
@@ -156,18 +143,7 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
             "samples alone; record at the law's period, or ask for least squares.",
             code="loop-period",
         )
-    return record.commanded
-
-
-def _other_period(axis: GeneratedAxis, law: ControlLaw, record: Record) -> LoopDataError:
-    apart = other_period(law, record.period, clock_of(record))
-    if apart is not None and not apart.confirmed:
-        return LoopDataError(f"{apart.note}.", code="loop-period")
-    return LoopDataError(
-        f"the record was resampled every {record.period:.6g} s, the control law of axis "
-        f"{axis.axis.name!r} runs every {law.period:.6g} s; resample at that, or leave it out.",
-        code="loop-period",
-    )
+    return reference
 
 
 def simulated_loops(

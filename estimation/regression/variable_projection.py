@@ -9,7 +9,6 @@ References
 """
 
 from collections.abc import Callable
-from contextlib import suppress
 from itertools import product
 
 import numpy as np
@@ -44,30 +43,66 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
     """
     from scipy.optimize import least_squares as minimise
 
-    search = _Projection(form, rows)
-    starts = sorted(search.starts(), key=search.error)
+    axis, nonlinear = form.axis, np.array(form.axis.nonlinear)
+    names, linear = (
+        [name for name, is_so in zip(axis.names, axis.nonlinear, strict=True) if is_so == wanted]
+        for wanted in (True, False)
+    )
+    nominal = axis.nominal[nonlinear]
+    low, high = (end[nonlinear] for end in search_bounds(axis))
+    if missing := [n for n, x in zip(names, nominal, strict=True) if x == 0]:
+        raise EstimationError(
+            f"{', '.join(missing)} enters nonlinearly, so its search needs a start; declare a "
+            "nominal value other than 0.",
+            code="no-convergence",
+        )
+
+    def solved(at: Array) -> tuple[Array, Array]:
+        """All parameters (p,) for given nonlinear ones, and the residuals (n,)."""
+        physical = axis.nominal.copy()
+        physical[nonlinear] = at
+        equations = rows(form.at(physical))
+        # The columns of the linear parameters, and what they leave, do not depend on their values.
+        intercept = equations.intercept + equations.regressor[:, nonlinear] @ at
+        columns = factor(equations.regressor[:, ~nonlinear], linear)
+        solution = least_squares(equations.left - intercept, columns)
+        physical[~nonlinear] = solution.theta
+        if not np.all(np.isfinite(solution.residuals)):
+            values = ", ".join(f"{n} = {x:g}" for n, x in zip(names, at, strict=True))
+            raise EstimationError(f"the model has no finite value with {values}.")
+        return physical, solution.residuals
+
+    def residuals(at: Array) -> Array:
+        """Those of the best linear parameters, (n,); larger than any where there is no estimate."""
+        try:
+            return solved(at)[1]
+        except EstimationError:
+            left = rows(form).left
+            return np.full_like(left, 1e3 * float(np.abs(left).max()))
+
+    factors = [*product(_SPREAD, repeat=len(nominal))]
+    if len(factors) > _MOST_STARTS:
+        factors = [(times,) * len(nominal) for times in _SPREAD]
+    around = [nominal * np.array(each) for each in factors]
+    inside = [each for each in around if np.all((each > low) & (each < high))]
+    starts = sorted(inside or [nominal], key=lambda at: float(np.sum(residuals(at) ** 2)))
     try:
-        search.solved(starts[0])
+        solved(starts[0])
     except EstimationError as why:
         said = (
-            f"no start of {', '.join(search.names)} gives an estimate; give them nominal "
+            f"no start of {', '.join(names)} gives an estimate; give them nominal "
             "values and bounds of the right size, where the equation of motion has a value. "
             f"At the first, {why}"
         )
         raise EstimationError(said, code="no-convergence") from why
     found = [
         minimise(
-            search.residuals,
-            start,
-            bounds=search.bounds,
-            x_scale=np.abs(start),
-            xtol=1e-12,
-            ftol=1e-12,
+            residuals, start, bounds=(low, high), x_scale=np.abs(start), xtol=1e-12, ftol=1e-12
         )
         for start in starts[:_REFINED]
     ]
     best = min(found, key=lambda valley: float(valley.cost))
-    return search.solved(np.asarray(best.x, dtype=float))[0]
+    return solved(np.asarray(best.x, dtype=float))[0]
 
 
 def search_bounds(axis: GeneratedAxis) -> tuple[Array, Array]:
@@ -121,74 +156,3 @@ def damped_step(
         "believe idm-ls, whose search ends within them, and check the model of the friction.",
         code="bounds",
     )
-
-
-class _Projection:
-    """The residuals as a function of the nonlinear parameters alone."""
-
-    def __init__(self, form: InverseForm, rows: Callable[[InverseForm], Equations]) -> None:
-        self._form, self._rows, axis = form, rows, form.axis
-        self._nonlinear = np.array(axis.nonlinear)
-        self.names, self._linear = (
-            [
-                name
-                for name, is_so in zip(axis.names, axis.nonlinear, strict=True)
-                if is_so == wanted
-            ]
-            for wanted in (True, False)
-        )
-        low, high = search_bounds(axis)
-        self.bounds = (low[self._nonlinear], high[self._nonlinear])
-        self._nominal = axis.nominal[self._nonlinear]
-        if missing := [n for n, x in zip(self.names, self._nominal, strict=True) if x == 0]:
-            raise EstimationError(
-                f"{', '.join(missing)} enters nonlinearly, so its search needs a start; declare a "
-                "nominal value other than 0.",
-                code="no-convergence",
-            )
-
-    def starts(self) -> list[Array]:
-        """Nominal values, and around them by factors, within the bounds."""
-        m = len(self._nominal)
-        factors = list(product(_SPREAD, repeat=m))
-        chosen = factors if len(factors) <= _MOST_STARTS else [(f,) * m for f in _SPREAD]
-        low, high = self.bounds
-        inside = [self._nominal * np.array(f) for f in chosen]
-        return [start for start in inside if np.all((start > low) & (start < high))] or [
-            self._nominal
-        ]
-
-    def solved(self, nonlinear: Array) -> tuple[Array, Array]:
-        """All parameters (p,) for given nonlinear ones, and the residuals (n,).
-
-        Raises
-        ------
-        EstimationError
-            The columns are not of full rank, or the model has no value there.
-        """
-        physical = self._form.axis.nominal.copy()
-        physical[self._nonlinear] = nonlinear
-        equations = self._rows(self._form.at(physical))
-        # The columns of the linear parameters, and what they leave, do not depend on their values.
-        intercept = equations.intercept + equations.regressor[:, self._nonlinear] @ nonlinear
-        columns = factor(equations.regressor[:, ~self._nonlinear], self._linear)
-        solution = least_squares(equations.left - intercept, columns)
-        physical[~self._nonlinear] = solution.theta
-        if not np.all(np.isfinite(solution.residuals)):
-            values = ", ".join(f"{n} = {x:g}" for n, x in zip(self.names, nonlinear, strict=True))
-            raise EstimationError(f"the model has no finite value with {values}.")
-        return physical, solution.residuals
-
-    def error(self, nonlinear: Array) -> float:
-        """Sum of squares with the best linear parameters; infinite where there is no estimate."""
-        with suppress(EstimationError):
-            return float(np.sum(self.solved(nonlinear)[1] ** 2))
-        return np.inf
-
-    def residuals(self, nonlinear: Array) -> Array:
-        """Those of the best linear parameters, (n,); larger than any where there is no estimate."""
-        try:
-            return self.solved(nonlinear)[1]
-        except EstimationError:
-            left = self._rows(self._form).left
-            return np.full_like(left, 1e3 * float(np.abs(left).max()))

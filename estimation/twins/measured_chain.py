@@ -76,12 +76,12 @@ def measured_chain(
         There are too few rows.
     """
     quiet = noise_free_record(data, loops)
-    sensors = sensor_steps(data.axis, data.record)
+    position_step, velocity_step = sensor_steps(data.axis, data.record)
     chain = MeasuredChain(
-        position_step=sensors.position,
-        anywhere=sensors.position > 0,
-        velocity_step=sensors.velocity,
-        velocity=0.0 if sensors.velocity else _white(data.record, quiet.record, "velocity"),
+        position_step=position_step,
+        anywhere=position_step > 0,
+        velocity_step=velocity_step,
+        velocity=0.0 if velocity_step else _white(data.record, quiet.record, "velocity"),
         acceleration=_white(data.record, quiet.record, "acceleration"),
         control_step=0.0 if data.axis.axis.drive.quantisation else control_step(data.record),
         is_measured_by_law=is_measured_by_law(data),
