@@ -248,21 +248,6 @@ class Estimate(Presentable, Exact):
         return self.inference.freedom
 
     @property
-    def gain_slopes(self) -> Array | None:
-        """Of the physical parameters by the logarithm of the gain, (p,)."""
-        return self.inference.gain_slopes
-
-    @property
-    def theta_gain_slopes(self) -> Array | None:
-        """Of the regression's own parameters by the logarithm of the gain, (k,)."""
-        return self.inference.theta_gain_slopes
-
-    @property
-    def noise_free(self) -> Array | None:
-        """What is left of the loops simulated with the estimate, (n,); see `Inference`."""
-        return self.inference.noise_free
-
-    @property
     def is_direct(self) -> bool:
         """Whether a direct model was regressed."""
         return bool(self.ddm_quantities)
@@ -275,7 +260,7 @@ class Estimate(Presentable, Exact):
     @property
     def net_residuals(self) -> Array:
         """Residuals less what is left of the noise-free loop, or of twins in the mean, (n,)."""
-        quiet = self.noise_free
+        quiet = self.inference.noise_free
         return self.residuals if quiet is None else self.residuals - quiet
 
     @property
@@ -344,7 +329,7 @@ class Estimate(Presentable, Exact):
             freedom=self.freedom,
             chosen=self.chosen,
             bias=self.filter_bias,
-            by_gain=self._by_gain(self.gain_slopes),
+            by_gain=self._by_gain(self.inference.gain_slopes),
         )
 
     @property
@@ -365,7 +350,7 @@ class Estimate(Presentable, Exact):
             freedom=self.inference.ddm_freedom,
             chosen=self.chosen,
             bias=bias,
-            by_gain=self._by_gain(self.theta_gain_slopes),
+            by_gain=self._by_gain(self.inference.theta_gain_slopes),
         ).values
 
     def _by_gain(self, slopes: Array | None) -> Array | None:

@@ -32,7 +32,7 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
     """
     data, span = problem.data[record], problem.spans[record]
     left, residuals, counts = estimate.y[span], estimate.residuals[span], estimate.counts
-    simulated, left_of_twins = estimate.simulated, estimate.inference.twins_residuals
+    simulated, told = estimate.simulated, estimate.inference
     simulated = simulated if isinstance(simulated, NotSimulated) else simulated[span]
     plain = replace(
         estimate,
@@ -50,9 +50,9 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
         weights=None,
         counts=counts and LossWeights(weights=counts.weights[span], slopes=counts.slopes[span]),
     ).with_inference(
-        noise_free=None if estimate.noise_free is None else estimate.noise_free[span],
-        chains=estimate.inference.chains[record : record + 1],
-        twins_residuals=None if left_of_twins is None else left_of_twins[span],
+        noise_free=None if told.noise_free is None else told.noise_free[span],
+        chains=told.chains[record : record + 1],
+        twins_residuals=None if told.twins_residuals is None else told.twins_residuals[span],
     )
     if not isinstance(estimate.form, JointForm):
         X, Z = estimate.X[span], estimate.Z
@@ -74,7 +74,8 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
         loops = simulated_loops(axis, data.record, physical)
         Z = simulated_rows(own, loops, physical, data).regressor
         X = Z if part.by_output_error else X
-    by_gain = None if part.gain_slopes is None else slopes @ part.gain_slopes
+    by_gain = part.inference.gain_slopes
+    by_gain = None if by_gain is None else slopes @ by_gain
     made = part.distribution.through(axis.parameters, physical, slopes)
     return replace(
         part,

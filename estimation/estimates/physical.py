@@ -55,12 +55,8 @@ def mapped(base: BaseModel, theta: Array) -> tuple[Array, Array]:
     return weights @ np.prod(theta**powers, axis=1), weights @ slopes
 
 
-@dataclass(frozen=True, slots=True)
-class Minimum:
-    """Declared parameters (p,) and their squared distance, in deviations."""
-
-    theta: Array
-    cost: float
+#: Declared parameters, (p,), and their squared distance, in deviations.
+Minimum = tuple[Array, float]
 
 
 class Distance:
@@ -77,14 +73,13 @@ class Distance:
     def __init__(self, base: BaseModel, beta: Array, covariance: Array) -> None:
         self.base, declared = base, base.declared.parameters
         self._exponents = np.array(base.exponents, dtype=float)
-        self._known = [j for j, p in enumerate(declared) if p.known is not None]
-        self._uncertain = [j for j in self._known if declared[j].known_sd > 0]
-        exact = set(self._known) - set(self._uncertain)
-        self.free = [j for j in range(len(declared)) if j not in exact]
+        self._known = np.array([p.known is not None for p in declared])
+        spread = np.array([p.known_sd if p.known is not None else 0.0 for p in declared])
+        self._uncertain = np.flatnonzero(spread > 0)
+        self.free = [*np.flatnonzero(~self._known | (spread > 0))]
         self._start = np.array([p.nominal if p.known is None else p.known for p in declared])
-        self._low = np.array([p.lower for p in declared])
-        self._high = np.array([p.upper for p in declared])
-        self._spread = np.array([declared[j].known_sd for j in self._uncertain])
+        self._low, self._high = np.transpose([(p.lower, p.upper) for p in declared])
+        self._spread = spread[self._uncertain]
         self.target = np.concatenate([beta, self._start[self._uncertain]])
         whole = self.covariance(covariance)
         self._wider = [_whitening(whole, self.target, least) for least in _SHARPEST]
@@ -100,30 +95,29 @@ class Distance:
 
     def minimum(self) -> Minimum:
         """The nearest parameters, inside the bounds if any there are as near."""
-        found = [self._descend(start) for start in self._starts()]
-        least = min(each.cost for each in found)
-        near = [each for each in found if _is_as_near(each, least)] or found
-        near += [
-            Minimum(theta, near[0].cost)
-            for theta in self._mirrored(near[0].theta)
-            if not self._inside(near[0].theta)
-        ]
-        return next((each for each in near if self._inside(each.theta)), near[0])
+        near = self._valleys()
+        theta, cost = near[0]
+        candidates = [*near, *((other, cost) for other in self._mirrored(theta))]
+        return next((each for each in candidates if self._inside(each[0])), near[0])
 
     def others(self, theta: Array) -> list[Array]:
         """Further parameters inside the bounds that are as near, each once."""
-        cost = self._residuals(theta)[0]
-        least = float(cost @ cost)
         candidates = [*self._mirrored(theta)]
         if not self.base.undetermined:
-            ends = [self._descend(start) for start in self._starts()]
-            candidates += [each.theta for each in ends if _is_as_near(each, least)]
+            candidates += [other for other, _ in self._valleys()]
         apart: list[Array] = []
         for other in candidates:
             is_new = not any(self.alike(seen, other).all() for seen in [theta, *apart])
             if is_new and self._inside(other):
                 apart.append(other)
         return apart
+
+    def _valleys(self) -> list[Minimum]:
+        """Where descents from all starts end that come as near as any, but for rounding."""
+        found = [self._descend(start) for start in self._starts()]
+        least = min(cost for _, cost in found)
+        near = [each for each in found if each[1] <= least + _SAME_DISTANCE * (1 + least)]
+        return near or found
 
     def alike(self, theta: Array, other: Array) -> NDArray[np.bool_]:
         """Which parameters (p,) of two solutions are one, by their size and their deviation."""
@@ -135,8 +129,7 @@ class Distance:
 
     def influence(self, theta: Array, rank: int) -> Array:
         """Derivative of the parameters (p, z) by the target; 0 for those fixed exactly."""
-        _, slopes = self._residuals(theta)
-        sizes, unit = _scaled(slopes)
+        sizes, unit = self._scaled_slopes(theta)
         left, values, right = np.linalg.svd(unit, full_matrices=False)
         inverse = (right[:rank].T / values[:rank]) @ left[:, :rank].T
         whole = np.zeros((len(theta), len(self.target)))
@@ -147,8 +140,15 @@ class Distance:
         """Smallest against largest singular value of the scaled Jacobian; 1 for no unknowns."""
         if rank == 0:
             return 1.0
-        values = np.linalg.svd(_scaled(self._residuals(theta)[1])[1], compute_uv=False)
+        values = np.linalg.svd(self._scaled_slopes(theta)[1], compute_uv=False)
         return float(values[rank - 1] / values[0]) if values[0] > 0 else 0.0
+
+    def _scaled_slopes(self, theta: Array) -> tuple[Array, Array]:
+        """Sizes of the slopes by each unknown, and the slopes over them."""
+        slopes = self._residuals(theta)[1]
+        sizes = np.linalg.norm(slopes, axis=0)
+        sizes = np.where(sizes > 0, sizes, 1.0)
+        return sizes, slopes / sizes
 
     def _residuals(self, theta: Array, whiten: Array | None = None) -> tuple[Array, Array]:
         """Of the target less the map, in deviations, and the map's slopes by the unknowns."""
@@ -168,9 +168,9 @@ class Distance:
             theta[self.free] = free
             return self._residuals(theta, whiten)
 
-        for whiten in self._wider if self.free else ():
-            try:
-                with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"):
+            for whiten in self._wider if self.free else ():
+                try:
                     found = least_squares(
                         lambda *here: at(*here)[0],
                         theta[self.free],
@@ -182,50 +182,37 @@ class Distance:
                         gtol=_STILL,
                         max_nfev=_MOST_STEPS,
                     )
-            except ValueError:  # nothing is finite there
-                return Minimum(start, np.inf)
-            theta[self.free] = found.x
-        with np.errstate(all="ignore"):
+                except ValueError:  # nothing is finite there
+                    return start, np.inf
+                theta[self.free] = found.x
             left, _ = self._residuals(theta)
             cost = float(left @ left)
-        return Minimum(theta, cost if np.isfinite(cost) else np.inf)
+        return theta, cost if np.isfinite(cost) else np.inf
 
     def _starts(self) -> Iterator[Array]:
         """The nominal values first; where one is 0, other sizes; then neighbours."""
-        known = np.isin(np.arange(len(self._start)), self._known)
         nonlinear = np.any(self._exponents[self._exponents.sum(axis=1) > 1] > 0, axis=0)
-        at_zero = (self._start == 0) & ~known & nonlinear
+        at_zero = (self._start == 0) & ~self._known & nonlinear
         sizes = _SIZES if np.any(at_zero) else (1.0,)
         stretches = _STRETCHES if np.any(nonlinear) else (1.0,)
         for stretch, size in product(stretches, sizes):
             filled = np.where(at_zero, size, self._start)
-            yield np.where(known, filled, stretch * filled)
+            yield np.where(self._known, filled, stretch * filled)
 
     def _mirrored(self, theta: Array) -> Iterator[Array]:
         """The same base parameters from other signs: flips that leave every monomial's sign."""
         odd = np.mod(self._exponents[np.any(np.array(self.base.weights) != 0, axis=0)], 2)
-        free = [j for j in range(len(theta)) if j not in self._known and theta[j] != 0]
         # Only parameters that enter some monomial evenly or beside others can flip.
-        able = [j for j in free if not np.any((odd[:, j] == 1) & (odd.sum(axis=1) == 1))]
-        for flips in product((0, 1), repeat=len(able[:_MOST_SIGNS])):
+        alone = np.any((odd == 1) & (odd.sum(axis=1, keepdims=True) == 1), axis=0)
+        able = np.flatnonzero(~self._known & (theta != 0) & ~alone)[:_MOST_SIGNS]
+        for flips in product((0, 1), repeat=len(able)):
             chosen = np.zeros(len(theta))
-            chosen[able[:_MOST_SIGNS]] = flips
+            chosen[able] = flips
             if any(flips) and not np.any(np.mod(odd @ chosen, 2)):
                 yield np.where(chosen == 1, -theta, theta)
 
     def _inside(self, theta: Array) -> bool:
         return bool(np.all((self._low <= theta) & (theta <= self._high)))
-
-
-def _scaled(slopes: Array) -> tuple[Array, Array]:
-    sizes = np.linalg.norm(slopes, axis=0)
-    sizes = np.where(sizes > 0, sizes, 1.0)
-    return sizes, slopes / sizes
-
-
-def _is_as_near(found: Minimum, least: float) -> bool:
-    """Whether a minimum is the least one, but for rounding."""
-    return found.cost <= least + _SAME_DISTANCE * (1 + least)
 
 
 def _whitening(covariance: Array, values: Array, sharpest: float) -> Array:
@@ -301,15 +288,11 @@ class PhysicalByMethod(dict[str, P]):
         name = method.lower() if isinstance(method, str) else method
         if is_among(name, self):
             return super().__getitem__(name)
-        if not self:
-            raise UsageError(
-                f"there is no {quoted(method)} among the physical parameters, as the estimates are "
-                "of the declared ones already; take result[METHOD].parameters.",
-                code="result",
-            )
+        there = "the estimates are of the declared ones already; take result[METHOD].parameters"
+        if self:
+            there = f"choose from {', '.join(self)}, and of its parameters by name"
         raise UsageError(
-            f"physical parameters are by method, and there is no {quoted(method)}; choose from "
-            f"{', '.join(self)}, and of its parameters by name.",
+            f"physical parameters are by method, and there is no {quoted(method)}; {there}.",
             code="result",
         )
 
@@ -351,14 +334,24 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
     if by_gain is not None:
         expected = expected + np.outer(by_gain, by_gain)
     distance = Distance(base, of_base.corrected, expected)
-    found = distance.minimum()
+    theta, cost = distance.minimum()
     lost = undetermined_names(base)
     rank = len(distance.free) - len(base.undetermined)
     dof = len(distance.target) - rank
-    reason = _no_solution(found.cost, dof, distance, found.theta, rank)
+    reason = ""
+    if not np.isfinite(cost) or (dof == 0 and cost > _MAX_EXACT_DISTANCE):
+        reason = (
+            "no values of the physical parameters give the base parameters as they are estimated: "
+            "check the equation of motion and what was fixed, or start from better nominal values"
+        )
+    elif distance.sharpness(theta, rank) < _MIN_SENSITIVITY:
+        reason = (
+            "at this estimate the base parameters hardly change with the physical ones, which "
+            "therefore do not follow: fix others"
+        )
     if reason:
         # What is fixed so far away that no distance can be told contradicts the record.
-        contradicts = dof > 0 and not np.isfinite(found.cost)
+        contradicts = dof > 0 and not np.isfinite(cost)
         return told(
             parameters=NamedValues(),
             covariances={name: np.zeros((0, 0)) for name in of_base.covariances},
@@ -371,10 +364,10 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
     declared = base.declared.parameters
     freedom = float(np.min(of_base.freedom[of_base.chosen]))
     kept = [j for j, p in enumerate(declared) if p.name not in lost]
-    influence = distance.influence(found.theta, rank)[kept]
+    influence = distance.influence(theta, rank)[kept]
     made = SamplingDistribution(
         quantities=tuple(Quantity(name=declared[j].name, unit=declared[j].unit) for j in kept),
-        theta=found.theta[kept],
+        theta=theta[kept],
         covariances={
             name: delta_method(distance.covariance(c), influence)
             for name, c in of_base.covariances.items()
@@ -387,33 +380,18 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
         parameters=made.values,
         covariances=made.covariances,
         undetermined=describe_undetermined(base),
-        statistic=found.cost if dof else 0.0,
+        statistic=cost if dof else 0.0,
         dof=dof,
-        p_value=joint_p(found.cost, dof, freedom) if dof else None,
+        p_value=joint_p(cost, dof, freedom) if dof else None,
         remarks=(
-            *_others(distance, found.theta, kept),
+            *_others(distance, theta, kept),
             *(
-                declared[j].out_of_bounds(found.theta[j])
+                declared[j].out_of_bounds(theta[j])
                 for j in kept
-                if not declared[j].allows(found.theta[j]) and declared[j].known is None
+                if not declared[j].allows(theta[j]) and declared[j].known is None
             ),
         ),
     )
-
-
-def _no_solution(cost: float, dof: int, distance: Distance, theta: Array, rank: int) -> str:
-    """Why there are no physical parameters; empty if there are."""
-    if not np.isfinite(cost) or (dof == 0 and cost > _MAX_EXACT_DISTANCE):
-        return (
-            "no values of the physical parameters give the base parameters as they are estimated: "
-            "check the equation of motion and what was fixed, or start from better nominal values"
-        )
-    if distance.sharpness(theta, rank) < _MIN_SENSITIVITY:
-        return (
-            "at this estimate the base parameters hardly change with the physical ones, which "
-            "therefore do not follow: fix others"
-        )
-    return ""
 
 
 def _others(distance: Distance, theta: Array, kept: list[int]) -> list[str]:

@@ -205,10 +205,10 @@ def test_minimum_is_that_of_scipy(rng: np.random.Generator) -> None:
         return np.linalg.solve(lower, np.array([*beta, 1.2, 0.44]) - mapped)
 
     other = least_squares(residuals, [1.0, 0.5, 0.05, 0.1], xtol=1e-15, ftol=1e-15, gtol=1e-15)
-    found = distance.minimum()
-    assert found.theta == pytest.approx(other.x, rel=1e-6)
-    assert found.cost == pytest.approx(2 * other.cost, rel=1e-9)
-    influence = distance.influence(found.theta, 4)
+    theta, cost = distance.minimum()
+    assert theta == pytest.approx(other.x, rel=1e-6)
+    assert cost == pytest.approx(2 * other.cost, rel=1e-9)
+    influence = distance.influence(theta, 4)
     expected = np.linalg.inv(other.jac.T @ other.jac)
     assert influence @ whole @ influence.T == pytest.approx(expected, rel=1e-5)
 
@@ -219,9 +219,9 @@ def test_a_product_that_is_known_sharply_leaves_its_factor_where_it_is_known(sha
     base = base_model(fix(PENDULUM, m=(1.2, 0.05)))
     beta = np.array(base.at(np.array([1.2, 0.45, 0.03, 0.4])))
     covariance = np.diag((sharp * beta) ** 2)
-    found = Distance(base, beta, covariance).minimum()
-    assert found.theta == pytest.approx([1.2, 0.45, 0.03, 0.4], rel=1e-5)
-    assert found.cost < 1e-6
+    theta, cost = Distance(base, beta, covariance).minimum()
+    assert theta == pytest.approx([1.2, 0.45, 0.03, 0.4], rel=1e-5)
+    assert cost < 1e-6
 
 
 def test_linear_axis_with_an_exactly_known_parameter_is_restricted_least_squares(
@@ -232,16 +232,16 @@ def test_linear_axis_with_an_exactly_known_parameter_is_restricted_least_squares
     distance = Distance(known.base, estimate.physical, estimate.covariances["iid"])
     y, regressor = estimate.y - 100.0 * estimate.X[:, 0], estimate.X[:, 1:]
     expected = np.linalg.lstsq(regressor, y, rcond=None)[0]
-    found = distance.minimum()
-    assert found.theta == pytest.approx([100.0, *expected], rel=1e-9)
+    theta, cost = distance.minimum()
+    assert theta == pytest.approx([100.0, *expected], rel=1e-9)
     variance = estimate.residuals @ estimate.residuals / (len(y) - 1)
-    influence = distance.influence(found.theta, 2)
+    influence = distance.influence(theta, 2)
     assert (influence @ estimate.covariances["iid"] @ influence.T)[1:, 1:] == pytest.approx(
         variance * np.linalg.inv(regressor.T @ regressor), rel=1e-7
     )
     restricted = y - regressor @ expected
     more = restricted @ restricted - estimate.residuals @ estimate.residuals
-    assert found.cost == pytest.approx(more / variance, rel=1e-6)
+    assert cost == pytest.approx(more / variance, rel=1e-6)
 
 
 def test_known_mass_with_a_deviation_is_weighed_with_the_record(

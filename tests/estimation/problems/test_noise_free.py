@@ -187,4 +187,4 @@ def test_a_record_with_a_gap_and_its_two_parts_are_the_same_thing(
     largest = theirs.cross_correlation.largest
     assert ours.cross_correlation.largest == pytest.approx(largest, rel=1e-9)
     assert two.simulation_error_percent == pytest.approx(one.simulation_error_percent, rel=1e-9)
-    assert two.noise_free == pytest.approx(one.noise_free, rel=1e-6, abs=1e-9)
+    assert two.inference.noise_free == pytest.approx(one.inference.noise_free, rel=1e-6, abs=1e-9)

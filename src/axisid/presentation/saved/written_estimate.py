@@ -231,8 +231,8 @@ def written_estimate(
         freedom=_named(estimate.quantities, estimate.freedom[estimate.chosen]),
         drawn=drawn,
         physical=physical,
-        gain_slopes=_slopes(estimate.quantities, estimate.gain_slopes),
-        theta_ddm_gain_slopes=_slopes(estimate.ddm_quantities, estimate.theta_gain_slopes)
+        gain_slopes=_slopes(estimate.quantities, estimate.inference.gain_slopes),
+        theta_ddm_gain_slopes=_slopes(estimate.ddm_quantities, estimate.inference.theta_gain_slopes)
         if direct
         else None,
     )
