@@ -81,7 +81,7 @@ print(
     type(data.signals).__name__,
     len(data.signals.velocity),
     "samples,",
-    len(data.row_numbers),
+    len(data.sampling.rows),
     "rows",
 )
 

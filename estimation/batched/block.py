@@ -370,7 +370,9 @@ class Block:
 
         Of those faster than lanes' slow speeds, (L,), and of those that are not near reversals.
         """
-        moving, left = self.library.information(self.motion, self.template.kept, near, slow)
+        moving, left = self.library.information(
+            self.motion, self.template.sampling.kept, near, slow
+        )
         return moving.transpose(2, 0, 1), left.transpose(2, 0, 1)
 
     @cached_property

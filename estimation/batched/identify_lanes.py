@@ -168,7 +168,7 @@ def _by_products(model: Hac, lagged: Array, rows: int) -> CovarianceEstimate:
 def _lane_solution(block: Block, fits: LaneFits, lane: int, inverse: Array) -> Solution:
     """A lane's solution as if it were alone; `inverse` are ``(Z'Z)^-1``."""
     own = slice(None) if fits.rows is None else fits.rows[:, lane]
-    places = block.template.row_numbers.astype(np.int64)[own]
+    places = block.template.sampling.rows.astype(np.int64)[own]
     return Solution(
         theta=fits.theta[lane],
         residuals=np.ascontiguousarray(fits.residuals[own, lane]),

@@ -273,7 +273,7 @@ def _clearly_shown(
     force = drive_force(block.axis, control, q, dq)
     signals = Signals(position=q, velocity=dq, acceleration=ddq, force=force, direction=np.sign(dq))
     reach = SignalRanges.of(
-        [(signals, InverseForm(block.axis).equations(signals), block.template.kept)]
+        [(signals, InverseForm(block.axis).equations(signals), block.template.sampling.kept)]
     )
     if reach is None:
         return np.zeros(len(block.lanes), dtype=bool)

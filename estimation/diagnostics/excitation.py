@@ -121,7 +121,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
             (
                 data.signals,
                 replace(own, regressor=form.placed(i, own.intercept, own.regressor)[1]),
-                data.kept,
+                data.sampling.kept,
             )
             for i, (data, own) in enumerate(zip(problem.data, each, strict=True))
         ]
@@ -140,7 +140,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
         )
         for signal in of_records[0]
     }
-    X, weights = equations.regressor, problem.stacked(lambda data: data.weights)
+    X, weights = equations.regressor, problem.stacked(lambda data: data.sampling.weights)
     size = np.linalg.norm(X, axis=0)
     unit = X / np.where(size > 0, size, 1.0)
     shares = np.abs(theta) * size / np.linalg.norm(equations.left)

@@ -37,8 +37,8 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
     plain = replace(
         estimate,
         y=left,
-        rows=data.row_numbers,
-        neighbours=data.neighbours,
+        rows=data.sampling.rows,
+        neighbours=data.sampling.neighbours,
         times=data.times_of_rows if data.record.segments else None,
         period=data.period,
         residuals=residuals,

@@ -74,7 +74,7 @@ class Distance:
         self.base, declared = base, base.declared.parameters
         self._exponents = np.array(base.exponents, dtype=float)
         self._known = np.array([p.known is not None for p in declared])
-        spread = np.array([p.known_sd if p.known is not None else 0.0 for p in declared])
+        spread = np.array([p.known_sd for p in declared])
         self._uncertain = np.flatnonzero(spread > 0)
         self.free = [*np.flatnonzero(~self._known | (spread > 0))]
         self._start = np.array([p.nominal if p.known is None else p.known for p in declared])

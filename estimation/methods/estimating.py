@@ -95,7 +95,7 @@ def estimate_by(
         y=left,
         X=_own_rows((solver.slopes or fit.measured).regressor, weights),
         Z=None if solver.loop is None else _own_rows(solver.loop.columns, weights),
-        rows=problem.stacked(lambda data: data.row_numbers),
+        rows=problem.stacked(lambda data: data.sampling.rows),
         neighbours=problem.neighbours,
         times=problem.stacked(lambda data: data.times_of_rows) if has_times else None,
         period=problem.data[0].period,

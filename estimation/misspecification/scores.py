@@ -276,7 +276,7 @@ def scores_of(
         quiet = noise_free_record(data, loops)
         # Without rows near rests and reversals of the loop, if rows are left then.
         moving = data.turning_as(quiet.record.position, also=True)
-        enough = len(moving.row_numbers) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1)
+        enough = len(moving.sampling.rows) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1)
         data = moving if enough else data
         twins += [] if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)
         if 2 * len(twins) < DEFAULT_COUNT:
@@ -290,7 +290,7 @@ def scores_of(
             recorded=data.recorded,
         )
         quiet = replace(quiet, prefilter=data.prefilter, excluded=data.excluded)
-    k, n = len(free), len(data.row_numbers)
+    k, n = len(free), len(data.sampling.rows)
     if n < _FEWEST_ROWS * (k + 1):
         return Missing(f"{n} rows in motion are too few to tell what is missing")
     rows = form.equations(data.signals).reduced(data)
@@ -318,7 +318,7 @@ def scores_of(
         along=_along(moved or data.signals, data),
         data=data,
         quiet=quiet,
-        neighbours=data.neighbours,
+        neighbours=data.sampling.neighbours,
     )
 
 

@@ -291,7 +291,7 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
     if not scores.twins:
         return []
     data = scores.data
-    rows = data.row_numbers.astype(np.int64)
+    rows = data.sampling.rows.astype(np.int64)
     left = np.abs(scores.nets)
     worst, chance = int(np.argmax(left[:, 0])), _chance(left.max(axis=0))
     width = data.prefilter.decimate

@@ -145,7 +145,7 @@ class Problem(Uncached):
     @cached_property
     def neighbours(self) -> RowTimes:
         """Which of the rows follow each other in time."""
-        return RowTimes.joined([data.neighbours for data in self.data])
+        return RowTimes.joined([data.sampling.neighbours for data in self.data])
 
     @property
     def row_period(self) -> float:
@@ -250,7 +250,7 @@ class Problem(Uncached):
     @cached_property
     def spans(self) -> tuple[slice, ...]:
         """Of the rows, those of each record."""
-        ends = [*accumulate(len(data.row_numbers) for data in self.data)]
+        ends = [*accumulate(len(data.sampling.rows) for data in self.data)]
         return tuple(slice(a, b) for a, b in zip([0, *ends], ends, strict=False))
 
     @property
@@ -268,7 +268,7 @@ class Problem(Uncached):
     @property
     def rest(self) -> float:
         """Part of the samples of a fit at which the axis stands still."""
-        weights = [int(data.used.sum()) for data in self.data]
+        weights = [int(data.sampling.used.sum()) for data in self.data]
         rests = [data.rest for data in self.data]
         return float(np.average(rests, weights=weights)) if sum(weights) else max(rests)
 
@@ -301,14 +301,15 @@ class Problem(Uncached):
     def _check(self, every: list[Equations], rows: Equations) -> None:
         """Refuse columns that the rows do not show, of what every sample has."""
         pairs = zip(self.data, every, strict=True)
-        reach = SignalRanges.of([(data.signals, rows_of, data.kept) for data, rows_of in pairs])
+        reach = SignalRanges.of(
+            [(data.signals, rows_of, data.sampling.kept) for data, rows_of in pairs]
+        )
         with adding(lambda: self.lacking):
             check_visible(
                 self.axis,
                 reach,
                 rows.regressor,
                 rows.left - rows.intercept,
-                rows=len(rows.left),
                 source="the record" if len(self.data) == 1 else "the set of records",
                 without_turns=any(d.prefilter.reversals == "leave-out" for d in self.data),
             )

@@ -131,7 +131,6 @@ def check_visible(
     regressor: Array,
     left: Array,
     *,
-    rows: int,
     source: str,
     without_turns: bool,
 ) -> None:
@@ -143,9 +142,7 @@ def check_visible(
     reach : SignalRanges or None
         None where no sample is kept; nothing is refused then.
     regressor, left : (n, p), (n,) arrays
-        Of the inverse model, the left side less what is known; or their triangular factor.
-    rows : int
-        Of the regression.
+        Of the inverse model, the left side less what is known.
     source : str
         Of the record, for the message.
     without_turns : bool
@@ -157,20 +154,48 @@ def check_visible(
         The parameters are named, with what they would have to be.
     """
     finite = np.all(np.isfinite(regressor)) and np.all(np.isfinite(left))
-    if reach is None or rows <= regressor.shape[1] or not finite:
+    if reach is None or len(regressor) <= regressor.shape[1] or not finite:
         return
-    noise = max(_unexplained(regressor, left, rows), _ROUNDING * reach.force)
+    norms = np.linalg.norm(regressor, axis=0)
+    unit = regressor[:, norms > 0] / norms[norms > 0]
+    residuals = left - unit @ np.linalg.lstsq(unit, left, rcond=None)[0]
+    unexplained = float(np.linalg.norm(residuals) / np.sqrt(len(left) - regressor.shape[1]))
+    noise = max(unexplained, _ROUNDING * reach.force)
     if not np.isfinite(noise):
         return  # the signals' size is refused where it is regressed
-    unseen = _unseen(axis, reach, np.linalg.norm(regressor, axis=0), noise)
-    if unseen:
-        turns = ", without the samples near reversals and rests" if without_turns else ""
-        raise EstimationError(
-            f"{source} does not show {', '.join(unseen)}{turns}: {'; '.join(unseen.values())}. "
-            f"{_KEEPING if without_turns else 'Record'} a motion that stays longer where the force "
-            f"depends on it, or {_without(axis, tuple(unseen))}",
-            code="not-shown",
-        )
+    unseen: dict[str, str] = {}
+    natural, unit_of_force = typical_magnitudes(axis, reach), axis.axis.coordinate.force_unit
+    for j, p in enumerate(axis.axis.parameters):
+        if axis.nonlinear[j]:
+            continue  # its column is a slope about a point
+        if norms[j] == 0:
+            unseen[p.name] = f"the column of {p.name} is zero in every row"
+            continue
+        needed = MIN_DISTANCE_FROM_NOISE.value * noise / float(norms[j])
+        there = needed * float(reach.columns[j])
+        seen = f"{p.name} would have to be {needed:.2g} {p.unit} to stand out of the noise"
+        if there > _MAX_CANCELLED_FORCE * reach.force:
+            unseen[p.name] = (
+                f"{seen}, a force of {there:.2g} {unit_of_force} where it acts most, in a record "
+                f"whose largest is {reach.force:.3g} {unit_of_force}"
+            )
+        elif needed > _farthest(p, float(natural[j])):
+            usual = f"a force and a motion like these make a parameter in {p.unit} about "
+            said = [f"{usual}{natural[j]:.2g}"] * bool(np.isfinite(natural[j]))
+            said += [f"its nominal value is {p.nominal:g}"] * bool(p.nominal)
+            unseen[p.name] = f"{seen}; {' and '.join(said) or 'its bounds are far below that'}"
+    if not unseen:
+        return
+    turns = ", without the samples near reversals and rests" if without_turns else ""
+    made = {q.name: q.expression for q in axis.parameters if q.expression}
+    which = (f"a parameter of {made[n]}" if n in made else f"leave-out {n}" for n in unseen)
+    raise EstimationError(
+        f"{source} does not show {', '.join(unseen)}{turns}: {'; '.join(unseen.values())}. "
+        f"{_KEEPING if without_turns else 'Record'} a motion that stays longer where the force "
+        f"depends on it, or leave {'it' if len(unseen) == 1 else 'them'} out "
+        f"({' and '.join(which)}).",
+        code="not-shown",
+    )
 
 
 def typical_magnitudes(
@@ -197,49 +222,12 @@ def shown_up_to(axis: GeneratedAxis, reach: SignalRanges) -> Array:
     return np.minimum(by_force, sizes)
 
 
-def _unseen(axis: GeneratedAxis, reach: SignalRanges, norms: Array, noise: float) -> dict[str, str]:
-    """Parameters that a regression with columns of these norms, (p,), does not show, and why."""
-    found: dict[str, str] = {}
-    natural = typical_magnitudes(axis, reach)
-    for j, p in enumerate(axis.axis.parameters):
-        if axis.nonlinear[j]:
-            continue  # its column is a slope about a point
-        if norms[j] == 0:
-            found[p.name] = f"the column of {p.name} is zero in every row"
-            continue
-        needed = MIN_DISTANCE_FROM_NOISE.value * noise / float(norms[j])
-        there = needed * float(reach.columns[j])
-        seen = f"{p.name} would have to be {needed:.2g} {p.unit} to stand out of the noise"
-        if there > _MAX_CANCELLED_FORCE * reach.force:
-            unit = axis.axis.coordinate.force_unit
-            found[p.name] = (
-                f"{seen}, a force of {there:.2g} {unit} where it acts most, in a record whose "
-                f"largest is {reach.force:.3g} {unit}"
-            )
-        elif needed > _farthest(p, float(natural[j])):
-            found[p.name] = f"{seen}; {_expected(p, float(natural[j]))}"
-    return found
-
-
 def _farthest(parameter: Parameter, natural: float) -> float:
     bounds = max(abs(parameter.lower), abs(parameter.upper))
     declared = max(abs(parameter.nominal), bounds if np.isfinite(bounds) else 0.0)
     if not declared:
         return _MAX_TIMES_UNIT * natural
     return _MAX_TIMES_DECLARED * max(declared, natural if np.isfinite(natural) else 0.0)
-
-
-def _expected(parameter: Parameter, natural: float) -> str:
-    """What size a parameter may be expected to have."""
-    said = []
-    if np.isfinite(natural):
-        said.append(
-            f"a force and a motion like these make a parameter in {parameter.unit} about "
-            f"{natural:.2g}"
-        )
-    if parameter.nominal:
-        said.append(f"its nominal value is {parameter.nominal:g}")
-    return " and ".join(said) or "its bounds are far below that"
 
 
 def _natural(axis: GeneratedAxis, unit: str, reach: SignalRanges) -> float:
@@ -255,23 +243,3 @@ def _natural(axis: GeneratedAxis, unit: str, reach: SignalRanges) -> float:
         sizes = reach.force**mass * np.float64(travel) ** lengths * clocks**times
     usable = sizes[np.isfinite(sizes)]
     return float(usable.max()) if usable.size else np.inf
-
-
-def _unexplained(regressor: Array, left: Array, rows: int) -> float:
-    """Deviation of what the model leaves of the left side."""
-    norms = np.linalg.norm(regressor, axis=0)
-    unit = regressor[:, norms > 0] / norms[norms > 0]
-    # The triangular factor has the same residuals, and may be of fewer rows.
-    triangle = np.asarray(np.linalg.qr(np.column_stack([unit, left]), mode="r"))
-    unit, left = triangle[:, :-1], triangle[:, -1]
-    residuals = left - unit @ np.linalg.lstsq(unit, left, rcond=None)[0]
-    return float(np.linalg.norm(residuals)) / float(np.sqrt(rows - regressor.shape[1]))
-
-
-def _without(axis: GeneratedAxis, names: tuple[str, ...]) -> str:
-    """How to do without parameters, each of which may be made of declared ones."""
-    made = {q.name: q.expression for q in axis.parameters if q.expression}
-    which = (
-        f"a parameter of {made[name]}" if name in made else f"leave-out {name}" for name in names
-    )
-    return f"leave {'it' if len(names) == 1 else 'them'} out ({' and '.join(which)})."

@@ -16,7 +16,7 @@ from axisid.support.errors import AxisidError, DataError
 
 from .drive_response import DriveAlong, acting_control
 from .prefilter import Prefilter, Span
-from .sampling import RowTimes, Sampling
+from .sampling import Sampling
 from .signals import (
     Motion,
     Signals,
@@ -264,49 +264,24 @@ class FilteredRecord(Exact, Uncached):
         return self._beside(with_it - without).force
 
     @property
-    def weights(self) -> Array:
-        """Of the rows, (n,), see `Sampling.weights`."""
-        return self.sampling.weights
-
-    @property
-    def kept(self) -> NDArray[np.bool_]:
-        """Which samples the rows are made of, (N,), those excluded among them."""
-        return self.sampling.kept
-
-    @property
-    def row_numbers(self) -> Array:
-        """The samples of the rows, (n,)."""
-        return self.sampling.rows
-
-    @property
     def times_of_rows(self) -> Array:
         """When the rows are, since the first sample, s, (n,)."""
         time = self.record.time
-        return np.asarray(time[self.row_numbers.astype(int)] - time[0], dtype=float)
+        return np.asarray(time[self.sampling.rows.astype(int)] - time[0], dtype=float)
 
     @property
     def rows_near_turns(self) -> NDArray[np.bool_]:
         """Which rows are near a reversal or a rest of the measured motion, (n,), if friction is."""
-        rows = self.row_numbers.astype(np.int64)
+        rows = self.sampling.rows.astype(np.int64)
         if not self.axis.has_direction:
             return np.zeros(len(rows), dtype=bool)
         turns = self.sampling.turns(self.motion[1], self.fastest)
         return np.asarray(covered(turns, len(self))[rows], dtype=bool)
 
-    @property
-    def neighbours(self) -> RowTimes:
-        """Which of the rows follow each other in time."""
-        return self.sampling.neighbours
-
-    @property
-    def used(self) -> NDArray[np.bool_]:
-        """`kept` without what is excluded, (N,)."""
-        return self.kept & ~self.sampling.is_excluded
-
     @cached_property
     def rest(self) -> float:
         """Part of the samples of a fit at which the axis stands still."""
-        return resting(self.signals, self.record.spans, self.used, self.fastest)
+        return resting(self.signals, self.record.spans, self.sampling.used, self.fastest)
 
     def reduce(self, columns: Array) -> Array:
         """Rows of signals, (N,) or (N, k) to (n,) or (n, k), see `Sampling.reduce`."""
@@ -320,7 +295,7 @@ class FilteredRecord(Exact, Uncached):
         signals = self._beside(np.zeros(len(self)))  # the regressor is of the motion alone
         columns = columns_of(self.axis, signals) @ into
         moves = np.abs(signals.velocity) > MIN_MOVING_SPEED.value * fastest
-        moving, left = columns[self.kept & moves], columns[self.used]
+        moving, left = columns[self.sampling.kept & moves], columns[self.sampling.used]
         return moving.T @ moving, left.T @ left
 
     @property

@@ -184,10 +184,10 @@ class Sampling:
         """What each row makes of a signal that is 1 everywhere, (n,); see `row_gain`."""
         return self.reduce(np.ones(self.samples))
 
-    @cached_property
-    def is_excluded(self) -> NDArray[np.bool_]:
-        """Which samples are excluded, (N,)."""
-        return covered(self.excluded, self.samples)
+    @property
+    def used(self) -> NDArray[np.bool_]:
+        """Those of `kept` that are not excluded, (N,)."""
+        return self.kept & ~covered(self.excluded, self.samples)
 
     @cached_property
     def kept(self) -> NDArray[np.bool_]:
@@ -231,7 +231,7 @@ class Sampling:
         weighted = signals
         if self.excluded:
             weighted = np.array(signals, dtype=float)
-            weighted[self.is_excluded] = 0.0
+            weighted[covered(self.excluded, self.samples)] = 0.0
         pieces = [self.filter.reduce(weighted[a:b]) for a, b in self.spans]
         return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 

@@ -71,7 +71,7 @@ def friction_curve(result: "Identification", estimate: "Estimate") -> FrictionCu
         return Missing(reason)
     rest = _force(axis, physical, _still(signals))
     reduced = data.reduce(np.column_stack([signals.velocity, signals.force - rest]))
-    weights = data.weights
+    weights = data.sampling.weights
     whole = np.abs(weights / result.data.sampling.filter.row_gain - 1) < _MAX_WEIGHT_DEVIATION
     if not whole.any():
         return Missing("no row of the fit is clear of the reversals and rests that it leaves out")

@@ -287,7 +287,7 @@ def _within(
     found, counted = [], predictions.counted > 0
     for data, span, samples in zip(problem.data, problem.spans, predictions.samples, strict=True):
         own = rows[(rows >= span.start) & (rows < span.stop)] - span.start
-        ends = data.row_numbers[own[[0, -1]]] if own.size else (0, -1)
+        ends = data.sampling.rows[own[[0, -1]]] if own.size else (0, -1)
         found.append((samples >= ends[0]) & (samples <= ends[1]))
     return np.concatenate(found) & counted
 

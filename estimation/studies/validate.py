@@ -223,7 +223,9 @@ def _validation(
             "size and the units of its columns.",
             code="not-finite",
         )
-    chance = math.sqrt(least_mean_square(residuals, data.neighbours) / np.mean(residuals**2))
+    chance = math.sqrt(
+        least_mean_square(residuals, data.sampling.neighbours) / np.mean(residuals**2)
+    )
     return MethodValidation(
         method=estimate.method,
         equation_error_percent=equation,
@@ -257,7 +259,7 @@ def _own_tracking(own: Sequence[FilteredRecord], physical: Array) -> float | Non
 
 def _positions(data: FilteredRecord, loops: Sequence[Simulation]) -> tuple[Array, Array]:
     """Recorded less simulated position, and reference less recorded position."""
-    position, kept = data.record.position, data.kept
+    position, kept = data.record.position, data.sampling.kept
     reference = loop_reference(data.axis, data.record)
     return (position - simulated_position(loops))[kept], (reference - position)[kept]
 

@@ -294,7 +294,7 @@ class _RowBands:
     def of(cls, data: FilteredRecord, quiet: FilteredRecord) -> "_RowBands | None":
         """Of a record, with the columns of its loop; None of too few rows for a band."""
         every = data.prefilter.decimate
-        numbers = np.round(data.row_numbers).astype(np.int64)
+        numbers = np.round(data.sampling.rows).astype(np.int64)
         places = (numbers - numbers[:1]) // every
         count = int(places.max(initial=0)) + 1
         if _HIGHEST * count / 2 < _BANDS:
@@ -334,7 +334,9 @@ class _RowBands:
         White ones pass the record's filter; others have their colour put on the rows.
         """
         whole, rng = data.without(()), np.random.default_rng(0)
-        places = np.round(whole.row_numbers).astype(np.int64) - round(float(data.row_numbers[0]))
+        places = np.round(whole.sampling.rows).astype(np.int64) - round(
+            float(data.sampling.rows[0])
+        )
         places //= data.prefilter.decimate
         white = np.zeros((int(places[-1] - places[0]) + 1, _DRAWS))
         for draw in range(_DRAWS):
@@ -361,7 +363,7 @@ def _basis(data: FilteredRecord, quiet: FilteredRecord) -> Array:
     declared = InverseForm(data.axis).equations(signals).regressor
     columns = np.column_stack([declared, *lacking])
     changing = [np.ones_like(time), time, np.sign(time), signals.position, speed, signals.direction]
-    most = len(data.row_numbers) // (_ROWS_A_COLUMN * columns.shape[1])
+    most = len(data.sampling.rows) // (_ROWS_A_COLUMN * columns.shape[1])
     changing = changing[: max(most, 1)]
     every = data.reduce(np.hstack([columns * each[:, None] for each in changing]))
     norms = np.linalg.norm(every, axis=0)

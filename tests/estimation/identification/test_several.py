@@ -236,7 +236,7 @@ def test_what_rests_in_one_record_rests_in_all(plain) -> None:  # type: ignore[n
     alone = identify(plain, Record(**crawl), Prefilter(reversals="leave-out"), ["idm-ls"])
     beside = identify(plain, [fast, Record(**crawl)], Prefilter(reversals="leave-out"), ["idm-ls"])
     assert beside.problem.data[1].fastest == beside.problem.data[0].fastest > 0
-    assert beside.problem.data[1].used.sum() < 0.2 * alone.data.used.sum()
+    assert beside.problem.data[1].sampling.used.sum() < 0.2 * alone.data.sampling.used.sum()
 
 
 def test_reversals_are_left_out_of_all_records_where_all_together_show_enough(

@@ -140,14 +140,13 @@ def test_right_models_are_a_hundred_times_from_being_refused(name: str) -> None:
     record = twin_record(axis, seed=1)
     data = FilteredRecord.bind(axis, record, Prefilter.suited(record.period))
     equations = InverseForm(axis).equations(data.signals)
-    reach = SignalRanges.of([(data.signals, equations, data.kept)])
+    reach = SignalRanges.of([(data.signals, equations, data.sampling.kept)])
     rows = equations.reduced(data)
     check_visible(
         axis,
         replace(reach, columns=100 * reach.columns),
         rows.regressor,
         rows.left - rows.intercept,
-        rows=len(rows.left),
         source="the record",
         without_turns=True,
     )

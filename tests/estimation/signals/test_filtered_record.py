@@ -38,7 +38,11 @@ def test_signals_are_those_of_the_filter_itself(
     np.testing.assert_array_equal(
         data.reduce(data.signals.velocity), data.sampling.reduce(motion[1])
     )
-    assert len(data.row_numbers) == len(data.weights) == len(data.reduce(data.signals.force))
+    assert (
+        len(data.sampling.rows)
+        == len(data.sampling.weights)
+        == len(data.reduce(data.signals.force))
+    )
 
 
 @pytest.mark.parametrize(

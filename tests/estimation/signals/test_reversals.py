@@ -77,7 +77,7 @@ def test_rows_and_signals_stay_together_and_what_is_silent_enters_none(
         spoilt[start:stop] = 1e3
     clean = data.reduce(np.asarray(twin.control))
     assert np.array_equal(data.reduce(spoilt), clean)
-    assert len(data.row_numbers) == len(clean)
+    assert len(data.sampling.rows) == len(clean)
     result = identify(emps2015, twin, data.prefilter)
     assert len(result["idm-iv"].rows) == len(result["idm-iv"].y)
     excluded = data.sampling.excluded_samples

@@ -152,11 +152,11 @@ def test_rows_left_out_of_a_record_part_their_neighbours(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
     data = FilteredRecord.bind(emps2015, twin, Prefilter())
-    steps = np.diff(data.row_numbers)
-    assert np.array_equal(data.neighbours.breaks, np.flatnonzero(steps > 10) + 1)
-    assert np.array_equal(np.diff(data.neighbours.places), steps / 10)
+    steps = np.diff(data.sampling.rows)
+    assert np.array_equal(data.sampling.neighbours.breaks, np.flatnonzero(steps > 10) + 1)
+    assert np.array_equal(np.diff(data.sampling.neighbours.places), steps / 10)
     kept = FilteredRecord.bind(emps2015, twin, Prefilter(reversals="keep"))
-    assert kept.neighbours.whole
+    assert kept.sampling.neighbours.whole
 
 
 def test_rows_of_shifted_segments_are_still_a_row_period_apart(emps2015: GeneratedAxis) -> None:

@@ -213,7 +213,7 @@ def test_gaps_are_marked_and_what_is_masked_is_shaded(
     found = identify(emps2015, cut, Prefilter(reversals="keep"), ["idm-ls"])
     plot = record_plot(found)
     assert [place for place, _ in plot.marks] == pytest.approx([3.2495, 3.6745])
-    kept = found.data.kept
+    kept = found.data.sampling.kept
     for first, last in plot.shaded:
         inside = (time > first + 1e-9) & (time < last - 1e-9)
         assert not kept[inside].any()

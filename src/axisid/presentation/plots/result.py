@@ -80,7 +80,7 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
         line("recorded", time, recorded, "measured"),
         Series(label="simulated", x=time, y=simulated, broad=True),
     )
-    kept = result.data.kept
+    kept = result.data.sampling.kept
     off = float(np.sqrt(np.mean((recorded - simulated)[kept] ** 2)))
     driven_by = (
         "the reference alone" if record.injected is None else "reference and test signal alone"
@@ -169,7 +169,7 @@ def record_plot(result: Identification) -> Plot:
 def _record_caption(result: Identification) -> str:
     """Samples, where the force comes from, and what is shaded."""
     record, drive = result.record, result.axis.axis.drive
-    unused = len(record) - int(result.data.used.sum())
+    unused = len(record) - int(result.data.sampling.used.sum())
     dropped = (
         f" Shaded: {unused} samples that have no weight in the fit; rows that reach into them "
         "keep the weight of the others."
@@ -314,7 +314,7 @@ def _joined(stretches: Sequence[tuple[float, float]]) -> tuple[tuple[float, floa
 def _dropped(result: Identification) -> tuple[tuple[float, float], ...]:
     """Stretches of time of which no row is made: dropped, masked, silent, a gap, too short."""
     time, count = _times(result.record), len(result.record)
-    kept = np.concatenate([[True], result.data.used, [True]])
+    kept = np.concatenate([[True], result.data.sampling.used, [True]])
     edges = np.flatnonzero(np.diff(kept.astype(int)))
     before, after = np.maximum(edges[::2] - 1, 0), np.minimum(edges[1::2], count - 1)
     return tuple((float(time[a]), float(time[b])) for a, b in zip(before, after, strict=True))
