@@ -79,7 +79,12 @@ class Bootstrap:
         spread = np.sqrt(np.diag(model.matrix(fit.solution)))
         chains: tuple[Chain, ...] = ()
         for number in range(_ROUNDS):
-            chains = self._chains(fit, at, loops) if number < _MEASURED else chains
+            if number < _MEASURED:
+                records = zip(self.problem.data, self.problem.by_record(loops), strict=True)
+                chains = tuple(
+                    measured_chain(data, form.own(at, i), own)
+                    for i, (data, own) in enumerate(records)
+                )
             twins = Twins(
                 problem=self.problem,
                 form=form,
@@ -107,15 +112,6 @@ class Bootstrap:
         lefts = [fit.measured.left, *(rows.left for rows in twins.rows(form))]
         own, *others = (relative_error_percent(left - simulated, left) for left in lefts)
         return own <= max(others, default=0.0)
-
-    def _chains(
-        self, fit: Fit, physical: Array, loops: tuple[Simulation, ...]
-    ) -> tuple[Chain, ...]:
-        of_records = self.problem.by_record(loops)
-        return tuple(
-            measured_chain(data, fit.form.own(physical, i), own)
-            for i, (data, own) in enumerate(zip(self.problem.data, of_records, strict=True))
-        )
 
     @property
     def _kinds(self) -> tuple[type[Form], ...]:

@@ -17,7 +17,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.choices import SQUARES_LOSS
 from axisid.estimation.problems import Solver
 from axisid.estimation.regression import (
     Equations,
@@ -28,7 +27,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds import CONVERGED, MAX_SIMULATION_ERROR
-from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
 from .instrumental import Instruments, Iteration, IterationState, IterationStep
@@ -67,32 +66,26 @@ class _ByOutputError(Iteration):
     def _next(self, step: IterationStep, physical: Array, share: float) -> Array:
         if step.size <= CONVERGED.value:
             return self._within(step.goal)
-        error = self._iterates[-1].simulation_error_percent
         goal = step.further
-        if error >= MAX_SIMULATION_ERROR.value:
+        if self._iterates[-1].simulation_error_percent >= MAX_SIMULATION_ERROR.value:
             goal = self._near(physical, step.goal)
+        scale = scale_of(step.solution.residuals)
         for _ in range(_HALVINGS):
             wanted = self._within(physical + share * (goal - physical))
             with suppress(EstimationError):
                 loops, right = self._simulated(wanted)
                 left = self._on.rows(self._form.at(wanted)).left
                 made = right.regressor @ self._form.regressed(wanted) + right.intercept
-                if self._falls(left, made, step, error):
+                # What the loop leaves is to be less than before, or hardly more.
+                now, before = (
+                    size_by_loss(left - each, scale, self._loss)
+                    for each in (made, step.at.simulated)
+                )
+                if now < before * (1 + _MAX_ERROR_GROWTH):
                     self._ahead = wanted, (loops, right)
                     return wanted
             share /= 2
         return wanted
-
-    def _falls(self, left: Array, made: Array, step: IterationStep, error: float) -> bool:
-        """Whether what the loop leaves, (n,), is less than before, or hardly more."""
-        most = 1 + _MAX_ERROR_GROWTH
-        if self._loss == SQUARES_LOSS:
-            return relative_error_percent(left - made, left) < error * most
-        scale = scale_of(step.solution.residuals)
-        now, before = (
-            size_by_loss(left - each, scale, self._loss) for each in (made, step.at.simulated)
-        )
-        return now < before * most
 
     def _near(self, physical: Array, goal: Array) -> Array:
         """Less of a step, from where the simulated loop does not follow the records.

@@ -284,7 +284,15 @@ class Iteration:
 
     def _ended(self, step: IterationStep, reached: IterationState, *remarks: str) -> Fit:
         """The fit that a step led to."""
-        self._check_valley()
+        first, last = (self._iterates[i].simulation_error_percent for i in (0, -1))
+        if not self._form.is_linear and last > _MAX_SIMULATION_ERROR_RATIO * first:
+            # Its equations have several solutions, most of them wrong.
+            raise EstimationError(
+                f"it went from least squares, whose loop leaves {first:.3g} % unexplained, to "
+                f"{self._form.describe(self._iterates[-1].physical)}, whose loop leaves "
+                f"{last:.3g} %; that is another solution of the same equations. Believe idm-ls, or "
+                "record a motion that stays longer where the nonlinear terms change."
+            )
         measured, solver, solution = self._solved(step, reached)
         if not self._form.is_linear:
             solution = at_point(solution, measured, reached.physical)
@@ -306,17 +314,6 @@ class Iteration:
         """The rows that were solved, by what, and the solution with what noise makes of it."""
         solver = Solver(loop=step.simulated, counts=step.solution.counts)
         return reached.measured, solver, step.solution
-
-    def _check_valley(self) -> None:
-        """A partially linear model's equations have several solutions, most of them wrong."""
-        first, last = (self._iterates[i].simulation_error_percent for i in (0, -1))
-        if not self._form.is_linear and last > _MAX_SIMULATION_ERROR_RATIO * first:
-            raise EstimationError(
-                f"it went from least squares, whose loop leaves {first:.3g} % unexplained, to "
-                f"{self._form.describe(self._iterates[-1].physical)}, whose loop leaves "
-                f"{last:.3g} %; that is another solution of the same equations. Believe idm-ls, or "
-                "record a motion that stays longer where the nonlinear terms change."
-            )
 
     @contextmanager
     def _naming(self) -> Iterator[None]:

@@ -211,7 +211,19 @@ def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str, plain: Soluti
     """
     if loss not in LOSS_FUNCTIONS or scale_of(plain.residuals) <= _ROUNDING * np.linalg.norm(y):
         return plain
-    return _iterated(y, X, Z, plain, loss)
+    found = robust_solution(y, X, Z, _STARTS[loss], plain) if loss in _STARTS else plain
+    for _ in range(_MOST):
+        weights, slopes, _ = LOSS_FUNCTIONS[loss](found.residuals / scale_of(found.residuals))
+        before = found.theta
+        found = instrumental_variables(y, X, Z, LossWeights(weights=weights, slopes=slopes))
+        moved = np.linalg.norm((found.theta - before) * X.scale)
+        if moved <= _STANDS_STILL * np.linalg.norm(before * X.scale):
+            return found
+    raise EstimationError(
+        f"the {loss} estimate still moves after {_MOST} iterations; use least squares, and look at "
+        "what the residuals are.",
+        code="no-convergence",
+    )
 
 
 def robust_least_squares(y: Array, X: QrFactors, loss: str) -> Solution:
@@ -255,22 +267,6 @@ def loss_remarks(loss: str, solution: Solution) -> list[str]:
         f"{loss} loss: {light} of {len(weights)} rows count for less than half, "
         f"the least by {least:.2g}"
     ]
-
-
-def _iterated(y: Array, X: Columns, Z: QrFactors, first: Solution, loss: str) -> Solution:
-    found = _iterated(y, X, Z, first, _STARTS[loss]) if loss in _STARTS else first
-    for _ in range(_MOST):
-        weights, slopes, _ = LOSS_FUNCTIONS[loss](found.residuals / scale_of(found.residuals))
-        before = found.theta
-        found = instrumental_variables(y, X, Z, LossWeights(weights=weights, slopes=slopes))
-        moved = np.linalg.norm((found.theta - before) * X.scale)
-        if moved <= _STANDS_STILL * np.linalg.norm(before * X.scale):
-            return found
-    raise EstimationError(
-        f"the {loss} estimate still moves after {_MOST} iterations; use least squares, and look at "
-        "what the residuals are.",
-        code="no-convergence",
-    )
 
 
 def scale_of(residuals: Array) -> float:

@@ -291,7 +291,7 @@ class DrawnChain:
 
     def position(self, samples: int) -> Array:
         """Noise of the measured position, (samples,)."""
-        return self.chain.drawn_position(self.draws(_POSITION), samples)
+        return self.chain.position * self.draws(_POSITION).normal(samples)
 
     def own(self, plan: TwinPlan) -> TwinPlan:
         """The plan of this twin: its encoder, where it begins, and what disturbs it."""

@@ -157,10 +157,6 @@ class Chain:
         """How far from the middle of a count a motion begins."""
         return self.anywhere * self.position_step * rng.of_a_step()
 
-    def drawn_position(self, rng: Draws, samples: int) -> Array:
-        """White noise of the position, (N,)."""
-        return self.position * rng.normal(samples)
-
     def drawn_disturbance(self, rng: Draws, samples: int, period: float) -> Array:
         """What acts beside the control, (N,), in the drive's unit."""
         return _drawn(self.disturbances, rng, samples, period)

@@ -178,7 +178,7 @@ def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> 
     """
     record, samples = data.record, len(data.record)
     away = chain.drawn_offset(rng)
-    noise = chain.drawn_position(rng, samples) + away
+    noise = chain.position * rng.normal(samples) + away
     disturbance = chain.drawn_disturbance(rng, samples, record.period)
     if chain.jitter:
         late = chain.jitter * rng.normal(samples + 1)
