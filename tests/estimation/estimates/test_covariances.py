@@ -38,13 +38,10 @@ def result(added: None, emps2015: GeneratedAxis, twin: Record) -> Identification
     return identify(emps2015, twin, methods=["idm-ls", "ddm-ls"], covariance=NAME)
 
 
-def test_what_the_recipe_says_is_what_statsmodels_says(result: Identification) -> None:
+def test_one_class_and_one_row_add_a_covariance(result: Identification) -> None:
     estimate = result["idm-ls"]
     fitted = sm.OLS(estimate.y, estimate.X).fit(cov_type="HC3")
     assert estimate.covariances[NAME] == pytest.approx(fitted.cov_params(), rel=1e-9)
-
-
-def test_one_class_and_one_row_add_a_covariance(result: Identification) -> None:
     for estimate in result.estimates.values():
         for value, variance in zip(
             estimate.parameters.values(), np.diag(estimate.covariances[NAME]), strict=True

@@ -1,12 +1,14 @@
 """What the drive gain's uncertainty adds to estimates, and what a record does not show."""
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from axisid import (
+    Axis,
     EstimationError,
     ModelError,
     Prefilter,
@@ -30,51 +32,33 @@ SD = 0.005
 METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
 
 
-def declared(axis: GeneratedAxis, *, scale: float = 1.0, sd: float = SD) -> GeneratedAxis:
-    drive = replace(axis.axis.drive, gain=scale * axis.axis.drive.gain, relative_sd=sd)
-    return build(replace(axis.axis, drive=drive))
+def scaled(axis: Axis, scale: float = 1.0, relative_sd: float = SD) -> Axis:
+    gain = scale * axis.drive.gain
+    return replace(axis, drive=replace(axis.drive, gain=gain, relative_sd=relative_sd))
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("made", "kept"), [(scaled, 0.0), (braked, BRAKE)])
 @pytest.mark.parametrize("method", METHODS)
-def test_it_is_what_another_gain_does_to_the_estimate(emps2015: GeneratedAxis, method: str) -> None:
-    record = twin_record(emps2015)
-    step = 1e-2
-    low, mid, high = (
-        identify(declared(emps2015, scale=scale), record, methods=[method], bootstrap=0)[method]
-        for scale in (1 - step, 1.0, 1 + step)
-    )
+def test_it_is_what_another_gain_does_to_the_estimate(
+    emps2015: GeneratedAxis, method: str, made: Callable[..., Axis], kept: float
+) -> None:
+    """Where a motor brakes, that keeps its size: friction takes what the gain leaves."""
+    step = 1e-3
+    record = twin_record(build(made(emps2015.declared)), seed=3)
+    axes = [made(emps2015.declared, scale=s, relative_sd=SD) for s in (1 - step, 1.0, 1 + step)]
+    low, mid, high = (identify(a, record, methods=[method], bootstrap=0)[method] for a in axes)
 
     def slope(of: str) -> float:
-        return (high.derive(of).value - low.derive(of).value) / (2 * step)
+        return abs(high.derive(of).value - low.derive(of).value) / (2 * step)
 
     for name, value in mid.parameters.items():
-        assert value.sd_gain == pytest.approx(SD * abs(slope(name)), rel=1e-3)
-        assert value.sd_gain == pytest.approx(SD * value.value, rel=1e-9)
-    assert mid.derive("M/Fv").sd_gain == pytest.approx(0.0, abs=1e-12)
-    assert slope("M/Fv") == pytest.approx(0.0, abs=1e-4)
+        assert value.sd_gain == pytest.approx(SD * slope(name), rel=2e-3, abs=1e-3)
+        also = value.value + (kept if name == "Fv" else 0.0)
+        assert value.sd_gain == pytest.approx(SD * also, rel=2e-3)
     for i, value in enumerate(mid.ddm_parameters.values()):
         moved = (high.theta_ddm[i] - low.theta_ddm[i]) / (2 * step)
-        assert value.sd_gain == pytest.approx(SD * abs(moved), rel=1e-2, abs=1e-6 * value.value)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
-def test_a_drive_that_is_no_gain_alone_is_asked_for_its_force_by_another_gain(
-    emps2015: GeneratedAxis, method: str
-) -> None:
-    """The braking of the motor keeps its size, so that friction takes what the gain leaves."""
-    axis, step = emps2015.declared, 1e-3
-    record = twin_record(build(braked(axis)), seed=3)
-    axes = [build(braked(axis, scale=s, relative_sd=0.01)) for s in (1 - step, 1.0, 1 + step)]
-    low, mid, high = (identify(a, record, methods=[method], bootstrap=0) for a in axes)
-    estimate = mid[method]
-    for name, value in estimate.parameters.items():
-        ends = [found[method].parameters[name].value for found in (low, high)]
-        slope = abs(ends[1] - ends[0]) / (2 * step)
-        assert value.sd_gain == pytest.approx(0.01 * slope, rel=2e-3, abs=1e-3)
-    friction = estimate.parameters["Fv"]
-    assert friction.sd_gain == pytest.approx(0.01 * (friction.value + BRAKE), rel=2e-3)
+        assert value.sd_gain == pytest.approx(SD * abs(moved), rel=1e-2, abs=1e-5 * value.value)
 
 
 @pytest.mark.parametrize("sd", [-0.1, 1.0, np.nan, np.inf])

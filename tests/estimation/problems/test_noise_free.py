@@ -26,7 +26,6 @@ from axisid.modeling.library.valve import STROKES
 from benchmarks.machines import Machine, records, white
 
 
-@pytest.fixture(scope="module")
 def valve() -> Identification:
     """A twin that reverses so often that no reversal can be left out; nothing of it sticks."""
     axis = load_axis("valve")
@@ -112,15 +111,14 @@ def test_noise_that_the_law_did_not_measure_is_none_to_follow_by() -> None:
 
 
 @pytest.mark.slow
-def test_residuals_are_free_of_the_filter_where_it_moves_the_estimate_too(
-    valve: Identification,
-) -> None:
+def test_residuals_are_free_of_the_filter_where_it_moves_the_estimate_too() -> None:
     """Loops of an estimate that is 2 % off leave something else behind the filter."""
-    estimate = valve.preferred
+    found = valve()
+    estimate = found.preferred
     tests = estimate.residual_tests
     assert estimate.net_residuals.std() < 0.03 * estimate.residuals.std()
     assert tests.cross_correlation.largest <= tests.cross_correlation.limit_95
-    (check,) = (c for c in valve.verdict if c.name == "outliers")
+    (check,) = (c for c in found.verdict if c.name == "outliers")
     assert (
         tests.normality.excess_kurtosis > 6
     )  # of what noise there is at reversals, a fortieth of all

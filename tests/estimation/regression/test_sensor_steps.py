@@ -33,11 +33,15 @@ def test_steps_are_found_in_the_record(emps2015: GeneratedAxis, twin: Record) ->
 
 
 @pytest.mark.slow
-def test_intervals_hold_the_mass_that_steps_bias(emps2015: GeneratedAxis, twin: Record) -> None:
-    places = (0.04, 0.18, 0.31, 0.47, 0.62, 0.73, 0.86, 0.95)
-    held = 0
+@pytest.mark.parametrize(("method", "step"), [("idm-iv", STEP), ("didim", 10 * STEP)])
+def test_intervals_hold_the_mass_that_steps_bias(
+    emps2015: GeneratedAxis, twin: Record, method: str, step: float
+) -> None:
+    places, held = (0.04, 0.18, 0.31, 0.47, 0.62, 0.73, 0.86, 0.95), 0
     for place in places:
-        estimate = identify(emps2015, stepped(emps2015, twin, place), methods="idm-iv")["idm-iv"]
+        record = stepped(emps2015, twin, place, step)
+        estimate = identify(emps2015, record, methods=method)[method]
+        assert estimate.inference.chains[0].position_step == pytest.approx(step, rel=1e-6)
         mass = estimate.parameters["M"]
         held += mass.interval[0] < TRUTH[0] < mass.interval[1]
     assert held >= len(places) - 1

@@ -1,17 +1,29 @@
 """A record under a filter: settings that make sense, what is left open, filtered once."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from axisid import Prefilter, Record, UsageError, build, fit, identify, twin_record
+from axisid import (
+    Coordinate,
+    Parameter,
+    Prefilter,
+    Record,
+    Signal,
+    UsageError,
+    build,
+    identify,
+    newton,
+    twin_record,
+)
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.commands.options.estimator_options import Filtering
-from axisid.estimation import FilteredRecord
-from axisid.estimation.signals import about_samples
-from tests.axes.servo import TRUTH, servo, servo_log, servo_record
+from axisid.elements import Drive
+from axisid.estimation.regression import InverseForm
+from axisid.estimation.signals import FilteredRecord, about_samples
+from axisid.modeling.quantities import expression
+from tests.axes.recorded import PERIOD_S, recorded_axis, recorded_values
 from tests.refusals import refuses
 
 SIGNALS = ("position", "velocity", "acceleration", "force", "direction")
@@ -81,30 +93,6 @@ def test_the_default_filter_serves_every_rate(rate: int, cutoff: float, decimate
     assert found == Prefilter.suited(1 / rate) == Filtering().prefilter(1 / rate)
 
 
-def test_a_log_of_100_hertz_is_identified_unasked(emps2015: GeneratedAxis, twin: Record) -> None:
-    rows = slice(0, None, 10)
-    columns = {role: values[rows] for role, values in twin.channels().items()}
-    slow = Record(**columns, sample_period=0.01)  # type: ignore[arg-type]
-    result = identify(emps2015, slow)
-    assert result.prefilter.cutoff == pytest.approx(20.0)
-    assert result["idm-ls"].parameters["M"].value == pytest.approx(100.0, rel=0.03)
-
-
-@pytest.mark.slow
-def test_log_of_which_the_filter_leaves_too_few_rows_is_led_to_the_fit_that_takes_all(
-    tmp_path: Path,
-) -> None:
-    joint = build(servo())
-    log = servo_log(joint, tmp_path / "a.json", lambda t: 0.5 * np.sin(6 * np.pi * t), 0.3)
-    record = servo_record(joint, log)
-    with refuses("too-short", says=r"axisid fit.*fit\(axis, record\)"):
-        identify(joint, record)
-    fitted = fit(joint, record)
-    for name, truth in TRUTH.items():
-        if name != "o":
-            assert fitted[name].value == pytest.approx(truth, rel=0.02)
-
-
 @pytest.mark.parametrize("factor", [1e-3, 1e3, 60.0])
 def test_time_in_another_unit_is_asked_about_before_the_filter(
     emps2015: GeneratedAxis, twin: Record, factor: float
@@ -121,3 +109,49 @@ def test_filter_that_does_not_suit_the_record_is_the_only_complaint_otherwise(
     for record in (twin, replace(twin, time=7 * twin.time, sample_period=None)):
         with refuses("filter", says=r"^the cutoff 900 Hz is not below"):
             identify(emps2015, record, Prefilter(cutoff=900.0))
+
+
+@pytest.mark.parametrize("between", ["linear", "held"])
+def test_a_signal_stands_in_the_rows_as_it_was_recorded(between: str) -> None:
+    """A held one by the mean of what is held before and after, as the force is."""
+    axis = build(recorded_axis("pressure", between))
+    record = twin_record(axis, signals=recorded_values("pressure"))
+    data = FilteredRecord.bind(axis, record, Prefilter())
+    recorded = record.signals["pressure"]
+    expected = about_samples(recorded, [0]) if between == "held" else recorded
+    (found,) = data.signals.recorded
+    assert np.array_equal(found, expected)
+    rows = InverseForm(axis).equations(data.signals).reduced(data).regressor
+    column = [p.name for p in axis.parameters].index("A")
+    assert rows[:, column] == pytest.approx(data.reduce(expected), rel=1e-12)
+
+
+def test_a_product_with_the_motion_is_made_before_the_decimation_filter() -> None:
+    q, push = Coordinate("q"), Signal("push", "N")
+    mass, arm = Parameter("M", "kg", nominal=1.0), Parameter("a", "1/m^2")
+    axis = build(
+        newton(
+            "product",
+            coordinate=q,
+            parameters=(mass, arm),
+            signals=(push,),
+            inertia=mass,
+            resistance=(arm * push * expression(q, "q") ** 2,),
+            drive=Drive(gain=1.0),
+        )
+    )
+    time = PERIOD_S * np.arange(3000)
+    position, values = np.sin(5 * time), 3.0 + np.sign(np.sin(11 * time))
+    record = Record(time=time, position=position, control=np.cos(time), signals={"push": values})
+    data = FilteredRecord.bind(axis, record, Prefilter(cutoff=60, decimate=10))
+    rows = InverseForm(axis).equations(data.signals).reduced(data).regressor
+    assert rows[:, 1] == pytest.approx(data.reduce(values * data.motion[0] ** 2), rel=1e-12)
+
+
+def test_the_drive_reads_the_signal_of_the_sample() -> None:
+    axis = build(recorded_axis("supply"))
+    record = twin_record(axis, signals=recorded_values("supply"))
+    data = FilteredRecord.bind(axis, record, Prefilter())
+    made = 35.0 * record.control * record.signals["supply"] / 24
+    assert data.force == pytest.approx(made, rel=1e-12)
+    assert data.signals.force == pytest.approx(about_samples(made, [0]), rel=1e-12)

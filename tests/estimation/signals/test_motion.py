@@ -8,7 +8,6 @@ from axisid.estimation.signals.signals import (
     Signals,
     motion_lacks,
     one_direction,
-    one_speed,
     resting,
 )
 
@@ -62,12 +61,6 @@ def test_a_velocity_that_changes_its_sign_in_few_samples_hardly_ever_does() -> N
     assert "never" in one_direction(signals(strokes(0.1, 0.4)))
     velocity[300:320] = -0.4
     assert one_direction(signals(velocity)) == ""
-
-
-@pytest.mark.parametrize(("steady", "told"), [(12, ""), (40, "there is one speed only")])
-def test_too_few_samples_at_steady_speed_say_nothing_of_it(steady: int, told: str) -> None:
-    ramp = np.linspace(0, 0.3, 20)
-    assert one_speed(signals(np.concatenate([ramp, np.full(steady, 0.3), ramp[::-1]]))) == told
 
 
 @pytest.mark.parametrize("rest", [0, 100, 300])

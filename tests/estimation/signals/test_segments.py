@@ -1,13 +1,13 @@
 """Rows that follow each other in time, in records with gaps and masked rows."""
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import accumulate, pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from axisid import Identification, Prefilter, Record, identify, twin_record
+from axisid import Prefilter, Record, identify, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.signals import FilteredRecord, RowTimes, SampledFilter
 from tests.refusals import refuses
@@ -16,37 +16,23 @@ FILTER = Prefilter(cutoff=60.0, decimate=5)
 CUTS = ((0, 2500), (2700, 2740), (2900, 7000))  # the middle one is too short to filter
 
 
-@pytest.fixture(scope="module")
-def pieces(twin: Record) -> list[Record]:
-    return [cut(twin, start, stop) for start, stop in CUTS]
-
-
 def cut(record: Record, start: int, stop: int) -> Record:
     columns = {role: values[start:stop] for role, values in record.channels().items()}
     return replace(record, **columns)  # type: ignore[arg-type]
 
 
-@pytest.fixture(scope="module")
-def gapped(twin: Record, pieces: list[Record]) -> Record:
+def test_rows_are_those_of_the_segments_one_by_one(emps2015: GeneratedAxis, twin: Record) -> None:
+    pieces = [cut(twin, start, stop) for start, stop in CUTS]
     columns = {
         role: np.concatenate([piece.channels()[role] for piece in pieces])
         for role in twin.channels()
     }
-    lengths = np.cumsum([0, *(len(piece) for piece in pieces)])
-    spans = tuple((int(a), int(b)) for a, b in pairwise(lengths))
-    return replace(twin, **columns, segments=spans)  # type: ignore[arg-type]
-
-
-@pytest.fixture(scope="module")
-def identified(emps2015: GeneratedAxis, gapped: Record) -> Identification:
-    return identify(emps2015, gapped, FILTER, ["idm-ls", "idm-iv"])
-
-
-def test_rows_are_those_of_the_segments_one_by_one(
-    emps2015: GeneratedAxis, pieces: list[Record], identified: Identification
-) -> None:
-    alone = [identify(emps2015, pieces[k], FILTER, ["idm-ls"])["idm-ls"] for k in (0, 2)]
-    together = identified["idm-ls"]
+    spans = tuple(pairwise(accumulate(map(len, pieces), initial=0)))
+    gapped = replace(twin, **columns, segments=spans)  # type: ignore[arg-type]
+    *alone, together = (
+        identify(emps2015, record, FILTER, ["idm-ls"])["idm-ls"]
+        for record in (pieces[0], pieces[2], gapped)
+    )
     y = np.concatenate([e.y for e in alone])
     X = np.concatenate([e.X for e in alone])
     assert np.array_equal(together.y, y)
@@ -58,23 +44,22 @@ def test_rows_are_those_of_the_segments_one_by_one(
     assert np.array_equal(together.rows, rows)
 
 
-def test_segments_that_are_all_too_short_are_refused(emps2015: GeneratedAxis, twin: Record) -> None:
-    short = replace(cut(twin, 0, 120), segments=((0, 60), (60, 120)))
-    with refuses("too-short", says="record's longest segment has 60"):
-        identify(emps2015, short, FILTER)
-
-
-@pytest.mark.parametrize("spans", [((0, 10), (11, 50)), ((0, 49),), ((5, 50),), ((0, 60),)])
-def test_segments_that_are_no_parts_of_the_record_are_refused(
-    twin: Record, spans: tuple[tuple[int, int], ...]
+@pytest.mark.parametrize(
+    ("spans", "code", "says"),
+    [
+        (((0, 10), (11, 50)), "record", ""),
+        (((0, 49),), "record", ""),
+        (((5, 50),), "record", ""),
+        (((0, 60),), "record", ""),
+        (((0, 48), (48, 50)), "too-short", "from 0.048 to 0.049 s has 2 of its rows"),
+        (((0, 25), (25, 50)), "too-short", "record's longest segment has 25"),
+    ],
+)
+def test_segments_that_are_no_parts_of_the_record_or_too_short_are_refused(
+    emps2015: GeneratedAxis, twin: Record, spans: tuple[tuple[int, int], ...], code: str, says: str
 ) -> None:
-    with refuses("record"):
-        replace(cut(twin, 0, 50), segments=spans)
-
-
-def test_a_segment_of_too_few_rows_is_named_by_its_time(twin: Record) -> None:
-    with refuses("too-short", says="from 0.048 to 0.049 s has 2 of its rows"):
-        replace(cut(twin, 0, 50), segments=((0, 48), (48, 50)))
+    with refuses(code, says=says):
+        identify(emps2015, replace(cut(twin, 0, 50), segments=spans), FILTER)
 
 
 def test_masked_samples_reach_no_row(emps2015: GeneratedAxis, twin: Record) -> None:
