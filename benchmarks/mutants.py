@@ -253,7 +253,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         "after, earlier = map(at.equations, signals_about(form.axis, physical, loop))",
         "after = earlier = at.equations(signals_about(form.axis, physical, loop)[0])",
         (
-            f"{_REG}/test_sensor_steps.py::test_a_held_force_moves_a_free_mass_by_the_mean_of_both_its_sides",
+            "tests/estimation/twins/test_chain.py::test_a_held_force_moves_a_free_mass_by_the_mean_of_both_its_sides",
         ),
     ),
     "the force held before a sample is that after it": (

@@ -10,17 +10,18 @@ Twins would not do: they know of noise, and not of a loop that starts elsewhere 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.special import stdtr
 
 from axisid.estimation.regression import (
     Hac,
-    Solution,
     checked_columns,
     factor,
     instrumental_variables,
     joint_p,
+    score_products,
     wald,
 )
 from axisid.estimation.thresholds import CHECK_LEVEL
@@ -74,9 +75,15 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
     if one.X.shape != other.X.shape:
         return Missing("the two are not of the same rows")
     try:
-        covariance, freedom = _scatter(one, other)
+        scores = np.subtract(*_scores(one, other))
     except EstimationError as error:
         return Missing(str(error))
+    model = other.covariance_model if isinstance(other.covariance_model, Hac) else Hac()
+    # What parts two fits of the same rows is a direction that neither took: the kernel alone.
+    scatter = replace(model, widened=False).of_scores(
+        partial(score_products, scores, other.neighbours), scores.shape
+    )
+    covariance, freedom = scatter.matrix, scatter.freedom
     apart = np.subtract(*alike_corrected(one, other))
     if not (np.isfinite(covariance).all() and np.isfinite(apart).all()):
         return Missing("the difference of the two is not finite")
@@ -118,23 +125,6 @@ def significant_differences(
     return {name: each for name, each in far.items() if each.p_value < level} or far
 
 
-def _scatter(one: Estimate, other: Estimate) -> tuple[Array, Array]:
-    """Covariance of the difference by chance, (p, p), and its degrees of freedom, (p,)."""
-    scores = np.subtract(*_scores(one, other))
-    model = other.covariance_model if isinstance(other.covariance_model, Hac) else Hac()
-    # What parts two fits of the same rows is a direction that neither took: the kernel alone.
-    applied = replace(model, widened=False).applied(
-        Solution(
-            theta=other.physical,
-            residuals=np.ones(len(scores)),
-            inverse_factor=np.eye(scores.shape[1]),  # of no covariance that is asked for here
-            influence=scores,
-            neighbours=other.neighbours,
-        )
-    )
-    return applied.matrix, applied.freedom
-
-
 def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:
     """What each row moves the physical parameters of each by, (n, p)."""
     residuals = one.net_residuals, other.net_residuals
@@ -162,6 +152,8 @@ def _influence(estimate: Estimate) -> Array:
     )
     y, X = weights * estimate.y, checked_columns(regressor, names)
     Z = factor(instruments, names, "the simulated loop")
-    solved = instrumental_variables(y, X, Z, estimate.counts)
-    influence = solved.influence_as_counted @ estimate.jacobian.T
-    return np.asarray(weights[:, None] * influence, dtype=float)
+    counts = estimate.counts
+    influence = instrumental_variables(y, X, Z, counts).influence
+    if counts is not None:  # residuals are as they are
+        influence = counts.weights[:, None] * influence
+    return np.asarray(weights[:, None] * (influence @ estimate.jacobian.T), dtype=float)

@@ -230,11 +230,15 @@ class SamplingDistribution(Exact):
         slopes : (r, p) array
             Their derivatives by the parameters.
         """
+        used = np.any(slopes != 0, axis=0)
+        used = np.outer(used, used)
         return SamplingDistribution(
             quantities=quantities,
             theta=theta,
             covariances={
-                name: delta_method(_used(c, slopes), slopes) for name, c in self.covariances.items()
+                # What nothing shows has an infinite variance, which counts where it is used.
+                name: delta_method(np.where(used | np.isfinite(c), c, 0.0), slopes)
+                for name, c in self.covariances.items()
             },
             freedom={name: fewest(freedom, slopes) for name, freedom in self.freedom.items()},
             chosen=self.chosen,
@@ -321,9 +325,3 @@ def degrees_of_freedom_of(value: Value) -> float:
         return math.inf
     found = float(stdtridf((1 + INTERVAL_LEVEL.value) / 2, (high - low) / 2 / value.deviation))
     return found if math.isfinite(found) else math.inf
-
-
-def _used(covariance: Array, slopes: Array) -> Array:
-    """What nothing shows has an infinite variance, which counts where it is used."""
-    used = np.any(slopes != 0, axis=0)
-    return np.where(np.outer(used, used) | np.isfinite(covariance), covariance, 0.0)

@@ -60,22 +60,18 @@ def _mean_until_next(axis: GeneratedAxis, record: Record) -> Array | None:
     law = axis.axis.control
     if law is None or record.reference is None or record.control is None:
         return None
-    pieces = [_of_segment(axis, record, span) for span in record.spans]
-    controls = [piece for piece in pieces if piece is not None]
-    return np.concatenate(controls) if len(controls) == len(pieces) else None
-
-
-def _of_segment(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Array | None:
-    clocks = two_clocks(axis, record, span)
-    if clocks is None or clocks.between != "held" or clocks.law_period > clocks.log_period:
-        return None
-    ticks = law_ticks(axis, record, span)
-    control = control_at_ticks(axis, ticks, start_of_law(axis, record, span, ticks))
-    # Each is held until the next evaluation; the last beyond the last sample.
-    edges = np.append(clocks.times, clocks.times[-1] + clocks.law_period / clocks.log_period)
-    until = np.concatenate([[0.0], np.cumsum(control * np.diff(edges))])
-    samples = np.arange(clocks.samples + 1)
-    mean = np.diff(np.interp(samples, edges, until))
-    mean[-1] = control[ticks.held[-1]]  # it goes on beyond the record
-    change = mean - control[ticks.held]
-    return np.where(np.isfinite(change), change, 0.0)
+    pieces = []
+    for span in record.spans:
+        clocks = two_clocks(axis, record, span)
+        if clocks is None or clocks.between != "held" or clocks.law_period > clocks.log_period:
+            return None
+        ticks = law_ticks(axis, record, span)
+        control = control_at_ticks(axis, ticks, start_of_law(axis, record, span, ticks))
+        # Each is held until the next evaluation; the last beyond the last sample.
+        edges = np.append(clocks.times, clocks.times[-1] + clocks.law_period / clocks.log_period)
+        until = np.concatenate([[0.0], np.cumsum(control * np.diff(edges))])
+        mean = np.diff(np.interp(np.arange(clocks.samples + 1), edges, until))
+        mean[-1] = control[ticks.held[-1]]  # it goes on beyond the record
+        change = mean - control[ticks.held]
+        pieces.append(np.where(np.isfinite(change), change, 0.0))
+    return np.concatenate(pieces)

@@ -23,14 +23,12 @@ from axisid.estimation.regression import (
     PublishedCovariance,
     QrFactors,
     Solution,
-    search_bounds,
 )
-from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds import CONVERGED, MAX_SIMULATION_ERROR
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
-from .instrumental import Instruments, Iteration, IterationState, IterationStep
+from .instrumental import Instruments, Iteration, IterationState, IterationStep, SimulatedRows
 from .method import robust_least_squares, scale_of, size_by_loss
 
 # of a parameter, left by a step where the loop does not follow: measured, from 5 to 1000 kg on
@@ -41,7 +39,6 @@ _MAX_ERROR_GROWTH = 1e-3
 _LEAST_SLOPE_STEP = 1e-4  # of the force, by which a parameter's part changes for a slope
 
 _HALVINGS = 6
-_Rows = tuple[tuple[Simulation, ...], Equations]
 
 
 class _ByOutputError(Iteration):
@@ -50,28 +47,22 @@ class _ByOutputError(Iteration):
     What it minimises is the loop's own error, so that a step that makes that larger goes too far.
     """
 
-    _ahead: tuple[Array, _Rows] | None = None
-
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
         left = at.measured.left - at.right.intercept
         solution = robust_least_squares(left, simulated, self._loss)
         return replace(solution, neighbours=self._on.neighbours)
 
-    def _simulated(self, physical: Array) -> _Rows:
-        ahead, self._ahead = self._ahead, None
-        if ahead is not None and np.array_equal(ahead[0], physical):
-            return ahead[1]
-        return super()._simulated(physical)
-
-    def _next(self, step: IterationStep, physical: Array, share: float) -> Array:
+    def _next(
+        self, step: IterationStep, physical: Array, share: float
+    ) -> tuple[Array, SimulatedRows | None]:
         if step.size <= CONVERGED.value:
-            return self._within(step.goal)
+            return np.clip(step.goal, *self._bounds), None
         goal = step.further
         if self._iterates[-1].simulation_error_percent >= MAX_SIMULATION_ERROR.value:
             goal = self._near(physical, step.goal)
         scale = scale_of(step.solution.residuals)
         for _ in range(_HALVINGS):
-            wanted = self._within(physical + share * (goal - physical))
+            wanted = np.clip(physical + share * (goal - physical), *self._bounds)
             with suppress(EstimationError):
                 loops, right = self._simulated(wanted)
                 left = self._on.rows(self._form.at(wanted)).left
@@ -82,10 +73,9 @@ class _ByOutputError(Iteration):
                     for each in (made, step.at.simulated)
                 )
                 if now < before * (1 + _MAX_ERROR_GROWTH):
-                    self._ahead = wanted, (loops, right)
-                    return wanted
+                    return wanted, (loops, right)
             share /= 2
-        return wanted
+        return wanted, None
 
     def _near(self, physical: Array, goal: Array) -> Array:
         """Less of a step, from where the simulated loop does not follow the records.
@@ -101,12 +91,6 @@ class _ByOutputError(Iteration):
         falls = (physical > 0) & (goal < least)
         fall = np.divide(physical - least, physical - goal, out=np.ones_like(physical), where=falls)
         return np.asarray(physical + float(fall.min()) * (goal - physical))
-
-    def _within(self, physical: Array) -> Array:
-        """Of a model that is linearised, no further than its search may go."""
-        if self._form.is_linear:
-            return physical
-        return np.clip(physical, *search_bounds(self._form.axis))
 
     def _solved(
         self, step: IterationStep, reached: IterationState
@@ -131,7 +115,7 @@ class _ByOutputError(Iteration):
             moved[j] += step
             # At the edge of what can be simulated the rows have to do.
             with suppress(EstimationError):
-                _, right = super()._simulated(self._form.physical(moved)[0])
+                _, right = self._simulated(self._form.physical(moved)[0])
                 J[:, j] = (right.regressor @ moved + right.intercept - simulated) / step
         return Equations(left=simulated, intercept=simulated - J @ theta, regressor=J)
 

@@ -99,7 +99,7 @@ def estimate_by(
         neighbours=problem.neighbours,
         times=problem.stacked(lambda data: data.times_of_rows) if has_times else None,
         period=problem.data[0].period,
-        row_period=problem.row_period,
+        row_period=problem.data[0].row_period,
         residuals=residuals,
         simulated=simulated,
         equation_error_percent=relative_error_percent(residuals, left),

@@ -141,6 +141,10 @@ class Start:
     right: Equations | None = None
 
 
+#: Loops that were simulated, and their rows.
+SimulatedRows = tuple[tuple[Simulation, ...], Equations]
+
+
 @dataclass(frozen=True, slots=True)
 class IterationStep:
     """A step: from where, to which estimate, by how many deviations, and by which loop's rows.
@@ -181,6 +185,8 @@ class Iteration:
 
     def __init__(self, method: Method, form: Form, start: Start, problem: Problem) -> None:
         self._method, self._form, self._start, self._loss = method.name, form, start, method.loss
+        # What is linearised goes no further than its search may.
+        self._bounds = (-np.inf, np.inf) if form.is_linear else search_bounds(form.axis)
         self._on = problem
         self._iterates: list[Iterate] = []
         loops = sum(len(data.record.spans) for data in problem.data)
@@ -195,23 +201,23 @@ class Iteration:
         EstimationError
             It does not come to an end, or a loop cannot be simulated; the iterate is named.
         """
-        physical = self._start.physical
+        physical, ahead = self._start.physical, None
         last: IterationStep | None = None
         nearest: IterationStep | None = None
         while len(self._iterates) <= _MOST:
             with self._naming():
-                reached = self._at(physical)
+                reached = self._at(physical, ahead)
                 if last is not None and last.size <= CONVERGED.value:
                     return self._ended(last, reached)
                 last = self._step(reached)
                 if nearest is None or last.size < nearest.size:
                     nearest = last
-                physical = self._next(last, physical, self._pace.share)
+                physical, ahead = self._next(last, physical, self._pace.share)
         if nearest is None or nearest.size > NEARLY_CONVERGED:
             raise self._moving(physical)
         with self._naming():
-            end = self._next(replace(nearest, further=nearest.goal), nearest.at.physical, 1.0)
-            reached = self._at(end)
+            back = replace(nearest, further=nearest.goal)
+            reached = self._at(*self._next(back, nearest.at.physical, 1.0))
             self.jumps = True
             return self._ended(
                 nearest,
@@ -232,10 +238,10 @@ class Iteration:
             code="no-convergence",
         )
 
-    def _at(self, physical: Array) -> IterationState:
+    def _at(self, physical: Array, ahead: SimulatedRows | None) -> IterationState:
         """The rows, and those of the loop simulated with parameters (p,), an iterate."""
         measured = self._on.rows(self._form.at(physical) if self._iterates else self._form)
-        loops, right = self._simulated(physical)
+        loops, right = ahead or self._simulated(physical)
         # Of the point that is simulated, which a damped step leaves short of the solution.
         theta = self._form.regressed(physical)
         # The loop satisfies the model row by row, so this is its left side.
@@ -246,7 +252,7 @@ class Iteration:
         )
         return IterationState(measured, physical, loops, simulated, right)
 
-    def _simulated(self, physical: Array) -> tuple[tuple[Simulation, ...], Equations]:
+    def _simulated(self, physical: Array) -> SimulatedRows:
         """The loops simulated with parameters (p,), and their rows."""
         start = self._start
         if self._iterates or not start.loops:
@@ -273,14 +279,19 @@ class Iteration:
         plain = instrumental_variables(left, regressor, simulated)
         return robust_solution(left, regressor, simulated, self._loss, plain)
 
-    def _next(self, step: IterationStep, physical: Array, share: float) -> Array:
-        """Where the iteration goes from parameters (p,); partially linear ones stay in bounds."""
+    def _next(
+        self, step: IterationStep, physical: Array, share: float
+    ) -> tuple[Array, SimulatedRows | None]:
+        """Where the iteration goes from parameters (p,); partially linear ones stay in bounds.
+
+        And what was simulated there, if it was.
+        """
+        if step.size <= CONVERGED.value:
+            return np.clip(step.goal, *self._bounds), None
         if not self._form.is_linear and isinstance(self._form, InverseForm):
-            if step.size <= CONVERGED.value:
-                return np.clip(step.goal, *search_bounds(self._form.axis))
-            return damped_step(self._form, self._on.rows, step.simulated, physical, step.goal)
-        whole = step.size <= CONVERGED.value or share == 1.0
-        return step.goal if whole else physical + share * (step.goal - physical)
+            rows = self._on.rows
+            return damped_step(self._form, rows, step.simulated, physical, step.goal), None
+        return step.goal if share == 1 else physical + share * (step.goal - physical), None
 
     def _ended(self, step: IterationStep, reached: IterationState, *remarks: str) -> Fit:
         """The fit that a step led to."""

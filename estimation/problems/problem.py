@@ -147,11 +147,6 @@ class Problem(Uncached):
         """Which of the rows follow each other in time."""
         return RowTimes.joined([data.sampling.neighbours for data in self.data])
 
-    @property
-    def row_period(self) -> float:
-        """Time between rows that follow each other, s."""
-        return self.data[0].row_period
-
     def form(self, kind: type[Form]) -> Form:
         """A form of the axis, in the parameters of the records.
 
@@ -188,10 +183,20 @@ class Problem(Uncached):
         if not isinstance(form, InverseForm):
             self.rows(InverseForm(self.axis))  # what is shown of a parameter is of its own column
         every = [form.of_record(i).equations(data.signals) for i, data in enumerate(self.data)]
-        pairs = zip(every, self.data, strict=True)
-        rows = self._stacked(form, [equations.reduced(data) for equations, data in pairs])
+        rows = self._stacked(form, [e.reduced(d) for e, d in zip(every, self.data, strict=True)])
         if isinstance(form, InverseForm) and self.layout is None:
-            self._check(every, rows)
+            # Columns that the rows do not show are refused, of what every sample has.
+            pairs = zip(self.data, every, strict=True)
+            samples = [(data.signals, own, data.sampling.kept) for data, own in pairs]
+            with adding(lambda: self.lacking):
+                check_visible(
+                    self.axis,
+                    SignalRanges.of(samples),
+                    rows.regressor,
+                    rows.left - rows.intercept,
+                    source="the record" if len(self.data) == 1 else "the set of records",
+                    without_turns=any(d.prefilter.reversals == "leave-out" for d in self.data),
+                )
         if form.is_linear:
             self.made[type(form)] = rows
         return rows
@@ -297,22 +302,6 @@ class Problem(Uncached):
         Rows are the same wherever they are asked for if the axis is linear.
         """
         return {}
-
-    def _check(self, every: list[Equations], rows: Equations) -> None:
-        """Refuse columns that the rows do not show, of what every sample has."""
-        pairs = zip(self.data, every, strict=True)
-        reach = SignalRanges.of(
-            [(data.signals, rows_of, data.sampling.kept) for data, rows_of in pairs]
-        )
-        with adding(lambda: self.lacking):
-            check_visible(
-                self.axis,
-                reach,
-                rows.regressor,
-                rows.left - rows.intercept,
-                source="the record" if len(self.data) == 1 else "the set of records",
-                without_turns=any(d.prefilter.reversals == "leave-out" for d in self.data),
-            )
 
 
 @contextmanager

@@ -22,7 +22,7 @@ from axisid.estimation.regression import (
     instrumental_variables,
     least_squares,
 )
-from axisid.estimation.signals import FilteredRecord, Signals, about_samples
+from axisid.estimation.signals import FilteredRecord, about_samples
 from axisid.estimation.simulation import Simulation, logged_control
 from axisid.support.arrays import Array
 
@@ -101,12 +101,12 @@ def slopes_by_gain(
         rows = rows if problem.row_weights is None else problem.row_weights * rows
         slope = solution.response.T @ rows
         return slope, slope
-    ahead, behind = (
-        solver(form, problem.reduced(form, signals)).theta
-        for signals in (
-            [_with_gain(data, scale) for data in problem.data] for scale in (1 + _STEP, 1 - _STEP)
-        )
-    )
+    # A measured force does not depend on the gain.
+    moved = [
+        [replace(d.signals, force=d.signals.force + step * d.force_by_gain) for d in problem.data]
+        for step in (_STEP, -_STEP)
+    ]
+    ahead, behind = (solver(form, problem.reduced(form, each)).theta for each in moved)
     physical = form.physical(ahead)[0] - form.physical(behind)[0]
     return physical / (2 * _STEP), (ahead - behind) / (2 * _STEP)
 
@@ -132,13 +132,6 @@ def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> Filt
         if getattr(record, role) is not None
     }
     return replace(data, record=replace(record, **columns))
-
-
-def _with_gain(data: FilteredRecord, scale: float) -> Signals:
-    """The signals with another drive gain, on which a measured force does not depend."""
-    signals = data.signals
-    fixed = signals.force - data.force_by_gain
-    return replace(signals, force=(signals.force - fixed) * scale + fixed)
 
 
 _DRAWS = 4  # each once with either sign

@@ -75,9 +75,9 @@ class Form(ABC):
         return self.axis.nominal
 
     @property
-    @abstractmethod
     def quantities(self) -> tuple[Quantity, ...]:
-        """What the regression estimates."""
+        """What the regression estimates: the physical parameters, unless it is of others."""
+        return self.axis.parameters
 
     @abstractmethod
     def equations(self, signals: Signals) -> Equations:
@@ -129,13 +129,13 @@ class Form(ABC):
         """The form linearised about physical parameters (p,); itself if it is linear."""
         return self
 
-    @abstractmethod
     def physical(self, theta: Array) -> tuple[Array, Array]:
         """Physical parameters (p,) of an estimate (k,), and the Jacobian (p, k)."""
+        return theta, np.eye(len(theta))
 
-    @abstractmethod
     def regressed(self, physical: Array) -> Array:
         """The regression's parameters (k,) of physical ones (p,)."""
+        return physical
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,11 +151,6 @@ class InverseForm(Form):
     point: Array | None = None
 
     left: ClassVar[str] = "force"
-
-    @property
-    def quantities(self) -> tuple[Quantity, ...]:
-        """The physical parameters."""
-        return self.axis.parameters
 
     def equations(self, signals: Signals) -> Equations:
         """Force by the inverse regressor."""
@@ -174,14 +169,6 @@ class InverseForm(Form):
         """See `Form.start`; where it is linearised, if it is."""
         nominal = np.array([p.nominal for p in self.declared], dtype=float)
         return nominal if self.point is None else self.point
-
-    def physical(self, theta: Array) -> tuple[Array, Array]:
-        """The estimate itself."""
-        return theta, np.eye(len(theta))
-
-    def regressed(self, physical: Array) -> Array:
-        """The parameters themselves."""
-        return physical
 
 
 @dataclass(frozen=True, slots=True)

@@ -113,13 +113,6 @@ class Solution:
         return self.residuals if self.counts is None else self.counts.weights * self.residuals
 
     @property
-    def influence_as_counted(self) -> Array:
-        """What residuals as they are do to the estimate, (n, k)."""
-        if self.counts is None:
-            return self.influence
-        return self.counts.weights[:, None] * self.influence
-
-    @property
     def response(self) -> Array:
         """Slope of the estimate by each row's left side, (n, k)."""
         if self.counts is None:

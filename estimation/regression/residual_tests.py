@@ -9,7 +9,6 @@ over a lag, as in [Parzen1963]_, which keeps their deviations from growing.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtr, ndtri
 
 from axisid.estimation.signals import RowTimes
@@ -131,7 +130,11 @@ def residual_tests(
     n = len(residuals)
     count = int(min(10 * np.log10(n), n / 5)) if lags is None else lags
     order = neighbours or RowTimes.consecutive(n)
-    power = float(residuals @ residuals)
+    late, early = order.pairs(1)
+    changes = residuals[late] - residuals[early]
+    # Of as many as there are without a gap.
+    squares = float(np.sum(changes**2)) * ((n - 1) / len(changes)) if len(changes) else np.nan
+    durbin_watson = squares / float(residuals @ residuals)
     about = residuals - residuals.mean()
     every = np.column_stack([np.ones(n), about, residuals, W])
     products = score_products(every, order, count)
@@ -146,11 +149,16 @@ def residual_tests(
     both = np.concatenate([products[::-1, 3:, 2], products[1:, 2, 3:]])
     crossed = both / (sizes[1:] * sizes[0])
     own = np.diagonal(products[:, 3:, 3:], axis1=1, axis2=2)
-    deviations = _unrelated_deviations(sums, own, counts, n)
+    # Bartlett's formula, tapered over the lags there are; never below that of white residuals.
+    # Pairs that are missing are in the columns' own sums; the residuals' are those of all pairs.
+    correlations = sums * ((n - np.arange(count + 1)) / np.maximum(counts, 1))
+    weights = 2 * (1 - np.arange(1, count + 1) / (count + 1)) * correlations[1:]
+    variance = 1 + weights @ (own[1:] / own[0])
+    deviations = np.asarray(np.sqrt(np.maximum(variance, 1.0) / n), dtype=float)
     largest = float(np.max(np.abs(crossed) / deviations))
     share = np.array([(i + 0.5) / _QUANTILES for i in range(_QUANTILES)])
     return ResidualTests(
-        durbin_watson=_durbin_watson(residuals, order) / power,
+        durbin_watson=durbin_watson,
         autocorrelation=Autocorrelation(
             values=sums, bound_95=MAX_CHANCE_DEVIATION.value / float(np.sqrt(n))
         ),
@@ -205,25 +213,3 @@ def power_density(
         overlap = segment // 2
         weights.append((len(piece) - overlap) // (segment - overlap))  # segments averaged
     return frequencies[1:], np.average(powers, axis=0, weights=weights)[1:]
-
-
-def _durbin_watson(residuals: Array, order: RowTimes) -> float:
-    """Sum of squared changes from a row to the next, as of as many as there are without a gap."""
-    late, early = order.pairs(1)
-    changes = residuals[late] - residuals[early]
-    if not len(changes):
-        return np.nan
-    return float(np.sum(changes**2)) * ((len(order) - 1) / len(changes))
-
-
-def _unrelated_deviations(sums: Array, own: Array, counts: NDArray[np.int64], rows: int) -> Array:
-    """Bartlett's formula, tapered over the lags there are; never below that of white residuals.
-
-    `own` are each column's products with itself over the lags, (lags + 1, k).
-    """
-    lags = len(sums) - 1
-    # Pairs that are missing are in the columns' own sums; the residuals' are those of all pairs.
-    correlations = sums * ((rows - np.arange(lags + 1)) / np.maximum(counts, 1))
-    weights = 2 * (1 - np.arange(1, lags + 1) / (lags + 1)) * correlations[1:]
-    variance = 1 + weights @ (own[1:] / own[0])
-    return np.asarray(np.sqrt(np.maximum(variance, 1.0) / rows), dtype=float)

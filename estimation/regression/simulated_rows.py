@@ -382,14 +382,12 @@ def _share(control: Array, answer: Array) -> float:
 
 def _control(data: FilteredRecord) -> Array:
     record, drive = data.record, data.axis.axis.drive
-    if drive.logged == "current":
-        raise DataError(
-            "the record tells no command, but what is left of it after the drive's lag."
-        )
-    if hides_command(data.axis):
+    is_late = drive.logged == "current"
+    if is_late or hides_command(data.axis):
+        passed = ["lag"] if is_late else drive.path.declared
         raise DataError(
             "the record tells no command, but what the drive passes on of it: its "
-            f"{' and '.join(drive.path.declared)}."
+            f"{' and '.join(passed)}."
         )
     if record.control is not None:
         return record.control

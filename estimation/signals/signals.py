@@ -148,8 +148,7 @@ MAX_REST_SHARE = 0.1
 
 def motion_lacks(signals: Signals) -> tuple[str, ...]:
     """What a motion lacks, in words, whatever the axis."""
-    facts = (one_direction(signals), one_speed(signals))
-    return tuple(fact for fact in facts if fact)
+    return tuple(filter(None, (one_direction(signals), one_speed(signals))))
 
 
 def resting(

@@ -264,19 +264,14 @@ def _response(parts: Autoregressions, period: float, samples: int) -> Array:
     """What makes white noise of these autoregressions, by frequency."""
     power = np.zeros(samples // 2 + 1)
     for time, deviation in parts:
-        power += deviation**2 * _power(time / period, samples)
+        if samples > _FORGOTTEN * (time / period):
+            power += deviation**2 * spectrum(time / period, samples)
+            continue
+        # One that lasts by circulant embedding: its covariance declines either way around.
+        lags = np.minimum(np.arange(samples), samples - np.arange(samples))
+        covariance = np.exp(-lags / (time / period))
+        power += deviation**2 * np.maximum(np.fft.rfft(covariance).real, 0.0)
     return np.sqrt(power)
-
-
-def _power(time: float, samples: int) -> Array:
-    """Power of an autoregression in a circle of samples, by frequency.
-
-    Of one that lasts, by circulant embedding: its covariance declines either way around.
-    """
-    if samples > _FORGOTTEN * time:
-        return spectrum(time, samples)
-    lags = np.minimum(np.arange(samples), samples - np.arange(samples))
-    return np.maximum(np.fft.rfft(np.exp(-lags / time)).real, 0.0)
 
 
 def spectrum(time: float, samples: int, apart: float = 1.0) -> Array:

@@ -194,9 +194,13 @@ def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> 
         data.drive.force(each, data.motion, data.recorded)
         for each in (control + disturbance, control)
     )
+    by_law, step = chain.is_measured_by_law, chain.position_step
     logged = [
         replace(
-            _as_logged(loop, chain, noise[a:b], away),
+            loop,
+            position=loop.measured_position - away
+            if by_law
+            else measured_positions(loop.position, noise[a:b], step) - away,
             control=control[a:b],
             force=loop.force - (disturbed - alone)[a:b],
         )
@@ -204,14 +208,6 @@ def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> 
     ]
     twin = noise_free_record(data, logged)
     return replace(twin, record=chain.logged(twin.record, rng, rng))
-
-
-def _as_logged(loop: Simulation, chain: Chain, noise: Array, away: float) -> Simulation:
-    """A loop with the positions of the log."""
-    measured = loop.measured_position
-    if not chain.is_measured_by_law:
-        measured = measured_positions(loop.position, noise, chain.position_step)
-    return replace(loop, position=measured - away)
 
 
 def _noisy_loops(

@@ -1,7 +1,8 @@
-"""Covariances are rows of a table, and the user's choice."""
+"""Covariances as rows of a table, and two estimates against each other and a resampling."""
 
 import json
 import sys
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 
@@ -10,10 +11,18 @@ import pytest
 import statsmodels.api as sm
 from scipy.special import stdtrit
 
-from axisid import Identification, Record, identify, load_result
+from axisid import Identification, Record, identify, load_result, read_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation import choices
-from axisid.estimation.estimates import COVARIANCES
+from axisid.estimation.estimates import (
+    COVARIANCES,
+    Estimate,
+    HausmanTest,
+    hausman,
+    significant_differences,
+)
+from axisid.support.errors import Missing
+from benchmarks.machines import Machine, records, white
 from tests.recipes import recipe_blocks
 from tests.refusals import refuses
 
@@ -88,3 +97,85 @@ def test_intervals_draws_and_correlation_are_of_the_chosen_covariance(
 def test_another_covariance_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
     with refuses("method", says="hac, robust, iid"):
         identify(emps2015, twin, covariance="bootstrap")  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def twins_result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin)
+
+
+def less(one: Estimate, other: Estimate) -> dict[str, HausmanTest]:
+    return hausman(one, other)
+
+
+def test_it_is_the_difference_of_what_is_less_its_bias(twins_result: Identification) -> None:
+    for one, other in pairwise(("idm-ls", "idm-iv", "didim")):
+        expected = twins_result[one].corrected - twins_result[other].corrected
+        found = less(twins_result[one], twins_result[other])
+        assert [each.difference for each in found.values()] == list(expected)
+
+
+def test_two_solvers_of_one_system_differ_by_nothing(twins_result: Identification) -> None:
+    """IDM-IV and DDM-IV solve the same equations by the same instruments."""
+    found = less(twins_result["idm-iv"], twins_result["ddm-iv"])
+    assert max(each.shift for each in found.values()) < 1e-2
+    assert significant_differences(found) == {}
+
+
+def test_it_is_of_the_same_rows(emps2015: GeneratedAxis, twin: Record) -> None:
+    long, short = (
+        identify(emps2015, record, methods="idm-iv")["idm-iv"]
+        for record in (twin, twin.windowed((None, 4.0)))
+    )
+    assert isinstance(hausman(long, short), Missing)
+
+
+@pytest.mark.slow
+def test_deviation_of_the_difference_is_its_scatter(emps2015: GeneratedAxis, twin: Record) -> None:
+    """Over runs of a right model, of which it tells none from chance."""
+    machine = Machine(
+        mass=100.2, viscous=236.9, coulomb=24.8, has_tachometer=True, position_noise=white(3.8e-6)
+    )
+    found = []
+    for columns in records(machine, twin.reference, 12, seed=11):
+        result = identify(emps2015, read_record(columns, emps2015), methods=["idm-iv", "didim"])
+        found.append(less(result["idm-iv"], result["didim"]))
+    assert min(each.joint_p_value for of_one in found for each in of_one.values()) > 0.01
+    for name in emps2015.names:
+        apart = [of_one[name].difference for of_one in found]
+        claimed = np.mean([of_one[name].deviation for of_one in found])
+        assert 0.5 < claimed / np.std(apart, ddof=1) < 3
+        assert abs(np.mean(apart)) < 3 * claimed / len(apart) ** 0.5
+
+
+@pytest.mark.slow
+def test_noise_of_the_position_parts_least_squares_and_instruments(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    """And that of the control does not."""
+    noises = {"position_noise": white(5e-6)}, {"control_noise": white(0.05)}
+    for noise, names in zip(noises, (["M"], []), strict=True):
+        machine = Machine(mass=100.2, viscous=236.9, coulomb=24.8, **noise)  # type: ignore[arg-type]
+        for columns in records(machine, twin.reference, 2, seed=5):
+            result = identify(
+                emps2015, read_record(columns, emps2015), methods=["idm-ls", "idm-iv"], bootstrap=0
+            )
+            found = significant_differences(less(result["idm-ls"], result["idm-iv"]))
+            assert [*found][:1] == names
+            assert all(each.difference < 0 for name, each in found.items() if name == "M")
+
+
+@pytest.mark.parametrize(
+    ("p", "joint", "shift", "there"),
+    [
+        (0.001, 0.001, 3.0, True),
+        (0.2, 0.001, 3.0, True),
+        (0.001, 0.02, 9.0, False),
+        (1e-9, 1e-9, 0.4, False),
+    ],
+)
+def test_parameters_part_alone_or_together(
+    p: float, joint: float, shift: float, *, there: bool
+) -> None:
+    one = HausmanTest(difference=1.0, deviation=0.1, p_value=p, joint_p_value=joint, shift=shift)
+    assert bool(significant_differences({"M": one})) is there

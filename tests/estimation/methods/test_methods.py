@@ -1,22 +1,30 @@
-"""Methods as rows of a table, and how fast they are."""
+"""Methods as rows of a table, the pace of iterations, and rows that count for less."""
 
 import json
 import sys
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
 import statsmodels.api as sm
 
-from axisid import Prefilter, Record, identify
+from axisid import Prefilter, Record, build, identify, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation import choices
+from axisid.estimation.identification import Identification
 from axisid.estimation.methods import METHODS
 from axisid.estimation.methods.instrumental import StepControl
+from axisid.estimation.methods.method import robust_least_squares
 from axisid.estimation.methods.methods import method_of
+from axisid.estimation.regression import Hac, Robust, factor
 from axisid.estimation.thresholds import CONVERGED
+from axisid.support.arrays import Array
 from tests.recipes import commands_with, recipe_blocks
+from tests.refusals import refuses
 
 NAME, RECIPE = "idm-wls", "Add a method of estimation"
 MODULE = "axisid.estimation.methods.weighted"
@@ -93,3 +101,100 @@ def test_steps_that_fall_steadily_are_known_where_they_lead_to() -> None:
         at = goal
     assert size == pytest.approx(0.36)
     assert further == pytest.approx([1.0, 2.0], abs=1e-12)
+
+
+LOSSES = ("huber", "bisquare")
+
+
+def _contaminated(seed: int = 3) -> tuple[Array, Array]:
+    """A regression of which a tenth of the rows has forty times the noise, to one side."""
+    rng = np.random.default_rng(seed)
+    X = rng.normal(size=(400, 3)) * [1.0, 10.0, 1e-3]
+    y = X @ [2.0, -0.3, 500.0] + rng.normal(scale=0.1, size=400)
+    y[::10] += np.abs(rng.normal(scale=4.0, size=40))
+    return y, X
+
+
+@pytest.mark.parametrize("loss", LOSSES)
+def test_estimate_is_that_of_another_program(loss: str) -> None:
+    import statsmodels.api as sm
+
+    y, X = _contaminated()
+    norm = sm.robust.norms.HuberT(1.345) if loss == "huber" else sm.robust.norms.TukeyBiweight()
+    other: Any = sm.RLM(y, X / np.linalg.norm(X, axis=0), M=norm)
+    oracle = other.fit(tol=1e-14, maxiter=500)
+    found = robust_least_squares(y, factor(X, ("a", "b", "c")), loss)
+    assert found.theta * np.linalg.norm(X, axis=0) == pytest.approx(oracle.params, rel=1e-7)
+    assert found.counts.weights == pytest.approx(oracle.weights, abs=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("loss", LOSSES)
+def test_intervals_of_contaminated_rows_hold_the_truth(loss: str) -> None:
+    held, truth = np.zeros((2, 3)), np.array([2.0, -0.3, 500.0])
+    for seed in range(200):
+        y, X = _contaminated(seed)
+        found = robust_least_squares(y, factor(X, ("a", "b", "c")), loss)
+        for place, model in enumerate((Robust(), Hac())):
+            away = 1.96 * np.sqrt(np.diag(model.matrix(found)))
+            held[place] += np.abs(found.theta - truth) < away
+    assert np.all((held >= 0.91 * 200) & (held <= 0.99 * 200))
+
+
+@pytest.mark.parametrize("loss", LOSSES)
+def test_the_estimate_follows_the_size_of_its_left_side(loss: str) -> None:
+    # Estimates by a loss are as large as what they explain, so that the slope is the estimate, but
+    # for what the median of the residuals does.
+    y, X = _contaminated()
+    found = robust_least_squares(y, factor(X, ("a", "b", "c")), loss)
+    assert found.response.T @ y == pytest.approx(found.theta, rel=0.02)
+
+
+@cache
+def _axis() -> GeneratedAxis:
+    return build(load_axis("emps2015"))
+
+
+@cache
+def _shocked() -> Record:
+    """The paper's twin, whose force has a few shocks."""
+    record = twin_record(_axis(), position_noise=1e-7)
+    force = _axis().axis.drive.gain * np.asarray(record.control)
+    for place in range(900, len(force) - 100, 1700):
+        force[place : place + 40] += 60.0
+    return replace(record, control=None, force=force)
+
+
+_HELD = Prefilter(hold="zoh")  # the force of a drive that holds its control
+
+
+@cache
+def _identified(loss: str) -> Identification:
+    return identify(_axis(), _shocked(), _HELD, ["idm-ls"], loss=loss)
+
+
+@pytest.mark.parametrize(
+    ("loss", "method"),
+    [("huber", "idm-ls"), ("bisquare", "idm-ls"), ("bisquare", "idm-iv"), ("bisquare", "didim")],
+)
+def test_shocks_lead_least_squares_and_the_loss_does_without(loss: str, method: str) -> None:
+    truth = np.array([*_shocked().provenance.truth.values()])
+    by_squares = np.abs(_identified("squares").preferred.physical / truth - 1)
+    found = identify(_axis(), _shocked(), _HELD, [method], loss=loss)
+    robust = found[method]
+    assert np.all(np.abs(robust.corrected / truth - 1) < 0.1 * by_squares)
+    assert 0 < robust.light_rows.mean() < 0.2
+    assert {c.name: c.status for c in found.verdict}["outliers"] != "fail"
+
+
+def test_what_counts_for_little_is_told_and_written() -> None:
+    result = _identified("huber")
+    written, light = result.to_dict()["estimates"][0], int(result.preferred.light_rows.sum())
+    assert (written["loss"], written["light_rows"]) == ("huber", light)
+    assert f"{light} of {len(result.preferred.y)} rows count for less" in result.summary()
+    assert "loss" not in _identified("squares").to_dict()["estimates"][0]
+
+
+def test_a_loss_that_is_none_is_refused() -> None:
+    with refuses("method", says="choose from squares, huber, bisquare"):
+        identify(_axis(), _shocked(), loss="cauchy")

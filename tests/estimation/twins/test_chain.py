@@ -7,10 +7,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Identification, Prefilter, Record, build, identify, load_axis, twin_record
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid import (
+    Identification,
+    Prefilter,
+    Record,
+    build,
+    identify,
+    load_axis,
+    simulate,
+    twin_record,
+)
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.methods import METHODS
 from axisid.estimation.problems import Problem
+from axisid.estimation.regression import InverseForm, sensor_steps
+from axisid.estimation.regression.simulated_rows import loop_equations
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.twins import Chain, Twins, measured_chain
 from axisid.estimation.twins.chain import (
@@ -23,6 +34,7 @@ from axisid.estimation.twins.measured_chain import control_step, likeliest_varia
 from axisid.estimation.twins.twins import twin_of, twins_of
 from axisid.support.arrays import Array
 from benchmarks.machines import Machine, autoregressive, white
+from tests.axes.bodies import body, force_law
 from tests.refusals import refuses
 
 PERIOD = 1e-3
@@ -304,3 +316,67 @@ def test_a_relay_has_no_steps_that_round_anything(quiet: Record) -> None:
     control = np.asarray(quiet.control)
     assert not control_step(replace(quiet, control=np.sign(control)))
     assert control_step(_rounded(quiet, 6)) == pytest.approx(np.ptp(control) / 64)
+
+
+STEP = 5e-6
+
+
+def stepped(axis: GeneratedAxis, twin: Record, place: float, step: float = STEP) -> Record:
+    """A record with an encoder of a step, whose steps begin elsewhere each time."""
+    away = place * step
+    noise = np.full(len(twin), away)
+    loop = simulate(
+        axis, TRUTH, twin.reference + away, twin.period, position_noise=noise, resolution=step
+    )
+    return replace(twin, position=loop.measured_position - away, control=loop.control)
+
+
+def test_steps_are_found_in_the_record(emps2015: GeneratedAxis, twin: Record) -> None:
+    coarse = stepped(emps2015, twin, 0.3)
+    assert sensor_steps(emps2015, coarse)[0] == pytest.approx(STEP, rel=1e-6)
+    lawless = replace(emps2015, axis=replace(emps2015.axis, control=None))
+    assert sensor_steps(lawless, coarse)[0] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("method", "step"), [("idm-iv", STEP), ("didim", 10 * STEP)])
+def test_intervals_hold_the_mass_that_steps_bias(
+    emps2015: GeneratedAxis, twin: Record, method: str, step: float
+) -> None:
+    places, held = (0.04, 0.18, 0.31, 0.47, 0.62, 0.73, 0.86, 0.95), 0
+    for place in places:
+        record = stepped(emps2015, twin, place, step)
+        estimate = identify(emps2015, record, methods=method)[method]
+        assert estimate.inference.chains[0].position_step == pytest.approx(step, rel=1e-6)
+        mass = estimate.parameters["M"]
+        held += mass.interval[0] < TRUTH[0] < mass.interval[1]
+    assert held >= len(places) - 1
+
+
+def test_a_velocity_in_coarse_steps_is_reckoned_with_unless_its_noise_averages_them(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    velocity = np.asarray(twin_record(emps2015, velocity_noise=0.0).velocity)
+    step = 0.02 * float(np.sqrt(np.mean(velocity**2)))
+    noise = np.random.default_rng(1).normal(0, 1.5 * step, len(velocity))
+    coarse = replace(twin, velocity=step * np.round(velocity / step))
+    assert sensor_steps(emps2015, coarse)[1] == pytest.approx(step, rel=1e-6)
+    noisy = replace(twin, velocity=step * np.round((velocity + noise) / step))
+    assert sensor_steps(emps2015, noisy)[1] == 0
+    estimate = identify(emps2015, coarse, methods="idm-iv")["idm-iv"]
+    (chain,) = estimate.inference.chains
+    assert chain.velocity_step == pytest.approx(step, rel=1e-6)
+    for value, true in zip(estimate.parameters.values(), TRUTH, strict=True):
+        assert value.interval[0] < true < value.interval[1]
+
+
+def test_a_held_force_moves_a_free_mass_by_the_mean_of_both_its_sides(
+    rng: np.random.Generator,
+) -> None:
+    axis = build(body(control=force_law(PERIOD)), native=False)
+    force = rng.normal(size=30)
+    loop = simulate(axis, [2.0], force, PERIOD, start=0.0)
+    rows = loop_equations(InverseForm(axis), loop, np.array([2.0]), "zoh")
+    central = (loop.velocity[2:] - loop.velocity[:-2]) / (2 * PERIOD)
+    np.testing.assert_allclose(rows.regressor[1:-1, 0], central, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(rows.left[1:], (force[1:] + force[:-1]) / 2, rtol=1e-12)
