@@ -127,28 +127,22 @@ class Distance:
         size = np.maximum(np.abs(theta), np.abs(other)) + deviations
         return np.asarray(np.abs(other - theta) <= _SAME_PARAMETER * size)
 
-    def influence(self, theta: Array, rank: int) -> Array:
-        """Derivative of the parameters (p, z) by the target; 0 for those fixed exactly."""
-        sizes, unit = self._scaled_slopes(theta)
-        left, values, right = np.linalg.svd(unit, full_matrices=False)
-        inverse = (right[:rank].T / values[:rank]) @ left[:, :rank].T
-        whole = np.zeros((len(theta), len(self.target)))
-        whole[self.free] = (inverse / sizes[:, None]) @ self._whiten
-        return whole
+    def influence(self, theta: Array, rank: int) -> Array | None:
+        """Derivative of the parameters (p, z) by the target; 0 for those fixed exactly.
 
-    def sharpness(self, theta: Array, rank: int) -> float:
-        """Smallest against largest singular value of the scaled Jacobian; 1 for no unknowns."""
+        None where the target hardly changes with one of them, which therefore does not follow.
+        """
+        slopes, whole = self._residuals(theta)[1], np.zeros((len(theta), len(self.target)))
         if rank == 0:
-            return 1.0
-        values = np.linalg.svd(self._scaled_slopes(theta)[1], compute_uv=False)
-        return float(values[rank - 1] / values[0]) if values[0] > 0 else 0.0
-
-    def _scaled_slopes(self, theta: Array) -> tuple[Array, Array]:
-        """Sizes of the slopes by each unknown, and the slopes over them."""
-        slopes = self._residuals(theta)[1]
+            return whole
         sizes = np.linalg.norm(slopes, axis=0)
         sizes = np.where(sizes > 0, sizes, 1.0)
-        return sizes, slopes / sizes
+        left, values, right = np.linalg.svd(slopes / sizes, full_matrices=False)
+        if values[rank - 1] < _MIN_SENSITIVITY * values[0] or not values[0] > 0:
+            return None
+        inverse = (right[:rank].T / values[:rank]) @ left[:, :rank].T
+        whole[self.free] = (inverse / sizes[:, None]) @ self._whiten
+        return whole
 
     def _residuals(self, theta: Array, whiten: Array | None = None) -> tuple[Array, Array]:
         """Of the target less the map, in deviations, and the map's slopes by the unknowns."""
@@ -338,18 +332,18 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
     lost = undetermined_names(base)
     rank = len(distance.free) - len(base.undetermined)
     dof = len(distance.target) - rank
-    reason = ""
+    influence, reason = None, ""
     if not np.isfinite(cost) or (dof == 0 and cost > _MAX_EXACT_DISTANCE):
         reason = (
             "no values of the physical parameters give the base parameters as they are estimated: "
             "check the equation of motion and what was fixed, or start from better nominal values"
         )
-    elif distance.sharpness(theta, rank) < _MIN_SENSITIVITY:
+    elif (influence := distance.influence(theta, rank)) is None:
         reason = (
             "at this estimate the base parameters hardly change with the physical ones, which "
             "therefore do not follow: fix others"
         )
-    if reason:
+    if influence is None:
         # What is fixed so far away that no distance can be told contradicts the record.
         contradicts = dof > 0 and not np.isfinite(cost)
         return told(
@@ -364,7 +358,7 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
     declared = base.declared.parameters
     freedom = float(np.min(of_base.freedom[of_base.chosen]))
     kept = [j for j, p in enumerate(declared) if p.name not in lost]
-    influence = distance.influence(theta, rank)[kept]
+    influence = influence[kept]
     made = SamplingDistribution(
         quantities=tuple(Quantity(name=declared[j].name, unit=declared[j].unit) for j in kept),
         theta=theta[kept],

@@ -129,23 +129,20 @@ def _applied(
 
     To each is added what comes of values that are known with a deviation, (k, k).
     """
-    y = fit.measured.left
-    if not (float(y @ y) > 0 and np.all(np.isfinite(fit.solution.residuals))):
-        raise _not_finite(method, fit.form)
-    found = {name: covariance.applied(fit.solution) for name, covariance in models.items()}
-    if not all(np.all(np.isfinite(delta_method(a.matrix, jacobian))) for a in found.values()):
-        raise _not_finite(method, fit.form)
+    y, solution = fit.measured.left, fit.solution
+    found: dict[str, CovarianceEstimate] = {}
+    if float(y @ y) > 0 and np.all(np.isfinite(solution.residuals)):
+        found = {name: covariance.applied(solution) for name, covariance in models.items()}
+    mapped = [delta_method(each.matrix, jacobian) for each in found.values()]
+    if not mapped or not np.all(np.isfinite(mapped)):
+        raise EstimationError(
+            f"{method.name}: the regression is not finite, or the {fit.form.left} is zero in every "
+            "row; check the signals' size and the known terms of the equation of motion.",
+            code="not-finite",
+        )
     if known is None:
         return found
     return {name: replace(each, matrix=each.matrix + known) for name, each in found.items()}
-
-
-def _not_finite(method: Method, form: Form) -> EstimationError:
-    return EstimationError(
-        f"{method.name}: the regression is not finite, or the {form.left} is zero in every row; "
-        "check the signals' size and the known terms of the equation of motion.",
-        code="not-finite",
-    )
 
 
 def _remarks(problem: Problem, fit: Fit, loss: str) -> Iterator[str]:

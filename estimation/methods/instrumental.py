@@ -111,6 +111,8 @@ _MAX_SIMULATION_ERROR_RATIO = 2.0
 NEARLY_CONVERGED = 0.1
 
 _MOST = 20
+#: Loops that were simulated, and their rows.
+SimulatedRows = tuple[tuple[Simulation, ...], Equations]
 _FROM_NOMINAL = "the iteration starts from the nominal values, since "
 
 
@@ -126,23 +128,16 @@ class Start:
     ----------
     physical : (p,) array
     named : {"least-squares", "nominal"}
-    loops : tuple of Simulation
-        Simulated with it; empty where they are still to be.
+    simulated : tuple of loops and Equations, or None
+        What is simulated with it, and its rows; None where it is still to be.
     why_not : str or None
         Why it does not start from least squares, where it was to.
-    right : Equations or None
-        Rows of the loops, where the iteration's own form made them.
     """
 
     physical: Array
     named: str
-    loops: tuple[Simulation, ...] = ()
+    simulated: SimulatedRows | None = None
     why_not: str | None = None
-    right: Equations | None = None
-
-
-#: Loops that were simulated, and their rows.
-SimulatedRows = tuple[tuple[Simulation, ...], Equations]
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +196,7 @@ class Iteration:
         EstimationError
             It does not come to an end, or a loop cannot be simulated; the iterate is named.
         """
-        physical, ahead = self._start.physical, None
+        physical, ahead = self._start.physical, self._start.simulated
         last: IterationStep | None = None
         nearest: IterationStep | None = None
         while len(self._iterates) <= _MOST:
@@ -210,8 +205,7 @@ class Iteration:
                 if last is not None and last.size <= CONVERGED.value:
                     return self._ended(last, reached)
                 last = self._step(reached)
-                if nearest is None or last.size < nearest.size:
-                    nearest = last
+                nearest = last if nearest is None or last.size < nearest.size else nearest
                 physical, ahead = self._next(last, physical, self._pace.share)
         if nearest is None or nearest.size > NEARLY_CONVERGED:
             raise self._moving(physical)
@@ -254,11 +248,7 @@ class Iteration:
 
     def _simulated(self, physical: Array) -> SimulatedRows:
         """The loops simulated with parameters (p,), and their rows."""
-        start = self._start
-        if self._iterates or not start.loops:
-            return self._on.simulated(self._form, physical, self._budget)
-        right = start.right or self._on.simulated_rows(self._form, physical, start.loops)
-        return start.loops, right
+        return self._on.simulated(self._form, physical, self._budget)
 
     def _step(self, at: IterationState) -> IterationStep:
         """From where the iteration is to the estimate by the loop that is simulated there."""
@@ -390,8 +380,10 @@ def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
     except (DataError, EstimationError) as error:
         return form, _nominal_start(form, str(error))
     if fit.follows:
-        right = fit.right if isinstance(form, InverseForm) else None
-        return form, Start(fit.physical, LEAST_SQUARES_START, fit.loops, right=right)
+        right = fit.right
+        if right is None or not isinstance(form, InverseForm):
+            right = problem.simulated_rows(form, fit.physical, fit.loops)
+        return form, Start(fit.physical, LEAST_SQUARES_START, (fit.loops, right))
     said = f"the loop of least squares leaves {fit.simulation_error_percent:.3g} % of the force"
     missing = isinstance(fit.simulated, NotSimulated) and fit.simulated.reason
     return form, _nominal_start(form, missing or f"{said} unexplained")

@@ -204,12 +204,9 @@ def power_density(
     segment = min(_SEGMENT, int(lengths[enough]))
     if segment < (least := MIN_SEGMENT_ROWS.value):
         return Missing(f"half of the rows follow each other in less than {least} at a time")
-    powers, weights = [], []
-    for piece in neighbours.split(values):
-        if len(piece) < segment:
-            continue
-        frequencies, power = welch(piece, rate, nperseg=segment, axis=0)
-        powers.append(power)
-        overlap = segment // 2
-        weights.append((len(piece) - overlap) // (segment - overlap))  # segments averaged
-    return frequencies[1:], np.average(powers, axis=0, weights=weights)[1:]
+    pieces = [piece for piece in neighbours.split(values) if len(piece) >= segment]
+    found = [welch(piece, rate, nperseg=segment, axis=0) for piece in pieces]
+    overlap = segment // 2
+    averaged = [(len(piece) - overlap) // (segment - overlap) for piece in pieces]
+    density = np.average([power for _, power in found], axis=0, weights=averaged)
+    return found[0][0][1:], density[1:]
