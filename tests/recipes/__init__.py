@@ -5,6 +5,12 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from axisid.estimation import choices
 
 #: Finds a module that is no file of the tree, adds its row to a table, and runs command lines.
 _FOLLOWED = """
@@ -38,6 +44,16 @@ def recipe_blocks(title: str) -> list[str]:
     files = re.findall(r"\((tests/recipes/\w+\.py)\)", below)
     blocks = re.findall(r"```python\n(.*?)```", below, re.DOTALL)
     return [*((root / file).read_text() for file in files), *blocks]
+
+
+def row_of_recipe(title: str, module: str, patch: pytest.MonkeyPatch) -> Any:
+    """The row of a recipe of `choices`, whose module is there as long as the patch is."""
+    text, written = recipe_blocks(title)
+    made = ModuleType(module)
+    made.__package__ = module.rpartition(".")[0]
+    patch.setitem(sys.modules, module, made)
+    exec(text, vars(made))
+    return eval(written, dict(vars(choices)))  # noqa: S307
 
 
 def commands_with(

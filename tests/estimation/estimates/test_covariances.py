@@ -1,10 +1,8 @@
 """Covariances as rows of a table, and two estimates against each other and a resampling."""
 
 import json
-import sys
 from itertools import pairwise
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -23,7 +21,7 @@ from axisid.estimation.estimates import (
 )
 from axisid.support.errors import Missing
 from benchmarks.machines import Machine, records, white
-from tests.recipes import recipe_blocks
+from tests.recipes import row_of_recipe
 from tests.refusals import refuses
 
 NAME, RECIPE = "hc3", "Add a covariance"
@@ -32,12 +30,7 @@ MODULE = "axisid.estimation.regression.leave_one_out"
 
 @pytest.fixture
 def added(monkeypatch: pytest.MonkeyPatch) -> None:
-    text, written = recipe_blocks(RECIPE)
-    module = ModuleType(MODULE)
-    module.__package__ = MODULE.rpartition(".")[0]
-    monkeypatch.setitem(sys.modules, MODULE, module)
-    exec(text, vars(module))
-    row = eval(written, dict(vars(choices)))  # noqa: S307
+    row = row_of_recipe(RECIPE, MODULE, monkeypatch)
     monkeypatch.setattr(choices, "COVARIANCE_ROWS", (*choices.COVARIANCE_ROWS, row))
     monkeypatch.setitem(COVARIANCES, NAME, row)
 

@@ -43,30 +43,22 @@ def checks_of(result: Identification) -> dict[str, str]:
     return {check.name: check.status for check in result.verdict}
 
 
-@pytest.mark.slow
-def test_emps_lands_on_the_instruments_without_the_filters_bias(
-    emps: GeneratedAxis, emps_record: Record
-) -> None:
-    """With no correction of its own: measured and simulated force pass the same filter."""
-    result = identify(emps, emps_record, PUBLISHED, ["idm-iv", "didim"])
-    didim, iv = result["didim"], result["idm-iv"]
-    assert [f"{value:.4g}" for value in didim.physical] == ["94.89", "208.3", "20.04", "-3.17"]
-    assert didim.simulation_error_percent == pytest.approx(4.514, abs=0.005)
-    deviations = np.array([value.deviation for value in didim.parameters.values()])
-    assert np.all(np.abs(didim.corrected - iv.corrected) < 0.3 * deviations)
-    assert checks_of(result)["method"] == "pass"
-
-
 @pytest.mark.parametrize("mass", [5.0, 100.0, 400.0, 1000.0])
 def test_emps_ends_at_the_same_from_any_mass(
     emps: GeneratedAxis, emps_record: Record, mass: float
 ) -> None:
     first = [replace(p, nominal=mass) if p.name == "M" else p for p in emps.axis.parameters]
     started = build(replace(emps.axis, parameters=tuple(first)))
-    found = identify(started, emps_record, PUBLISHED, "didim", start="nominal")["didim"]
+    methods = ["idm-iv", "didim"] if mass == 100 else ["didim"]
+    result = identify(started, emps_record, PUBLISHED, methods, start="nominal")
+    found = result["didim"]
     assert found.started == "nominal"
     assert found.iterates[0].physical[0] == mass
     assert found.physical == pytest.approx([94.8896, 208.2889, 20.03959, -3.169823], rel=2e-5)
+    assert found.simulation_error_percent == pytest.approx(4.514, abs=0.005)
+    if mass == 100:  # on the instruments without the filter's bias
+        deviations = np.array([value.deviation for value in found.parameters.values()])
+        assert np.all(np.abs(found.corrected - result["idm-iv"].corrected) < 0.3 * deviations)
 
 
 @pytest.mark.slow

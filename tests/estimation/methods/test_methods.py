@@ -1,11 +1,9 @@
 """Methods as rows of a table, the pace of iterations, and rows that count for less."""
 
 import json
-import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -23,7 +21,7 @@ from axisid.estimation.methods.methods import method_of
 from axisid.estimation.regression import Hac, Robust, factor
 from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array
-from tests.recipes import commands_with, recipe_blocks
+from tests.recipes import commands_with, row_of_recipe
 from tests.refusals import refuses
 
 NAME, RECIPE = "idm-wls", "Add a method of estimation"
@@ -32,12 +30,7 @@ MODULE = "axisid.estimation.methods.weighted"
 
 @pytest.fixture
 def added(monkeypatch: pytest.MonkeyPatch) -> None:
-    text, written = recipe_blocks(RECIPE)
-    module = ModuleType(MODULE)
-    module.__package__ = MODULE.rpartition(".")[0]
-    exec(text, vars(module))
-    monkeypatch.setitem(sys.modules, MODULE, module)
-    row = eval(written, dict(vars(choices)))  # noqa: S307
+    row = row_of_recipe(RECIPE, MODULE, monkeypatch)
     monkeypatch.setattr(choices, "METHOD_ROWS", (*choices.METHOD_ROWS, row))
     monkeypatch.setitem(METHODS, NAME, method_of(row))
 

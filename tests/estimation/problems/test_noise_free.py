@@ -35,6 +35,7 @@ from benchmarks.machines import Machine, records, white
 from tests.axes.drives import BRAKE, braked
 from tests.axes.unseen import with_bump, with_stribeck
 from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
+from tests.estimation.signals.test_segments import cut
 from tests.refusals import refuses
 
 
@@ -160,34 +161,22 @@ def test_bias_is_found_again_where_it_leads(emps2015: GeneratedAxis) -> None:
 CUT = 4000
 
 
-def part(record: Record, start: int, stop: int) -> Record:
-    return replace(record, **{role: v[start:stop] for role, v in record.channels().items()})  # type: ignore[arg-type]
-
-
 def problem(axis: GeneratedAxis, *records: Record, **settings: object) -> Problem:
     filter_ = Prefilter(**settings)  # type: ignore[arg-type]
     data = tuple(FilteredRecord.bind(axis, record, filter_) for record in records)
     return Problem(axis=axis, data=data)
 
 
-@pytest.fixture(scope="module")
-def halves(twin: Record) -> tuple[Record, Record]:
-    return part(twin, 0, CUT), part(twin, CUT, len(twin))
-
-
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("reversals", ["keep", "leave-out"])
 def test_a_record_with_a_gap_and_its_two_parts_are_the_same_thing(
-    emps2015: GeneratedAxis,
-    twin: Record,
-    halves: tuple[Record, Record],
-    method: str,
-    reversals: str,
+    emps2015: GeneratedAxis, twin: Record, method: str, reversals: str
 ) -> None:
-    cut = replace(twin, segments=((0, CUT), (CUT, len(twin))))
+    halves = cut(twin, 0, CUT), cut(twin, CUT, len(twin))
+    gapped = replace(twin, segments=((0, CUT), (CUT, len(twin))))
     one, two = (
         estimate_by(problem(emps2015, *records, reversals=reversals), METHODS[method])
-        for records in ((cut,), halves)
+        for records in ((gapped,), halves)
     )
     assert two.physical == pytest.approx(one.physical, rel=1e-12)
     for name, covariance in one.covariances.items():
