@@ -322,6 +322,7 @@ class Estimate(Presentable, Exact):
     @property
     def distribution(self) -> SamplingDistribution:
         """Of the physical parameters."""
+        by_gain = self.inference.gain_slopes
         return SamplingDistribution(
             quantities=self.quantities,
             theta=self.physical,
@@ -329,7 +330,7 @@ class Estimate(Presentable, Exact):
             freedom=self.freedom,
             chosen=self.chosen,
             bias=self.filter_bias,
-            by_gain=self._by_gain(self.inference.gain_slopes),
+            by_gain=None if by_gain is None else self.gain_relative_sd * by_gain,
         )
 
     @property
@@ -340,7 +341,7 @@ class Estimate(Presentable, Exact):
     @property
     def ddm_parameters(self) -> NamedValues:
         """Parameters of the direct model by name; empty for an inverse model."""
-        bias = None
+        bias, by_gain = None, self.inference.theta_gain_slopes
         if self.ddm_quantities and self.filter_bias is not None:
             bias = self.theta_ddm - self.form.regressed(self.corrected)
         return SamplingDistribution(
@@ -350,12 +351,8 @@ class Estimate(Presentable, Exact):
             freedom=self.inference.ddm_freedom,
             chosen=self.chosen,
             bias=bias,
-            by_gain=self._by_gain(self.inference.theta_gain_slopes),
+            by_gain=None if by_gain is None else self.gain_relative_sd * by_gain,
         ).values
-
-    def _by_gain(self, slopes: Array | None) -> Array | None:
-        """What a deviation of the drive gain makes of slopes by its logarithm."""
-        return None if slopes is None else self.gain_relative_sd * slopes
 
     def derive(self, function: FunctionLike) -> Value:
         """Any function of the physical parameters, with its unit and interval.

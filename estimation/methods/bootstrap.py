@@ -1,6 +1,7 @@
 """The parametric bootstrap of a problem's estimates: twins of its records, the same for all."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -118,10 +119,8 @@ class Bootstrap:
         """Linear forms of the methods, but for those that the problem has not."""
         kinds = []
         for kind in dict.fromkeys(METHODS[method].form for method in self.methods):
-            try:
+            with suppress(ModelError):
                 kinds += [kind] * self.problem.form(kind).is_linear
-            except ModelError:
-                continue
         return tuple(kinds)
 
 

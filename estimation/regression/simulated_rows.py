@@ -310,8 +310,8 @@ def follows_noise(data: FilteredRecord) -> bool:
     which the law's own had not.
     """
     law, record = data.axis.axis.control, data.record
-    is_known = record.reference is not None or record.velocity is not None
-    return law is not None and law.takes_velocity and not is_known
+    takes_velocity = law is not None and law.takes_velocity
+    return takes_velocity and record.reference is None and record.velocity is None
 
 
 def is_measured_by_law(data: FilteredRecord) -> bool:

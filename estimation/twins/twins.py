@@ -84,12 +84,10 @@ class Twins:
         """What a solver makes of each: one step from an estimate, with its own instruments."""
         found = []
         for rows in self.rows(form):
-            try:
+            with suppress(EstimationError):
                 solution = solver(form, rows)
-            except EstimationError:
-                continue
-            if np.isfinite(solution.theta).all():
-                found.append(replace(solution, neighbours=self.problem.neighbours))
+                if np.isfinite(solution.theta).all():
+                    found.append(replace(solution, neighbours=self.problem.neighbours))
         return found
 
     def rows(self, form: Form) -> Iterable[Equations]:

@@ -18,8 +18,8 @@ from axisid.estimation.regression import (
     power_density,
     sum_covariances,
 )
-from axisid.estimation.regression.autoregressive import autoregressive_covariance
 from axisid.estimation.regression.coloured_errors import by_whittle
+from axisid.estimation.regression.covariance import covariance_of_ar1
 from axisid.estimation.regression.linear import factor, least_squares
 from axisid.estimation.regression.residual_tests import residual_tests
 from axisid.estimation.signals import RowTimes
@@ -178,23 +178,23 @@ def test_it_is_that_of_dense_algebra_at_the_coefficient_that_the_residuals_show(
     rhos = np.linspace(0.3, 0.98, 700)
     rho = min(rhos, key=lambda each: abs(dense(solution, float(each))[1] - shown))
     expected, _ = dense(solution, float(rho))
-    assert autoregressive_covariance(solution).matrix == pytest.approx(expected, rel=0.02)
+    assert covariance_of_ar1(solution).matrix == pytest.approx(expected, rel=0.02)
 
 
 def test_errors_that_have_nothing_slow_leave_the_kernel_alone(rng: np.random.Generator) -> None:
     solution = fit(np.diff(rng.normal(size=151)))
-    assert not autoregressive_covariance(solution).matrix.any()
+    assert not covariance_of_ar1(solution).matrix.any()
     applied = Hac().applied(solution)
     assert not applied.widened.any()
 
 
 @pytest.mark.slow
 def test_its_degrees_of_freedom_are_those_of_its_scatter(rng: np.random.Generator) -> None:
-    found = [autoregressive_covariance(fit(errors(rng, 600, 0.7))) for _ in range(400)]
+    found = [covariance_of_ar1(fit(errors(rng, 600, 0.7))) for _ in range(400)]
     scatter = np.var([np.log(np.diag(each.matrix)) for each in found], axis=0)
     told = np.mean([2 / each.freedom for each in found], axis=0)
     assert told == pytest.approx(scatter, rel=0.35)
-    slow = autoregressive_covariance(fit(np.cumsum(rng.normal(size=60))))
+    slow = covariance_of_ar1(fit(np.cumsum(rng.normal(size=60))))
     assert np.all(slow.freedom >= MIN_DEGREES_OF_FREEDOM.value)
 
 
@@ -219,7 +219,7 @@ def test_few_scores_make_no_deviation_smaller_and_leave_correlations(
 ) -> None:
     solution = fit(errors(rng, 150, 0.9))
     plain, wide = (Hac(widened=each).applied(solution) for each in (False, None))
-    found = autoregressive_covariance(solution)
+    found = covariance_of_ar1(solution)
     least = np.diag(found.matrix)
     # Long records, and lags that are given, have the kernel alone.
     assert plain.widened is Hac(5).applied(solution).widened is None
