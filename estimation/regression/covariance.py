@@ -359,9 +359,7 @@ def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
 
     e, influence, order = solution.counted, solution.influence, solution.neighbours
     n, k = influence.shape
-    nothing = CovarianceEstimate(
-        matrix=np.zeros((k, k)), freedom=np.full(k, float(n - k)), description=_NAME
-    )
+    nothing = applied_covariance(np.zeros((k, k)), (n, k), _NAME)
     if not e @ e > 0:
         return nothing
     size = np.linalg.norm(influence, axis=0)  # columns may be of sizes far apart
