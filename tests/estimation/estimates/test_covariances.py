@@ -14,7 +14,6 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation import choices
 from axisid.estimation.estimates import (
     COVARIANCES,
-    Estimate,
     HausmanTest,
     hausman,
     significant_differences,
@@ -97,20 +96,16 @@ def twins_result(emps2015: GeneratedAxis, twin: Record) -> Identification:
     return identify(emps2015, twin)
 
 
-def less(one: Estimate, other: Estimate) -> dict[str, HausmanTest]:
-    return hausman(one, other)
-
-
 def test_it_is_the_difference_of_what_is_less_its_bias(twins_result: Identification) -> None:
     for one, other in pairwise(("idm-ls", "idm-iv", "didim")):
         expected = twins_result[one].corrected - twins_result[other].corrected
-        found = less(twins_result[one], twins_result[other])
+        found = hausman(twins_result[one], twins_result[other])
         assert [each.difference for each in found.values()] == list(expected)
 
 
 def test_two_solvers_of_one_system_differ_by_nothing(twins_result: Identification) -> None:
     """IDM-IV and DDM-IV solve the same equations by the same instruments."""
-    found = less(twins_result["idm-iv"], twins_result["ddm-iv"])
+    found = hausman(twins_result["idm-iv"], twins_result["ddm-iv"])
     assert max(each.shift for each in found.values()) < 1e-2
     assert significant_differences(found) == {}
 
@@ -132,7 +127,7 @@ def test_deviation_of_the_difference_is_its_scatter(emps2015: GeneratedAxis, twi
     found = []
     for columns in records(machine, twin.reference, 12, seed=11):
         result = identify(emps2015, read_record(columns, emps2015), methods=["idm-iv", "didim"])
-        found.append(less(result["idm-iv"], result["didim"]))
+        found.append(hausman(result["idm-iv"], result["didim"]))
     assert min(each.joint_p_value for of_one in found for each in of_one.values()) > 0.01
     for name in emps2015.names:
         apart = [of_one[name].difference for of_one in found]
@@ -153,7 +148,7 @@ def test_noise_of_the_position_parts_least_squares_and_instruments(
             result = identify(
                 emps2015, read_record(columns, emps2015), methods=["idm-ls", "idm-iv"], bootstrap=0
             )
-            found = significant_differences(less(result["idm-ls"], result["idm-iv"]))
+            found = significant_differences(hausman(result["idm-ls"], result["idm-iv"]))
             assert [*found][:1] == names
             assert all(each.difference < 0 for name, each in found.items() if name == "M")
 
