@@ -229,7 +229,7 @@ class FilteredRecord(Exact, Uncached):
     @cached_property
     def signals(self) -> Signals:
         """Filtered motion beside the force, aligned as the prefilter says."""
-        return self._beside(self.force)
+        return self.beside(self.force)
 
     @property
     def _starts(self) -> list[int]:
@@ -252,7 +252,7 @@ class FilteredRecord(Exact, Uncached):
             return np.zeros(len(self))
         if self.axis.axis.drive.is_gain:
             return self.signals.force
-        return self._beside(self.drive.slope(control, self.motion, self.recorded)).force
+        return self.beside(self.drive.slope(control, self.motion, self.recorded)).force
 
     def force_by(self, added: Array) -> Array:
         """What the signals' force has of something that is added to the control, (N,)."""
@@ -261,7 +261,7 @@ class FilteredRecord(Exact, Uncached):
             self.drive.force(each, self.motion, self.recorded)
             for each in (control + added, control)
         )
-        return self._beside(with_it - without).force
+        return self.beside(with_it - without).force
 
     @property
     def times_of_rows(self) -> Array:
@@ -287,17 +287,6 @@ class FilteredRecord(Exact, Uncached):
         """Rows of signals, (N,) or (N, k) to (n,) or (n, k), see `Sampling.reduce`."""
         return self.sampling.reduce(columns)
 
-    def information(self, into: Array, fastest: float) -> tuple[Array, Array]:
-        """Products of the regressor's columns, (P, P), in motion and of what is not left out.
-
-        Its own parameters are ``into`` times those that are asked for, (p, P).
-        """
-        signals = self._beside(np.zeros(len(self)))  # the regressor is of the motion alone
-        columns = columns_of(self.axis, signals) @ into
-        moves = np.abs(signals.velocity) > MIN_MOVING_SPEED.value * fastest
-        moving, left = columns[self.sampling.kept & moves], columns[self.sampling.used]
-        return moving.T @ moving, left.T @ left
-
     @property
     def drive(self) -> DriveAlong:
         """The drive along the record's motion, as the hold pairs the two."""
@@ -314,7 +303,7 @@ class FilteredRecord(Exact, Uncached):
             mean=self.prefilter.hold == "zoh",
         )
 
-    def _beside(self, force: Array) -> Signals:
+    def beside(self, force: Array) -> Signals:
         """The filtered motion beside a force as the hold pairs them."""
         q, velocity, acceleration = self.motion
         starts, delay = self._starts, self.hold_delay
@@ -344,5 +333,12 @@ def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = (
     pairs = [*zip(records, into, strict=True)]
     fastest = max(max(float(np.abs(each.motion[1]).max()), each.fastest) for each in records)
     counts = np.any([takes_robust_loss(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0)
-    moving, left = np.sum([each.information(own, fastest) for each, own in pairs], axis=0)
+    information = []
+    for each, own in pairs:
+        signals = each.beside(np.zeros(len(each)))  # the regressor is of the motion alone
+        columns = columns_of(each.axis, signals) @ own
+        moves = np.abs(signals.velocity) > MIN_MOVING_SPEED.value * fastest
+        parts = columns[each.sampling.kept & moves], columns[each.sampling.used]
+        information.append([part.T @ part for part in parts])
+    moving, left = np.sum(information, axis=0)
     return remaining_information(counts, moving, left) < MIN_INFORMATION_LEFT.value

@@ -2,8 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
 from zlib import crc32
 
 import numpy as np
@@ -74,6 +73,8 @@ class Twins:
     chains: tuple[Chain, ...]
     count: int
     kinds: tuple[type[Form], ...] = ()
+    #: Rows by form, which are the same wherever they are asked for if the axis is linear.
+    _linear: dict[type[Form], list[Equations]] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "at", in_few_digits(self.at))
@@ -101,11 +102,6 @@ class Twins:
             for place, each in enumerate(forms):
                 self._linear[type(each)] = [rows[place] for rows in made]
         return self._linear[type(form)]
-
-    @cached_property
-    def _linear(self) -> dict[type[Form], list[Equations]]:
-        """Rows by form, which are the same wherever they are asked for if the axis is linear."""
-        return {}
 
     def _drawn(self, forms: Sequence[Form]) -> Iterator[list[Equations]]:
         data = self.problem.data
