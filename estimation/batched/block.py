@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,8 @@ from axisid.estimation.simulation import LoopInputs, simulate_lanes
 from axisid.estimation.thresholds import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 #: How a lane was identified: among others, or as `identify` does it alone.
 SIDE_BY_SIDE, ALONE, FAILED = "side by side", "alone", "failed"
@@ -338,22 +341,6 @@ class Block:
         intercept = found[:, p] if found.shape[1] > p + 1 else np.zeros(1)
         return Equations(left=found[:, -1], intercept=intercept, regressor=found[:, :p])
 
-    def simulated_rows(
-        self,
-        loops: dict[str, Array],
-        physical: Array,
-        excluded: Chosen | None,
-        rows: Chosen | None,
-    ) -> tuple[Array, Array | float]:
-        """Regressor, (n, p, L), and known part, (n, L) or nothing, of simulated loops."""
-        names = ("position", "velocity", "acceleration", "force", "direction")
-        signals = tuple(loops[name] for name in names)
-        held = self.template.prefilter.hold == "zoh"
-        before = loops["direction_before"] if held else None
-        found = self.library.simulated(signals, before, physical, excluded, self.decimation)
-        found, p = _kept(found, rows), len(self.axis.parameters)
-        return found[:, :p], found[:, p] if found.shape[1] > p else 0.0
-
     def rows_of(self, excluded: Chosen | None) -> Chosen | None:
         """Which rows lanes have, (n, L), without excluded samples; None for all."""
         if excluded is None:
@@ -365,14 +352,6 @@ class Block:
         """Samples near reversals and rests of filtered motions, (N, L)."""
         return self.library.turns(motion[1], REST_SPEED.value, self.filter.turn_reach)
 
-    def information(self, near: Chosen, slow: Array) -> tuple[Array, Array]:
-        """Products of the regressor's columns over samples that are kept, (L, p, p) each.
-
-        Of those faster than lanes' slow speeds, (L,), and of those that are not near reversals.
-        """
-        moving, left = self.library.information(self.motion, self.template.kept, near, slow)
-        return moving.transpose(2, 0, 1), left.transpose(2, 0, 1)
-
     @cached_property
     def starts(self) -> tuple[LoopStart, Chosen]:
         """Where the loops start, and of which lanes that is as of one alone."""
@@ -380,17 +359,67 @@ class Block:
         columns = (lanes.reference, lanes.position, lanes.control)
         return lane_starts(self.axis, *columns, lanes.period, lanes.record)
 
-    def simulated(self, physical: Array, chosen: Chosen) -> tuple[dict[str, Array], Chosen]:
-        """Loops of some lanes with parameters (B, p), and which of them went well."""
-        start, _ = self.starts
+    def loops(
+        self, physical: Array, chosen: Chosen, excluded: Chosen | None, rows: Chosen | None
+    ) -> "LaneLoops":
+        """Chosen lanes simulated with parameters (L, p), as rows without what is excluded."""
+        lanes = np.flatnonzero(chosen)
+        physical, start = physical[lanes], self.starts[0]
         inputs = LoopInputs(
             reference=self.lanes.reference,
             period=self.lanes.period,
-            start=LoopStart(position=start.position[chosen], velocity=start.velocity[chosen]),
+            start=LoopStart(position=start.position[lanes], velocity=start.velocity[lanes]),
         )
         made = simulate_lanes(self.axis, physical, inputs, wanted=SIGNALS, threads=1)
-        well = np.array([lane not in made.failures for lane in range(len(physical))])
-        return made.signals, well
+        well = chosen.copy()
+        well[lanes[[*made.failures]]] = False
+        names = ("position", "velocity", "acceleration", "force", "direction")
+        held = self.template.prefilter.hold == "zoh"
+        found = self.library.simulated(
+            tuple(made.signals[name] for name in names),
+            made.signals["direction_before"] if held else None,
+            physical,
+            some_lanes(excluded, lanes),
+            self.decimation,
+        )
+        found, p = _kept(found, some_lanes(rows, lanes)), len(self.axis.parameters)
+        return LaneLoops(
+            lanes=lanes,
+            position=made.signals["position"],
+            Z=found[:, :p],
+            intercept=found[:, p] if found.shape[1] > p else 0.0,
+            well=well,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LaneLoops:
+    """Loops of some of the lanes L, one estimate each.
+
+    Attributes
+    ----------
+    lanes : (l,) array of int
+        Which ones.
+    position : (N, l) array
+        Simulated.
+    Z : (n, p, l) array
+        Reduced.
+    intercept : (n, l) array or float
+        Known part of the rows, reduced.
+    well : (L,) array of bool
+        Which loops there are and went well.
+    """
+
+    lanes: NDArray[np.intp]
+    position: Array
+    Z: Array
+    intercept: Array | float
+    well: Chosen
+
+
+def some_lanes(values: NDArray[Scalar] | None, lanes: NDArray[np.intp]) -> NDArray[Scalar] | None:
+    """Some lanes, by number, of values (..., L) that there may be, in contiguous memory."""
+    return None if values is None else np.ascontiguousarray(values[..., lanes])
 
 
 def _kept(found: Array, rows: Chosen | None) -> Array:

@@ -3,11 +3,10 @@
 Instrumental variables and least squares are by normal equations that are refined. Columns are
 scaled to unit norm; the equations of the residuals are solved once more, which leaves the digits
 that a factorisation has as long as the columns are not nearly dependent. Lanes of which that is not
-so are told, and solved elsewhere.
+so are told, and solved elsewhere. Whoever calls silences NumPy of what is not finite.
 """
 
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,15 +32,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.support.arrays import Array
 
-from .block import Block, Chosen
-
-Scalar = TypeVar("Scalar", bound=np.generic)
-
-
-def some_lanes(values: NDArray[Scalar] | None, chosen: NDArray[np.intp]) -> NDArray[Scalar] | None:
-    """Some lanes, by number, of values (..., L) that there may be, in contiguous memory."""
-    return None if values is None else np.ascontiguousarray(values[..., chosen])
-
+from .block import Block, Chosen, LaneLoops
 
 _MOST_CONDITION = 1e6  # of the scaled products: digits are lost beyond
 
@@ -106,14 +97,12 @@ def solved(
     together = products(library, instruments, regressor)
     aside = products(library, instruments, left[:, None])[:, :, 0]
     by, scale = norms(library, instruments), norms(library, regressor)
-    with np.errstate(all="ignore"):
-        scaled = together / by[:, :, None] / scale[:, None, :]
+    scaled = together / by[:, :, None] / scale[:, None, :]
     finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(aside).all(axis=1)
     scaled[~finite] = np.eye(scaled.shape[1])
     sound = finite & (np.linalg.cond(scaled) < _MOST_CONDITION)
     scaled[~sound] = np.eye(scaled.shape[1])
-    with np.errstate(all="ignore"):
-        mixing = np.linalg.inv(scaled) / scale[:, :, None] / by[:, None, :]
+    mixing = np.linalg.inv(scaled) / scale[:, :, None] / by[:, None, :]
     theta = _applied(mixing, aside)
     residuals = left - fitted(regressor, theta)
     step = products(library, instruments, residuals[:, None])[:, :, 0]
@@ -130,12 +119,11 @@ def solved(
 
 def inverse_products(library: LaneLibrary, columns: Array) -> Array:
     """``(Z'Z)^-1`` of columns (n, p, L), (L, p, p); of no meaning where there is none."""
-    with np.errstate(all="ignore"):
-        raw = products(library, columns, columns)
-        scale = np.sqrt(np.diagonal(raw, axis1=1, axis2=2))
-        scaled = raw / scale[:, :, None] / scale[:, None, :]
-        scaled[~np.isfinite(scaled).all(axis=(1, 2))] = np.eye(scaled.shape[1])
-        return np.asarray(np.linalg.pinv(scaled) / scale[:, :, None] / scale[:, None, :])
+    raw = products(library, columns, columns)
+    scale = np.sqrt(np.diagonal(raw, axis1=1, axis2=2))
+    scaled = raw / scale[:, :, None] / scale[:, None, :]
+    scaled[~np.isfinite(scaled).all(axis=(1, 2))] = np.eye(scaled.shape[1])
+    return np.asarray(np.linalg.pinv(scaled) / scale[:, :, None] / scale[:, None, :])
 
 
 def _applied(matrices: Array, vectors: Array) -> Array:
@@ -174,70 +162,45 @@ class LaneFits(LaneSolutions):
         return row_counts(self.rows, self.residuals.shape)
 
 
-@dataclass(slots=True, kw_only=True)
-class _Loops:
-    """Loops of some lanes, one estimate each, their reduced right sides, and which went well."""
+def fitted_lanes(block: Block, asked: Prefilter) -> LaneFits:
+    """Lanes from their samples to where the instruments' iteration ends."""
+    excluded = _near_reversals(block, asked)
+    shown = np.ones(len(block.lanes), dtype=bool)
+    if excluded is not None:
+        _, _, loops, follows, shown = _first_fit(block, excluded, block.rows_of(excluded))
+        again = block.turns(block.filtered(loops.position))
+        # Where the loop does not follow, the record's own reversals stay.
+        excluded = np.where(follows & excluded.any(axis=0), again, excluded)
+    rows = block.rows_of(excluded)
+    measured, theta, loops, follows, clear = _first_fit(block, excluded, rows)
+    return _iterated(block, measured, excluded, rows, theta, follows & clear & shown, loops)
 
-    lanes: NDArray[np.intp]
-    position: Array
-    Z: Array
-    intercept: Array | float
-    well: Chosen
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _FirstFit:
+def _first_fit(
+    block: Block, excluded: Chosen | None, rows: Chosen | None
+) -> tuple[Equations, Array, LaneLoops, Chosen, Chosen]:
     """Least squares of lanes.
 
-    Attributes
-    ----------
+    Returns
+    -------
     measured : Equations
     theta : (L, p) array
-    loops : _Loops
+    loops : LaneLoops
         Simulated with it.
     follows : (L,) array of bool
         Which loops move as the records do.
     shown : (L,) array of bool
         Which lanes show every parameter by far.
     """
-
-    measured: Equations
-    theta: Array
-    loops: _Loops
-    follows: Chosen
-    shown: Chosen
-
-
-def fitted_lanes(block: Block, asked: Prefilter) -> LaneFits:
-    """Lanes from their samples to where the instruments' iteration ends."""
-    excluded = _near_reversals(block, asked)
-    shown = np.ones(len(block.lanes), dtype=bool)
-    if excluded is not None:
-        first = _first_fit(block, excluded, block.rows_of(excluded))
-        again = block.turns(block.filtered(first.loops.position))
-        # Where the loop does not follow, the record's own reversals stay.
-        excluded = np.where(first.follows & excluded.any(axis=0), again, excluded)
-        shown = first.shown
-    rows = block.rows_of(excluded)
-    first = _first_fit(block, excluded, rows)
-    active = first.follows & first.shown & shown
-    return _iterated(block, first.measured, excluded, rows, first.theta, active, first.loops)
-
-
-def _first_fit(block: Block, excluded: Chosen | None, rows: Chosen | None) -> _FirstFit:
     measured = block.rows(excluded, rows)
     left = measured.left - measured.intercept
     found = solved(block.library, left, measured.regressor, measured.regressor)
     every = np.ones(len(block.lanes), dtype=bool)
-    loops = _loops_of(block, found.theta, every, excluded, rows)
-    error = _unexplained(measured.left, fitted(loops.Z, found.theta) + loops.intercept)
-    return _FirstFit(
-        measured=measured,
-        theta=found.theta,
-        loops=loops,
-        follows=loops.well & found.sound & (error < MAX_SIMULATION_ERROR.value),
-        shown=_clearly_shown(block, measured, rows, found),
-    )
+    loops = block.loops(found.theta, every, excluded, rows)
+    off = measured.left - (fitted(loops.Z, found.theta) + loops.intercept)
+    error = 100 * (np.linalg.norm(off, axis=0) / np.linalg.norm(measured.left, axis=0))
+    follows = loops.well & found.sound & (error < MAX_SIMULATION_ERROR.value)
+    return measured, found.theta, loops, follows, _clearly_shown(block, measured, rows, found)
 
 
 def _near_reversals(block: Block, asked: Prefilter) -> Chosen | None:
@@ -247,17 +210,16 @@ def _near_reversals(block: Block, asked: Prefilter) -> Chosen | None:
         return None
     near = block.turns(block.motion)
     if asked.reversals is None and not searches_friction(axis):
-        near &= ~_show_too_little(block, near)
+        # But for lanes that would hardly show a parameter.
+        slow = MIN_MOVING_SPEED.value * np.abs(block.motion[1]).max(axis=0)
+        pairs = block.library.information(block.motion, block.template.kept, near, slow)
+        moving, left = (each.transpose(2, 0, 1) for each in pairs)
+        counts = takes_robust_loss(axis)
+        remaining = [
+            remaining_information(counts, *lane) for lane in zip(moving, left, strict=True)
+        ]
+        near &= ~(np.array(remaining) < MIN_INFORMATION_LEFT.value)
     return near if near.any() else None
-
-
-def _show_too_little(block: Block, near: Chosen) -> Chosen:
-    """Which lanes hardly show a parameter without what is near reversals, (L,)."""
-    slow = MIN_MOVING_SPEED.value * np.abs(block.motion[1]).max(axis=0)
-    moving, left = block.information(near, slow)
-    counts = takes_robust_loss(block.axis)
-    remaining = [remaining_information(counts, *lane) for lane in zip(moving, left, strict=True)]
-    return np.asarray(np.array(remaining) < MIN_INFORMATION_LEFT.value)
 
 
 def _clearly_shown(
@@ -280,30 +242,9 @@ def _clearly_shown(
     most: Array = shown_up_to(block.axis, reach)
     sizes = norms(block.library, measured.regressor)
     freedom = row_counts(rows, measured.left.shape) - sizes.shape[1]
-    with np.errstate(all="ignore"):
-        noise = np.maximum(np.sqrt(first.power / freedom), _ROUNDING * reach.force)
-        needed = MIN_DISTANCE_FROM_NOISE.value * noise[:, None] / sizes
+    noise = np.maximum(np.sqrt(first.power / freedom), _ROUNDING * reach.force)
+    needed = MIN_DISTANCE_FROM_NOISE.value * noise[:, None] / sizes
     return np.asarray((needed < _CLEARLY * most).all(axis=1) & (freedom > 0))
-
-
-def _loops_of(
-    block: Block, physical: Array, chosen: Chosen, excluded: Chosen | None, rows: Chosen | None
-) -> _Loops:
-    """Simulate chosen lanes with parameters (L, p); what others have is of no meaning."""
-    raw, fine = block.simulated(physical[chosen], chosen)
-    lanes = np.flatnonzero(chosen)
-    own, there = some_lanes(excluded, lanes), some_lanes(rows, lanes)
-    Z, intercept = block.simulated_rows(raw, physical[chosen], own, there)
-    well = np.zeros(len(chosen), dtype=bool)
-    well[lanes[fine]] = True
-    return _Loops(lanes=lanes, position=raw["position"], Z=Z, intercept=intercept, well=well)
-
-
-def _unexplained(whole: Array, simulated: Array) -> Array:
-    """Percent of the left side (n, L) that simulated ones leave, (L,)."""
-    with np.errstate(all="ignore"):
-        error = np.linalg.norm(whole - simulated, axis=0) / np.linalg.norm(whole, axis=0)
-    return np.asarray(100 * error)
 
 
 def _iterated(
@@ -313,7 +254,7 @@ def _iterated(
     rows: Chosen | None,
     physical: Array,
     active: Chosen,
-    loops: _Loops,
+    loops: LaneLoops,
 ) -> LaneFits:
     """Iterate lanes from least squares (L, p), whose loops are known, until they stand still."""
     n, p, lanes = measured.regressor.shape
@@ -359,5 +300,5 @@ def _iterated(
         physical[going] = found.theta
         active[going[~found.sound]] = False
         if active.any():
-            loops = _loops_of(block, physical, active, excluded, rows)
+            loops = block.loops(physical, active, excluded, rows)
     return end

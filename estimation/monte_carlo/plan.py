@@ -13,8 +13,6 @@ from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
     ROW_LOSSES,
-    check_among,
-    fit_names,
     fitted_output,
 )
 from axisid.estimation.records import Record
@@ -109,28 +107,10 @@ class MonteCarloPlan:
         """The methods that are fits of the output error."""
         return tuple(filter(fitted_output, self.methods))
 
-    @property
-    def chosen(self) -> str:
-        """Of `COVARIANCES`, what printed intervals are of; those of fits see `stated_by`."""
-        return str(self.settings["covariance"])
-
 
 def stated_by(method: str, chosen: str) -> str:
     """What the printed intervals of a method are of: those of identifications are chosen."""
     return COLOURED if fitted_output(method) else chosen
-
-
-def split_methods(methods: tuple[object, ...]) -> tuple[list[object], list[str]]:
-    """Methods of `identify`, unchecked, and fits.
-
-    Raises
-    ------
-    UsageError
-        There is no fit of such an output.
-    """
-    fits = [each for each in methods if isinstance(each, str) and fitted_output(each)]
-    check_among(*(("fit", each, fit_names()) for each in fits))
-    return [each for each in methods if each not in fits], fits
 
 
 def noise_of(given: object, twin: GeneratedAxis) -> Chain:
@@ -144,31 +124,34 @@ def noise_of(given: object, twin: GeneratedAxis) -> Chain:
     ModelError
         It disturbs what is logged.
     """
-    name = twin.axis.name
     noise = Chain.of_experiment(twin.axis) if given is None else given
     if not isinstance(noise, Chain):
         raise UsageError(
             f"the noise is {quoted(noise)}; give a Chain, or leave it out.",
             code="noise",
         )
-    if noise.jitter or not noise.is_measured_by_law:
-        raise UsageError(
-            f"the twins of {name!r} are sampled evenly and their law measures the logged position; "
-            "give noise without jitter, with is_measured_by_law=True.",
-            code="study",
-        )
-    if noise.disturbances and twin.axis.drive.logs_what_acts:
-        raise ModelError(
-            f"the twins of {name!r} log what acts, which a disturbance is part of; leave it out, "
-            "or declare a drive that logs its command.",
-            code="study",
-        )
-    if noise.anywhere and not noise.position_step:
-        raise UsageError(
-            f"the twins of {name!r} are to begin anywhere in a count, and their encoder has none; "
-            "give its resolution, or leave it out.",
-            code="study",
-        )
+    for is_wrong, kind, said in (
+        (
+            noise.jitter or not noise.is_measured_by_law,
+            UsageError,
+            "are sampled evenly and their law measures the logged position; give noise without "
+            "jitter, with is_measured_by_law=True",
+        ),
+        (
+            noise.disturbances and twin.axis.drive.logs_what_acts,
+            ModelError,
+            "log what acts, which a disturbance is part of; leave it out, or declare a drive that "
+            "logs its command",
+        ),
+        (
+            noise.anywhere and not noise.position_step,
+            UsageError,
+            "are to begin anywhere in a count, and their encoder has none; give its resolution, or "
+            "leave it out",
+        ),
+    ):
+        if is_wrong:
+            raise kind(f"the twins of {twin.axis.name!r} {said}.", code="study")
     return noise.likeliest
 
 

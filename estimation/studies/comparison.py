@@ -40,7 +40,6 @@ from axisid.support.progress import Progress, with_progress
 
 from .candidate import Candidate, NestedTest, candidate, nested_tests
 from .held_out import contiguous_blocks, regression_rows
-from .sweep import checks_of
 
 # of the least held-out error, however precise both are: it is not worth a parameter
 _EQUAL_ERROR = 1.01
@@ -100,7 +99,9 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
     @property
     def checks(self) -> tuple[Check, ...]:
         """Of the recommended candidate; without one, why there is none."""
-        return checks_of(self.result, self.reason)
+        if self.result is not None:
+            return self.result.checks
+        return (Check.unless("recommendation", self.reason),)
 
     def with_set_aside(self, unread: Mapping[str, str]) -> "Comparison":
         """The same with records that could not even be read."""
