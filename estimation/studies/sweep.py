@@ -377,11 +377,12 @@ def sweep(
     generated = as_generated(axis)
     period = records[0].period
     tried = default_cutoffs(1 / period) if cutoffs is None else cutoffs
-    several = isinstance(tried, Iterable) and not isinstance(tried, str)
+    several = isinstance(tried, Iterable) and not isinstance(tried, str) and len(tried)
     if not several or not all(is_real(f) and 0 < f < math.inf for f in tried):
-        raise UsageError(f"the cut-offs are {quoted(tried)}; give positive numbers, in Hz.")
-    if not len(tried):
-        raise UsageError("no cut-off is given; give one or more, in Hz.", code="sweep")
+        raise UsageError(
+            f"the cut-offs are {quoted(tried)}; give positive numbers, one or more, in Hz.",
+            code="sweep",
+        )
     results: list[Identification] = []
     failures: dict[float, str] = {}
     for cutoff in with_progress(sorted(set(tried)), progress, lambda f: f"cut-off {f:g} Hz"):
