@@ -135,7 +135,7 @@ def test_logs_of_several_axes_are_held_against_those_of_their_own(tmp_path: Path
     made = fleet(items, out=tmp_path / "out", jobs=0, methods=["idm-ls"])
     assert [group.axis for group in made.groups] == ["emps2015", "emps"]
     assert [len(group.names) for group in made.groups] == [3, 4]
-    assert columns_of(made.rows, ())["tau0"][0] is None
+    assert columns_of(made.rows, ())[0]["tau0"][0] is None
 
 
 @pytest.mark.parametrize(

@@ -92,16 +92,10 @@ def place_of(point: FleetRow, by: str) -> float:
             return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp() / _DAY
         except ValueError:
             told = math.nan
-    if not math.isfinite(told):
+    if not abs(told) < LARGEST:
         raise UsageError(
-            f"the {by} of {point.name} is {quoted(point.conditions[by])}; give numbers or dates "
-            "such as 2026-03-01.",
-            code="trend",
-        )
-    if abs(told) >= LARGEST:
-        raise UsageError(
-            f"the {by} of {point.name} is {quoted(told)}, which is too large to reckon with; give "
-            f"it in a larger unit, below {LARGEST:g}.",
+            f"the {by} of {point.name} is {quoted(point.conditions[by])}; give numbers below "
+            f"{LARGEST:g}, or dates such as 2026-03-01.",
             code="trend",
         )
     return float(told)
@@ -129,10 +123,11 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
             f"{quoted(str(twice[0]))} is given {files[twice[0]]} times; give each result once.",
             code="trend",
         )
-    found = []
-    for saved in every:
-        file = Path(saved.file)
-        found.append(_point_of(saved, ledgers(file.parent).rows.get(file.stem), method))
+    found = [
+        _point_of(saved, ledgers(file.parent).rows.get(file.stem), method)
+        for saved in every
+        for file in [Path(saved.file)]
+    ]
     folders = [
         Path(each) for each in given if isinstance(each, (str, Path)) and os.path.isdir(each)
     ]
@@ -154,16 +149,24 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
 def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
     if isinstance(given, Saved):
         yield given
-    elif not isinstance(given, (str, Path)):
+        return
+    if not isinstance(given, (str, Path)):
         raise UsageError(f"a result is {quoted(given)}; give a file, a folder or load_result(...).")
-    elif os.path.isdir(given):
+    files = [given]
+    if os.path.isdir(given):
         done = ledgers(Path(given)).rows
-        files = sorted(Path(given).glob("*.json"))
-        # What a fleet did not write in its folder may be anything.
         kept = last_results(done.values())
-        yield from (_loaded(file) for file in files if not done or file.stem in kept)
-    else:
-        yield _loaded(given)
+        # What a fleet did not write in its folder may be anything.
+        files = [f for f in sorted(Path(given).glob("*.json")) if not done or f.stem in kept]
+    for file in files:
+        found = load_result(file)
+        if not isinstance(found, Saved):
+            raise DataError(
+                f"{file} is of a study, and a trend is of results of identify and of fit; leave it "
+                "out.",
+                code="trend",
+            )
+        yield found
 
 
 def _left_out(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
@@ -189,14 +192,3 @@ def last_results(rows: Iterable[FleetRow]) -> set[str]:
     """
     last = {(row.log, row.axis, *sorted(row.columns.items())): row for row in rows}
     return {row.name for row in last.values() if row.has_result}
-
-
-def _loaded(file: str | Path) -> Saved:
-    found = load_result(file)
-    if not isinstance(found, Saved):
-        raise DataError(
-            f"{file} is of a study, and a trend is of results of identify and of fit; leave it "
-            "out.",
-            code="trend",
-        )
-    return found
