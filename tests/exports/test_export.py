@@ -27,7 +27,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.commands.new_and_show import scaffold
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.value import Value
-from axisid.exports.export import with_deviation
+from axisid.exports.export import scaled
 from axisid.exports.targets import TARGETS
 from tests.estimation.methods.test_partially_linear import stribeck_axis
 from tests.recipes import recipe_blocks
@@ -145,7 +145,7 @@ def test_digits_are_those_that_the_deviation_warrants(value: float, sd: float, t
     made = Value(
         value=value, unit="1", deviations=dict.fromkeys(COVARIANCES, sd), interval=(0.0, 1.0)
     )
-    assert with_deviation(made) == text
+    assert scaled(made, value, sd) == text
 
 
 @pytest.mark.slow

@@ -27,8 +27,6 @@ _MOST_DAYS = 10_000
 _VALUES = 100  # of the random numbers of a machine, beside those of its noise
 #: What the file of a twin's log says it is.
 MARK = "axisid.twin/1"
-#: Endings of logs.
-ENDINGS = (".csv", ".parquet")
 #: In the folder of the logs; what `fleet` takes.
 MANIFEST = "manifest.csv"
 
@@ -180,7 +178,6 @@ def write_twin(machines: TwinMachines, file: str | Path) -> Path:
         The twin cannot be simulated, or its axis's columns not be written.
     """
     path = Path(file)
-    _check_ending(path.suffix, str(path))
     return write_file(path, twin_content(machines.record(0, 0), machines.axis.declared, path))
 
 
@@ -217,7 +214,6 @@ def write_twins(
         As `write_twin`; the folder is as it was.
     """
     place = Path(folder).resolve()
-    _check_ending(ending, ending)
     try:
         with (
             kept_if_filled(place),
@@ -247,15 +243,6 @@ def twin_files(machines: TwinMachines, ending: str) -> dict[str, str]:
     """What `write_twins` writes into its folder, and which kind of file each is."""
     logs = (_name(machines, ending, *at) for at in machines.each())
     return {MANIFEST: "twin-manifest", **dict.fromkeys(logs, "twin")}
-
-
-def _check_ending(ending: str, given: str) -> None:
-    if ending not in ENDINGS:
-        raise UsageError(
-            f"{given}: a twin's log is written to {' or '.join(ENDINGS)}; give a name with "
-            "that ending.",
-            code="twin",
-        )
 
 
 def _name(machines: TwinMachines, ending: str, machine: int, day: int) -> str:
