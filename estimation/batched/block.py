@@ -296,11 +296,6 @@ class Block:
     lanes: RecordLanes
     template: FilteredRecord
 
-    @property
-    def filter(self) -> SampledFilter:
-        """What the prefilter does to a lane."""
-        return self.template.sampling.filter
-
     @cached_property
     def motion(self) -> Motion:
         """The measured motion, filtered, (N, L) each."""
@@ -316,16 +311,16 @@ class Block:
     @cached_property
     def decimation(self) -> Decimation:
         """Which rows are kept, and by what sums."""
-        return _decimation_of(self.filter, len(self.lanes.reference))
+        return _decimation_of(self.template.sampling.filter, len(self.lanes.reference))
 
     def filtered(self, position: Array) -> Motion:
         """Motions as measured ones are filtered, (N, L) each."""
         q, dq, ddq = np.empty((3, *position.shape))
-        sampled, low_pass = self.filter, self.filter.low_pass
+        sampled = self.template.sampling.filter
         self.library.motion(
             position,
-            low_pass.sections,
-            low_pass.settled,
+            sampled.low_pass.sections,
+            sampled.low_pass.settled,
             sampled.padding,
             self.lanes.period,
             (q, dq, ddq),
@@ -350,7 +345,8 @@ class Block:
 
     def turns(self, motion: Motion) -> Chosen:
         """Samples near reversals and rests of filtered motions, (N, L)."""
-        return self.library.turns(motion[1], REST_SPEED.value, self.filter.turn_reach)
+        reach = self.template.sampling.filter.turn_reach
+        return self.library.turns(motion[1], REST_SPEED.value, reach)
 
     @cached_property
     def starts(self) -> tuple[LoopStart, Chosen]:

@@ -18,7 +18,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
 from .block import ALONE, FAILED, SIDE_BY_SIDE, Block, LaneEstimates, RecordLanes
-from .iteration import LaneFits, combined, fitted_lanes, inverse_products
+from .iteration import LaneFits, fitted_lanes, inverse_products
 
 #: The method of which lanes go side by side.
 METHOD = "idm-iv"
@@ -137,7 +137,9 @@ def _lane_numbers(block: Block, fits: LaneFits, lags: int | None) -> Array:
     (rows, k), shape = fits.instruments.shape[:2], fits.theta.shape
     n, model = fits.counts[:, None], Hac(lags)
     inverse = inverse_products(block.library, fits.instruments)
-    scores = combined(fits.instruments, fits.mixing) * fits.residuals[:, None]
+    # Each column a sum of all instruments, by the matrices of the lanes.
+    own = [sum(fits.instruments[:, j] * fits.mixing[:, i, j] for j in range(k)) for i in range(k)]
+    scores = np.stack(own, axis=1) * fits.residuals[:, None]
     most = (most_lags(rows) if lags is None else lags) + 2
     lagged = block.library.lagged(scores, min(most, rows - 1))
     variances = {

@@ -70,13 +70,6 @@ def row_counts(rows: NDArray[np.bool_] | None, shape: tuple[int, ...]) -> Array:
     return np.full(shape[1], float(shape[0])) if rows is None else rows.sum(axis=0).astype(float)
 
 
-def combined(columns: Array, matrices: Array) -> Array:
-    """Columns (n, p, L), each a sum of all by the matrices of the lanes (L, p, p), (n, p, L)."""
-    every = range(columns.shape[1])
-    made = [sum(columns[:, j] * matrices[:, i, j] for j in every) for i in every]
-    return np.stack(made, axis=1)
-
-
 def fitted(regressor: Array, theta: Array) -> Array:
     """``X theta`` of lanes, (n, L), for parameters (L, p)."""
     every = range(theta.shape[1])

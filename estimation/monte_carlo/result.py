@@ -91,17 +91,16 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
 
     def deviations(self, of: str) -> Array:
         """Stated deviations of one of `INTERVALS`, (R, e)."""
-        return self.numbers.numbers[:, :, 2 + 3 * self._place(of)]
+        return self._stated(of)[:, :, 0]
 
     def intervals(self, of: str) -> Array:
         """Bounds of the 95 % intervals of one of `INTERVALS`, (R, e, 2)."""
-        place = 3 + 3 * self._place(of)
-        return self.numbers.numbers[:, :, place : place + 2]
+        return self._stated(of)[:, :, 1:]
 
-    @staticmethod
-    def _place(of: str) -> int:
+    def _stated(self, of: str) -> Array:
         check_among(("interval", of, INTERVALS))
-        return INTERVALS.index(of)
+        place = 2 + 3 * INTERVALS.index(of)
+        return self.numbers.numbers[:, :, place : place + 3]
 
     @cached_property
     def truths(self) -> Array:

@@ -4,7 +4,6 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -185,21 +184,15 @@ def test_its_own_record_is_left_what_the_fit_left(opened: OutputFit, twin: Recor
     assert found.windows[-1].stop == len(found.errors)
 
 
-def test_another_record_has_no_part_in_the_parameters(opened: OutputFit, other: Record) -> None:
-    """The noise is all that is left of a twin, of whatever length the windows are."""
-    for horizon in (0.5, 3.0):
-        found = validate_fit(opened, other, horizon=horizon)
-        assert found.horizon == horizon
-        assert found.error == pytest.approx(3.8e-6, rel=0.05)
-
-
-def test_wrong_parameters_leave_more(
-    emps2015: GeneratedAxis, twin: Record, other: Record, opened: OutputFit
+def test_the_noise_is_all_that_right_parameters_leave_of_a_twin(
+    emps2015: GeneratedAxis, twin: Record, opened: OutputFit, other: Record
 ) -> None:
-    wrong = fit(emps2015, twin, "open-loop", start=TRUTH, horizon=1.0, fixed={"Fc": 25.8})
-    lost, held = (validate_fit(each, other) for each in (wrong, opened))
-    assert lost.error > 5 * held.error
+    for horizon in (0.5, 3.0):
+        held = validate_fit(opened, other, horizon=horizon)
+        assert (held.horizon, held.error) == (horizon, pytest.approx(3.8e-6, rel=0.05))
     assert held.believed
+    wrong = fit(emps2015, twin, "open-loop", start=TRUTH, horizon=1.0, fixed={"Fc": 25.8})
+    assert validate_fit(wrong, other).error > 5 * held.error
 
 
 def test_a_loop_is_simulated_along_the_whole_record(
@@ -214,12 +207,6 @@ def test_a_loop_is_simulated_along_the_whole_record(
         validate_fit(followed, other, horizon=1.0)
 
 
-@pytest.mark.parametrize("horizon", [0.0, float("nan"), "long"])
-def test_a_horizon_is_a_positive_time(opened: OutputFit, twin: Record, horizon: Any) -> None:
-    with refuses("fit"):
-        validate_fit(opened, twin, horizon=horizon)
-
-
 def test_a_record_of_another_axis_is_told_by_what_it_shows(
     emps2015: GeneratedAxis, twin: Record, other: Record
 ) -> None:
@@ -232,9 +219,7 @@ def test_a_record_of_another_axis_is_told_by_what_it_shows(
     assert validate_fit(followed, other).belief == "believed"
     found = validate_fit(followed, stiffer)
     assert found.belief == "not believed"
-    (said,) = found.notes
-    assert "not the law's" in said
-    assert "kp" in said
+    assert re.fullmatch("(?s).*not the law's.*kp.*", "".join(found.notes))
     slower = validate_fit(followed, twin_record(emps2015, sample_period=2e-3)).notes
     assert "every 0.002 s, and what was fitted every 0.001 s" in slower[0]
     pressed = replace(other, signals={"pressure": np.ones(len(other.time))})
@@ -244,8 +229,10 @@ def test_a_record_of_another_axis_is_told_by_what_it_shows(
 
 @pytest.mark.slow
 def test_parameters_of_each_record_are_no_others(
-    emps2015: GeneratedAxis, twin: Record, other: Record
+    emps2015: GeneratedAxis, twin: Record, other: Record, opened: OutputFit
 ) -> None:
     local = fit(emps2015, [twin, other], "open-loop", start="nominal", local="Fc")
     with refuses("validation"):
         validate_fit(local, other)
+    with refuses("fit"):
+        validate_fit(opened, twin, horizon=0.0)
