@@ -41,11 +41,8 @@ def test_true_values_scatter_as_told_and_keep_their_sign(short: GeneratedAxis) -
     assert friction.std() == pytest.approx(0.5, rel=0.1)
     assert abs(np.corrcoef(mass, friction)[0, 1]) < 0.2
     assert {each["Fv"] for each in true} == {236.9}
-
-
-def test_what_drifts_goes_on_by_the_same_each_day(short: GeneratedAxis) -> None:
-    machines = TwinMachines(axis=short, days=3, drift={"Fc": 0.1})
-    found = [machines.truth(0, day)["Fc"] for day in range(3)]
+    drifting = TwinMachines(axis=short, days=3, drift={"Fc": 0.1})
+    found = [drifting.truth(0, day)["Fc"] for day in range(3)]
     assert found == pytest.approx([24.8, 27.28, 29.76])
 
 
@@ -117,10 +114,7 @@ def test_what_makes_no_sense_is_refused(
 ) -> None:
     with refuses(code):
         TwinMachines(axis=short, **given)
-
-
-def test_no_share_of_a_true_value_of_zero(short: GeneratedAxis) -> None:
-    with refuses("twin"):
+    with refuses("twin"):  # no share of a true value of 0
         TwinMachines(axis=twin_of(short, {"Fc": 0.0}, None), days=2, drift={"Fc": 0.1})
 
 
@@ -168,13 +162,10 @@ def test_sensors_are_columns_that_are_named(tmp_path: Path, emps2015: GeneratedA
     assert np.array_equal(record.velocity, machines.record(0, 0).velocity)  # type: ignore[arg-type]
 
 
-def test_a_column_by_its_number_is_refused(tmp_path: Path) -> None:
+def test_a_column_by_its_number_and_another_ending_are_refused(tmp_path: Path) -> None:
     axis = named(load_axis("emps2015"), {"position": "#9"})
     with refuses("twin"):
         write_twin(TwinMachines(axis=axis), tmp_path / "t.csv")
-    assert not [*tmp_path.iterdir()]
-
-
-def test_another_ending_is_refused(tmp_path: Path, emps2015: GeneratedAxis) -> None:
     with refuses("twin"):
-        write_twin(TwinMachines(axis=emps2015), tmp_path / "t.mat")
+        write_twin(TwinMachines(axis=build(load_axis("emps2015"))), tmp_path / "t.mat")
+    assert not [*tmp_path.iterdir()]
