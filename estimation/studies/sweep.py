@@ -234,7 +234,7 @@ def _error(predictions: WindowPredictions, problem: Problem, estimate: Estimate)
     known = np.array([value.value - value.corrected for value in estimate.parameters.values()])
     try:
         for half in contiguous_blocks(len(rows.left), gap, len(estimate.theta), count=2):
-            theta = rows.at(half.training).by_least_squares().theta
+            theta = rows.at(half.training).solved(by_instruments=False).theta
             physical = estimate.form.physical(theta)[0] - known
             predictions.settle(physical)
             errors = predictions(physical[None]).errors[:, 0]

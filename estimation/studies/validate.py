@@ -361,11 +361,11 @@ def validate_fit(
     physical = result.physical[: len(form.physical_quantities)]
     if GAIN in result.names:
         physical = by_declared_gain(axis, physical, result[GAIN].value)
-    predictions: Predictions
-    if length is not None:
-        predictions = WindowPredictions(form, [axis], [record], length)
-    else:
-        predictions = LoopPredictions(form, [axis], [record], followed)
+    predictions: Predictions = (
+        LoopPredictions(form, [axis], [record], followed)
+        if length is None
+        else WindowPredictions(form, [axis], [record], length)
+    )
     with np.errstate(all="ignore"):
         predictions.settle(physical)
         lanes = predictions(physical[None, :])
