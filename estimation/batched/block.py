@@ -9,7 +9,7 @@ as after one of the last that the forward pass made.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
@@ -128,45 +128,6 @@ class LaneEstimates(Exact):
     errors: Mapping[int, str]
 
 
-def lane_starts(
-    axis: GeneratedAxis,
-    reference: Array,
-    position: Array,
-    control: Array,
-    period: float,
-    record: Callable[[int], Record],
-) -> tuple[LoopStart, NDArray[np.bool_]]:
-    """Starts as `loop_starts` has them of each, and of which lanes that is so.
-
-    Lanes begin with what the law declares for an axis at rest; those whose first controls say
-    otherwise are the others.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-        With a sampled law, whose drive acts at once.
-    reference : (N,) array
-    position, control : (N, L) array
-    period : float
-        s
-    record : callable
-        Gives a lane as a record.
-    """
-    velocity = first_velocities(position, period)
-    start = LoopStart(position=position[0].copy(), velocity=velocity, memory=None)
-    rests = np.ones(len(velocity), dtype=bool)
-    law = axis.axis.control
-    if law is None or not law_memory(axis):
-        return start, rests
-    if law.balanced or law.takes_velocity:
-        found = [loop_starts(axis, record(lane))[0].memory for lane in range(len(velocity))]
-        return start, np.array([memory is None for memory in found])
-    first = control[:START_SAMPLES]
-    off = first - _at_rest(axis, reference, position, len(first))
-    power = np.mean(control**2, axis=0)
-    return start, np.asarray(~at_rest_misses(off, below_limit(axis, first), power))
-
-
 def _at_rest(axis: GeneratedAxis, reference: Array, position: Array, samples: int) -> Array:
     """The first controls of the law of an axis that rested before, (samples, L)."""
     lanes = position.shape[1]
@@ -184,53 +145,6 @@ _Modes = NDArray[np.complex128]
 _Filter = tuple[_Modes, _Modes, _Modes, float]
 
 Chosen = NDArray[np.bool_]
-
-
-def _decimation_of(sampled: SampledFilter, samples: int) -> Decimation:
-    """Which rows a filter keeps of so many samples, and by what sums.
-
-    Parameters
-    ----------
-    sampled : SampledFilter
-    samples : int
-    """
-    every = sampled.settings.decimate
-    start, end = sampled.cut
-    kept = samples - start - end
-    ends = sampled.weightless_ends(samples)
-    low, high = (ends[0][1], ends[1][0]) if ends else (0, kept)
-    rows = sampled.rows(samples) - start
-    first = int(rows[0])
-    padding = DECIMATION_PADDING if every > 1 else 0
-    skipped = max(0, math.ceil((first - every + padding) / every))
-    begin = first - every * skipped
-    last = kept - 1 + padding
-    blocks = math.ceil((last - begin) / every) + 1
-    beyond = begin + every * (blocks - 1) - last
-    poles, residues, gains, direct = _modes(sampled) if every > 1 else _ALL_PASS
-    powers = poles ** np.arange(every + 1)[:, None]
-    return Decimation(
-        sizes=np.array(
-            [
-                start,
-                kept,
-                low,
-                high,
-                padding,
-                every,
-                begin,
-                skipped,
-                blocks,
-                len(rows),
-            ],
-            dtype=np.int64,
-        ),
-        powers=_pairs(powers),
-        gains=_pairs(2 * gains.conj()),  # the real part of a product
-        settled=_pairs(1 / (1 - poles)),
-        ends=_ends(poles, residues, gains, beyond),
-        direct=direct,
-    )
 
 
 #: No filter: modes without memory, which have a quarter of each value.
@@ -311,7 +225,44 @@ class Block:
     @cached_property
     def decimation(self) -> Decimation:
         """Which rows are kept, and by what sums."""
-        return _decimation_of(self.template.sampling.filter, len(self.lanes.reference))
+        sampled, samples = self.template.sampling.filter, len(self.lanes.reference)
+        every = sampled.settings.decimate
+        start, end = sampled.cut
+        kept = samples - start - end
+        ends = sampled.weightless_ends(samples)
+        low, high = (ends[0][1], ends[1][0]) if ends else (0, kept)
+        rows = sampled.rows(samples) - start
+        first = int(rows[0])
+        padding = DECIMATION_PADDING if every > 1 else 0
+        skipped = max(0, math.ceil((first - every + padding) / every))
+        begin = first - every * skipped
+        last = kept - 1 + padding
+        blocks = math.ceil((last - begin) / every) + 1
+        beyond = begin + every * (blocks - 1) - last
+        poles, residues, gains, direct = _modes(sampled) if every > 1 else _ALL_PASS
+        powers = poles ** np.arange(every + 1)[:, None]
+        return Decimation(
+            sizes=np.array(
+                [
+                    start,
+                    kept,
+                    low,
+                    high,
+                    padding,
+                    every,
+                    begin,
+                    skipped,
+                    blocks,
+                    len(rows),
+                ],
+                dtype=np.int64,
+            ),
+            powers=_pairs(powers),
+            gains=_pairs(2 * gains.conj()),  # the real part of a product
+            settled=_pairs(1 / (1 - poles)),
+            ends=_ends(poles, residues, gains, beyond),
+            direct=direct,
+        )
 
     def filtered(self, position: Array) -> Motion:
         """Motions as measured ones are filtered, (N, L) each."""
@@ -350,10 +301,23 @@ class Block:
 
     @cached_property
     def starts(self) -> tuple[LoopStart, Chosen]:
-        """Where the loops start, and of which lanes that is as of one alone."""
-        lanes = self.lanes
-        columns = (lanes.reference, lanes.position, lanes.control)
-        return lane_starts(self.axis, *columns, lanes.period, lanes.record)
+        """Starts of the loops, and of which lanes they are as `loop_starts` has them.
+
+        Lanes begin with what the law declares for an axis at rest; those whose first controls say
+        otherwise are the others.
+        """
+        axis, lanes, law = self.axis, self.lanes, self.axis.axis.control
+        velocity = first_velocities(lanes.position, lanes.period)
+        start = LoopStart(position=lanes.position[0].copy(), velocity=velocity, memory=None)
+        if law is None or not law_memory(axis):
+            return start, np.ones(len(lanes), dtype=bool)
+        if law.balanced or law.takes_velocity:
+            found = [loop_starts(axis, lanes.record(lane))[0].memory for lane in range(len(lanes))]
+            return start, np.array([memory is None for memory in found])
+        first = lanes.control[:START_SAMPLES]
+        off = first - _at_rest(axis, lanes.reference, lanes.position, len(first))
+        power = np.mean(lanes.control**2, axis=0)
+        return start, np.asarray(~at_rest_misses(off, below_limit(axis, first), power))
 
     def loops(
         self, physical: Array, chosen: Chosen, excluded: Chosen | None, rows: Chosen | None

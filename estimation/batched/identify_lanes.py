@@ -18,7 +18,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
 from .block import ALONE, FAILED, SIDE_BY_SIDE, Block, LaneEstimates, RecordLanes
-from .iteration import LaneFits, fitted_lanes, inverse_products
+from .iteration import LaneFits, fitted_lanes, inverse_products, row_counts
 
 #: The method of which lanes go side by side.
 METHOD = "idm-iv"
@@ -135,7 +135,7 @@ def _lane_numbers(block: Block, fits: LaneFits, lags: int | None) -> Array:
     Of no meaning for the others.
     """
     (rows, k), shape = fits.instruments.shape[:2], fits.theta.shape
-    n, model = fits.counts[:, None], Hac(lags)
+    n, model = row_counts(fits.rows, fits.residuals.shape)[:, None], Hac(lags)
     inverse = inverse_products(block.library, fits.instruments)
     # Each column a sum of all instruments, by the matrices of the lanes.
     own = [sum(fits.instruments[:, j] * fits.mixing[:, i, j] for j in range(k)) for i in range(k)]

@@ -149,11 +149,6 @@ class LaneFits(LaneSolutions):
     instruments: Array
     iterations: NDArray[np.int64]
 
-    @property
-    def counts(self) -> Array:
-        """Rows of each lane, (L,)."""
-        return row_counts(self.rows, self.residuals.shape)
-
 
 def fitted_lanes(block: Block, asked: Prefilter) -> LaneFits:
     """Lanes from their samples to where the instruments' iteration ends."""
@@ -262,7 +257,7 @@ def _iterated(
         instruments=np.zeros((n, p, lanes)),
         iterations=np.zeros(lanes, dtype=np.int64),
     )
-    paces = [StepControl() for _ in range(lanes)]
+    paces, counts = [StepControl() for _ in range(lanes)], row_counts(rows, net.shape)
     physical, size = physical.copy(), np.full(lanes, np.inf)
     active = active.copy()
     for step in range(1, _MOST + 2):
@@ -281,7 +276,7 @@ def _iterated(
         Z = np.ascontiguousarray(loops.Z[..., np.searchsorted(loops.lanes, going)])
         found = solved(block.library, left, regressor, Z)
         inverse = inverse_products(block.library, Z)
-        sigma = found.power / (end.counts[going] - 1)
+        sigma = found.power / (counts[going] - 1)
         deviations = np.sqrt(sigma[:, None] * np.diagonal(inverse, axis1=1, axis2=2))
         end.theta[going], end.residuals[:, going] = found.theta, found.residuals
         end.mixing[going] = found.mixing
