@@ -21,7 +21,14 @@ from axisid.estimation.simulation import Simulation, TwinPlan, simulate_batch, t
 from axisid.estimation.twins import Autoregressions, Chain, Draws
 from axisid.modeling.declaration import Experiment
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, ModelError, UsageError, is_whole, quoted
+from axisid.support.errors import (
+    AxisidError,
+    EstimationError,
+    ModelError,
+    UsageError,
+    is_whole,
+    quoted,
+)
 from axisid.support.mappings import FrozenMapping
 
 #: What the intervals of a fit are of: errors that follow an autoregression.
@@ -304,32 +311,10 @@ def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Reco
     """The record of each run, or why there is none; made when it is asked for."""
     made = twin_plan(plan.twin)
     for run in runs:
-        drawn = DrawnChain(chain=plan.noise, seed=plan.seed, run=run)
-        own = drawn.own(made)
         try:
-            loop = own.loop(drawn.position)
+            yield run, drawn_twin(made, plan.noise, plan.seed, run)
         except AxisidError as error:
             yield run, str(error)
-            continue
-        still = _at_rest(own, loop.position)
-        yield run, still if still else drawn.record(own, loop)
-
-
-def _at_rest(plan: TwinPlan, position: Array) -> str:
-    """Why a twin's record shows nothing: its axis stands still while its reference moves.
-
-    Parameters
-    ----------
-    plan : TwinPlan
-    position : (N,) array
-        Of the simulated axis, without noise.
-    """
-    if np.ptp(position) or not np.ptp(plan.reference):
-        return ""
-    return (
-        f"axis {plan.axis.axis.name!r} does not move with {plan.axis.describe(plan.truth)}: its "
-        "friction holds whatever the drive gives. Give true values with which it moves"
-    )
 
 
 def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
@@ -345,11 +330,24 @@ def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
     Raises
     ------
     AxisidError
-        The loop runs away.
+        The loop runs away, or the axis stands still while its reference moves.
     """
     drawn = DrawnChain(chain=noise, seed=seed, run=run)
     own = drawn.own(plan)
-    return drawn.record(own, own.loop(drawn.position))
+    loop = own.loop(drawn.position)
+    if still := _at_rest(own, loop.position):
+        raise EstimationError(still, code="twin")
+    return drawn.record(own, loop)
+
+
+def _at_rest(plan: TwinPlan, position: Array) -> str:
+    """Why a twin's record shows nothing; empty if it does, by its position without noise, (N,)."""
+    if np.ptp(position) or not np.ptp(plan.reference):
+        return ""
+    return (
+        f"axis {plan.axis.axis.name!r} does not move with {plan.axis.describe(plan.truth)}: its "
+        "friction holds whatever the drive gives. Give true values with which it moves."
+    )
 
 
 def are_lanes(plan: MonteCarloPlan) -> bool:

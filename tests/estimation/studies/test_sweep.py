@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -40,9 +41,8 @@ def test_least_squares_drifts_and_instruments_hold(swept: Sweep) -> None:
 def test_recommended_cutoff_is_one_where_both_agree(swept: Sweep) -> None:
     assert swept.recommended <= 100
     assert "instruments agree" in swept.reason
-    assert swept.belief == "believed"
     chosen = swept.results[swept.cutoffs.index(swept.recommended)]
-    assert swept.checks == chosen.checks
+    assert (swept.belief, swept.checks) == ("believed", chosen.checks)
     assert chosen["idm-ls"].physical == pytest.approx(chosen["idm-iv"].physical, rel=0.01)
 
 
@@ -64,8 +64,7 @@ def test_without_instruments_the_steadiest_cutoff_is_recommended(
         for each in result.results
     }
     chosen = errors[result.recommended]
-    assert chosen <= 5 * min(errors.values())
-    assert chosen < 1.0 < errors[70.0] + errors[260.0]
+    assert chosen <= min(5 * min(errors.values()), 1.0) < errors[70.0] + errors[260.0]
     assert "there are no instruments to compare with" in result.recommendation
     assert f"{result.recommended:g} Hz, where" in result.summary()
 
@@ -125,8 +124,7 @@ def test_command_prints_a_table_and_writes_json_and_a_figure(run: Run, tmp_path:
     options = ("--from", 30, "--to", 300, "--points", 3, "--hold", "zoh")
     code, out, err = run("sweep", "emps2015", *options, "--figure", figure, "--json", file)
     assert (code, err) == (0, "")
-    assert "IDM-LS M [kg]" in out
-    assert "recommended: " in out
+    assert re.search(r"(?s)IDM-LS M \[kg\].*recommended: ", out)
     assert figure.read_bytes().startswith(b"\x89PNG")
     result = json.loads(file.read_text())
     assert len(result["results"]) == 3
@@ -161,8 +159,8 @@ def test_a_result_stands_among_the_sweep_as_it_is(emps2015: GeneratedAxis, twin:
     swept = sweep(emps2015, twin, (30.0, 60.0, 90.0), methods=["idm-ls", "idm-iv"])
     result = identify(emps2015, twin, Prefilter(cutoff=60.0, decimate=12))
     beside = swept.with_result(result)
-    assert beside.cutoffs == (30.0, 60.0, 90.0)
-    assert [r.prefilter.decimate for r in beside.results] == [14, 12, 5]
+    filters = [(r.prefilter.cutoff, r.prefilter.decimate) for r in beside.results]
+    assert filters == [(30.0, 14), (60.0, 12), (90.0, 5)]
     assert list(beside.results[1].estimates) == ["idm-ls", "idm-iv"]
     assert beside.results[1]["idm-iv"] is result["idm-iv"]
     value = result["idm-iv"].parameters["M"]
@@ -177,14 +175,12 @@ def test_a_half_predicts_the_other_as_well_as_its_parameters_are_right(
     found = sweep(
         axis, replace(twin, reference=None), (25.0, 40.0, 55.0, 120.0), methods=["idm-ls"]
     )
-    results = [(each, each["idm-ls"]) for each in found.results]
-    errors = held_out_motion(results)
+    errors = held_out_motion([(each, each["idm-ls"]) for each in found.results])
     truth = np.array([*twin.provenance.truth.values()])
-    off = [np.abs(estimate.physical / truth - 1).max() for _, estimate in results]
+    off = [np.abs(each["idm-ls"].physical / truth - 1).max() for each in found.results]
     assert np.argmax(errors) == np.argmax(off) == 3
     assert errors[3] > 10 * min(errors)
-    assert "predicts the other's position to" in found.reason
-    assert "of 4 cut-offs are left out" in found.reason
+    assert re.search("predicts the other's position to .* of 4 cut-offs are left out", found.reason)
 
 
 def test_nothing_is_told_of_a_position_that_was_not_measured(
