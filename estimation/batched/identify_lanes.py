@@ -10,15 +10,12 @@ from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.identification import identify
 from axisid.estimation.records import is_same_period
-from axisid.estimation.regression import Hac, Solution, most_lags
-from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
-from axisid.estimation.thresholds import FEW_SCORES
+from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
-from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
 from .block import ALONE, FAILED, SIDE_BY_SIDE, Block, LaneEstimates, RecordLanes
-from .iteration import LaneFits, fitted_lanes, inverse_products, row_counts
+from .iteration import fitted_lanes, lane_numbers
 
 #: The method of which lanes go side by side.
 METHOD = "idm-iv"
@@ -103,7 +100,7 @@ def identify_lanes(
             block = Block(axis=generated, lanes=part, template=template)
             with np.errstate(all="ignore"):  # what is not finite goes alone too
                 fits = fitted_lanes(block, asked)
-                made = _lane_numbers(block, fits, lags)
+                made = lane_numbers(block, fits, lags)
             well = fits.sound & block.starts[1]
             beside = first + np.flatnonzero(well)
             numbers[beside], iterations[beside] = made[well], fits.iterations[well]
@@ -126,46 +123,4 @@ def identify_lanes(
         iterations=iterations,
         how=tuple(how),
         errors=errors,
-    )
-
-
-def _lane_numbers(block: Block, fits: LaneFits, lags: int | None) -> Array:
-    """Values, deviations and their degrees of freedom, (L, 1 + 2 c, p), of lanes that ended well.
-
-    Of no meaning for the others.
-    """
-    (rows, k), shape = fits.instruments.shape[:2], fits.theta.shape
-    n, model = row_counts(fits.rows, fits.residuals.shape)[:, None], Hac(lags)
-    inverse = inverse_products(block.library, fits.instruments)
-    # Each column a sum of all instruments, by the matrices of the lanes.
-    own = [sum(fits.instruments[:, j] * fits.mixing[:, i, j] for j in range(k)) for i in range(k)]
-    scores = np.stack(own, axis=1) * fits.residuals[:, None]
-    most = (most_lags(rows) if lags is None else lags) + 2
-    lagged = block.library.lagged(scores, min(most, rows - 1))
-    variances = {
-        "iid": fits.power[:, None] / (n - 1) * np.diagonal(inverse, axis1=1, axis2=2),
-        "robust": n / (n - k) * lagged[0].T,
-        "hac": np.full(shape, np.nan),
-    }
-    freedom = {name: np.broadcast_to(n - k, shape).copy() for name in variances}
-    for lane in map(int, np.flatnonzero(fits.sound)):
-        sums = lagged[:, :, lane, None] * np.eye(k)
-        applied = model.of_scores(lambda at: sums[: at + 1], (int(n[lane, 0]), k))  # noqa: B023
-        if lags is None and applied.freedom.min() < FEW_SCORES.value:
-            applied = model.applied(_lane_solution(block, fits, lane, inverse[lane]))
-        variances["hac"][lane], freedom["hac"][lane] = np.diag(applied.matrix), applied.freedom
-    deviations = [np.sqrt(np.maximum(variances[name], 0.0)) for name in COVARIANCES]
-    return np.stack([fits.theta, *deviations, *(freedom[name] for name in COVARIANCES)], axis=1)
-
-
-def _lane_solution(block: Block, fits: LaneFits, lane: int, inverse: Array) -> Solution:
-    """A lane's solution as if it were alone; `inverse` are ``(Z'Z)^-1``."""
-    own = slice(None) if fits.rows is None else fits.rows[:, lane]
-    places = block.template.row_numbers.astype(np.int64)[own]
-    return Solution(
-        theta=fits.theta[lane],
-        residuals=np.ascontiguousarray(fits.residuals[own, lane]),
-        inverse_factor=np.asarray(np.linalg.cholesky(inverse), dtype=np.float64),
-        influence=fits.instruments[own, :, lane] @ fits.mixing[lane].T,
-        neighbours=RowTimes.of(places, block.template.prefilter.decimate),
     )

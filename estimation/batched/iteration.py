@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.native import LaneLibrary
+from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.methods import StepControl
 from axisid.estimation.problems import SignalRanges, shown_up_to
-from axisid.estimation.regression import Equations, InverseForm
+from axisid.estimation.regression import Equations, Hac, InverseForm, Solution, most_lags
 from axisid.estimation.signals import (
     Prefilter,
+    RowTimes,
     Signals,
     drive_force,
     remaining_information,
@@ -25,6 +27,7 @@ from axisid.estimation.signals import (
 )
 from axisid.estimation.thresholds import (
     CONVERGED,
+    FEW_SCORES,
     MAX_SIMULATION_ERROR,
     MIN_DISTANCE_FROM_NOISE,
     MIN_INFORMATION_LEFT,
@@ -290,3 +293,45 @@ def _iterated(
         if active.any():
             loops = block.loops(physical, active, excluded, rows)
     return end
+
+
+def lane_numbers(block: Block, fits: LaneFits, lags: int | None) -> Array:
+    """Values, deviations and their degrees of freedom, (L, 1 + 2 c, p), of lanes that ended well.
+
+    Of no meaning for the others.
+    """
+    (rows, k), shape = fits.instruments.shape[:2], fits.theta.shape
+    n, model = row_counts(fits.rows, fits.residuals.shape)[:, None], Hac(lags)
+    inverse = inverse_products(block.library, fits.instruments)
+    # Each column a sum of all instruments, by the matrices of the lanes.
+    own = [sum(fits.instruments[:, j] * fits.mixing[:, i, j] for j in range(k)) for i in range(k)]
+    scores = np.stack(own, axis=1) * fits.residuals[:, None]
+    most = (most_lags(rows) if lags is None else lags) + 2
+    lagged = block.library.lagged(scores, min(most, rows - 1))
+    variances = {
+        "iid": fits.power[:, None] / (n - 1) * np.diagonal(inverse, axis1=1, axis2=2),
+        "robust": n / (n - k) * lagged[0].T,
+        "hac": np.full(shape, np.nan),
+    }
+    freedom = {name: np.broadcast_to(n - k, shape).copy() for name in variances}
+    for lane in map(int, np.flatnonzero(fits.sound)):
+        sums = lagged[:, :, lane, None] * np.eye(k)
+        applied = model.of_scores(lambda at: sums[: at + 1], (int(n[lane, 0]), k))  # noqa: B023
+        if lags is None and applied.freedom.min() < FEW_SCORES.value:
+            applied = model.applied(_lane_solution(block, fits, lane, inverse[lane]))
+        variances["hac"][lane], freedom["hac"][lane] = np.diag(applied.matrix), applied.freedom
+    deviations = [np.sqrt(np.maximum(variances[name], 0.0)) for name in COVARIANCES]
+    return np.stack([fits.theta, *deviations, *(freedom[name] for name in COVARIANCES)], axis=1)
+
+
+def _lane_solution(block: Block, fits: LaneFits, lane: int, inverse: Array) -> Solution:
+    """A lane's solution as if it were alone; `inverse` are ``(Z'Z)^-1``."""
+    own = slice(None) if fits.rows is None else fits.rows[:, lane]
+    places = block.template.row_numbers.astype(np.int64)[own]
+    return Solution(
+        theta=fits.theta[lane],
+        residuals=np.ascontiguousarray(fits.residuals[own, lane]),
+        inverse_factor=np.asarray(np.linalg.cholesky(inverse), dtype=np.float64),
+        influence=fits.instruments[own, :, lane] @ fits.mixing[lane].T,
+        neighbours=RowTimes.of(places, block.template.prefilter.decimate),
+    )

@@ -139,7 +139,7 @@ def fleet(
     _check_names(read_record, settings.reading, taken=("log", "axis"))
     requested_methods(settings.identifying.get("methods"))
     if len({item.axis for item in items}) == 1:
-        settings.generated(items[0])  # what is wrong with the axis of all is refused at once
+        settings.built(items[0])  # what is wrong with the axis of all is refused at once
     named = [Named(name=n, item=i) for n, i in zip(result_names(items), items, strict=True)]
     ledger = read_ledger(Path(settings.folder))
     before = ledger.rows if resume else {}

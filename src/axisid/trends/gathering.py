@@ -14,7 +14,7 @@ from scipy.special import ndtri
 
 from axisid.estimation.choices import FIT
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.fleets import FleetRow, FleetValue, Ledger, fleet_value, read_ledger, strays
+from axisid.fleets import FleetRow, Ledger, fleet_value, read_ledger, strays
 from axisid.populations import LARGEST
 from axisid.presentation.saved import SavedIdentification, SavedOutputFit, load_result
 from axisid.support.errors import DataError, UsageError, first_of, quoted
@@ -28,12 +28,29 @@ _DAY = 86_400.0  # s
 
 
 def _point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRow:
-    """A result as a row of a fleet, whatever wrote it, with what a fleet says of its log."""
+    """A result as a row of a fleet, whatever wrote it, with what a fleet says of its log.
+
+    Of a fit it has the outputs that were fitted, and the parameters that were free and that they
+    show.
+    """
     if isinstance(saved, SavedOutputFit):
-        told, parameters = _of_fit(saved, method)
+        own = f"{FIT}{saved.output.replace(' and ', ',')}"
+        if method not in (None, own):
+            raise UsageError(
+                f"{saved.file} is of a fit, which has no {quoted(method)} but {own}; leave it out.",
+                code="trend",
+            )
+        parameters = {}
+        for name, told in saved.document.parameters.items():
+            value = fleet_value(saved.parameters[name])
+            if told.at_bound:  # the deviation is by the 95 % interval to one side
+                low, high = value.interval_95
+                value = structs.replace(value, sd=float((high - low) / ndtri(INTERVAL_LEVEL.value)))
+            if not told.fixed and math.isfinite(value.sd):
+                parameters[name] = value
     else:
         estimate = saved.preferred if method is None else saved[method]
-        told = estimate.method
+        own = estimate.method
         parameters = {n: fleet_value(value) for n, value in estimate.parameters.items()}
     return FleetRow(
         name=Path(saved.file).stem,
@@ -42,30 +59,11 @@ def _point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRo
         status="ok",
         serial="" if row is None else row.serial,
         conditions={} if row is None else row.conditions,
-        method=told,
+        method=own,
         parameters=parameters,
         failing=tuple(check.name for check in saved.document.verdict if check.status == "fail"),
         signature=saved.document.signature,
     )
-
-
-def _of_fit(saved: SavedOutputFit, method: str | None) -> tuple[str, dict[str, FleetValue]]:
-    """The outputs that were fitted, and the parameters that were free and that they show."""
-    own = f"{FIT}{saved.output.replace(' and ', ',')}"
-    if method not in (None, own):
-        raise UsageError(
-            f"{saved.file} is of a fit, which has no {quoted(method)} but {own}; leave it out.",
-            code="trend",
-        )
-    found = {}
-    for name, told in saved.document.parameters.items():
-        value = fleet_value(saved.parameters[name])
-        if told.at_bound:  # the deviation is by the 95 % interval to one side
-            low, high = value.interval_95
-            value = structs.replace(value, sd=float((high - low) / ndtri(INTERVAL_LEVEL.value)))
-        if not told.fixed and math.isfinite(value.sd):
-            found[name] = value
-    return own, found
 
 
 def place_of(point: FleetRow, by: str) -> float:
