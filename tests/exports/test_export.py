@@ -123,7 +123,7 @@ def test_toml_leaves_out_a_bound_that_the_estimate_breaks(
     axis = replace(declared, parameters=(first, *declared.parameters[1:]))
     text = export(identify(axis, twin, methods=["idm-ls"]), "toml")
     mass = tomllib.loads(text)["parameters"]["M"]
-    assert set(mass) == {"unit", "nominal", "lower", "description"}
+    assert [*mass] == ["unit", "nominal", "lower", "description"]
     assert mass["description"] == first.description
     assert "# outside its bound upper = 95.0" in text
 
@@ -298,17 +298,17 @@ for line in {lines!r}:
 EXPORT = "export result.json --axis emps2015 --to js"
 
 
-def commands(*lines: str) -> str:
-    return COMMANDS.format(lines=lines)
-
-
 @pytest.mark.slow
 def test_one_file_and_one_row_add_a_target_to_the_command(folder: Path) -> None:
     # An earlier export is known and written anew.
-    text = run(folder, commands(EXPORT, *[f"{EXPORT} -o emps2015.js"] * 2))
-    assert "export function emps2015_feedforward(q, dq, ddq) {" in text
-    assert "const M = " in text
-    assert "Math.sign(dq)" in text
-    assert "const tau = emps2015_feedforward(q, dq, ddq);" in text
-    assert "return (" in text
+    lines = [EXPORT, *[f"{EXPORT} -o emps2015.js"] * 2]
+    text = run(folder, COMMANDS.format(lines=lines))
+    for told in (
+        "export function emps2015_feedforward(q, dq, ddq) {",
+        "const M = ",
+        "Math.sign(dq)",
+        "const tau = emps2015_feedforward(q, dq, ddq);",
+        "return (",
+    ):
+        assert told in text
     assert (folder / "emps2015.js").read_text() == text
