@@ -4,7 +4,7 @@ The numbers of a study are written as a file: NumPy's npz, or Parquet, a row for
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -258,25 +258,23 @@ def run_columns(result: MonteCarlo) -> dict[str, NDArray[Any]]:
         "status": np.array([status for status, _ in result.outcomes.values()], dtype=np.str_),
         "reason": np.array([why for _, why in result.outcomes.values()], dtype=np.str_),
     }
-    for place in range(len(result.estimands)):
-        columns |= _of_estimand(result, place)
+    columns |= {name: values for name, _, values in _estimand_columns(result)}
     words = np.array([*STATUSES, ""])  # -1 is the last
     for i, check in enumerate(result.numbers.checks):
         columns[f"check.{check}"] = words[result.numbers.statuses[:, i]]
     return columns
 
 
-def _of_estimand(result: MonteCarlo, place: int) -> dict[str, NDArray[Any]]:
-    name = column_name(result.estimands[place])
-    columns = {name: result.values[:, place], f"{name}.corrected": result.corrected[:, place]}
-    for of in INTERVALS:
-        stated = result.deviations(of)[:, place]
-        if not np.isfinite(stated).any():
-            continue
-        columns[f"{name}.{of}.sd"] = stated
-        low, high = result.intervals(of)[:, place].T
-        columns[f"{name}.{of}.low"], columns[f"{name}.{of}.high"] = low, high
-    return columns
+def _estimand_columns(result: MonteCarlo) -> Iterator[tuple[str, str, Array]]:
+    """Every column of the estimands, with its unit; of intervals those that any run states."""
+    numbers = result.numbers.numbers.transpose(1, 2, 0)
+    for estimand, of_one in zip(result.estimands, numbers, strict=True):
+        name, unit = column_name(estimand), estimand.unit
+        yield from ((name, unit, of_one[0]), (f"{name}.corrected", unit, of_one[1]))
+        for of, stated in zip(INTERVALS, of_one[2:].reshape(len(INTERVALS), 3, -1), strict=True):
+            if np.isfinite(stated[0]).any():
+                ends = zip(("sd", "low", "high"), stated, strict=True)
+                yield from ((f"{name}.{of}.{end}", unit, column) for end, column in ends)
 
 
 def column_name(estimand: Estimand) -> str:
@@ -333,11 +331,7 @@ def write_runs(result: MonteCarlo, path: str | Path) -> None:
     """
     file = Path(path)
     check_output(file)
-    units = {
-        name: estimand.unit
-        for place, estimand in enumerate(result.estimands)
-        for name in _of_estimand(result, place)
-    }
+    units = {name: unit for name, unit, _ in _estimand_columns(result)}
     columns, about = run_columns(result), {SETTINGS: settings_text(result, units)}
     if file.suffix == ".npz":
         content = npz_bytes({**columns, **about})
