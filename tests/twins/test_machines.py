@@ -1,7 +1,6 @@
 """Machines whose true values scatter and drift, and their logs, which are read back as they are."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -37,8 +36,7 @@ def test_true_values_scatter_as_told_and_keep_their_sign(short: GeneratedAxis) -
     true = [machines.truth(machine, 0) for machine in range(400)]
     mass, friction = (np.log([each[name] for each in true]) for name in ("M", "Fc"))
     assert np.exp(mass.mean()) == pytest.approx(100.2, rel=0.004)
-    assert mass.std() == pytest.approx(0.02, rel=0.1)
-    assert friction.std() == pytest.approx(0.5, rel=0.1)
+    assert (mass.std(), friction.std()) == pytest.approx((0.02, 0.5), rel=0.1)
     assert abs(np.corrcoef(mass, friction)[0, 1]) < 0.2
     assert {each["Fv"] for each in true} == {236.9}
     drifting = TwinMachines(axis=short, days=3, drift={"Fc": 0.1})
@@ -78,21 +76,18 @@ def test_a_manifest_tells_a_fleet_what_is_true(short: GeneratedAxis, tmp_path: P
 def test_nothing_is_left_where_a_twin_cannot_be_simulated(
     short: GeneratedAxis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    machines = TwinMachines(axis=short, count=3)
-    monkeypatch.setattr(TwinMachines, "record", _failing_at(2, TwinMachines.record))
+    machines, record = TwinMachines(axis=short, count=3), TwinMachines.record
+
+    def failing(self: TwinMachines, machine: int, day: int) -> Any:
+        if machine == 2:
+            raise UsageError("it runs away")
+        return record(self, machine, day)
+
+    monkeypatch.setattr(TwinMachines, "record", failing)
     for folder in (tmp_path / "new", tmp_path):
         with pytest.raises(UsageError, match="runs away"):
             write_twins(machines, folder)
         assert not [*tmp_path.iterdir()]
-
-
-def _failing_at(place: int, record: Callable[..., Any]) -> Callable[..., Any]:
-    def failing(self: TwinMachines, machine: int, day: int) -> Any:
-        if machine == place:
-            raise UsageError("it runs away")
-        return record(self, machine, day)
-
-    return failing
 
 
 @pytest.mark.parametrize(
