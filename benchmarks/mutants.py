@@ -179,7 +179,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         (f"{_SANDWICH}::test_classical_and_robust_are_those_of_statsmodels",),
     ),
     "the published variance of a lane is over n": (
-        "estimation/batched/identify_lanes.py",
+        "estimation/batched/iteration.py",
         "fits.power[:, None] / (n - 1)",
         "fits.power[:, None] / n",
         (
