@@ -11,7 +11,6 @@ from __future__ import annotations  # as they are written, in what help() prints
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +23,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 
 from .arguments import checked_loop
-from .inputs import LoopInputs, at_log_samples, lines, widened_distance
+from .inputs import LoopInputs, at_log_samples, axis_of, lines, widened_distance
 from .simulated import Simulation, loop_start, measured_positions
 from .steps import (
     StepBudget,
@@ -117,7 +116,7 @@ def simulate(
         reference,
         period,
         start=start,
-        start_velocity=start_velocity or None,
+        start_velocity=start_velocity,
         memory=memory,
         position_noise=position_noise,
         injected=injected,
@@ -176,7 +175,7 @@ def simulate_loop(
         recorded = lines(axis, inputs.signals, inputs.period)
         out = at_log_samples(axis, parameters, out, clocks, recorded, steps)
     return Simulation(
-        time=logged.period * _counted(len(out["position"])),
+        time=logged.period * np.arange(float(len(out["position"]))),
         measured_position=measured_positions(out["position"], logged.noise, inputs.resolution),
         recorded=logged.signals,
         **out,
@@ -206,10 +205,9 @@ def settled_loop(
     UsageError, EstimationError
         It cannot start, or takes too many steps.
     """
-    theta = np.ascontiguousarray(parameters)
+    axis, theta = axis_of(axis, inputs), np.ascontiguousarray(parameters)
     first = tuple(map(float, inputs.first_signals))
-    start = loop_start(axis, theta, inputs)
-    inputs = inputs if start is inputs.start else replace(inputs, start=start)
+    inputs = replace(inputs, start=loop_start(axis, theta, inputs))
     rate = checked_rate(axis, theta, float(inputs.start.position), first, bounded=bounded)
     period, samples, constant = inputs.period, len(inputs.reference), has_constant_substeps(axis)
     budget, recorded = budget or StepBudget(), lines(axis, inputs.signals, period)
@@ -282,9 +280,3 @@ def _run(
     return library.simulate(
         reference, noise, injected, parameters, inputs.start, settings, recorded
     )
-
-
-@lru_cache(maxsize=8)
-def _counted(samples: int) -> Array:
-    """0, 1, 2 and so on; making them takes longer than what is made of them."""
-    return np.arange(samples, dtype=np.float64)

@@ -11,8 +11,9 @@ until its control holds it.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,29 +82,23 @@ class TwoClocks:
         if self.between == "held":
             return self.held(values)
         if self.between == "linear" or len(values) < _FEWEST_OF_A_SPLINE:
-            return self.linear(values)
+            return _straight(self.times, values)
         if not (self._smooth and np.array_equal(self._smooth[0][0], values)):
             smooth = at_times(self.times, np.arange(float(len(values))), values, "spline")
             self._smooth[:] = [(values.copy(), frozen(smooth))]
         return self._smooth[0][1]
 
-    def linear(self, values: Array) -> Array:
-        """What runs straight between the samples of the log, where the law is evaluated, (M,)."""
-        if values.ndim > 1:
-            return _by_column(self.linear, values)
-        return np.interp(self.times, np.arange(len(values)), values)
-
     def mean_held(self, values: Array) -> Array:
         """Mean until the next evaluation of what is held between samples of the log, (M,)."""
         if self.law_period <= self.log_period:
             return self.held(values)
-        if values.ndim > 1:
-            return _by_column(self.mean_held, values)
-        until = np.concatenate([[0.0], np.cumsum(values)])
+        until = np.concatenate([0 * values[:1], np.cumsum(values, axis=0)])
         edges = np.append(self.times, self.times[-1] + self.law_period / self.log_period)
         inside = np.clip(edges, 0, len(values))
-        spent, apart = np.diff(np.interp(inside, np.arange(len(until)), until)), np.diff(inside)
-        return np.where(apart > 0, spent / np.where(apart > 0, apart, 1.0), self.held(values))
+        spent, apart = np.diff(_straight(inside, until), axis=0), np.diff(inside)
+        found = self.held(values)  # beyond the log it stays
+        found[apart > 0] = (spent[apart > 0].T / apart[apart > 0]).T
+        return found
 
     def held(self, values: Array) -> Array:
         """What is held from a sample of the log to the next, where the law is evaluated, (M,)."""
@@ -111,18 +106,28 @@ class TwoClocks:
         return np.asarray(values[np.clip(row, 0, len(values) - 1)])
 
 
-def _by_column(read: Callable[[Array], Array], values: Array) -> Array:
-    return np.column_stack([read(column) for column in values.T])
+def _straight(times: Array, values: Array) -> Array:
+    """What runs straight between samples, (N, ...), at times in samples, (M, ...)."""
+    rows = np.arange(len(values))
+    found = np.apply_along_axis(lambda column: np.interp(times, rows, column), 0, values)
+    return np.asarray(found)
 
 
-def clocks_of(law: ControlLaw | None, samples: int, period: float) -> TwoClocks | None:
+def law_of(axis: GeneratedAxis) -> ControlLaw:
+    """The control law of an axis that is known to have one."""
+    law = axis.axis.control
+    assert law is not None  # noqa: S101  # whoever asks has refused an axis without one
+    return law
+
+
+def clocks_of(law: ControlLaw, samples: int, period: float) -> TwoClocks | None:
     """When a law is evaluated along a reference whose period is not the law's; None where it is.
 
     The first evaluation is at the first sample. A continuous law has no clock.
 
     Parameters
     ----------
-    law : ControlLaw or None
+    law : ControlLaw
     samples : int
     period : float
         Of the reference, s.
@@ -132,7 +137,7 @@ def clocks_of(law: ControlLaw | None, samples: int, period: float) -> TwoClocks 
     UsageError
         One period is so many times the other that it is in another unit.
     """
-    if law is None or law.continuous or is_same_period(period, law.period):
+    if law.continuous or is_same_period(period, law.period):
         return None
     ratio, most = period / law.period, _MAX_CLOCK_RATIO
     if not 1 / most <= ratio <= most:
@@ -264,7 +269,7 @@ def at_law(axis: GeneratedAxis, signals: Sequence[Array], clocks: TwoClocks) -> 
     """
     read = axis.axis.sampled_signals
     return tuple(
-        clocks.linear(values)
+        _straight(clocks.times, values)
         if not declared.is_held
         else clocks.held(values)
         if declared.name in read
@@ -372,6 +377,17 @@ class LoopInputs:
         )
 
 
+def axis_of(axis: GeneratedAxis, inputs: LoopInputs) -> GeneratedAxis:
+    """The axis of one loop: its law with the gains of the inputs."""
+    return axis if inputs.gains is None else _with_gains(axis, tuple(inputs.gains.tolist()))
+
+
+# Most lanes of a batch have the same gains.
+@lru_cache(maxsize=64)
+def _with_gains(axis: GeneratedAxis, gains: tuple[float, ...]) -> GeneratedAxis:
+    return axis.with_gains(dict(zip(law_of(axis).gains, gains, strict=True)))
+
+
 def _of_lanes(values: Array, chosen: Chosen) -> Array:
     """A signal of some lanes; one that all share as it is."""
     return values if values.ndim == 1 else values[:, chosen]
@@ -398,24 +414,13 @@ def widened_distance(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
     loaded, free, pushed = (
         float(dynamics(place, 0.0, tau, 0.0, *signals, parameters)) for tau in (still, 0.0, 1.0)
     )
-    # At rest on its reference the loop gives way to the load there.
-    sag = _way(abs(loaded), abs((pushed - free) * (behind - still)))
-    way = sag + _way(added, abs(controls[1] - controls[0]))
-    return _RUNAWAY_RATIO * max(way, noise, inputs.resolution)
-
-
-def _way(asked: float, answered: float) -> float:
-    """Distance at which a loop answers what is asked of it; infinite where it does not.
-
-    Parameters
-    ----------
-    asked, answered : float
-        What moves it, and what it answers to `_OFF` from its reference.
-    """
-    if asked == 0:
-        return 0.0
-    found = asked * _OFF / answered if answered else math.inf
-    return found if math.isfinite(found) else math.inf
+    # At rest on its reference the loop gives way to the load there, and then to what is added: by
+    # nothing where nothing is asked of it, without end where it answers nothing.
+    asked = np.array([abs(loaded), added])
+    answered = np.abs([(pushed - free) * (behind - still), controls[1] - controls[0]])
+    with np.errstate(all="ignore"):
+        ways = np.where(asked > 0, asked * _OFF / answered, 0.0)
+    return _RUNAWAY_RATIO * max(float(ways.sum()), noise, inputs.resolution)
 
 
 def _controls(axis: GeneratedAxis, position: float, *recorded: float) -> tuple[float, float]:

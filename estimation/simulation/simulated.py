@@ -13,8 +13,7 @@ from axisid.estimation.signals import Signals, acting_along, drive_force, throug
 from axisid.modeling.declaration import Response
 from axisid.support.arrays import Array, Exact
 
-from .arguments import axes_by_gains, law_of
-from .inputs import LoopInputs
+from .inputs import LoopInputs, axis_of, law_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -89,8 +88,7 @@ def signals_about(
     They satisfy the model row by row. A force that changes between samples stands by its mean over
     the period on each side. At the first sample, and for a continuous law, both are those after it.
     """
-    law = axis.axis.control
-    if law is not None and law.continuous:
+    if law_of(axis).continuous:
         return simulation.signals, simulation.signals
     after, force = simulation.signals, simulation.force
     if not axis.axis.holds_force:
@@ -98,7 +96,7 @@ def signals_about(
         after = _under(axis, parameters, simulation.signals, force)
     held = simulation.held
     if held is None:
-        held = force_before(axis, simulation, force)
+        held = _force_before(axis, simulation, force)
     earlier = replace(
         simulation.signals,
         direction=simulation.direction_before,
@@ -137,7 +135,7 @@ def mean_force(axis: GeneratedAxis, simulation: Simulation) -> Array:
     return acting_along(made, response, start=float(s.force[0])).mean
 
 
-def force_before(axis: GeneratedAxis, simulation: Simulation, mean: Array) -> Array:
+def _force_before(axis: GeneratedAxis, simulation: Simulation, mean: Array) -> Array:
     """The force just before each sample, (N,), from that in the mean after it."""
     response, s = axis.axis.response, simulation
     if response is None or not response.holds_control:
@@ -198,15 +196,10 @@ def lane_starts(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> L
     )
     if memory is not None or not law_of(axis).balanced:
         return starts
-    every, owners = (
-        replace(inputs, start=starts, log=None),
-        axes_by_gains(axis, inputs.gains, lanes),
-    )
-    alone = (
-        loop_start(own, theta, every.lanes(lane))
-        for lane, (own, theta) in enumerate(zip(owners, parameters, strict=True))
-    )
-    return replace(starts, memory=np.array([each.memory for each in alone]))
+    every = replace(inputs, start=starts, log=None)
+    alone = zip(map(every.lanes, range(lanes)), parameters, strict=True)
+    found = [loop_start(axis_of(axis, own), theta, own).memory for own, theta in alone]
+    return replace(starts, memory=np.array(found))
 
 
 def balanced_memory(
@@ -226,7 +219,7 @@ def balanced_memory(
     response, path = axis.axis.response, axis.axis.drive.path
     count = len(state) - (0 if response is None else len(response.remembered))
     signals = (reference, measured, velocity, *recorded)
-    law = balance(axis, state[:count], signals, path.command(wanted))
+    law = _balance(axis, state[:count], signals, path.command(wanted))
     if response is None:
         return law
     # The drive has what comes of the law's command, which may be rounded or limited.
@@ -239,23 +232,13 @@ def balanced_memory(
     return np.concatenate([law, last, forces])
 
 
-def balance(axis: GeneratedAxis, state: Array, signals: tuple[float, ...], control: float) -> Array:
-    """Change the memories that start in balance, by the least, so that the law gives a control.
+def _balance(
+    axis: GeneratedAxis, state: Array, signals: tuple[float, ...], control: float
+) -> Array:
+    """Change the memories (m,) that start in balance, by the least, for the law to give a control.
 
-    Parameters
-    ----------
-    axis : GeneratedAxis
-    state : (m,) array
-        What the drive remembers otherwise.
-    signals : tuple of float
-        Reference, measured position and velocity, and recorded signals.
-    control : float
-        In the drive's unit.
-
-    Returns
-    -------
-    (m,) array
-        As near as the law comes to it.
+    Signals are reference, measured position and velocity, and recorded ones; it is as near as the
+    law comes to it.
     """
     law = law_of(axis)
     free, count = list(law.balanced), len(law.memory)
