@@ -213,14 +213,13 @@ def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
     int or None
         None where the loop cannot be simulated with them.
     """
-    own = inputs.lanes(0) if np.ndim(inputs.start.position) else inputs
-    most = most_substeps(len(own.reference))
+    most = most_substeps(len(inputs.reference))
     if has_constant_substeps(axis):
-        position = np.array([own.start.position])
-        rates = at_rest(axis, parameters[None, :], position, own.first_signals)[2]
-        return min(int(steps_by_rate(axis, rates, own.period)[0]), most)
+        position = np.array([inputs.start.position])
+        rates = at_rest(axis, parameters[None, :], position, inputs.first_signals)[2]
+        return min(int(steps_by_rate(axis, rates, inputs.period)[0]), most)
     try:
-        _, steps, failed = settled_loop(axis, parameters, own, bounded=True)
+        _, steps, failed = settled_loop(axis, parameters, inputs, bounded=True)
     except AxisidError:
         return None
     return None if failed else min(steps, most)

@@ -186,7 +186,7 @@ KINDS = (
     "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
-    "fit,fit on another record,comparison,simulation,batch,lane block,lanes,law check,study,"
+    "fit,fit on another record,comparison,simulation,batch,lanes,law check,study,"
     "law search,block,drive timing,drive time,fleet,fleet item,trend,"
     "feed-forward,error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"
