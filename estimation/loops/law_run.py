@@ -2,9 +2,10 @@
 
 import math
 import weakref
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
+from threading import get_ident
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -12,7 +13,6 @@ from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
-from axisid.codegen.runtime import along_samples
 from axisid.estimation.records import Record, at_times, clock_of, evaluations_per_sample
 from axisid.estimation.signals import (
     Prefilter,
@@ -35,18 +35,14 @@ class RecordCache(Generic[K, V]):
     """What is known of records that are alive, by their identity, asked for in every iteration."""
 
     def __init__(self) -> None:
-        self._known: dict[int, tuple[weakref.ref[Record], dict[K, V]]] = {}
+        self._known: dict[int, dict[K, V]] = {}
 
     def of(self, record: Record) -> dict[K, V]:
         """What is known of a record, to be added to."""
-        found = self._known.get(id(record))
-        if found is None:
-            alive = weakref.ref(record, partial(self._forget, id(record)))
-            found = self._known[id(record)] = (alive, {})
-        return found[1]
-
-    def _forget(self, record: int, _: object) -> None:
-        self._known.pop(record, None)
+        if id(record) not in self._known:
+            self._known[id(record)] = {}
+            weakref.finalize(record, self._known.pop, id(record), None)
+        return self._known[id(record)]
 
 
 #: With the reference that they took to the law's evaluations.
@@ -128,10 +124,9 @@ class LawTicks:
     recorded: tuple[Array, ...] = ()
 
     @property
-    def signals(self) -> list[Array]:
-        """What a law's function reads before its memory, (1, M) each."""
-        read = (self.reference, self.position, self.velocity, *self.recorded)
-        return [values[None, :] for values in read]
+    def signals(self) -> tuple[Array, ...]:
+        """What a law's function reads before its memory, (M,) each."""
+        return self.reference, self.position, self.velocity, *self.recorded
 
     @classmethod
     def at_samples(
@@ -336,9 +331,6 @@ def _first_remembered(
     return np.concatenate([last, kept])
 
 
-_EVALUATIONS = 1 << 16  # of a law in one call; making a function of more takes longer than they do
-
-
 def state_at_rest(axis: GeneratedAxis, ticks: LawTicks) -> Array:
     """What the drive remembers of an axis at rest at the first evaluation, (m,)."""
     first = (values[0] for values in (ticks.reference, ticks.position, *ticks.recorded))
@@ -375,8 +367,7 @@ def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
 
 def applied_terms(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """The same as the law gives them, before the drive, (N, terms)."""
-    read = (values[0] for values in ticks.signals)
-    (rows,) = axis.evaluate("control_terms", *read, states_along(axis, ticks, start).T)
+    (rows,) = axis.evaluate("control_terms", *ticks.signals, states_along(axis, ticks, start))
     # What was computed before the first evaluation is taken for that of the first.
     return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
 
@@ -388,16 +379,16 @@ def control_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
 
 def control_at_ticks(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """The same at each evaluation, (M,)."""
-    arguments = (*ticks.signals, states_along(axis, ticks, start))
-    return np.asarray(axis.functions["control_law"].call(arguments)[0].full().ravel())
+    return run_law(axis.functions["control_law"], start, ticks.signals)[1]
 
 
 def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """How that control changes with what is remembered at the start, (N, m)."""
     law, size = axis.functions["control_law"], len(start)
     slopes = law.factory("slopes", law.name_in(), ["jac:control:state", "jac:next_state:state"])
-    by_state, onward = slopes.call([*ticks.signals, states_along(axis, ticks, start)])
     # Side by side as matrices, one for each evaluation.
+    read = (values[None, :] for values in ticks.signals)
+    by_state, onward = slopes.call([*read, states_along(axis, ticks, start).T])
     rows = by_state.full().reshape(len(ticks), size)
     steps = onward.full().reshape(size, len(ticks), size)
     change = np.eye(size)
@@ -408,22 +399,64 @@ def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
 
 
 def states_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
-    """What the drive remembers at each evaluation, (m, M)."""
+    """What the drive remembers at each evaluation, (M, m)."""
     if not len(start):
-        return np.zeros((0, len(ticks)))
-    pieces = [start[:, None]]
-    for begin in range(0, len(ticks), _EVALUATIONS):
-        part = [values[:, begin : begin + _EVALUATIONS] for values in ticks.signals]
-        along = _run_along(axis, part[0].shape[1])
-        pieces.append(along(pieces[-1][:, -1], *part).full())
-    return np.hstack(pieces)[:, :-1]
+        return np.zeros((len(ticks), 0))
+    after, _ = run_law(axis.functions["control_law"], start, ticks.signals)
+    return np.vstack([start, after[:-1]])
 
 
-# A check runs one law along one record many times; to make such a function takes as long as a run.
+_BLOCK = 25  # evaluations that are one function: to call one takes longer than to evaluate it
+
+
+def run_law(
+    step: Any, start: Array, read: Sequence[Array], gains: Array | None = None
+) -> tuple[Array, Array]:
+    """What a law remembers after each evaluation, (M, m), and its output there, (M,).
+
+    Parameters
+    ----------
+    step : casadi.Function
+        From what is read at an evaluation, the gains if any, and the memory.
+    start : (m,) array
+        What it remembers at the first.
+    read : sequence of (M,) array
+    gains : (g,) array, optional
+    """
+    count, rest = len(read[0]), -len(read[0]) % _BLOCK
+    columns = [np.append(values, np.full(rest, values[-1])) for values in read]
+    columns += [] if gains is None else [np.tile(gains, count + rest)]
+    states, output = np.empty((count + rest, len(start))), np.empty(count + rest)
+    along = _along(step, len(output) // _BLOCK, get_ident())
+    along((start, *columns), (states, output))
+    return states[:count], output[:count]
+
+
+# One law runs along one record many times; to make such a function takes as long as a run.
 @lru_cache(maxsize=16)
-def _run_along(axis: GeneratedAxis, evaluations: int) -> Any:
-    """What the drive remembers after each of so many evaluations, from what it did before."""
-    return along_samples(axis.functions["control_law"], evaluations)
+def _along(
+    step: Any, blocks: int, _thread: int
+) -> Callable[[Sequence[Array], Sequence[Array]], None]:
+    """Runs a law over so many blocks of evaluations: from arguments into results.
+
+    One for each thread, by its number: places of arguments and results are set before a run.
+    """
+    last = step.n_in() - 1
+    state = step.name_out().index("next_state")
+    one = step.slice("law", [last, *range(last)], [state, 1 - state])  # the memory comes first
+    function = one.mapaccum(_BLOCK).expand().mapaccum(blocks)
+    # To make CasADi's matrices of arrays takes much longer than a run.
+    buffer, run = function.buffer()
+
+    def along(arguments: Sequence[Array], results: Sequence[Array]) -> None:
+        held = [np.ascontiguousarray(values, dtype=np.float64) for values in arguments]
+        for i, values in enumerate(held):
+            buffer.set_arg(i, values.data)
+        for i, values in enumerate(results):
+            buffer.set_res(i, values.data)
+        run()
+
+    return along
 
 
 def least_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:

@@ -280,7 +280,7 @@ def _state_in_motion(axis: GeneratedAxis, ticks: LawTicks) -> Array:
         np.full(len(before) + 1, ticks.velocity[0]),
         tuple(np.full(len(before) + 1, values[0]) for values in ticks.recorded),
     )
-    return states_along(axis, way, state_at_rest(axis, way))[:, -1]
+    return np.asarray(states_along(axis, way, state_at_rest(axis, way))[-1])
 
 
 def _solved(

@@ -178,25 +178,20 @@ def simulate_lanes(
     fixed = has_constant_substeps(axis) or substeps is not None
     looked_at = () if fixed else visited_signals(axis)
     between = () if inputs.clocks is None else _OF_THE_LAW
+    by_system = hasattr(os, "sched_getaffinity")
+    processors = len(os.sched_getaffinity(0)) if by_system else os.cpu_count() or 1
     batch = _Batch(
         axis=axis,
         parameters=np.ascontiguousarray(parameters),
         inputs=replace(inputs, start=lane_starts(axis, parameters, inputs), log=None),
         wanted=list(dict.fromkeys([*wanted, *looked_at, *between])),
-        threads=_count(threads),
+        threads=threads or processors,
     )
     out, failures = batch.run(substeps)
     return BatchSimulation(
         signals={name: out[name] for name in wanted},
         failures=dict(sorted(failures.items())),
     )
-
-
-def _count(threads: int | None) -> int:
-    """So many threads, or as many as there are processors."""
-    if threads is not None:
-        return int(threads)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> int | None:
@@ -247,8 +242,7 @@ class _Batch:
         well, counts = self._first_steps()
         if substeps is not None:
             counts = np.full(len(lanes), substeps)
-        well &= (counts <= most) | (not fixed)
-        counts, out = np.minimum(counts, most), dict[str, Array]()
+        well, out = well & (counts <= most), dict[str, Array]()
         pending = np.flatnonzero(well)
         while pending.size:
             # Lanes that ask for more steps in a sample run apart, and do not slow the others.

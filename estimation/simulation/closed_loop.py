@@ -211,7 +211,11 @@ def settled_loop(
     rate = checked_rate(axis, theta, float(inputs.start.position), first, bounded=bounded)
     period, samples, constant = inputs.period, len(inputs.reference), has_constant_substeps(axis)
     budget, recorded = budget or StepBudget(), lines(axis, inputs.signals, period)
-    settings = inputs.settings(substeps or _first_steps(axis, theta, inputs, rate, budget.left))
+    steps = substeps or int(steps_by_rate(axis, np.array([rate]), period)[0])
+    if substeps is None and steps > most_substeps(samples, budget.left):
+        still = (float(inputs.start.position), 0.0), first
+        raise too_stiff(axis, theta, still, period, samples, budget.left)
+    settings = inputs.settings(steps)
     while True:
         left = budget.left
         budget.left -= samples * settings.substeps
@@ -240,27 +244,6 @@ def settled_loop(
     return out, settings.substeps, failed
 
 
-def _first_steps(
-    axis: GeneratedAxis, parameters: Array, inputs: LoopInputs, rate: float, left: int
-) -> int:
-    """Steps in a sample that the rate at the start asks for, with so many left.
-
-    Raises
-    ------
-    EstimationError
-        It would need more wherever it goes.
-    """
-    period, samples = inputs.period, len(inputs.reference)
-    steps, most = (
-        int(steps_by_rate(axis, np.array([rate]), period)[0]),
-        most_substeps(samples, left),
-    )
-    if steps > most and has_constant_substeps(axis):
-        still = (float(inputs.start.position), 0.0), tuple(map(float, inputs.first_signals))
-        raise too_stiff(axis, parameters, still, period, samples, left)
-    return min(steps, most)
-
-
 def _run(
     axis: GeneratedAxis,
     parameters: Array,
@@ -270,8 +253,10 @@ def _run(
 ) -> tuple[int, int, dict[str, Array]]:
     """Status, the sample it speaks of, and the signals: native, or in the virtual machine."""
     reference = np.ascontiguousarray(inputs.reference)
-    added = (inputs.noise, inputs.injected)
-    noise, injected = (v if v is None else np.ascontiguousarray(v) for v in added)
+    noise, injected = (
+        each if each is None else np.ascontiguousarray(each)
+        for each in (inputs.noise, inputs.injected)
+    )
     library = axis.native.library()
     if library is None:
         axis.native.warn_once()

@@ -140,16 +140,6 @@ def test_a_record_cut_from_a_fast_move_begins_with_what_its_law_remembers(
     assert np.abs(leap - there).max() > 3.0
 
 
-def test_law_in_pieces_gives_the_terms_of_the_whole(
-    emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    ticks = law_ticks(emps2015, twin, (0, len(twin)))
-    start = state_at_rest(emps2015, ticks)
-    whole = law_run.terms_along(emps2015, ticks, start)
-    monkeypatch.setattr(law_run, "_EVALUATIONS", 3000)
-    assert np.array_equal(law_run.terms_along(emps2015, ticks, start), whole)
-
-
 def test_a_late_law_with_an_integral_is_the_sum_by_hand(rng: np.random.Generator) -> None:
     axis = build(AXES["delayed"], native=False)
     reference, position, velocity = rng.normal(size=(3, 50))

@@ -10,9 +10,7 @@ from axisid import build, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.signals import through_path
 from axisid.estimation.simulation.batch import simulate_batch
-from axisid.estimation.simulation.simulated import (
-    mean_force,
-)
+from axisid.estimation.simulation.simulated import forces_about
 from tests.axes.lagging import GAIN, PERIOD, THETA, integrated, lagging
 from tests.estimation.simulation.agreement import LANES, agree
 from tests.refusals import refuses
@@ -84,7 +82,7 @@ def test_the_mean_force_is_what_changes_the_momentum() -> None:
     sliding = np.array([THETA[0], 0.0, 0.0])
     loop = simulate(made, sliding, REFERENCE, PERIOD)
     change = THETA[0] * np.diff(loop.velocity) / PERIOD
-    assert np.allclose(mean_force(made, loop)[:-1], change, rtol=0, atol=1e-6)
+    assert np.allclose(forces_about(made, loop)[0][:-1], change, rtol=0, atol=1e-6)
 
 
 def test_a_loop_with_a_response_runs_at_its_own_clock_alone() -> None:
