@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import UsageError, build, newton, simulate
+from axisid import build, newton, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import (
     BALANCED,
@@ -170,22 +170,3 @@ def test_a_drive_that_rounds_begins_with_the_force_of_a_command(path: dict[str, 
     # 300 N are 8.53 A, and the nearest command that acts 8.5 A.
     assert loop.control[0] == pytest.approx(300.0 / 35.15)
     assert loop.force[:3] == pytest.approx(8.5 * 35.15)
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"start_velocity": np.nan}, "the start velocity is nan; give one number"),
-        (
-            {"memory": [1.0]},
-            r"the memory \(last, total\) has the shape \(1,\); give \(2,\)",
-        ),
-        ({"memory": [0.0, np.inf]}, "all finite"),
-    ],
-)
-def test_a_start_that_is_none_is_refused(options: dict[str, object], said: str) -> None:
-    with pytest.raises(UsageError, match=said):
-        simulate(vertical(), THETA, np.zeros(5), T, **options)  # type: ignore[arg-type]
-    lanes = {name: [value] for name, value in options.items()}
-    with pytest.raises(UsageError, match=r"all finite|finite numbers"):
-        simulate_batch(vertical(), [THETA], np.zeros(5), T, **lanes)  # type: ignore[arg-type]

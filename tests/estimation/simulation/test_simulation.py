@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -11,28 +12,37 @@ import pytest
 import sympy
 from hypothesis import given, settings, strategies as st
 
-from axisid import (
-    build,
-    load_axis,
-    simulate,
-)
+from axisid import build, load_axis, simulate
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.control import MEASURED_POSITION, ControlLaw, cascade_pd
+from axisid.codegen.lowering import SIGNALS
+from axisid.control import MEASURED_POSITION, cascade_pd
 from axisid.elements import Drive
 from axisid.estimation import simulate_batch
-from axisid.estimation.simulation.simulated import (
-    signals_about,
-)
+from axisid.estimation.simulation import signals_about
+from axisid.estimation.simulation.twin import trajectory
+from axisid.modeling import Move
 from benchmarks.event_integrator import EventIntegrator
-from tests.axes.bodies import force_law
+from tests.axes.bodies import body, force_law
 from tests.axes.simulated import AXES
 from tests.estimation.piecewise_axis import PiecewiseAxis, closed_loop
-from tests.estimation.simulation.agreement import LANES, agree
-from tests.estimation.simulation.test_closed_loop import MOTIONS, sine
+from tests.estimation.simulation.agreement import LANES, agree, followed_by
 from tests.refusals import refuses
 
 PERIOD = 1e-3
-FIELDS = ("position", "velocity", "acceleration", "force", "control", "direction")
+
+
+def sine(frequency: float, amplitude: float, seconds: float) -> np.ndarray:
+    t = np.arange(round(seconds / PERIOD)) * PERIOD
+    return amplitude * np.sin(2 * np.pi * frequency * t)
+
+
+THERE = trajectory((Move(0.05, 0.1, 1.0),), PERIOD)
+MOTIONS = {
+    "1 Hz, 0.1 m sine": sine(1.0, 0.1, 3.0),
+    "move, hold, return": np.r_[THERE, 0 * THERE + THERE[-1], THERE[-1] - THERE, 0 * THERE],
+    "0.1 Hz, 5 mm stick-slip": sine(0.1, 5e-3, 10.0),
+    "5 Hz, 2 mm reversals": sine(5.0, 2e-3, 2.0),
+}
 
 
 @cache
@@ -45,10 +55,6 @@ def motion_of(axis: GeneratedAxis, seconds: float = 0.6) -> np.ndarray:
     size = 0.02 if axis.axis.coordinate.unit == "m" else 0.8
     t = np.arange(round(seconds / axis.axis.control.period)) * axis.axis.control.period
     return size * np.clip(1.5 * np.sin(2 * np.pi * t / 0.4), -1, 1)
-
-
-def period_of(axis: GeneratedAxis) -> float:
-    return axis.axis.control.period
 
 
 @pytest.mark.slow
@@ -71,7 +77,7 @@ def test_native_code_and_virtual_machine_agree(name: str, data: st.DataObject) -
     }
     native = simulate(axis, theta, reference, law.period, **options)
     virtual = simulate(machine, theta, reference, law.period, **options)
-    for field in (*FIELDS, "direction_before", "measured_position"):
+    for field in (*SIGNALS, "measured_position"):
         got, expected = getattr(native, field), getattr(virtual, field)
         scale = max(np.abs(expected).max(), 1e-12)
         assert np.abs(got - expected).max() <= 1e-9 * scale, field
@@ -82,7 +88,7 @@ def test_native_code_and_virtual_machine_agree(name: str, data: st.DataObject) -
 def test_rows_satisfy_the_model_and_a_stuck_axis_rests(name: str) -> None:
     axis = built(name)
     theta = axis.nominal
-    loop = simulate(axis, theta, motion_of(axis), period_of(axis))
+    loop = simulate(axis, theta, motion_of(axis), axis.axis.control.period)
     for s in (loop.signals, signals_about(axis, theta, loop)[1]):
         row, known = axis.evaluate(
             "idm_regressor", s.position, s.velocity, s.acceleration, s.direction
@@ -113,30 +119,13 @@ def test_position_is_within_a_nanometre_of_the_closed_form(motion: str, offset: 
     assert np.abs(loop.position - position).max() < 1e-9
 
 
-def pendulum_events(
-    theta: np.ndarray, forces: np.ndarray, period: float, start: float
-) -> np.ndarray:
-    """Positions of the open pendulum by an integrator that locates its reversals."""
-    J, mgl, fc = map(float, theta)
-    body = EventIntegrator(lambda q, _, tau, s, __: (tau - mgl * math.sin(q) - fc * s) / J, start)
-    positions = []
-    for tau in forces:
-        positions.append(body.q)
-        body.advance(lambda *_, tau=float(tau): tau, period, held=True)
-    return np.array(positions)
-
-
-def pendulum_forces() -> np.ndarray:
-    t = np.arange(800) * 5e-3
-    return 0.6 * np.sin(2 * np.pi * 0.8 * t) * (t < 1.6)
-
-
 def test_pendulum_with_coulomb_friction_is_within_1e_8_rad_of_another_integrator() -> None:
-    axis = built("open_pendulum")
-    theta = np.array([0.0626, 1.0, 0.2])
-    forces = pendulum_forces()
+    axis, time = built("open_pendulum"), np.arange(800) * 5e-3
+    J, mgl, fc = theta = np.array([0.0626, 1.0, 0.2])
+    forces = 0.6 * np.sin(2 * np.pi * 0.8 * time) * (time < 1.6)
     loop = simulate(axis, theta, forces, 5e-3, start=0.3)
-    expected = pendulum_events(theta, forces, 5e-3, 0.3)
+    body = EventIntegrator(lambda q, _, tau, s, __: (tau - mgl * math.sin(q) - fc * s) / J, 0.3)
+    expected, _ = followed_by(body, 800, 5e-3, lambda k: lambda *_: float(forces[k]))
     assert (loop.mode == 0).sum() > 50
     assert (np.diff(np.sign(loop.velocity)) != 0).sum() > 6
     assert np.abs(loop.position - expected).max() < 1e-8
@@ -163,17 +152,15 @@ def test_continuous_law_is_the_differential_equation() -> None:
     loop = simulate(axis, theta, reference, PERIOD)
     assert np.abs(loop.control).max() < 9
     body = EventIntegrator(lambda _, v, tau, s, __: float((tau - Fv * v - Fc * s) / M), 0.0)
-    positions = []
-    for here, ahead in zip(reference, np.append(reference[1:], reference[-1]), strict=True):
+    rates = np.diff(reference, append=reference[-1]) / PERIOD
 
-        def force(
-            t: float, q: float, v: float, r: float = here, rate: float = ahead - here
-        ) -> float:
-            return float(35.15 * 243.45 * (160.18 * (r + rate * t / PERIOD - q) - v))
+    def force(k: int) -> Callable[..., float]:
+        return lambda t, q, v: float(
+            35.15 * 243.45 * (160.18 * (reference[k] + rates[k] * t - q) - v)
+        )
 
-        positions.append(body.q)
-        body.advance(force, PERIOD, held=False)
-    assert np.abs(loop.position - positions).max() < 2e-9
+    position, _ = followed_by(body, len(reference), PERIOD, force, held=False)
+    assert np.abs(loop.position - position).max() < 2e-9
 
 
 def test_encoder_counts_are_what_the_law_measures() -> None:
@@ -184,6 +171,18 @@ def test_encoder_counts_are_what_the_law_measures() -> None:
     assert np.abs(loop.measured_position - loop.position).max() <= resolution / 2 * (1 + 1e-9)
     expected = 243.45 * (160.18 * (sine(1.0, 0.01, 0.5) - loop.measured_position) - loop.velocity)
     assert loop.control == pytest.approx(np.clip(expected, -10, 10), abs=1e-6)
+
+
+def test_noise_enters_through_the_measured_position(
+    emps2015: GeneratedAxis, rng: np.random.Generator
+) -> None:
+    reference = MOTIONS["1 Hz, 0.1 m sine"]
+    noise = 1e-5 * rng.normal(size=len(reference))
+    clean = simulate(emps2015, TRUTH, reference, PERIOD)
+    loop = simulate(emps2015, TRUTH, reference, PERIOD, position_noise=noise)
+    assert loop.measured_position - loop.position == pytest.approx(noise, abs=1e-15)
+    first = 35.15 * 243.45 * 160.18 * -noise[0]
+    assert loop.force[0] - clean.force[0] == pytest.approx(first, rel=1e-9)
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3])
@@ -238,56 +237,8 @@ def test_rounding_moves_no_axis_from_rest(native: bool, rng: np.random.Generator
         assert np.abs(loop.position - 0.1).max() < 1e-12
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code", "says"),
-    [
-        ({"parameters": [1.0, 2.0]}, "simulation-input", r"4 parameters .* the shape \(2,\)"),
-        ({"parameters": [[1.0]]}, "simulation-input", r"\(1, 1\)"),
-        ({"reference": []}, "simulation-input", r"reference \(0,\)"),
-        ({"reference": [0.0, np.nan]}, "simulation-input", ""),
-        ({"period": 0.0}, "time", "0.0"),
-        ({"period": np.nan}, "time", "nan"),
-        ({"position_noise": [0.0]}, "simulation-input", r"noise has the shape \(1,\); give \(3,\)"),
-        ({"position_noise": [0.0, np.nan, 0.0]}, "simulation-input", ""),
-        ({"injected": [0.0]}, "simulation-input", r"injected signal has the shape \(1,\)"),
-        ({"resolution": -1.0}, "simulation-input", "-1.0"),
-        ({"axis": "continuous", "resolution": 1e-6}, "simulation-input", "1e-06"),
-        ({"substeps": -2}, "simulation-input", "-2"),
-        ({"substeps": 10**19}, "simulation-input", "1000"),
-    ],
-)
-def test_bad_arguments_are_explained(arguments: dict[str, Any], code: str, says: str) -> None:
-    given: dict[str, Any] = {"reference": [0.0, 1e-3, 0.0], "period": PERIOD, **arguments}
-    axis = built(given.pop("axis", "offset"))
-    with refuses(code, says):
-        simulate(axis, **{"parameters": axis.nominal, **given})
-
-
-@pytest.mark.parametrize(
-    ("change", "code", "says"),
-    [
-        ({"parameters": np.ones((2, 3))}, "simulation-input", "has 4 parameters"),
-        ({"reference": np.zeros((5, 3))}, "simulation-input", r"\(5, 3\)"),
-        ({"position_noise": np.zeros((5, 3))}, "simulation-input", ""),
-        ({"injected": np.zeros(4)}, "simulation-input", ""),
-        ({"wanted": ("speed",)}, "simulation-input", "speed"),
-        ({"start": [0.0]}, "simulation-input", ""),
-        ({"parameters": np.ones((0, 4))}, "simulation-input", ""),
-        ({"wanted": "position"}, "simulation-input", ""),
-        ({"wanted": ("before",)}, "simulation-input", "direction_before"),
-    ],
-)
-def test_bad_batches_are_explained(change: dict[str, Any], code: str, says: str) -> None:
-    given: dict[str, Any] = {
-        "parameters": np.tile(built("offset").nominal, (2, 1)),
-        "reference": np.zeros(5),
-        **change,
-    }
-    with refuses(code, says):
-        simulate_batch(built("offset"), period=PERIOD, **given)
-
-
 TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
+LOADED, TWO = {**TRUTH, "F0": 0.0}, np.ones((2, 4))
 REFERENCE = 0.01 * np.sin(np.arange(200) / 20.0)
 
 
@@ -301,22 +252,63 @@ def test_parameters_by_name_are_those_in_order(emps2015: GeneratedAxis) -> None:
     np.testing.assert_array_equal(lanes["position"][:, 1], alone.position)
 
 
-@pytest.mark.parametrize(
-    ("given", "says"),
-    [
-        ({"M": 100.0, "Fv": 200.0}, "Fc is missing"),
-        ({**TRUTH, "m": 1.0}, "'m' is no parameter; give a value of each of M, Fv, Fc"),
-        ({**TRUTH, "M": np.ones(2), "Fc": np.ones(3)}, r"M \(2,\), Fv \(\), Fc \(3,\)"),
-    ],
-)
-def test_names_that_are_not_those_of_the_axis_are_refused(
-    emps2015: GeneratedAxis, given: dict[str, Any], says: str
-) -> None:
-    with refuses("simulation-input", says=says):
-        simulate(emps2015, given, REFERENCE, 1e-3)
+WRONG = [
+    ({"parameters": [1.0, 2.0]}, r"4 parameters .* the shape \(2,\)"),
+    ({"parameters": [[1.0]]}, r"\(1, 1\)"),
+    ({"parameters": {"M": 1.0, "Fv": 2.0, "Fc": 1.0}}, "F0 is missing"),
+    (
+        {"parameters": {**LOADED, "m": 1.0}},
+        "'m' is no parameter; give a value of each of M, Fv, Fc",
+    ),
+    ({"parameters": {**LOADED, "M": np.ones(2), "Fc": np.ones(3)}}, r"M \(2,\), .* Fc \(3,\)"),
+    ({"reference": []}, r"reference \(0,\)"),
+    ({"reference": [0.0, np.nan]}, ""),
+    ({"position_noise": [0.0]}, r"noise has the shape \(1,\); give \(3,\)"),
+    ({"position_noise": [0.0, np.nan, 0.0]}, ""),
+    ({"injected": [0.0]}, r"injected signal has the shape \(1,\)"),
+    ({"resolution": -1.0}, "-1.0"),
+    ({"axis": "continuous", "resolution": 1e-6}, "1e-06"),
+    ({"substeps": -2}, "-2"),
+    ({"substeps": 10**19}, "1000"),
+    ({"start_velocity": np.nan}, "the start velocity is nan; give one number"),
+    ({"axis": "delayed", "memory": [1.0]}, r"memory \(total, .*\) has .* give \(3,\)"),
+    ({"axis": "delayed", "memory": [0.0, np.inf, 0.0]}, "all finite"),
+    ({"lanes": np.ones((2, 3))}, "has 4 parameters"),
+    ({"lanes": np.ones((0, 4))}, ""),
+    ({"lanes": TWO, "reference": np.zeros((3, 3))}, r"\(3, 3\)"),
+    ({"lanes": TWO, "position_noise": np.zeros((3, 3))}, ""),
+    ({"lanes": TWO, "injected": np.zeros(4)}, ""),
+    ({"lanes": TWO, "wanted": ("speed",)}, "speed"),
+    ({"lanes": TWO, "wanted": "position"}, ""),
+    ({"lanes": TWO, "wanted": ("before",)}, "direction_before"),
+    ({"lanes": TWO, "start": [0.0]}, ""),
+    ({"lanes": TWO, "start_velocity": [np.nan, 0.0]}, "all finite"),
+    ({"lanes": TWO, "memory": [[1.0]]}, "all finite"),
+]
 
 
-PERIOD = 1e-3
+@pytest.mark.parametrize(("arguments", "says"), WRONG)
+def test_bad_arguments_are_explained(arguments: dict[str, Any], says: str) -> None:
+    given: dict[str, Any] = {"reference": [0.0, 1e-3, 0.0], **arguments}
+    axis, lanes = built(given.pop("axis", "offset")), given.pop("lanes", None)
+    with refuses("simulation-input", says):
+        if lanes is None:
+            simulate(axis, period=PERIOD, **{"parameters": axis.nominal, **given})
+        else:
+            simulate_batch(axis, lanes, period=PERIOD, **given)
+
+
+@pytest.mark.parametrize("period", [0.0, np.nan])
+def test_a_period_that_is_none_is_refused(period: float) -> None:
+    with refuses("time", str(period)):
+        simulate(built("offset"), built("offset").nominal, np.zeros(3), period)
+
+
+def test_axis_without_law_cannot_be_simulated() -> None:
+    with refuses("no-control-law"):
+        simulate(build(body()), np.array([1.0]), np.zeros(5), PERIOD)
+
+
 SECONDS = PERIOD * np.arange(1500)
 SINE = 0.005 * (1 - np.cos(2 * np.pi * SECONDS))
 ADDED = 0.3 * np.sin(2 * np.pi * 7 * SECONDS) + 0.2 * np.sin(2 * np.pi * 23 * SECONDS)
@@ -334,29 +326,30 @@ def _law(axis: GeneratedAxis, reference: np.ndarray, position: np.ndarray) -> np
     return np.asarray(law.gains["kv"] * (law.gains["kp"] * (reference - position) - speed))
 
 
-def test_control_is_the_law_and_what_is_added_to_it(loop_axis: GeneratedAxis) -> None:
-    loop = simulate(loop_axis, loop_axis.nominal, SINE, PERIOD, injected=ADDED)
-    expected = _law(loop_axis, SINE, loop.position) + ADDED
-    np.testing.assert_allclose(loop.control, expected, atol=1e-9)
-    gain = loop_axis.axis.drive.gain
-    np.testing.assert_allclose(loop.force, gain * loop.control, rtol=1e-13)
-
-
-def test_what_is_added_is_within_the_limit_with_the_law(loop_axis: GeneratedAxis) -> None:
-    limit = loop_axis.axis.drive.limit
-    loop = simulate(loop_axis, loop_axis.nominal, SINE, PERIOD, injected=40 * ADDED)
-    expected = np.clip(_law(loop_axis, SINE, loop.position) + 40 * ADDED, -limit, limit)
-    np.testing.assert_allclose(loop.control, expected, atol=1e-9)
-    assert np.abs(loop.control).max() == limit
+@pytest.mark.parametrize("times", [1, 40])
+def test_control_is_the_law_and_what_is_added_to_it_within_the_limit(
+    loop_axis: GeneratedAxis, times: int
+) -> None:
+    drive = loop_axis.axis.drive
+    loop = simulate(loop_axis, loop_axis.nominal, SINE, PERIOD, injected=times * ADDED)
+    expected = _law(loop_axis, SINE, loop.position) + times * ADDED
+    np.testing.assert_allclose(
+        loop.control, np.clip(expected, -drive.limit, drive.limit), atol=1e-9
+    )
+    np.testing.assert_allclose(loop.force, drive.gain * loop.control, rtol=1e-13)
+    assert (np.abs(loop.control).max() == drive.limit) == (times > 1)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
 def test_a_continuous_law_has_it_held_over_the_sample(*, native: bool) -> None:
     axis = load_axis("emps")
-    coarse, fine = (
-        build(replace(axis, control=_continuous(period), experiment=None), native=native)
+    laws = (
+        cascade_pd(kp=160.18, kv=243.45, period=period, continuous=True)
         for period in (PERIOD, PERIOD / 5)
+    )
+    coarse, fine = (
+        build(replace(axis, control=law, experiment=None), native=native) for law in laws
     )
     reference = np.interp(np.arange(991) / 5, np.arange(199), SINE[:199])
     loop = simulate(coarse, coarse.nominal, SINE[:199], PERIOD, injected=ADDED[:199])
@@ -365,10 +358,6 @@ def test_a_continuous_law_has_it_held_over_the_sample(*, native: bool) -> None:
     np.testing.assert_allclose(loop.position, five.position[::5], atol=1e-10)
     without = simulate(coarse, coarse.nominal, SINE[:199], PERIOD)
     assert np.abs(loop.position - without.position).max() > 1e-6
-
-
-def _continuous(period: float) -> ControlLaw:
-    return cascade_pd(kp=160.18, kv=243.45, period=period, continuous=True)
 
 
 def test_a_loop_that_only_the_signal_moves_is_no_runaway(loop_axis: GeneratedAxis) -> None:

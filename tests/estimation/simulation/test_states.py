@@ -171,12 +171,6 @@ def test_native_code_and_lanes_are_the_virtual_machine(declare: object) -> None:
     agree(axis, lanes, reference, PERIOD, machine=virtual(axis.axis.name))
 
 
-def test_a_log_between_the_samples_of_the_law_is_refused() -> None:
-    axis = virtual("dahl")
-    with refuses("loop-period"):
-        simulate(axis, axis.nominal, np.zeros(30), 0.7e-3)
-
-
 @pytest.mark.parametrize(
     ("kind", "wrong", "says"),
     [

@@ -1,65 +1,24 @@
-"""The simulated loop against closed forms, and twins that cannot be."""
+"""Twins of experiments: their trajectories, their noise, and twins that cannot be."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from axisid import (
-    Axis,
-    build,
-    load_axis,
-    simulate,
-    twin_record,
-)
+from axisid import Axis, build, load_axis, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.simulation.twin import trajectory
-from axisid.modeling.declaration.experiment import Move, back_and_forth
+from axisid.modeling import Move, back_and_forth
 from tests.axes.bodies import body
 from tests.refusals import refuses
 
 PERIOD = 1e-3
-TRUTH = np.array([100.2, 236.9, 24.8])
 
 
-def sine(frequency: float, amplitude: float, seconds: float) -> np.ndarray:
-    t = np.arange(round(seconds / PERIOD)) * PERIOD
-    return amplitude * np.sin(2 * np.pi * frequency * t)
-
-
-def move_hold_return() -> np.ndarray:
-    there = trajectory((Move(0.05, 0.1, 1.0),), PERIOD)
-    hold = np.full(len(there), there[-1])
-    return np.concatenate([there, hold, there[-1] - there, 0 * there])
-
-
-MOTIONS = {
-    "1 Hz, 0.1 m sine": sine(1.0, 0.1, 3.0),
-    "move, hold, return": move_hold_return(),
-    "0.1 Hz, 5 mm stick-slip": sine(0.1, 5e-3, 10.0),
-    "5 Hz, 2 mm reversals": sine(5.0, 2e-3, 2.0),
-}
-
-
-def test_noise_enters_through_the_measured_position(
-    emps2015: GeneratedAxis, rng: np.random.Generator
-) -> None:
-    reference = MOTIONS["1 Hz, 0.1 m sine"]
-    noise = 1e-5 * rng.normal(size=len(reference))
-    clean = simulate(emps2015, TRUTH, reference, PERIOD)
-    loop = simulate(emps2015, TRUTH, reference, PERIOD, position_noise=noise)
-    assert loop.measured_position - loop.position == pytest.approx(noise, abs=1e-15)
-    first = 35.15 * 243.45 * 160.18 * -noise[0]
-    assert loop.force[0] - clean.force[0] == pytest.approx(first, rel=1e-9)
-
-
-def test_axis_without_law_cannot_be_simulated(emps2015: GeneratedAxis) -> None:
-    axis = body()
-    with refuses("no-control-law"):
-        simulate(build(axis), np.array([1.0]), np.zeros(5), PERIOD)
+def test_an_axis_without_an_experiment_has_no_twin() -> None:
     with refuses("twin", says="experiment"):
-        twin_record(axis)
+        twin_record(body())
 
 
 def test_a_trajectory_rests_as_long_as_each_move_dwells() -> None:
