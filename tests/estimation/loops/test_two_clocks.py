@@ -7,14 +7,12 @@ import pytest
 
 from axisid import Axis, Record, UsageError, build, identify, newton, simulate, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.codegen.lowering import LoopStart
 from axisid.control import BALANCED, ControlLaw, cascade_pd_averaged
 from axisid.elements import Drive, coulomb, offset, viscous
 from axisid.estimation import check_law
 from axisid.estimation.loops import two_clocks
 from axisid.estimation.regression.simulated_rows import simulated_loops
-from axisid.estimation.simulation import LoopInputs, TwoClocks, signals_about, simulate_loop
-from axisid.estimation.simulation.twin import trajectory
+from axisid.estimation.simulation import TwoClocks, signals_about
 from axisid.modeling import Experiment, Move, back_and_forth
 from axisid.support.errors import Missing
 from benchmarks.motor_joint import joint, on_voltage
@@ -28,6 +26,7 @@ from tests.refusals import refuses
 MOVES = back_and_forth(speeds=(0.04, 0.08, 0.12), acceleration=0.8, seconds=1.0, repeat=2)
 SHORT = back_and_forth(speeds=(0.04, 0.12), acceleration=0.8, seconds=0.5, repeat=1)
 LOG = 1e-3
+TRUTH = dict(zip(("M", "Fv", "Fc", "F0"), THETA, strict=True))
 
 
 def stage(law: ControlLaw) -> GeneratedAxis:
@@ -52,36 +51,12 @@ def cascade_p_pi(period: float) -> ControlLaw:
 
 
 def logged(
-    axis: GeneratedAxis,
-    period: float,
-    noise: float = 0.0,
-    late: int = 0,
-    moves: tuple[Move, ...] = MOVES,
+    axis: GeneratedAxis, period: float, noise: float = 0.0, moves: tuple[Move, ...] = MOVES
 ) -> Record:
     """The axis's loop with its set point made at every evaluation, as a log of another period."""
-    law = axis.axis.control
-    reference = trajectory(moves, law.period)
-    rng = np.random.default_rng(1)
-    errors = noise * rng.normal(size=len(reference))
-    loop = simulate(axis, THETA, reference, law.period, position_noise=errors)
-    time = period * np.arange(late, int((len(reference) - 2) * law.period / period))
-    last = np.floor(time / law.period + 1e-6).astype(int)
-    clocks = TwoClocks(samples=len(time) + late, log_period=period, law_period=law.period)
-    inputs = LoopInputs(
-        reference=np.interp(time, law.period * np.arange(len(reference)), reference),
-        period=period,
-        start=LoopStart(position=float(reference[0])),
-    )
-    of_law = inputs.at_law(axis, replace(clocks, samples=len(time)))
-    between = simulate_loop(axis, np.array(THETA), of_law)
-    exact = np.allclose(last * law.period, time)
-    return Record(
-        time=time,
-        position=loop.measured_position[last] if exact else between.position,
-        reference=np.interp(time, law.period * np.arange(len(reference)), reference),
-        control=loop.control[last] if exact else between.control,
-        sample_period=period,
-    )
+    experiment = Experiment(moves=moves, truth=TRUTH, position_noise=noise)
+    twin = build(replace(axis.declared, experiment=experiment))
+    return twin_record(twin, sample_period=period)
 
 
 @pytest.mark.parametrize("between", ["linear", "held"])
@@ -141,10 +116,7 @@ def test_the_law_check_says_what_the_log_leaves_open_and_finds_a_wrong_law() -> 
 def test_a_faster_log_tells_when_its_law_is_evaluated(late: int) -> None:
     axis = stage(cascade(1e-3))
     record = logged(axis, 0.25e-3)
-    part = Record(
-        **{role: values[late:] for role, values in record.channels().items()},
-        sample_period=0.25e-3,
-    )
+    part = record.windowed((late * record.period, None))
     clocks = two_clocks(axis, part, (0, len(part)))
     assert clocks.first == pytest.approx(-late * 0.25e-3)
     check = check_law(axis, part)
@@ -153,7 +125,6 @@ def test_a_faster_log_tells_when_its_law_is_evaluated(late: int) -> None:
 
 
 WAVE = 0.01 * np.sin(2 * np.pi * 6 * LOG * np.arange(160))
-TRUTH = dict(zip(("M", "Fv", "Fc", "F0"), THETA, strict=True))
 
 
 def twin_axis(ratio: float, between: str = "") -> GeneratedAxis:
