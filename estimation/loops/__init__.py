@@ -6,12 +6,12 @@ In: `Record`, axis. Out: `LawTicks`, `LoopStart`. Knows nothing of rows and para
 from .law_gains import Compared as Compared, LawAlong as LawAlong, LawPoint as LawPoint
 from .law_run import (
     LawTicks as LawTicks,
-    RecordCache as RecordCache,
     applied_terms as applied_terms,
     as_logged as as_logged,
     control_along as control_along,
     control_at_ticks as control_at_ticks,
     hides_command as hides_command,
+    known_of_record as known_of_record,
     late_in_log as late_in_log,
     law_memory as law_memory,
     law_ticks as law_ticks,

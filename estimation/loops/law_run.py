@@ -2,11 +2,11 @@
 
 import math
 import weakref
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, wraps
 from threading import get_ident
-from typing import Any, Generic, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,28 +27,33 @@ from axisid.estimation.thresholds import COMPARISON_CUTOFF, MIN_PHASE_AGREEMENT
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
-K = TypeVar("K", bound=Hashable)
+P = ParamSpec("P")
 V = TypeVar("V")
 
 
-class RecordCache(Generic[K, V]):
-    """What is known of records that are alive, by their identity, asked for in every iteration."""
+def known_of_record(
+    function: Callable[Concatenate[GeneratedAxis, Record, P], V],
+) -> Callable[Concatenate[GeneratedAxis, Record, P], V]:
+    """A function of an axis and a record that is asked in every iteration, and computed once.
 
-    def __init__(self) -> None:
-        self._known: dict[int, dict[K, V]] = {}
+    What it gives is kept as long as the record is alive.
+    """
+    known = dict[int, dict[tuple[object, ...], V]]()
 
-    def of(self, record: Record) -> dict[K, V]:
-        """What is known of a record, to be added to."""
-        if id(record) not in self._known:
-            self._known[id(record)] = {}
-            weakref.finalize(record, self._known.pop, id(record), None)
-        return self._known[id(record)]
+    @wraps(function)
+    def found(axis: GeneratedAxis, record: Record, /, *rest: P.args, **named: P.kwargs) -> V:
+        if id(record) not in known:
+            known[id(record)] = {}
+            weakref.finalize(record, known.pop, id(record), None)
+        own, key = known[id(record)], (axis, *rest)
+        if key not in own:
+            own[key] = function(axis, record, *rest, **named)
+        return own[key]
+
+    return found
 
 
-#: With the reference that they took to the law's evaluations.
-_KNOWN: RecordCache[tuple[GeneratedAxis, tuple[int, int]], TwoClocks | None] = RecordCache()
-
-
+@known_of_record
 def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:
     """When the law is evaluated along a segment of a record; None at each of its samples.
 
@@ -60,13 +65,6 @@ def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Tw
     span : tuple of int
         First row and the one after the last.
     """
-    known = _KNOWN.of(record)
-    if (axis, span) not in known:
-        known[axis, span] = _two_clocks(axis, record, span)
-    return known[axis, span]
-
-
-def _two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:
     law = law_of(axis)
     ratio = evaluations_per_sample(law, record.period, clock_of(record)) or 1.0
     if ratio == 1.0:
