@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Axis, Record, UsageError, build, identify, newton, simulate, twin_record
+from axisid import Axis, Record, UsageError, build, identify, simulate, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.control import BALANCED, ControlLaw, cascade_pd_averaged
-from axisid.elements import Drive, coulomb, offset, viscous
 from axisid.estimation import check_law
 from axisid.estimation.loops import two_clocks
 from axisid.estimation.regression.simulated_rows import simulated_loops
@@ -18,28 +17,14 @@ from axisid.support.errors import Missing
 from benchmarks.motor_joint import joint, on_voltage
 from tests.axes.lagging import lagging
 from tests.axes.remembering import dahl_axis
-from tests.axes.simulated import F0, Fc, Fv, M, q
 from tests.estimation.simulation.agreement import LANES, agree
-from tests.estimation.simulation.test_loop_start import THETA, by_events, p_pi
+from tests.estimation.simulation.test_loop_start import THETA, by_events, p_pi, stage
 from tests.refusals import refuses
 
 MOVES = back_and_forth(speeds=(0.04, 0.08, 0.12), acceleration=0.8, seconds=1.0, repeat=2)
 SHORT = back_and_forth(speeds=(0.04, 0.12), acceleration=0.8, seconds=0.5, repeat=1)
 LOG = 1e-3
 TRUTH = dict(zip(("M", "Fv", "Fc", "F0"), THETA, strict=True))
-
-
-def stage(law: ControlLaw) -> GeneratedAxis:
-    axis = newton(
-        "stage",
-        coordinate=q,
-        parameters=(M, Fv, Fc, F0),
-        inertia=M,
-        resistance=(viscous(Fv, q), coulomb(Fc, q), offset(F0)),
-        drive=Drive(gain=35.15, limit=100.0),
-        control=law,
-    )
-    return build(axis)
 
 
 def cascade(period: float) -> ControlLaw:

@@ -42,8 +42,8 @@ def p_pi(start: object, delay: int = 0) -> ControlLaw:
     )
 
 
-def vertical(start: object = 0, delay: int = 0, *, native: bool = True) -> GeneratedAxis:
-    """A stage that carries a load under an integral."""
+def stage(law: ControlLaw, *, native: bool = True) -> GeneratedAxis:
+    """A stage that carries a load."""
     axis = newton(
         "vertical",
         coordinate=q,
@@ -51,9 +51,14 @@ def vertical(start: object = 0, delay: int = 0, *, native: bool = True) -> Gener
         inertia=M,
         resistance=(viscous(Fv, q), coulomb(Fc, q), offset(F0)),
         drive=Drive(gain=35.15, limit=100.0),
-        control=p_pi(start, delay),
+        control=law,
     )
     return build(axis, native=native)
+
+
+def vertical(start: object = 0, delay: int = 0, *, native: bool = True) -> GeneratedAxis:
+    """Under an integral."""
+    return stage(p_pi(start, delay), native=native)
 
 
 def by_events(
