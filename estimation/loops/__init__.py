@@ -17,6 +17,7 @@ from .law_run import (
     law_ticks as law_ticks,
     limit_in_log as limit_in_log,
     measured_velocity as measured_velocity,
+    recorded_inputs as recorded_inputs,
     state_at_rest as state_at_rest,
     terms_along as terms_along,
     two_clocks as two_clocks,

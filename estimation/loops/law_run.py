@@ -22,7 +22,7 @@ from axisid.estimation.signals import (
     recorded_signals,
     through_path,
 )
-from axisid.estimation.simulation import TwoClocks, at_law, law_of
+from axisid.estimation.simulation import LoopInputs, TwoClocks, law_of
 from axisid.estimation.thresholds import COMPARISON_CUTOFF, MIN_PHASE_AGREEMENT
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
@@ -167,6 +167,21 @@ class LawTicks:
         return np.where(late < 0, 0.0, self.added[np.maximum(late, 0)])
 
 
+def recorded_inputs(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], start: LoopStart
+) -> LoopInputs:
+    """What the loop of a segment of a record with a reference is simulated from."""
+    rows, added = slice(*span), record.added_control
+    signals = recorded_signals(axis, record.provenance.source, record.signals)
+    return LoopInputs(
+        reference=np.asarray(record.commanded)[rows],
+        period=record.period,
+        start=start,
+        injected=None if added is None else added[rows],
+        signals=tuple(values[rows] for values in signals),
+    ).at_law(axis, two_clocks(axis, record, span))
+
+
 def law_ticks(
     axis: GeneratedAxis, record: Record, span: tuple[int, int], *, noisy: bool = False
 ) -> LawTicks:
@@ -175,30 +190,21 @@ def law_ticks(
     An ideal velocity is of the low-passed positions, or noisy, of all that is in them: for what
     goes through that low-pass itself, twice through which is late where the motion has corners.
     """
-    law, rows = law_of(axis), slice(*span)
-    reference, position = np.asarray(record.commanded)[rows], record.position[rows]
-    velocity = _velocity(law, position, record.period, noisy=noisy)
-    added = record.added_control
-    added = np.zeros(len(position)) if added is None else added[rows]
-    signals = recorded_signals(axis, record.provenance.source, record.signals)
-    recorded = tuple(values[rows] for values in signals)
-    clocks = two_clocks(axis, record, span)
-    if clocks is None:
-        held = np.arange(len(position))
-    else:
-        reference, added, held = clocks.reference(reference), clocks.held(added), clocks.elapsed[0]
-        position, velocity = (
-            at_times(clocks.times, np.arange(float(len(values))), values, "spline")
-            for values in (position, velocity)
-        )
-        recorded = at_law(axis, recorded, clocks)
+    position = record.position[slice(*span)]
+    velocity = _velocity(law_of(axis), position, record.period, noisy=noisy)
+    inputs = recorded_inputs(axis, record, span, LoopStart(position=position[0]))
+    clocks, held = inputs.clocks, np.arange(len(position))
+    if clocks is not None:
+        rows, held = held.astype(float), clocks.elapsed[0]
+        position = at_times(clocks.times, rows, position, "spline")
+        velocity = at_times(clocks.times, rows, velocity, "spline")
     return LawTicks(
-        reference=reference,
+        reference=inputs.reference,
         position=position,
         velocity=velocity,
-        added=added,
+        added=np.zeros(len(position)) if inputs.injected is None else inputs.injected,
         held=held,
-        recorded=recorded,
+        recorded=inputs.signals,
     )
 
 
@@ -286,47 +292,32 @@ def with_drive(
     start : LoopStart
         With what the law remembers; None of it for that of an axis at rest.
     """
-    response, row = axis.axis.response, span[0]
+    response, first = axis.axis.response, span[0]
     if response is None:
         return start
-    memory = start.memory
+    signals, memory = recorded_signals(axis, record.provenance.source, record.signals), start.memory
     if memory is None:
-        reference = start.position if record.commanded is None else record.commanded[row]
-        signals = recorded_signals(axis, record.provenance.source, record.signals)
-        at_rest = axis.functions["control_start"]
-        memory = at_rest(reference, start.position, *(values[row] for values in signals))
-        memory = memory.full().ravel()
+        reference = start.position if record.commanded is None else record.commanded[first]
+        read = reference, start.position, *(values[first] for values in signals)
+        memory = axis.functions["control_start"](*read).full().ravel()
         if record.control is None:
             return replace(start, memory=memory)
         memory = memory[: -len(response.remembered)]
-    drive = _first_remembered(axis, record, span, start)
-    return replace(start, memory=np.concatenate([memory, drive]))
-
-
-def _first_remembered(
-    axis: GeneratedAxis, record: Record, span: tuple[int, int], start: LoopStart
-) -> Array:
-    """What a drive remembers where a segment begins, in its order."""
-    response = axis.axis.response
-    assert response is not None  # noqa: S101  # whoever asks has one
     late = response.late if axis.axis.drive.logged == "applied" else 0
     pending = len(response.forces) - response.keeps_force
     # The newest first; those that act before the record are taken for the first that does in it.
     ahead = [max(late - 1 - i, 0) for i in range(pending)] + [0] * response.keeps_force
-    rows = np.minimum(span[0] + np.array(ahead, dtype=np.intp), span[1] - 1)
-    signals = recorded_signals(axis, record.provenance.source, record.signals)
-    still = np.full(len(rows), start.position), np.full(len(rows), start.velocity)
-    recorded = tuple(values[rows] for values in signals)
-    control, path = np.asarray(record.control), axis.axis.drive.path
-    controls, first = control[rows], float(control[span[0]])
+    rows = np.minimum(first + np.array(ahead, dtype=np.intp), span[1] - 1)
+    controls, path = np.asarray(record.control)[rows], axis.axis.drive.path
+    last = float(np.asarray(record.control)[first])
     if axis.axis.drive.logs_what_acts:
-        first = path.command(first)
+        last = path.command(last)
     else:
         controls = np.array([path.end(float(each)) for each in controls])
-    last = [first] * path.is_limited
-    made = drive_force(axis, controls, *still, recorded)
+    still = np.full(len(rows), start.position), np.full(len(rows), start.velocity)
+    made = drive_force(axis, controls, *still, tuple(values[rows] for values in signals))
     kept = np.append(controls[:-1], made[-1]) if response.holds_control else made
-    return np.concatenate([last, kept])
+    return replace(start, memory=np.concatenate([memory, [last] * path.is_limited, kept]))
 
 
 def state_at_rest(axis: GeneratedAxis, ticks: LawTicks) -> Array:

@@ -18,8 +18,8 @@ from axisid.estimation.loops import (
     applied_terms,
     law_memory,
     loop_starts,
+    recorded_inputs,
     state_at_rest,
-    two_clocks,
 )
 from axisid.estimation.parameters import (
     are_starts,
@@ -31,7 +31,6 @@ from axisid.estimation.parameters import (
 )
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
-from axisid.estimation.signals import recorded_signals
 from axisid.estimation.simulation import (
     BatchSimulation,
     LoopInputs,
@@ -290,19 +289,11 @@ class LoopPredictions(Predictions):
 def _stretches(
     number: int, axis: GeneratedAxis, record: Record, measured: Sequence[MeasuredOutput]
 ) -> Iterator[Stretch]:
-    reference, added = loop_reference(axis, record), record.added_control
-    columns = recorded_signals(axis, record.provenance.source, record.signals)
+    loop_reference(axis, record)  # or it is refused
     counted = ~covered(record.masked, len(record))
     starts = zip(record.spans, loop_starts(axis, record), strict=True)
     for segment, (span, start) in enumerate(starts):
         rows = slice(*span)
-        inputs = LoopInputs(
-            reference=reference[rows],
-            period=record.period,
-            start=start,
-            injected=None if added is None else added[rows],
-            signals=tuple(values[rows] for values in columns),
-        ).at_law(axis, two_clocks(axis, record, span))
         yield Stretch(
             record=number,
             spans=((span[1] - span[0]) * len(measured),),
@@ -311,7 +302,7 @@ def _stretches(
             counted=np.repeat(counted[rows], len(measured)).astype(float),
             axis=axis,
             segment=segment,
-            inputs=inputs,
+            inputs=recorded_inputs(axis, record, span, start),
             outputs=tuple(each.signal for each in measured),
         )
 

@@ -18,7 +18,6 @@ from .closed_loop import simulate as simulate, simulate_loop as simulate_loop
 from .inputs import (
     LoopInputs as LoopInputs,
     TwoClocks as TwoClocks,
-    at_law as at_law,
     law_of as law_of,
 )
 from .simulated import (

@@ -261,23 +261,6 @@ def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array
     return np.ascontiguousarray(stacked[:, :, 0] if shared else stacked)
 
 
-def at_law(axis: GeneratedAxis, signals: Sequence[Array], clocks: TwoClocks) -> tuple[Array, ...]:
-    """Signals of a log, (N,) each, where its law is evaluated, (M,) each.
-
-    What is held from sample to sample of a log that is faster than the law enters by its mean until
-    the next evaluation, unless law or drive read it at the evaluation.
-    """
-    read = axis.axis.sampled_signals
-    return tuple(
-        _straight(clocks.times, values)
-        if not declared.is_held
-        else clocks.held(values)
-        if declared.name in read
-        else clocks.mean_held(values)
-        for declared, values in zip(axis.axis.signals, signals, strict=True)
-    )
-
-
 #: One lane, or several.
 Chosen = int | slice | NDArray[np.intp]
 
@@ -324,7 +307,7 @@ class LoopInputs:
         """What a log has at its samples, where the law is evaluated; itself without clocks."""
         if clocks is None:
             return self
-        start = self.start
+        start, read = self.start, axis.axis.sampled_signals
         return replace(
             self,
             reference=clocks.reference(self.reference),
@@ -332,7 +315,16 @@ class LoopInputs:
             start=replace(start, position=start.position + start.velocity * clocks.first),
             noise=None if self.noise is None else clocks.held(self.noise),
             injected=None if self.injected is None else clocks.held(self.injected),
-            signals=at_law(axis, self.signals, clocks),
+            # What is held from sample to sample of a log that is faster than the law enters by its
+            # mean until the next evaluation, unless law or drive read it at the evaluation.
+            signals=tuple(
+                _straight(clocks.times, values)
+                if not declared.is_held
+                else clocks.held(values)
+                if declared.name in read
+                else clocks.mean_held(values)
+                for declared, values in zip(axis.axis.signals, self.signals, strict=True)
+            ),
             clocks=clocks,
             log=self,
         )

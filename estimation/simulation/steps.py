@@ -375,30 +375,30 @@ def _no_inertia(
 ) -> EstimationError:
     """The error of a parameter set that no motion starts with: it has no inertia, or no force."""
     q, given = axis.axis.coordinate, axis.describe(parameters)
-    why = f"has no positive inertia with {given}, so it cannot be simulated"
-    todo = (
-        "Give its inertial parameters a positive nominal value, or check the signs of force and "
-        "position in the record"
-    )
+    forces = forces_at_rest(axis.axis, parameters.tolist(), float(position), recorded)
+    # What is no number is the largest.
+    term, force = max(forces, key=lambda pair: (math.isnan(pair[1]), abs(pair[1])))
+    where = f"at rest at {q.name} = {position:g} {q.unit} with {given}"
     if not np.isfinite(parameters).all():
         why, todo = f"cannot be simulated with {given}", "Give finite parameters"
+    elif math.isnan(force):
+        why, todo = (
+            f"cannot be simulated: its force has no finite value {where}; see the term {term}",
+            "Write one that is finite wherever the axis can be and at rest: "
+            "b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive",
+        )
+    elif abs(force) * _EPSILON > 1:
+        why, todo = (
+            f"cannot be simulated: its force is {force:.3g} {q.force_unit} {where}, beside "
+            f"which no drive counts; see the term {term}",
+            "Correct its factor, its units, or the parameters in it",
+        )
     else:
-        forces = forces_at_rest(axis.axis, parameters.tolist(), float(position), recorded)
-        # What is no number is the largest.
-        term, force = max(forces, key=lambda pair: (math.isnan(pair[1]), abs(pair[1])))
-        where = f"at rest at {q.name} = {position:g} {q.unit} with {given}"
-        if math.isnan(force):
-            why = f"cannot be simulated: its force has no finite value {where}; see the term {term}"
-            todo = (
-                "Write one that is finite wherever the axis can be and at rest: "
-                "b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive"
-            )
-        elif abs(force) * _EPSILON > 1:
-            why = (
-                f"cannot be simulated: its force is {force:.3g} {q.force_unit} {where}, beside "
-                f"which no drive counts; see the term {term}"
-            )
-            todo = "Correct its factor, its units, or the parameters in it"
+        why, todo = (
+            f"has no positive inertia with {given}, so it cannot be simulated",
+            "Give its inertial parameters a positive nominal value, or check the signs of force "
+            "and position in the record",
+        )
     return EstimationError(f"axis {axis.axis.name!r} {why}. {todo}.", code="simulation")
 
 
