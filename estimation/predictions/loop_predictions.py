@@ -252,12 +252,9 @@ class LoopPredictions(Predictions):
 
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """See `Predictions.slopes_by_law`."""
-        found: dict[str, list[Array]] = {}
-        for each in self.stretches:
-            for name, slope in slopes_by_law(*self._at(each, physical)).items():
-                found.setdefault(name, []).append(slope)
-        whole = len(self.stretches)
-        return {name: np.concatenate(p) for name, p in found.items() if len(p) == whole}
+        found = [slopes_by_law(*self._at(each, physical)) for each in self.stretches]
+        shared = [name for name in found[0] if all(name in each for each in found)]
+        return {name: np.concatenate([each[name] for each in found]) for name in shared}
 
     def velocities(self, physical: Array) -> tuple[Array, ...]:
         """See `Predictions.velocities`."""

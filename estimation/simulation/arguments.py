@@ -227,11 +227,11 @@ def in_order(
     if {*parameters} != {*names}:
         unknown = [quoted(name) for name in parameters if name not in names]
         missing = [name for name in names if name not in parameters]
-        wrong = f"{first_of(unknown)} is no parameter" if unknown else ""
-        left = f"{first_of(missing)} is missing" if missing else ""
+        told = [f"{first_of(unknown)} is no parameter"] if unknown else []
+        told += [f"{first_of(missing)} is missing"] if missing else []
         raise UsageError(
             f"the parameters of axis {axis.axis.name!r} by name: "
-            f"{' and '.join(filter(None, (wrong, left)))}; give a value of each of "
+            f"{' and '.join(told)}; give a value of each of "
             f"{', '.join(names)}.",
             code="simulation-input",
         )

@@ -16,7 +16,7 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, UsageError, quoted
 
 from .arguments import check_whole, checked_loop
-from .closed_loop import SettledLoop, settled_loop
+from .closed_loop import settled_loop
 from .inputs import LoopInputs, at_log_samples, lines
 from .simulated import lane_starts
 from .steps import (
@@ -258,7 +258,13 @@ class _Batch:
         out = out or self._nothing()
         failures: dict[int, str] = {}
         for lane in map(int, np.flatnonzero(~well)):
-            own, counts[lane], failures[lane] = self._alone(lane, substeps)
+            own, given = dict[str, Array](), (self.parameters[lane], self.inputs.lanes(lane))
+            try:
+                own, counts[lane], failures[lane] = settled_loop(
+                    axis, *given, substeps=substeps, bounded=True
+                )
+            except AxisidError as error:
+                failures[lane] = str(error)
             for name, values in out.items():
                 values[:, lane] = own.get(name, np.nan)
         if self.inputs.clocks is not None:
@@ -290,14 +296,6 @@ class _Batch:
         theta, clocks = self.parameters[lane], own.clocks
         assert clocks is not None  # noqa: S101
         return at_log_samples(self.axis, theta, signals, clocks, recorded, substeps)
-
-    def _alone(self, lane: int, substeps: int | None) -> SettledLoop:
-        """A lane as it is simulated by itself; without signals where it is refused."""
-        theta, inputs = self.parameters[lane], self.inputs.lanes(lane)
-        try:
-            return settled_loop(self.axis, theta, inputs, substeps=substeps, bounded=True)
-        except AxisidError as error:
-            return {}, 1, str(error)
 
     def _nothing(self) -> dict[str, Array]:
         shape = len(self.inputs.reference), len(self.parameters)

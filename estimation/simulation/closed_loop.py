@@ -182,11 +182,6 @@ def simulate_loop(
     )
 
 
-#: Signals by name, (M,) each, not a number from where the loop ended early; the steps in a sample;
-#: and why and where it ended early, empty where it did not.
-SettledLoop = tuple[dict[str, Array], int, str]
-
-
 def settled_loop(
     axis: GeneratedAxis,
     parameters: Array,
@@ -195,10 +190,19 @@ def settled_loop(
     substeps: int | None = None,
     budget: StepBudget | None = None,
     bounded: bool = False,
-) -> SettledLoop:
+) -> tuple[dict[str, Array], int, str]:
     """The loop at the evaluations of its law, its steps and range enough for wherever it went.
 
     Arguments as of `simulate_loop`.
+
+    Returns
+    -------
+    dict of str to (M,) array
+        Signals by name, not a number from where the loop ended early.
+    int
+        Steps in a sample.
+    str
+        Why and where it ended early, empty where it did not.
 
     Raises
     ------
