@@ -118,28 +118,6 @@ def test_lanes_start_each_in_its_own_way(name: str) -> None:
     agree(axis, *given, machine=build(AXES[name], native=False), **own)
 
 
-def test_the_state_that_a_motion_has_continues_it() -> None:
-    axis = vertical(BALANCED)
-    reference = 0.01 * np.sin(2 * np.pi * 3 * T * np.arange(400))
-    whole = simulate(axis, THETA, reference, T)
-    error = 40.0 * (reference - whole.position)
-    rest = float(whole.control[0] - 150.0 * error[0])
-    last = np.concatenate([whole.position[:1], whole.position[:-1]])
-    change = 4000.0 * T * (error - (whole.position - last) / T)
-    total = rest + np.concatenate([[0.0], np.cumsum(change)[:-1]])
-    cut = 150
-    later = simulate(
-        axis,
-        THETA,
-        reference[cut:],
-        T,
-        start=whole.position[cut],
-        start_velocity=whole.velocity[cut],
-        memory=[last[cut], total[cut]],
-    )
-    assert np.abs(later.position - whole.position[cut:]).max() < 1e-12
-
-
 @pytest.mark.parametrize("delay", [0, 2])
 @pytest.mark.parametrize("native", [True, False], ids=["native", "virtual machine"])
 def test_an_integral_in_balance_holds_the_load(delay: int, native: bool) -> None:

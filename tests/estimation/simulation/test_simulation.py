@@ -1,7 +1,6 @@
 """The loop for every kind of friction, load and law, against independent solutions."""
 
 import math
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -16,7 +15,6 @@ from axisid import build, load_axis, simulate
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import SIGNALS
 from axisid.control import MEASURED_POSITION, cascade_pd
-from axisid.elements import Drive
 from axisid.estimation import simulate_batch
 from axisid.estimation.simulation import signals_about
 from axisid.estimation.simulation.twin import trajectory
@@ -197,22 +195,6 @@ def test_batch_is_the_simulations_one_by_one(threads: int, rng: np.random.Genera
         whole["force"], simulate_batch(axis, theta, reference, PERIOD, **own)["force"]
     )
     agree(axis, theta, reference, PERIOD, rel=0.0, **own)
-
-
-@pytest.mark.slow
-def test_failing_lane_does_not_end_the_others() -> None:
-    axis = build(replace(AXES["offset"], drive=Drive(gain=35.15)))
-    theta = np.tile(axis.nominal, (3, 1))
-    theta[1, 0] = 0.1
-    reference = motion_of(axis)
-    batch = simulate_batch(axis, theta, reference, PERIOD)
-    assert set(batch.failures) == {1}
-    stopped = int(np.flatnonzero(np.isnan(batch["force"][:, 1]))[0])
-    assert re.search(f"at sample {stopped} .* with M = 0.1 kg", batch.failures[1])
-    single = simulate(axis, theta[0], reference, PERIOD)
-    # The light lane asks for more steps in a sample, of all lanes.
-    for lane in (0, 2):
-        assert batch["position"][:, lane] == pytest.approx(single.position, abs=1e-10)
 
 
 @pytest.mark.slow
