@@ -22,7 +22,6 @@ from tests.axes.recorded import MOVES, TRUTH, recorded_axis, recorded_values
 from tests.estimation.simulation.agreement import LANES, agree, followed_by
 from tests.refusals import refuses
 
-KINDS = [("pressure", "linear"), ("pressure", "held"), ("supply", "linear"), ("feed", "held")]
 T = 1e-3
 
 
@@ -163,21 +162,6 @@ def test_a_loop_is_that_of_another_integrator(between: str) -> None:
     assert velocities.min() > 0.01
     assert loop.position == pytest.approx(positions, abs=1e-11)
     assert loop.velocity == pytest.approx(velocities, abs=1e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("kind", "between"), KINDS)
-def test_native_loops_batches_and_the_virtual_machine_agree(kind: str, between: str) -> None:
-    axis = build(recorded_axis(kind, between))
-    machine, (values,) = build(axis.declared, native=False), recorded_values(kind).values()
-    given = (
-        np.tile([TRUTH[name] for name in axis.names], (LANES, 1)),
-        trajectory(MOVES, T)[:1500],
-        T,
-    )
-    shared = values[:1500]
-    for signal in (shared, shared[:, None] * np.linspace(1.0, 1.2, LANES)):
-        agree(axis, *given, machine=machine, signals={kind: signal})
 
 
 @pytest.mark.slow
