@@ -136,6 +136,8 @@ def test_a_pulse_that_turns_the_velocity_back_within_a_sample_is_followed(
     assert loop.position == pytest.approx(position, abs=1e-13)
     rests = (loop.mode == 0) & (np.abs(push) < 3.0)
     assert loop.direction[rests] == pytest.approx(push[rests] / 3.0, abs=1e-12)
+    rests[0] = False  # nothing was before it
+    assert loop.direction_before[rests] == pytest.approx(push[rests] / 3.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("between", ["linear", "held"])

@@ -1,4 +1,4 @@
-"""The loop for every kind of friction, load and law, against independent solutions."""
+"""The loop for every kind of friction, load and law, against independent solutions; its twins."""
 
 import math
 from collections.abc import Callable
@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid import build, load_axis, simulate
+from axisid import Axis, build, load_axis, simulate, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.control import MEASURED_POSITION, cascade_pd
 from axisid.estimation import simulate_batch
-from axisid.estimation.simulation import signals_about
+from axisid.estimation.simulation import signals_about, twin_plan
 from axisid.estimation.simulation.twin import trajectory
-from axisid.modeling import Move
+from axisid.modeling import Move, back_and_forth
 from benchmarks.event_integrator import EventIntegrator
 from tests.axes.bodies import body, force_law
 from tests.axes.simulated import AXES
@@ -261,6 +261,8 @@ def test_a_period_that_is_none_is_refused(period: float) -> None:
 def test_axis_without_law_cannot_be_simulated() -> None:
     with refuses("no-control-law"):
         simulate(build(body()), np.array([1.0]), np.zeros(5), PERIOD)
+    with refuses("twin", says="experiment"):
+        twin_record(body())
 
 
 SECONDS = PERIOD * np.arange(1500)
@@ -314,3 +316,46 @@ def test_a_loop_that_only_the_signal_moves_is_no_runaway(emps: GeneratedAxis) ->
     still[0] = 1e-12
     loop = simulate(emps, emps.nominal, still, PERIOD, start=0.0, injected=ADDED)
     assert np.ptp(loop.position) > 1e-6
+
+
+def test_a_trajectory_rests_as_long_as_each_move_dwells() -> None:
+    there = Move(0.05, 0.1, 1.0)
+    q = trajectory(back_and_forth(speeds=(0.1,), acceleration=1.0, seconds=0.5, dwell=0.25), PERIOD)
+    moving, resting = round(there.duration / PERIOD), round(0.25 / PERIOD)
+    np.testing.assert_allclose(q[: moving + 1], trajectory((there,), PERIOD), atol=1e-15)
+    np.testing.assert_allclose(q[moving : moving + resting + 1], 0.05, atol=1e-15)
+    assert q[moving + resting + 2] < 0.05
+    assert len(q) == 2 * (moving + resting) + 1
+
+
+def test_trajectory_keeps_its_speed_and_acceleration() -> None:
+    moves = (Move(0.1, 0.2, 2.0), Move(-0.001, 0.2, 2.0), Move(0.0, 1.0, 1.0), Move(0.3, 0.5, 1.0))
+    q = trajectory(moves, PERIOD)
+    assert q[0] == 0
+    assert q[-1] == pytest.approx(0.399, abs=1e-6)
+    assert np.abs(np.diff(q)).max() / PERIOD == pytest.approx(0.5, rel=1e-6)
+    assert np.abs(np.diff(q, 2)).max() / PERIOD**2 <= 2.0 + 1e-6
+
+
+def test_twin_is_reproducible_and_its_seed_matters(emps2015: GeneratedAxis) -> None:
+    first, again = twin_record(emps2015), twin_record(emps2015)
+    assert np.array_equal(first.position, again.position)
+    assert not np.array_equal(first.position, twin_record(emps2015, seed=7).position)
+    quiet = twin_record(emps2015, position_noise=0.0)
+    assert np.std(first.position - quiet.position) == pytest.approx(3.8e-6, rel=0.3)
+
+
+def loaded(counterbalance: float) -> Axis:
+    """A vertical axis whose drive holds 22.6 kN, with a load of so much less."""
+    axis = load_axis("vertical_screw")
+    experiment = axis.experiment
+    truth = {**experiment.truth, "Fb": counterbalance}
+    return replace(axis, experiment=replace(experiment, truth=truth))
+
+
+def test_a_twin_whose_drive_cannot_hold_its_load_is_refused_with_numbers() -> None:
+    holds = 22619.467 - 180.0 * 9.80665  # beside the weight, without friction, which holds 160 N
+    twin_plan(build(loaded(-holds - 100.0), native=False))
+    for beyond in (-holds - 200.0, 25000.0):
+        with refuses("twin", says=rf"at its limit of 30 A it gives -2.* Fb = {beyond:g} N"):
+            twin_plan(build(loaded(beyond), native=False))
