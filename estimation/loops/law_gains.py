@@ -178,32 +178,18 @@ class LawAlong:
                 break
             columns = np.hstack([self.slopes_by_gain(point, chosen), self.slopes_by_start(point)])
             step = least_step(np.column_stack([*map(compared, columns.T)]), off, _CLEAR)[0]
-            found = self._shorter(point, step, chosen, wanted, compared, left)
-            if found is None:
+            for _ in range(_HALVINGS):  # where the whole step leaves no less
+                gains = point.gains.copy()
+                gains[chosen] *= np.exp(np.clip(step[: len(chosen)], -_LARGEST, _LARGEST))
+                end = LawPoint(gains, point.start + step[len(chosen) :])
+                rest = wanted - compared(self.output(end))
+                if np.all(np.isfinite(rest)) and float(rest @ rest) < left:
+                    break
+                step = step / 2
+            else:
                 break
-            (point, off), before = found, left
-            left = float(off @ off)
+            point, off, before, left = end, rest, left, float(rest @ rest)
         return point
-
-    def _shorter(
-        self,
-        point: LawPoint,
-        step: Array,
-        chosen: list[int],
-        wanted: Array,
-        compared: Compared,
-        left: float,
-    ) -> tuple[LawPoint, Array] | None:
-        """The end of a step, or of one that is shorter, which leaves less; None where none does."""
-        for _ in range(_HALVINGS):
-            gains = point.gains.copy()
-            gains[chosen] *= np.exp(np.clip(step[: len(chosen)], -_LARGEST, _LARGEST))
-            end = LawPoint(gains, point.start + step[len(chosen) :])
-            off = wanted - compared(self.output(end))
-            if np.all(np.isfinite(off)) and float(off @ off) < left:
-                return end, off
-            step = step / 2
-        return None
 
     def _run(self, point: LawPoint) -> tuple[Array, Array]:
         """What is remembered after each evaluation, (M, m), and the output there, (M,)."""

@@ -24,7 +24,6 @@ from axisid.estimation.signals import (
 )
 from axisid.estimation.simulation import LoopInputs, TwoClocks, law_of
 from axisid.estimation.thresholds import COMPARISON_CUTOFF, MIN_PHASE_AGREEMENT
-from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
 P = ParamSpec("P")
@@ -191,7 +190,15 @@ def law_ticks(
     goes through that low-pass itself, twice through which is late where the motion has corners.
     """
     position = record.position[slice(*span)]
-    velocity = _velocity(law_of(axis), position, record.period, noisy=noisy)
+    velocity = np.zeros_like(position)
+    # What an ideal sensor sees, of a law that reads one; it is in no log.
+    if law_of(axis).takes_velocity and noisy:
+        from scipy.interpolate import CubicSpline
+
+        samples = np.arange(len(position))
+        velocity = np.asarray(CubicSpline(samples, position)(samples, 1)) / record.period
+    elif law_of(axis).takes_velocity:
+        velocity = measured_velocity(position, record.period)
     inputs = recorded_inputs(axis, record, span, LoopStart(position=position[0]))
     clocks, held = inputs.clocks, np.arange(len(position))
     if clocks is not None:
@@ -206,18 +213,6 @@ def law_ticks(
         held=held,
         recorded=inputs.signals,
     )
-
-
-def _velocity(law: ControlLaw, position: Array, period: float, *, noisy: bool) -> Array:
-    """What an ideal sensor sees, of a law that reads one; it is in no log."""
-    if not law.takes_velocity:
-        return np.zeros_like(position)
-    if not noisy:
-        return measured_velocity(position, period)
-    from scipy.interpolate import CubicSpline
-
-    samples = np.arange(len(position))
-    return np.asarray(CubicSpline(samples, position)(samples, 1)) / period
 
 
 def measured_velocity(position: Array, period: float) -> Array:

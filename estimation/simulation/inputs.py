@@ -199,14 +199,15 @@ def at_log_samples(
         )
     begin, span = last[apart], since[apart]
     between = np.zeros((len(force), 0)) if recorded is None else recorded
-    position, velocity, direction = _later(
-        axis,
-        parameters,
-        (signals["position"][begin], signals["velocity"][begin]),
-        np.column_stack([force, between])[begin],
-        span,
-        clocks.law_period / substeps,
-    )
+    motion = signals["position"][begin], signals["velocity"][begin]
+    held, step = np.column_stack([force, between])[begin], clocks.law_period / substeps
+    library = axis.native.library()
+    if library is not None:
+        position, velocity, direction = library.later(motion, held, span, step, parameters)
+    else:
+        settings = LoopSettings(period=step, resolution=0.0, allowed=np.inf, substeps=1)
+        loop = VirtualLoop(axis.functions, parameters, settings)
+        position, velocity, direction = loop.later(motion, held, span, step)
     then = between[begin, ::2] + span[:, None] * between[begin, 1::2]
     (acceleration,) = axis.evaluate(
         "direct_dynamics", position, velocity, force[begin], direction, *then.T, parameters
@@ -216,22 +217,6 @@ def at_log_samples(
     out["direction"][apart] = out["direction_before"][apart] = direction
     out["acceleration"][apart] = np.where(sticks, 0.0, acceleration[:, 0])
     return out
-
-
-def _later(
-    axis: GeneratedAxis,
-    parameters: Array,
-    motion: tuple[Array, Array],
-    held: Array,
-    span: Array,
-    step: float,
-) -> tuple[Array, Array, Array]:
-    """As `NativeLibrary.later`: native, or in the virtual machine."""
-    library = axis.native.library()
-    if library is not None:
-        return library.later(motion, held, span, step, parameters)
-    settings = LoopSettings(period=step, resolution=0.0, allowed=np.inf, substeps=1)
-    return VirtualLoop(axis.functions, parameters, settings).later(motion, held, span, step)
 
 
 _RUNAWAY_RATIO = 100.0  # distance from the reference, by what a loop is asked to move
@@ -417,15 +402,13 @@ def widened_distance(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
 
 def _controls(axis: GeneratedAxis, position: float, *recorded: float) -> tuple[float, float]:
     """Control of an axis at rest on its reference, and a little behind it, at its most."""
-    law, begin = axis.functions["control_law"], axis.functions["control_start"]
-    memory = begin(position, position, *recorded)[: law.size1_in("state")]
-    answers = []
-    for reference in (position, position + _OFF):
-        state, controls = memory, []
-        for _ in range(memory.numel() + 2):  # a delay answers late
-            control, state = law(reference, position, 0.0, *recorded, state)
-            controls.append(float(control))
-        answers.append(controls)
-    still, behind = (np.array(each) for each in answers)
-    largest = int(np.argmax(np.abs(behind - still)))
-    return float(still[largest]), float(behind[largest])
+    size = axis.functions["control_law"].size1_in("state")
+    begin = axis.functions["control_start"](position, position, *recorded).full().ravel()
+    read = position + np.array([[0.0, _OFF], [0.0, 0.0]])
+    beside = (np.zeros(2), *np.broadcast_to(np.array(recorded)[:, None], (len(recorded), 2)))
+    memory, answers = np.tile(begin[:size], (2, 1)), list[Array]()
+    for _ in range(size + 2):  # a delay answers late
+        control, memory = axis.evaluate("control_law", *read, *beside, memory)
+        answers.append(control[:, 0])
+    still, behind = max(answers, key=lambda pair: float(abs(pair[1] - pair[0])))
+    return float(still), float(behind)
