@@ -84,19 +84,24 @@ def checked_loop(
             code="simulation-input",
         )
     check_whole("the substeps", substeps, MOST_SUBSTEPS)
-    response = axis.axis.response
-    drive = () if response is None else response.remembered
-    names = [*(each.name for each in law.memory), *law.delay_line, *drive]
-    remembered = f"the memory ({', '.join(names) or 'the law remembers nothing'})"
-    begin = ref[0] if start is None else checked_array(start, "the start", lanes)
-    moving = np.zeros(lanes) if start_velocity is None else start_velocity
+    begin, moving = ref[0], np.zeros(lanes)
+    if start is not None:
+        begin = checked_array(start, "the start", lanes)
+    if start_velocity is not None:
+        moving = checked_array(start_velocity, "the start velocity", lanes)
+    if memory is not None:
+        response = axis.axis.response
+        drive = () if response is None else response.remembered
+        names = [*(each.name for each in law.memory), *law.delay_line, *drive]
+        what = f"the memory ({', '.join(names) or 'the law remembers nothing'})"
+        memory = checked_array(memory, what, (*lanes, len(names)))
     inputs = LoopInputs(
         reference=ref,
         period=period,
         start=LoopStart(
             position=np.broadcast_to(begin, lanes)[()],
-            velocity=checked_array(moving, "the start velocity", lanes)[()],
-            memory=optional_array(memory, remembered, (*lanes, len(names))),
+            velocity=moving[()],
+            memory=memory,
         ),
         noise=optional_array(position_noise, "the noise", (samples, *lanes)),
         injected=optional_array(injected, "the injected signal", *shapes),

@@ -116,7 +116,7 @@ def simulate(
         reference,
         period,
         start=start,
-        start_velocity=start_velocity,
+        start_velocity=start_velocity or None,
         memory=memory,
         position_noise=position_noise,
         injected=injected,
