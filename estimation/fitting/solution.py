@@ -23,7 +23,6 @@ from axisid.estimation.searches import (
     Search,
     SearchResult,
     WeightedLoss,
-    equally_good_point,
 )
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.twins import Chain
@@ -402,7 +401,7 @@ class FitSolution:
         """A place as good as the end that is claimed to be far from it."""
         told, independent = (np.diag(self.covariances[name]) for name in (self.chosen, "iid"))
         search = Search(self.predictions, self.unknowns, self.scale, self.weighing)
-        return equally_good_point(self.searches, told, independent, search)
+        return search.equally_good_point(self.searches, told, independent)
 
     @cached_property
     def without_prior(self) -> Mapping[str, tuple[float, float]]:
