@@ -180,7 +180,7 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
         return None
     shared = np.isfinite(of.deviations) & (of.deviations > 0) & ~of.of_start
     shared &= ~np.isin(of.names, (*of.found_gains.names, GAIN))
-    scores, places = of.judged_scores, np.flatnonzero(of.inner)
+    scores, places = of.judged_scores, np.flatnonzero(of.unknowns.free & (of.sides == 0))
     records = []
     for spans in scores.spans:
         span = slice(spans[0].start, spans[-1].stop)

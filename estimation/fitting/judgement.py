@@ -166,8 +166,9 @@ def _shaken(of: OutputFit) -> Check | Missing | None:
     """What noise in the loop moved, and is taken off."""
     moved = of.moved
     if moved is None:
-        why = of.why_no_twins
-        return Missing(f"what noise makes of the parameters is not known: {why}") if why else None
+        return None
+    if isinstance(moved, Missing):
+        return Missing(f"what noise makes of the parameters is not known: {moved.reason}")
     with np.errstate(divide="ignore", invalid="ignore"):
         far = np.nan_to_num(np.abs(moved) / of.deviations, posinf=0.0)
     worst = int(np.argmax(far))
@@ -188,16 +189,16 @@ def _shaken(of: OutputFit) -> Check | Missing | None:
 
 def _begun(of: OutputFit) -> Check | None:
     """What the first positions and velocities, as the records have them, leave open."""
-    by_start = of.by_start
-    if not by_start.far.any():
+    moved, far = of.by_start
+    if not far.any():
         return None
-    worst = int(np.argmax(by_start.far))
-    value, by = of.physical[worst], abs(float(by_start.moved[worst]))
+    worst = int(np.argmax(far))
+    value, by = of.physical[worst], abs(float(moved[worst]))
     share = f"by {100 * by / abs(value):.2g} %" if by < abs(value) else "by more than it is"
     return Check(
         name="start of the loop",
         status="note",
-        figure=float(by_start.far[worst]),
+        figure=float(far[worst]),
         threshold=MIN_MOVED_BY_START,
         source="measured: of twins cut 0.1 s long from a move 80 % of intervals hold without, "
         "100 % with",

@@ -154,34 +154,9 @@ def calibrated_covariance(scores: Scores, errors: Array, moved: Array, left: Arr
     return np.asarray(np.cov((apart * own).T).reshape(len(own), -1))
 
 
-_PERCENT = 0.01
+PERCENT = 0.01
 _TWINS = 8
 _LEVEL = 0.975  # at which eight twins are as sure as the normal law has it
-
-
-def moves_per_percent(
-    predictions: Predictions, physical: Array, influence: Array
-) -> tuple[Mapping[str, Array], ...]:
-    """What each term of a record's law, 1 % larger, moves the parameters by, (P,), by its gains.
-
-    Parameters
-    ----------
-    predictions : Predictions
-    physical : (P,) array
-        The estimate.
-    influence : (P, n) array
-        Of the errors on the estimate.
-
-    Returns
-    -------
-    tuple of mapping of str to (P,) array
-        By record.
-    """
-    slopes = predictions.slopes_by_law(physical)
-    return tuple(
-        {name: -_PERCENT * (influence[:, rows] @ slope[rows]) for name, slope in slopes.items()}
-        for rows in map(record_rows, predictions.spans)
-    )
 
 
 def factors_in_twins(
@@ -223,7 +198,7 @@ def move_by_record(
     Parameters
     ----------
     of_records : sequence of mapping of str to (P,) array
-        As `moves_per_percent` has it.
+        Of each term, 1 % larger, by its gains.
     laws : sequence of LawCheck or Missing
     in_twins : sequence of sequence of mapping of str to float
         Factors in each record's twins; by HAC where there are none.
@@ -253,12 +228,12 @@ def move_by_record(
             widened = (1 + 1 / count) * (stdtrit(count - 1, _LEVEL) / ndtri(_LEVEL)) ** 2
             variances.append(widened * np.var(of_twins, axis=0, ddof=1))
         elif isinstance(law, LawCheck):
-            sure = [moves[n] * law.deviations.get(n, 0.0) / _PERCENT for n in names]
+            sure = [moves[n] * law.deviations.get(n, 0.0) / PERCENT for n in names]
             variances.append(np.sum(np.square(sure), axis=0))
     return np.asarray(np.sum(moved, axis=0)), np.sqrt(np.sum(variances, axis=0))
 
 
 def _moved_by(moves: Mapping[str, Array], factors: Mapping[str, float]) -> Array:
     return np.asarray(
-        np.sum([moves[name] * (factors[name] - 1) / _PERCENT for name in moves], axis=0)
+        np.sum([moves[name] * (factors[name] - 1) / PERCENT for name in moves], axis=0)
     )

@@ -307,9 +307,9 @@ def test_what_the_start_of_a_loop_leaves_open_counts_and_names_what_finds_it(
     (check,) = (c for c in result.checks if c.name == "start of the loop")
     assert check.status == "note"
     assert check.meaning.endswith('find the start with the parameters by free="start".')
-    moved = result.by_start.moved
+    moved, _ = result.by_start
     np.testing.assert_allclose(free.physical[:3] - result.physical, moved, rtol=0.05)
-    deviations = np.array([each.deviation for each in result.values.values()])
+    deviations = np.array([each.deviation for each in result.parameters.values()])
     assert np.all(deviations > np.abs(moved))
     for told in (free, found):
         assert "start of the loop" not in _status(told)

@@ -11,8 +11,8 @@ from scipy.stats import binom
 
 from axisid import build, fit, load_axis, twin_record
 from axisid.estimation.estimates import student_interval
-from axisid.estimation.fitting.solution import cut_interval
-from axisid.estimation.fitting.spread import Scores, unseen_directions
+from axisid.estimation.fitting.solution import reach_of_cut_normal
+from axisid.estimation.fitting.spread import Scores, unseen_directions, unseen_in_words
 from axisid.support.arrays import Array
 
 SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"
@@ -64,15 +64,14 @@ def test_coloured_errors_count_beside_what_was_known_as_they_tell_of_it(
 def test_an_interval_at_a_bound_is_on_the_side_that_is_allowed(rng: np.random.Generator) -> None:
     """95 % of a normal distribution, of which nothing is below the bound."""
     for centre in (0.5, 0.0, -3.0):
-        low, high = cut_interval(0.0, centre, 1.0, -1)
+        high = reach_of_cut_normal(0.0, centre, 1.0, -1)
         draws = rng.normal(centre, 1.0, 2_000_000)
         beyond = draws[draws > 0]
-        assert low == 0.0
         assert np.mean(beyond <= high) == pytest.approx(0.95, abs=0.01)
-        assert cut_interval(0.0, -centre, 1.0, 1) == pytest.approx((-high, 0.0))
+        assert reach_of_cut_normal(0.0, -centre, 1.0, 1) == pytest.approx(-high)
     for beyond in (50.0, 9e3, 1.1e4, 1e9):  # the tail is an exponential there
-        found = cut_interval(0.0, -beyond, 1.0, -1)
-        assert found == (0.0, pytest.approx(np.log(20) / beyond, rel=2e-3))
+        found = reach_of_cut_normal(0.0, -beyond, 1.0, -1)
+        assert found == pytest.approx(np.log(20) / beyond, rel=2e-3)
 
 
 @pytest.mark.slow
@@ -83,7 +82,7 @@ def test_what_noise_in_the_loop_moves_falling_friction_by_is_taken_off() -> None
     before, after = [], []
     for seed in range(100, 105):
         found = fit(axis, twin_record(axis, seed=seed), start=given.truth)
-        deviations = [each.deviation for each in found.values.values()]
+        deviations = [each.deviation for each in found.parameters.values()]
         before.append((found.best.physical - truth) / deviations)
         after.append((found.physical - truth) / deviations)
     told = {check.name: check.status for check in found.checks}
@@ -108,7 +107,7 @@ def test_what_noise_moves_across_a_bound_is_at_it_and_from_it_is_free() -> None:
     low, high = across["fs"].interval
     assert low < high == across["fs"].value == between
     assert across["fs"].deviation == 0.0
-    deviations = np.array([each.deviation for each in found.values.values()])
+    deviations = np.array([each.deviation for each in found.parameters.values()])
     held = fit(axis, record, fixed={"fs": between})
     assert np.all(np.abs(across.physical - held.physical) < 0.1 * deviations)
     freed = fit(axis, record, bounds={"fs": (between, None)})
@@ -142,5 +141,6 @@ def test_parameters_that_only_a_sum_of_is_shown_are_named_with_it(
     J = rng.standard_normal((50, 3))
     J[:, 2] = 2 * J[:, 0]
     for scale in (np.ones(3), np.array([100.0, 1.0, 0.1])):
-        (said,) = unseen_directions(J, scale).texts(("M", "Fv", "m"))
+        unseen = unseen_directions(J, scale, np.ones(3, dtype=bool))
+        (said,) = unseen_in_words(*unseen, ("M", "Fv", "m"))
         assert said == "M and m apart (+1 of M, -0.5 of m together change nothing)"

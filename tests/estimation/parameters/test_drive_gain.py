@@ -9,7 +9,7 @@ import pytest
 from axisid import Axis, Record, build, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import CONTROL, DRIVE_GAIN, formula_drive, voltage_drive
-from axisid.estimation.parameters import with_drive_gain
+from axisid.estimation.parameters import ExtendedForm
 from axisid.estimation.predictions import LoopPredictions
 from axisid.estimation.regression import InverseForm
 from axisid.modeling.quantities import Constant
@@ -40,7 +40,7 @@ def test_a_loop_by_another_gain_is_that_of_the_drive_declared_so(name: str, outp
     declared = build(AXES[name]())
     other, record = _off(declared.axis), twin_record(declared)
     truth = np.array([*record.provenance.truth.values()])
-    form = with_drive_gain(InverseForm(declared), [declared])
+    form = ExtendedForm.of(InverseForm(declared), [declared]).with_drive_gain()
     by_gain = LoopPredictions(form, [declared], [record], output)
     alone = LoopPredictions(InverseForm(other), [other], [record], output)
     gain = float(other.axis.drive.gain)

@@ -63,7 +63,6 @@ def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:
     (payload, _) = known_of(found, 2)
     assert payload.values == (0.0, 20.0)
     assert payload.deviations == (0.0, 0.01)
-    assert payload.differs
     assert payload.doubtful == ((20.0, 0.01),)
     assert payload.text(1) == "20 +- 0.01"
     (twice,) = known_of({"m": [0.0, (20.0, 0.1), (20.0, 0.1), (20.0, 0.2)]}, 4)

@@ -7,7 +7,7 @@ import pytest
 
 from axisid import Record, build, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.parameters import with_time
+from axisid.estimation.parameters import ExtendedForm
 from axisid.estimation.predictions import (
     LoopPredictions,
     Predictions,
@@ -171,7 +171,7 @@ def test_errors_are_a_straight_line_of_the_time(
     slow = Record(**every_other, sample_period=2e-3)
     records = [record, slow] if output == "open-loop" else [record]
     now, late = (_late(emps2015, name, 4e-4 + more) for more in (0.0, LATER))
-    searched = with_time(form, [now], time)
+    searched = replace(ExtendedForm.of(form, [now]), time=(time,))
     timed = of(now, searched, records)
     step = of(_late(emps2015, name, 4e-4 + STEP), searched, records)
     other, here = of(late, form, records), of(now, form, records)

@@ -222,7 +222,7 @@ def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
 
 
 def _fitted(fit: OutputFit, place: int, name: str) -> WrittenFitted:
-    value, (low, high) = fit.values[name], fit.bounds[name]
+    value, (low, high) = fit.parameters[name], fit.bounds[name]
     known = fit.prior.get(name)
     return written_as(
         WrittenFitted,
