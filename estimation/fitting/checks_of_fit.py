@@ -4,9 +4,9 @@ import math
 import re
 from dataclasses import replace
 from functools import partial
+from operator import attrgetter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.estimation.checks import Check, joined, made, status_of
 from axisid.estimation.diagnostics import (
@@ -54,12 +54,10 @@ def windows_check(of: OutputFit) -> Check | Missing | None:
         steady = of.predictions.steady_horizon(of.physical)
     except EstimationError as lost:
         return Missing(str(lost))
-    windows = sum(map(len, of.predictions.spans))
-    few = windows if windows < ADVISED_WINDOWS.value else 0
-    good = steady >= of.horizon and not few
+    windows, advised = sum(map(len, of.predictions.spans)), ADVISED_WINDOWS.value
     said = f"windows of {of.horizon:g} s are short enough that errors do not grow in them"
-    if few:
-        several = "1 window is" if few == 1 else f"{few} windows are"
+    if windows < advised:
+        several = "1 window is" if windows == 1 else f"{windows} windows are"
         said = f"{several} too few to tell deviations, or what the model lacks; {_shorter(of)}"
     if steady < of.horizon:
         said = (
@@ -68,7 +66,7 @@ def windows_check(of: OutputFit) -> Check | Missing | None:
         )
     return Check(
         name="windows",
-        status=status_of(good),
+        status=status_of(steady >= of.horizon and windows >= advised),
         figure=of.horizon,
         threshold=steady,
         source=MAX_GROWTH.source,
@@ -80,15 +78,10 @@ def simulation_check(of: OutputFit) -> Check:
     """What is left beyond noise: noise may be most of an output that is small, or noisy."""
     # A loop that swings by itself takes its swinging for noise, and leaves more than there is.
     lost = of.error_percent > _MAX_LEFT
-    percents = [each.percent for each in of.of_records]
-    worst = int(np.argmax(percents if lost else of.percents_beyond_noise))
-    beyond, output = of.percents_beyond_noise[worst], of.of_records[worst].output
+    worst = max(of.of_records, key=attrgetter("percent" if lost else "percent_beyond_noise"))
+    beyond, output = worst.percent_beyond_noise, worst.output
     percent = max(each.percent for each in of.of_records if each.output == output)
     good = beyond < _MAX_BEYOND_NOISE and not lost
-    said = (
-        f"the simulated {output} leaves {percent:.3g} % of the recorded one, "
-        f"{beyond:.2g} % beyond noise"
-    )
     more = "" if good else ": it does not follow it; check the model, the law, units and signs"
     return Check(
         name="simulation",
@@ -96,7 +89,8 @@ def simulation_check(of: OutputFit) -> Check:
         figure=beyond,
         threshold=_MAX_BEYOND_NOISE,
         source="chosen: it is 4.5 on the EMPS record, whose model lacks 6 % of the control",
-        meaning=said + more,
+        meaning=f"the simulated {output} leaves {percent:.3g} % of the recorded one, "
+        f"{beyond:.2g} % beyond noise{more}",
     )
 
 
@@ -106,11 +100,9 @@ def missing_terms_check(of: OutputFit) -> Check | None:
     if check is None or check.status != "fail":
         return check
     # What the model lacks moves the gains that are found with it.
-    law = of.law
-    wrong_law = isinstance(law, LawCheck) and not law.passed and not law.found_apart
-    most = MIN_DISTANCE_FROM_NOISE.value
+    law, most = of.law, MIN_DISTANCE_FROM_NOISE.value
     refuted = [each.name for each in of.held if each.distance > most]
-    if wrong_law:
+    if isinstance(law, LawCheck) and not law.passed and not law.found_apart:
         more = ". The law is not the record's, which asks for such forces too"
     elif refuted:
         more = f". The bound of {' and '.join(refuted)} leaves such forces too: mend that first"
@@ -159,18 +151,17 @@ def rests_check(of: OutputFit) -> Check | None:
     """How many samples have no weight, as they are near rests."""
     measured = np.count_nonzero(of.predictions.counted)
     share = 1 - np.count_nonzero(of.judged_scores.counted) / measured
+    if not (share or of.rests_count):
+        return None
+    said = (
+        "samples near rests and reversals count, as without them a parameter is hardly shown; "
+        "behind an encoder they mislead: record longer or faster moves"
+    )
     if share:
         said = (
             f"{100 * share:.2g} % of the samples have no weight: they are near rests or reversals "
             "of the record or of its loop, where friction takes any force"
         )
-    elif of.rests_count:
-        said = (
-            "samples near rests and reversals count, as without them a parameter is hardly shown; "
-            "behind an encoder they mislead: record longer or faster moves"
-        )
-    else:
-        return None
     return Check(name="samples near rests", status="note", figure=share, meaning=said)
 
 
@@ -190,7 +181,7 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
         records.append(
             RecordRegressor(
                 names=tuple(of.names[j] for j in places[own]),
-                units=tuple(of.quantities[j].unit for j in places[own]),
+                units=tuple(of.unknowns.quantities[j].unit for j in places[own]),
                 values=of.physical[places[own]],
                 slopes=np.eye(len(places))[own],
                 span=span,
@@ -214,45 +205,42 @@ def known_check(of: OutputFit) -> Check | None:
     """What was known before against what the records tell."""
     if not of.prior:
         return None
-    far = {name: _from_known(of, name) for name in of.prior}
-    worst, most = max(far, key=lambda name: far[name]), MIN_DISTANCE_FROM_NOISE.value
-    good = far[worst] <= most
-    mean, sd = of.prior[worst]
-    known, record = f"what was known of {worst}, {mean:.6g} +- {sd:.2g},", "the record"
+    far = dict[str, float]()
+    for name, (mean, sd) in of.prior.items():
+        place = of.names.index(name)
+        value, both = float(of.physical[place]), sd**2 - float(of.deviations[place]) ** 2
+        if name in of.without_prior:
+            value, deviation = of.without_prior[name]
+            both = sd**2 + deviation**2
+        far[name] = abs(value - mean) / math.sqrt(max(both, _SURE * sd**2))
+    worst, most = max(far, key=far.__getitem__), MIN_DISTANCE_FROM_NOISE.value
+    good, (mean, sd), record = far[worst] <= most, of.prior[worst], "the record"
     if worst in of.without_prior:
         value, deviation = of.without_prior[worst]
         record = f"what the record alone says, {value:.6g} +- {deviation:.2g},"
-    said = f"{known} and {record} are {far[worst]:.2g} deviations apart"
     return Check(
         name="what was known",
         status=status_of(good),
         figure=far[worst],
         threshold=most,
         source=MIN_DISTANCE_FROM_NOISE.source,
-        meaning=said + ("" if good else ": they contradict each other; one is wrong, or the model"),
+        meaning=f"what was known of {worst}, {mean:.6g} +- {sd:.2g}, and {record} are "
+        f"{far[worst]:.2g} deviations apart"
+        + ("" if good else ": they contradict each other; one is wrong, or the model"),
     )
-
-
-def _from_known(of: OutputFit, name: str) -> float:
-    """How far a parameter is from what was known of it before, in deviations."""
-    mean, sd = of.prior[name]
-    if name in of.without_prior:
-        value, deviation = of.without_prior[name]
-        return abs(value - mean) / math.hypot(sd, deviation)
-    place = of.names.index(name)
-    both = math.sqrt(max(sd**2 - float(of.deviations[place]) ** 2, _SURE * sd**2))
-    return abs(float(of.physical[place]) - mean) / both
 
 
 def shown_check(of: OutputFit) -> Check:
     """Whether the outputs show every parameter."""
     several = len(of.outputs) > 1
-    said = f"the {' and '.join(of.outputs)} show{'' if several else 's'} every parameter"
-    unseen = [*of.unseen, *_unnamed(of)]
+    said = f"the {of.output} show{'' if several else 's'} every parameter"
+    named = {*re.findall(r"\w+", " ".join(of.unseen))}
+    lost = [name for name, d in zip(of.names, of.deviations, strict=True) if np.isinf(d)]
+    unseen = [*of.unseen, *(f"{name} at all" for name in lost if name not in named)]
     if unseen:
         no = "do not" if several else "does not"
         said = (
-            f"the {' and '.join(of.outputs)} {no} show {'; nor '.join(unseen)}; hold one with fix "
+            f"the {of.output} {no} show {'; nor '.join(unseen)}; hold one with fix "
             f"{unseen[0].split()[0]}=VALUE, or record another motion."
         )
     return Check(
@@ -264,28 +252,19 @@ def shown_check(of: OutputFit) -> Check:
     )
 
 
-def _unnamed(of: OutputFit) -> list[str]:
-    """Parameters of infinite deviation that are in none of the directions that are not shown."""
-    named = set(re.findall(r"\w+", " ".join(of.unseen)))
-    lost = [name for name, d in zip(of.names, of.deviations, strict=True) if np.isinf(d)]
-    return [f"{name} at all" for name in lost if name not in named]
-
-
 def none_shown_check(of: OutputFit) -> Check | None:
     """Whether the outputs show none of the parameters that are searched."""
     if not np.isinf(of.deviations).any():
         return None
-    chosen, most = _searched(of), MAX_RELATIVE_DEVIATION.value
-    with np.errstate(divide="ignore", invalid="ignore"):
-        percent = 100 * of.deviations / np.abs(of.physical)
-    if np.any((percent <= most)[chosen]):
+    most, searched = MAX_RELATIVE_DEVIATION.value, (of.deviations > 0) & ~of.of_start
+    if np.any(searched & (100 * of.deviations <= most * np.abs(of.physical))):
         return None
     return Check(
         name="any parameter shown",
         status="fail",
         threshold=most,
         source="deviation in percent of the value",
-        meaning=f"the {' and '.join(of.outputs)} show{'s' * (len(of.outputs) == 1)} no "
+        meaning=f"the {of.output} show{'s' * (len(of.outputs) == 1)} no "
         f"parameter to {most:g} % of it: the numbers are where the search ended, no more",
     )
 
@@ -296,9 +275,11 @@ def one_end_check(of: OutputFit) -> Check | None:
     if found is None:
         return None
     order = [int(j) for j in np.argsort(-found.away) if found.away[j] > MIN_FAR.value]
-    values = (f"{of.names[j]} {found.physical[j]:.4g} {of.quantities[j].unit}" for j in order)
+    values = (
+        f"{of.names[j]} {found.physical[j]:.4g} {of.unknowns.quantities[j].unit}" for j in order
+    )
     listed = ", ".join(map(str.rstrip, values))
-    outputs = f"{' and '.join(of.outputs)} leave{'s' * (len(of.outputs) == 1)}"
+    outputs = f"{of.output} leave{'s' * (len(of.outputs) == 1)}"
     return Check(
         name="one end",
         status="fail",
@@ -314,15 +295,9 @@ def one_end_check(of: OutputFit) -> Check | None:
     )
 
 
-def _searched(of: OutputFit) -> NDArray[np.bool_]:
-    """Parameters of the model, the law and the drive that were searched and are at no bound."""
-    return np.asarray((of.deviations > 0) & ~of.of_start)
-
-
 def precise_check(of: OutputFit) -> Check | None:
     """Every parameter that is searched, and shown, against its own deviation."""
-    slopes, weights = of.best.slopes.jacobian, of.weighing.weights
-    parts = np.abs(weights[:, None] * slopes * of.physical)
+    parts = np.abs(of.weighing.weights[:, None] * of.best.slopes.jacobian * of.physical)
     whole, peak = (
         np.divide(x, x.max() or 1.0) for x in (np.linalg.norm(parts, axis=0), parts.max(axis=0))
     )
@@ -336,18 +311,15 @@ def precise_check(of: OutputFit) -> Check | None:
             peak * times < NEGLIGIBLE_PEAK_FORCE.value
         )
     vague = percent > MAX_RELATIVE_DEVIATION.value
-    told = dict(zip(of.names, map(float, percent), strict=True))
-    unclear, minor = (
-        [of.names[int(j)] for j in np.flatnonzero(x)] for x in (vague & ~small, vague & small)
-    )
+    every = [*zip(of.names, map(float, percent), vague, small, strict=True)]
     return precision_check(
-        max(told.values()),
+        float(percent.max()),
         [
-            f"{name} is not identified by what is followed: its deviation is {told[name]:.3g} % of "
-            "it"
-            for name in unclear
+            f"{name} is not identified by what is followed: its deviation is {share:.3g} % of it"
+            for name, share, is_vague, is_small in every
+            if is_vague and not is_small
         ],
-        minor,
+        [name for name, _, is_vague, is_small in every if is_vague and is_small],
         "largest part that a parameter has of the output",
         "relative deviation in percent; a parameter that changes the output by less than 1 % of "
         "what the largest does, deviation included, may be as vague as it is",

@@ -143,22 +143,20 @@ def _sensitive(of: OutputFit) -> Check | None:
 
 
 def _ended(of: OutputFit) -> Check:
-    best, lost = of.best, ""
-    if best.lost:
-        lost = f"; {best.lost} parameter sets on the way could not be simulated: {best.why_lost}"
-    if best.converged:
-        said = f"the search stands still after {len(best.steps)} steps"
-    else:
+    best, said = of.best, f"the search stands still after {len(of.best.steps)} steps"
+    if not best.converged:
         said = (
             f"the search still moves after {MOST_STEPS} steps; start elsewhere, or leave out what "
             "the record does not show"
         )
+    if best.lost:
+        said += f"; {best.lost} parameter sets on the way could not be simulated: {best.why_lost}"
     return Check(
         name="convergence",
         status=status_of(best.converged),
         figure=float(len(best.steps)),
         threshold=float(MOST_STEPS),
-        meaning=said + lost,
+        meaning=said,
     )
 
 

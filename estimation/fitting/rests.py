@@ -6,6 +6,7 @@ rest, and record and loop come to rest and leave it at different times.
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -42,8 +43,12 @@ class Rests:
         Arguments as of `show_too_little`. Friction that remembers is shown near reversals alone,
         and records that are too short for the filter are kept whole.
         """
-        pairs = enumerate(zip(axes, records, strict=True))
-        served = [i for i, pair in pairs if not pair[0].states and _is_served(*pair)]
+        served = list[int]()
+        for i, (axis, record) in enumerate(zip(axes, records, strict=True)):
+            if not axis.states:
+                with suppress(AxisidError):
+                    FilteredRecord.bind(axis, record, Prefilter(reversals="keep"))
+                    served.append(i)
         if not served:
             return cls()
         own, of_all = [axes[i] for i in served], [into[i] for i in served]
@@ -93,11 +98,3 @@ class Rests:
             turns += data.sampling.turns(velocity, data.fastest)
         near = covered(turns, len(data))[samples]
         return covered(data.excluded, len(data))[samples] if near.all() else near
-
-
-def _is_served(axis: GeneratedAxis, record: Record) -> bool:
-    try:
-        FilteredRecord.bind(axis, record, Prefilter(reversals="keep"))
-    except AxisidError:
-        return False
-    return True

@@ -4,12 +4,12 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from msgspec import Meta
 
-from axisid.codegen.artefacts import GeneratedAxis, Quantity
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, told_or, unless_faulty
 from axisid.estimation.choices import OPEN_LOOP
 from axisid.estimation.diagnostics import Checked
@@ -19,7 +19,7 @@ from axisid.estimation.methods import bound_record
 from axisid.estimation.misspecification import Misspecification, find_misspecification, scores_of
 from axisid.estimation.parameters import axis_at
 from axisid.estimation.predictions import record_rows
-from axisid.estimation.searches import EquallyGoodPoint, FitStep, Search, equally_good_point
+from axisid.estimation.searches import EquallyGoodPoint, Search, equally_good_point
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.text import FunctionLike
 from axisid.support.arrays import Array, Exact, MaybeInfinite
@@ -53,6 +53,10 @@ class RecordError:
         Of the recorded output's.
     order : int
         Of the autoregression of the errors, of all outputs together.
+    noise : float
+        Root mean square of what is noise of the error, in the output's unit: what white noise of
+        the position makes in the loop, as the record has it, or what nothing before it tells of an
+        error, whichever is more.
     """
 
     output: str = ""
@@ -62,6 +66,16 @@ class RecordError:
     error: float
     percent: MaybeInfinite
     order: int
+    noise: Annotated[
+        float,
+        Meta(description="Root mean square of what is noise of that error, in the output's unit."),
+    ]
+
+    @property
+    def percent_beyond_noise(self) -> float:
+        """What is left beyond noise, of the recorded output."""
+        share = 1 - (self.noise / self.error) ** 2 if self.error else 0.0
+        return self.percent * math.sqrt(max(share, 0.0))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,7 +138,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     def __getstate__(self) -> dict[str, Any]:
         """With what twins tell, and without them: many times what the records hold."""
-        names = (*(each.name for each in fields(self)), "law_shift", "lacks", "noise")
+        names = (*(each.name for each in fields(self)), "law_shift", "lacks", "of_records")
         scores = replace(self.judged_scores, twins=None)
         without = {"doubts": (), "loops": (), "judged_scores": scores}
         return {name: getattr(self, name) for name in names} | without
@@ -175,11 +189,6 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         return self.form.local
 
     @property
-    def steps(self) -> tuple[FitStep, ...]:
-        """Where slopes were taken, the last at the end."""
-        return self.best.steps
-
-    @property
     def ends(self) -> tuple[tuple[float, Array], ...]:
         """Cost and parameters (P,) of each search, where several were asked for."""
         return tuple((each.cost, each.physical) for each in self.searches)
@@ -187,25 +196,31 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @cached_property
     def of_records(self) -> tuple[RecordError, ...]:
         """What is left of each record, and in each of every output."""
-        errors, measured = self.best.slopes.errors, self.predictions.measured
-        counted, found = self.weighing.weights > 0, []
-        for spans, model in zip(
-            self.predictions.spans, self.judged_scores.autoregressions, strict=True
-        ):
-            for place, output in enumerate(self.outputs):
-                rows = record_rows(spans, place, len(self.outputs))
-                used = counted[rows]
-                e, y = errors[rows][used], measured[rows][used]
+        # A chain takes for forces what the model lacks, so that noise is that of the position.
+        alone = partial(outputs_by_noise, disturbed=False, paired=False)
+        there = self.best.physical, self.predictions, _OF_POSITION
+        weights, outputs, found = self.weighing.weights, self.outputs, []
+        shaken = told_or(np.zeros((len(weights), 1)), lambda: alone(self.loops, *there))
+        models = self.judged_scores.autoregressions
+        for spans, model in zip(self.predictions.spans, models, strict=True):
+            every = zip(outputs, self.predictions.units, np.diag(model.variance), strict=True)
+            for place, (output, unit, variance) in enumerate(every):
+                rows = record_rows(spans, place, len(outputs))
+                used, weight = weights[rows] > 0, float(weights[rows].max())
+                e, y = (x[rows][used] for x in (self.best.slopes.errors, self.predictions.measured))
                 left, size = float(np.linalg.norm(e)), float(np.linalg.norm(y))
+                by_twins = (weights[rows][used, None] * shaken[rows][used]) ** 2
+                noise = max(variance, float(by_twins.mean()) if len(e) else 0.0, 0.0)
                 found.append(
                     RecordError(
                         output=output,
-                        unit=self.units[place],
-                        weight=float(self.weighing.weights[rows].max()),
-                        rows=int(used.sum()),
+                        unit=unit,
+                        weight=weight,
+                        rows=len(e),
                         error=left / max(len(e), 1) ** 0.5,
                         percent=100 * left / size if size else float("inf") if left else 0.0,
                         order=model.order,
+                        noise=math.sqrt(noise) / (weight or 1.0),
                     )
                 )
         return tuple(found)
@@ -216,21 +231,6 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         errors, count = self.best.slopes.errors, len(self.outputs)
         whole = (errors[record_rows(spans)] for spans in self.predictions.spans)
         return tuple(whole) if count == 1 else tuple(each.reshape(-1, count) for each in whole)
-
-    @property
-    def samples(self) -> tuple[NDArray[np.intp], ...]:
-        """Of the record, that the errors are at, (N,) by record."""
-        return self.predictions.samples
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """Of the outputs."""
-        return self.predictions.units
-
-    @property
-    def quantities(self) -> tuple[Quantity, ...]:
-        """The parameters, length P."""
-        return self.unknowns.quantities
 
     @cached_property
     def law(self) -> LawCheck | Missing:
@@ -299,30 +299,6 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         return find_misspecification(scores, np.array(half), len(self.records), self.levels)
 
     @cached_property
-    def noise(self) -> tuple[float, ...]:
-        """Root mean square of what is noise in what is left, in the output's unit.
-
-        As in `of_records`.
-
-        What white noise of the position makes in the loop, as the record has it, or what nothing
-        before it tells of an error, whichever is more: a chain takes for forces what the model
-        lacks.
-        """
-        alone = partial(outputs_by_noise, disturbed=False, paired=False)
-        there = self.best.physical, self.predictions, _OF_POSITION
-        none = np.zeros((len(self.weighing.weights), 1))
-        twins = self.weighing.weights[:, None] * told_or(none, lambda: alone(self.loops, *there))
-        scores, found = self.judged_scores, []
-        for model, spans in zip(scores.autoregressions, scores.spans, strict=True):
-            for place, variance in enumerate(np.diag(model.variance)):
-                rows = record_rows(spans, place, scores.outputs)
-                used = scores.counted[rows]
-                weight = float(self.weighing.weights[rows][used].max(initial=0.0)) or 1.0
-                by_twins = float(np.mean(twins[rows][used] ** 2)) if used.any() else 0.0
-                found.append(math.sqrt(max(variance, by_twins, 0.0)) / weight)
-        return tuple(found)
-
-    @cached_property
     def checks(self) -> tuple[Check, ...]:
         """Whether to believe it."""
         return self.judge(self)
@@ -384,7 +360,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         """
         freedom = np.array([degrees_of_freedom_of(value) for value in self.parameters.values()])
         return SamplingDistribution(
-            quantities=self.quantities,
+            quantities=self.unknowns.quantities,
             theta=self.physical,
             covariances=self.covariances,
             freedom={self.chosen: freedom},
@@ -405,7 +381,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @property
     def names(self) -> tuple[str, ...]:
         """Of the parameters."""
-        return tuple(q.name for q in self.quantities)
+        return self.unknowns.names
 
     @property
     def output(self) -> str:
@@ -415,7 +391,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @property
     def unit(self) -> str:
         """Of the first output."""
-        return self.units[0]
+        return self.predictions.units[0]
 
     @property
     def error(self) -> float:
@@ -432,17 +408,4 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @property
     def percent_beyond_noise(self) -> float:
         """What is left beyond noise, of the recorded output; of several the largest."""
-        return max(self.percents_beyond_noise)
-
-    @property
-    def percents_beyond_noise(self) -> tuple[float, ...]:
-        """What is left beyond noise, of the recorded output, as in `of_records`."""
-        return tuple(
-            each.percent * math.sqrt(max(1 - (noise / each.error) ** 2, 0.0)) if each.error else 0.0
-            for each, noise in zip(self.of_records, self.noise, strict=True)
-        )
-
-    @property
-    def step(self) -> float:
-        """Of the coarsest encoder, SI; 0 where nothing is known of any."""
-        return self.predictions.step
+        return max(each.percent_beyond_noise for each in self.of_records)

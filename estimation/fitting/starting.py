@@ -173,19 +173,17 @@ def check_remembered(
     UsageError
         A parameter of a state's equation starts at 0, and nothing tells how large it is.
     """
-    laws = [law for state in states for law in state.laws]
-    inside = {str(symbol) for law in laws for symbol in law.free_symbols}
-    for begun in begins:
-        known = np.where(unknowns.has_prior, unknowns.prior, 0.0)
-        largest = np.max(np.abs([begun.physical, begun.size, known]), axis=0)
-        lost = unknowns.free & (largest == 0)
-        if names := [n for n, at in zip(unknowns.names, lost, strict=True) if at and n in inside]:
-            raise UsageError(
-                f"{names[0]} starts at 0, and what the friction remembers follows by it, so that "
-                "nothing tells its size; give its parameter a nominal value of about that size, or "
-                "a prior.",
-                code="fit",
-            )
+    inside = {str(each) for state in states for law in state.laws for each in law.free_symbols}
+    known = np.where(unknowns.has_prior, unknowns.prior, 0.0)
+    sizes = np.abs([[begun.physical, begun.size, known] for begun in begins]).max(axis=1)
+    lost = unknowns.free & (sizes.min(axis=0) == 0)
+    if names := [n for n, at in zip(unknowns.names, lost, strict=True) if at and n in inside]:
+        raise UsageError(
+            f"{names[0]} starts at 0, and what the friction remembers follows by it, so that "
+            "nothing tells its size; give its parameter a nominal value of about that size, or "
+            "a prior.",
+            code="fit",
+        )
 
 
 def starts_from(

@@ -174,21 +174,20 @@ def factors_in_twins(
         Of the record.
     found : FoundGains
     """
-    if not isinstance(law, LawCheck) or not law.factors:
-        return []
-    if isinstance(loops, Missing) or loops.chain.is_silent:
+    told = not isinstance(law, Missing) and law.factors
+    if not told or isinstance(loops, Missing) or loops.chain.is_silent:
         return []
     twins = loops.twins(loops.chain, _TWINS, paired=False)
     checked = (check_found_law(loops.data.axis, twin, found) for twin in twins)
     every = [each.factors for each in checked if isinstance(each, LawCheck)]
-    told: list[Mapping[str, float]] = [f for f in every if f.keys() == law.factors.keys()]
-    return told if 2 * len(told) >= _TWINS else []
+    same = [factors for factors in every if factors.keys() == told.keys()]
+    return same if 2 * len(same) >= _TWINS else []
 
 
 def move_by_record(
     of_records: Sequence[Mapping[str, Array]],
     laws: Sequence[LawCheck | Missing],
-    in_twins: Sequence[Sequence[Mapping[str, float]]] = (),
+    in_twins: Sequence[Sequence[Mapping[str, float]]],
 ) -> tuple[Array, Array] | None:
     """What the law as the records have it, less the declared one, moves the parameters by, (P,).
 
@@ -218,13 +217,11 @@ def move_by_record(
         return None
     mean = {name: float(np.mean([each[name] for each in telling])) for name in names}
     moved, variances = [], []
-    every = zip(of_records, told, laws, in_twins or [[]] * len(laws), strict=True)
-    for moves, factors, law, twins in every:
-        of_twins = [_moved_by(moves, each) for each in twins]
-        by_chance = np.mean(of_twins, axis=0) if twins else 0.0
-        moved.append(_moved_by(moves, factors or mean) - by_chance)
+    for moves, factors, law, twins in zip(of_records, told, laws, in_twins, strict=True):
+        moved.append(_moved_by(moves, factors or mean))
         if twins:
-            count = len(twins)
+            count, of_twins = len(twins), [_moved_by(moves, each) for each in twins]
+            moved[-1] -= np.mean(of_twins, axis=0)
             widened = (1 + 1 / count) * (stdtrit(count - 1, _LEVEL) / ndtri(_LEVEL)) ** 2
             variances.append(widened * np.var(of_twins, axis=0, ddof=1))
         elif isinstance(law, LawCheck):

@@ -67,7 +67,7 @@ def test_the_public_record_has_the_numbers_of_output_error(
     assert control.error_percent == pytest.approx(4.529, abs=1e-3)
     assert position.error == pytest.approx(1.610e-6, rel=1e-3)
     for result in (control, position):
-        assert len(result.steps) <= 10
+        assert len(result.best.steps) <= 10
         deviations = [v.deviation for v in result.parameters.values()]
         np.testing.assert_allclose(deviations, [0.25, 4.2, 0.34, 0.14], rtol=0.8)
     worst = max(np.abs(control.law_moves["kp*kv"] / control.physical))
@@ -475,7 +475,7 @@ def test_noise_that_is_most_of_an_output_is_no_lack(
     assert result.error_percent > 40
     assert result.percent_beyond_noise < 15
     assert result.believed
-    assert found.noise[0] == pytest.approx(found.error, rel=0.05)
+    assert found.of_records[0].noise == pytest.approx(found.error, rel=0.05)
 
 
 @pytest.mark.slow

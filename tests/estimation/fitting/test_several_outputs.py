@@ -27,15 +27,14 @@ def both(emps2015: GeneratedAxis, twin: Record) -> OutputFit:
 
 def test_each_output_counts_by_what_is_left_of_it(both: OutputFit) -> None:
     assert both.outputs == BOTH
-    assert both.units == ("V", "m")
+    assert both.predictions.units == ("V", "m")
     for each in both.of_records:
         assert each.weight * each.error == pytest.approx(1.0, rel=0.02)
+        assert each.noise == pytest.approx(each.error, rel=0.1)
     for name, value in both.parameters.items():
         assert abs(value.value - TRUTH[name]) < 3 * value.deviation
     assert both.believed
     assert both.output == "control and position"
-    for each, noise in zip(both.of_records, both.noise, strict=True):
-        assert noise == pytest.approx(each.error, rel=0.1)
     assert both.percent_beyond_noise < 5
     assert both.error == both.of_records[0].error
 
