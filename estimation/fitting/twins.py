@@ -161,7 +161,7 @@ _LEVEL = 0.975  # at which eight twins are as sure as the normal law has it
 
 def factors_in_twins(
     law: LawCheck | Missing, loops: RecordLoops | Missing, found: FoundGains
-) -> list[Mapping[str, float]]:
+) -> Sequence[Mapping[str, float]]:
     """Factors that the law has in twins, which are under the declared one; none without twins.
 
     A control that answers to noise within a sample is no sum of its terms, and HAC deviations know
