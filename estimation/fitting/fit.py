@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -58,7 +58,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError, is_real, is_whole, quoted
 from axisid.support.progress import Progress
 
-from .judgement import judged
+from .checks_of_fit import judged
 from .rests import Rests
 from .result import OutputFit
 from .solution import FitSearch
@@ -400,14 +400,10 @@ class _FitRun:
     given: tuple[float, ...]  # weights of the outputs, NaN where they are found
     progress: Progress | None
     rests: Rests
-
-    def __post_init__(self) -> None:
-        self.alone: SearchResult | None = None
-        self.scale = np.ones(len(self.unknowns.names))
-        self.counted = self.predictions.counted
-        self.weighing = WeightedLoss(
-            weights=self.counted, loss=LOSS_FUNCTIONS[self.loss], tuning=1.0
-        )
+    scale: Array = field(init=False)
+    counted: Array = field(init=False)
+    weighing: WeightedLoss = field(init=False)
+    alone: SearchResult | None = None
 
     def first(self, begins: Sequence[FitStart]) -> tuple[FitStart, Array, list[str]]:
         """The start that leaves least, where it is, and why those before it cannot be simulated."""

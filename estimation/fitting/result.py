@@ -28,7 +28,7 @@ from axisid.support.presentable import Presentable
 
 from .solution import FitInference, FitSearch, inferred
 from .spread import unseen_in_words
-from .twins import PERCENT, factors_in_twins, move_by_record, outputs_by_noise
+from .twins import PERCENT, move_by_record, outputs_by_noise
 
 _OF_POSITION = 16  # twins with noise of the position alone
 
@@ -253,13 +253,9 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @cached_property
     def law_shift(self) -> tuple[Array, Array] | Missing | None:
         """What the law as the records have it would move them by, with deviations, (P,) each."""
-
-        def moved() -> tuple[Array, Array] | None:
-            every = zip(self._laws, self.loops, strict=True)
-            twins = [factors_in_twins(law, loops, self.found_gains) for law, loops in every]
-            return move_by_record(self._moves_of_records, self._laws, twins)
-
-        return unless_faulty(moved)
+        return unless_faulty(
+            lambda: move_by_record(self._moves_of_records, self._laws, self.loops, self.found_gains)
+        )
 
     @cached_property
     def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:

@@ -140,19 +140,19 @@ class FitInference:
         What other starts move all parameters by, where that matters, and in deviations.
     """
 
-    physical: Array
-    sides: NDArray[np.int8]
-    chosen: str
-    covariances: Mapping[str, Array]
-    variances: Array
-    parameters: NamedValues
-    held: tuple[ParameterAtBound, ...]
-    not_shown: tuple[Array, NDArray[np.bool_]]
-    influence: Array
-    judged_scores: Scores = field(compare=False)
-    loops: tuple[RecordLoops | Missing, ...] = field(compare=False)
-    moved: Array | Missing | None
-    by_start: tuple[Array, Array]
+    physical: Array = field(repr=False)
+    sides: NDArray[np.int8] = field(repr=False)
+    chosen: str = field(repr=False)
+    covariances: Mapping[str, Array] = field(repr=False)
+    variances: Array = field(repr=False)
+    parameters: NamedValues = field(repr=False)
+    held: tuple[ParameterAtBound, ...] = field(repr=False)
+    not_shown: tuple[Array, NDArray[np.bool_]] = field(repr=False)
+    influence: Array = field(repr=False)
+    judged_scores: Scores = field(repr=False, compare=False)
+    loops: tuple[RecordLoops | Missing, ...] = field(repr=False, compare=False)
+    moved: Array | Missing | None = field(repr=False)
+    by_start: tuple[Array, Array] = field(repr=False)
 
 
 def inferred(of: FitSearch) -> FitInference:
@@ -177,8 +177,7 @@ def inferred(of: FitSearch) -> FitInference:
         # What noise makes by its square comes at every reversal alike, so that it scatters nothing.
         beside = common - end.slopes.jacobian @ (influence @ common)
         judged = replace(judged, errors=judged.errors + weights * beside)
-    with np.errstate(all="ignore"):
-        starts = of.predictions.slopes_by_start(end.physical)
+    starts = _slopes_by_start(of)
     scattered = twins if of.horizon is None else None
     coloured, found = _covariances(of, at_liberty, twins, judged.errors, starts)
     freedom, chosen = coloured.freedom, "coloured"
@@ -187,7 +186,7 @@ def inferred(of: FitSearch) -> FitInference:
         judged = replace(judged, twins=judged.counts[:, None] * scattered)
     variances, by_start = np.full(len(free), np.inf), np.zeros((2, len(free)))
     variances[free] = np.diag(found[chosen])
-    by_start[:, free] = moved_by_start(at_liberty, weights, starts, coloured.matrix)
+    by_start[:, free] = moved_by_start(at_liberty, starts, coloured.matrix)
     rows = np.vstack([weights[:, None] * end.slopes.jacobian, of.unknowns.known_rows])
     not_shown = unseen_directions(rows, of.scale, free)
     covariances = {}
@@ -222,6 +221,18 @@ def _loops(of: FitSearch) -> tuple[RecordLoops | Missing, ...]:
         there = axis_at(axis, form, physical)
         found.append(unless_faulty(partial(RecordLoops.at, there, record, own)))
     return tuple(found)
+
+
+def _slopes_by_start(of: FitSearch) -> Array:
+    """Slopes of the weighted errors by first positions and velocities, each of one size, (n, q)."""
+    weights, found = of.weighing.weights, [np.zeros((len(of.weighing.weights), 0))]
+    with np.errstate(all="ignore"):
+        for rows, slopes in of.predictions.slopes_by_start(of.best.physical):
+            found.append(np.zeros((len(weights), slopes.shape[1])))
+            found[-1][rows] = weights[rows, None] * slopes
+    whole = np.hstack(found)
+    size = np.linalg.norm(whole, axis=0)
+    return whole / np.where(size > 0, size, 1.0)
 
 
 def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Missing | None:
@@ -283,7 +294,7 @@ def _covariances(
     scores: Scores,
     twins: Array | None,
     errors: Array,
-    starts: Sequence[tuple[slice, Array]],
+    starts: Array,
 ) -> tuple[CovarianceEstimate, dict[str, Array]]:
     """By coloured errors alone, and by name with all else that leaves unsure, (k, k) each.
 
@@ -296,8 +307,8 @@ def _covariances(
         What noise makes of the outputs.
     errors : (n,) array
         Weighted, less what noise makes of them by its square.
-    starts : sequence of (slice, array)
-        Rows of a stretch, and slopes of its errors by its start, (m, 2).
+    starts : (n, q) array
+        Of `_slopes_by_start`.
     """
     weights, influence = of.weighing.weights, scores.influence(of.weighing.weights)
     coloured = scores.coloured() if of.horizon is None else scores.clustered()
@@ -319,7 +330,7 @@ def _covariances(
             alike = moved[:, : moved.shape[1] // 2 * 2].reshape(len(moved), -1, 2).mean(axis=2)
             found["coloured"] = matrix + np.cov(alike).reshape(len(moved), -1) / alike.shape[1]
     for name, matrix in found.items():  # no error of a record tells what the starts of loops add
-        by_start, _ = moved_by_start(scores, weights, starts, matrix)
+        by_start, _ = moved_by_start(scores, starts, matrix)
         found[name] = matrix + np.outer(by_start, by_start)
     by_doubts = influence @ _by_doubts(of)
     every = {"coloured": found.pop("coloured"), "iid": iid, **found}
@@ -347,7 +358,7 @@ def _held(
     sides: NDArray[np.int8],
     common: Array | None,
     errors: Array,
-    starts: Sequence[tuple[slice, Array]],
+    starts: Array,
     variances: Array,
 ) -> tuple[ParameterAtBound, ...]:
     """Parameters at their bounds, and what each would be without its own.
@@ -362,7 +373,7 @@ def _held(
         free[j] = True
         scores, place = of.scores(free), int(np.count_nonzero(free[:j]))
         matrix = replace(scores, errors=errors).coloured().matrix
-        by_start, _ = moved_by_start(scores, weights, starts, matrix)
+        by_start, _ = moved_by_start(scores, starts, matrix)
         deviation = float(np.sqrt((matrix + np.outer(by_start, by_start))[place, place]))
         left = scores.errors
         if common is not None:

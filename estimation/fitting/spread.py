@@ -16,7 +16,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from axisid.estimation.diagnostics import covariance_of_twins
 from axisid.estimation.parameters import Unknowns
@@ -269,9 +268,7 @@ def scores_of(
     )
 
 
-def moved_by_start(
-    scores: Scores, weights: Array, starts: Sequence[tuple[slice, Array]], covariance: Array
-) -> tuple[Array, Array]:
+def moved_by_start(scores: Scores, starts: Array, covariance: Array) -> tuple[Array, Array]:
     """What parameters would move by if first positions and velocities were free with them.
 
     To first order, by the errors, in their units and in their deviations, (k,) each; 0 where that
@@ -280,26 +277,16 @@ def moved_by_start(
     Parameters
     ----------
     scores : Scores
-    weights : (n,) array
-    starts : sequence of (slice, array)
-        Rows of a stretch, and slopes of its errors by its start, (m, 2).
+    starts : (n, q) array
+        Slopes of the weighted errors by the first positions and velocities, each of one size.
     covariance : (k, k) array
         Of the parameters, with starts as they are.
     """
-    together, gained, own = [], [], []
-    for rows, slopes in starts:
-        weighed = weights[rows, None] * slopes
-        size = np.linalg.norm(weighed, axis=0)
-        unit = weighed / np.where(size > 0, size, 1.0)
-        counted = scores.curvature[rows, None] * unit
-        together.append(scores.jacobian[rows].T @ counted)
-        gained.append(unit.T @ scores.errors[rows])
-        own.append(unit.T @ counted)
-    if not together:
-        return np.zeros(len(covariance)), np.zeros(len(covariance))
-    beside = scores.inverse @ np.hstack(together)
-    net = block_diag(*own) - np.hstack(together).T @ beside
-    downhill = beside.T @ (scores.jacobian.T @ scores.errors) - np.concatenate(gained)
+    counted = scores.curvature[:, None] * starts
+    together = scores.jacobian.T @ counted
+    beside = scores.inverse @ together
+    net = starts.T @ counted - together.T @ beside
+    downhill = beside.T @ (scores.jacobian.T @ scores.errors) - starts.T @ scores.errors
     moved = -beside @ (np.linalg.pinv(net, rcond=MIN_SHOWN.value) @ downhill)
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     far = np.divide(np.abs(moved), deviations, out=np.zeros(len(moved)), where=deviations > 0)

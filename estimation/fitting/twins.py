@@ -174,7 +174,7 @@ def factors_in_twins(
         Of the record.
     found : FoundGains
     """
-    told = not isinstance(law, Missing) and law.factors
+    told = {} if isinstance(law, Missing) else law.factors
     if not told or isinstance(loops, Missing) or loops.chain.is_silent:
         return []
     twins = loops.twins(loops.chain, _TWINS, paired=False)
@@ -187,7 +187,8 @@ def factors_in_twins(
 def move_by_record(
     of_records: Sequence[Mapping[str, Array]],
     laws: Sequence[LawCheck | Missing],
-    in_twins: Sequence[Sequence[Mapping[str, float]]],
+    every: Sequence[RecordLoops | Missing],
+    found: FoundGains,
 ) -> tuple[Array, Array] | None:
     """What the law as the records have it, less the declared one, moves the parameters by, (P,).
 
@@ -199,8 +200,9 @@ def move_by_record(
     of_records : sequence of mapping of str to (P,) array
         Of each term, 1 % larger, by its gains.
     laws : sequence of LawCheck or Missing
-    in_twins : sequence of sequence of mapping of str to float
-        Factors in each record's twins; by HAC where there are none.
+    every : sequence of RecordLoops or Missing
+        Of the records, whose twins tell how sure the factors are; HAC does where there are none.
+    found : FoundGains
 
     Returns
     -------
@@ -217,7 +219,8 @@ def move_by_record(
         return None
     mean = {name: float(np.mean([each[name] for each in telling])) for name in names}
     moved, variances = [], []
-    for moves, factors, law, twins in zip(of_records, told, laws, in_twins, strict=True):
+    for moves, factors, law, loops in zip(of_records, told, laws, every, strict=True):
+        twins = factors_in_twins(law, loops, found)
         moved.append(_moved_by(moves, factors or mean))
         if twins:
             count, of_twins = len(twins), [_moved_by(moves, each) for each in twins]

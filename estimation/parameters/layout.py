@@ -123,9 +123,10 @@ class JointForm(Exact, InverseForm):
 
     def have_inertia(self, physical: Array) -> NDArray[np.bool_]:
         """See `Form.have_inertia`; in every record."""
-        records = range(len(self.members))
-        own = (np.array([self.own(each, i) for each in physical]) for i in records)
-        found = [self.of_record(i).have_inertia(each) for i, each in zip(records, own, strict=True)]
+        found = [
+            self.of_record(i).have_inertia(np.array([self.own(each, i) for each in physical]))
+            for i in range(len(self.members))
+        ]
         return np.asarray(np.all(found, axis=0))
 
     def of_record(self, record: int) -> Form:

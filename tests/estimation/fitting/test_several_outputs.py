@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -83,24 +82,6 @@ def test_a_record_is_held_against_one_of_the_outputs(emps2015: GeneratedAxis, tw
     assert validate_fit(both, twin).output == "control"
     with refuses("method"):
         validate_fit(both, twin, output="force")
-
-
-@pytest.mark.parametrize(
-    ("code", "given"),
-    [
-        ("method", {"output": ("control", "speed")}),
-        ("fit", {"output": ()}),
-        ("fit", {"output": ("control", "open-loop")}),
-        ("fit", {"output": BOTH, "weights": {"force": 1.0}}),
-        ("fit", {"output": BOTH, "weights": {"position": 0.0}}),
-        ("fit", {"output": BOTH, "weights": {"position": 1e300}}),
-    ],
-)
-def test_what_cannot_be_followed_together_is_refused(
-    emps2015: GeneratedAxis, twin: Record, code: str, given: dict[str, Any]
-) -> None:
-    with refuses(code):
-        fit(emps2015, twin, **given)
 
 
 def _records(axis: GeneratedAxis, *changes: dict[str, float]) -> list[Record]:

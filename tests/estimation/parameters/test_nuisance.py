@@ -1,4 +1,4 @@
-"""The drive's gain, found with the parameters of the model."""
+"""The drive's gain, and where loops start, found with the parameters of the model."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,11 +12,14 @@ from axisid.elements import CONTROL, DRIVE_GAIN, formula_drive, voltage_drive
 from axisid.estimation.parameters import ExtendedForm
 from axisid.estimation.predictions import LoopPredictions
 from axisid.estimation.regression import InverseForm
+from axisid.estimation.studies import validate_fit
 from axisid.modeling.quantities import Constant
-from tests.estimation.fitting.fits import TRUTH, off
+from axisid.support.arrays import Array
+from tests.estimation.fitting.fits import TRUTH, looped, off
 from tests.refusals import refuses
 
 OFF = 1.03
+BEGIN = 300  # where the axis is moving
 
 
 def _off(axis: Axis, factor: float = OFF) -> GeneratedAxis:
@@ -109,3 +112,45 @@ def test_a_gain_that_cannot_be_searched_is_refused_with_the_reason(
     record = replace(twin, force=np.asarray(twin.control) * emps2015.axis.drive.gain)
     with refuses("free", says="force column"):
         fit(emps2015, record, "force", free="gain")
+
+
+def _moving(axis: GeneratedAxis, seed: int) -> tuple[Record, Array]:
+    """A record that begins in motion, with the position and the velocity there."""
+    theta, reference = [*TRUTH.values()], np.asarray(twin_record(axis).reference)
+    record, loop = looped(axis, theta, reference, 3.8e-6, seed=seed, first=BEGIN)
+    return record, np.array([loop.position[BEGIN], loop.velocity[BEGIN]])
+
+
+def test_a_start_in_motion_is_found_with_the_parameters(emps2015: GeneratedAxis) -> None:
+    record, begun = _moving(emps2015, 1)
+    found = fit(emps2015, record, free="start")
+    assert found.names == (*TRUTH, "start_position", "start_velocity")
+    assert [found[name].unit for name in found.names[3:]] == ["m", "m/s"]
+    truth = {**TRUTH, "start_position": begun[0], "start_velocity": begun[1]}
+    assert np.abs(off(found, truth)).max() < 3
+    assert found["start_position"].deviation < 3.8e-6
+    assert abs(begun[1]) > 50 * found["start_velocity"].deviation
+    assert found.believed
+    assert "start_velocity" in found.summary()
+    # It is a little less than what the start of the record leaves.
+    assert found.error < fit(emps2015, record).error
+
+
+def test_each_record_has_a_start_of_its_own(emps2015: GeneratedAxis, twin: Record) -> None:
+    record, begun = _moving(emps2015, 2)
+    bounds = {"start_position": (0, 1)}
+    found = fit(emps2015, [twin, record], free="start", bounds=bounds)
+    names = [f"start_{what}_{i}" for i in (1, 2) for what in ("position", "velocity")]
+    assert [*found.names[3:]] == names
+    assert found.local["start_velocity"] == ("start_velocity_1", "start_velocity_2")
+    assert found.bounds["start_position_2"] == (0.0, 1.0)
+    assert abs(found["start_position_2"].value - begun[0]) < 4e-6
+    assert abs(found["start_velocity_2"].value - begun[1]) < 3 * found["start_velocity_2"].deviation
+    cut = replace(twin, segments=((0, 3000), (3000, len(twin))))
+    pieces = fit(emps2015, cut, free="start", fixed={"start_velocity_1": 0.0})
+    assert [*pieces.names[3:]] == names
+    assert pieces.fixed == {"start_velocity_1": 0.0}
+    # A record that is held against it starts where it is.
+    assert validate_fit(found, record).percent == pytest.approx(
+        found.of_records[1].percent, rel=0.02
+    )
