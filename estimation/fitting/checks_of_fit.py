@@ -252,7 +252,15 @@ def windows_check(of: OutputFit) -> Check | Missing | None:
     said = f"windows of {of.horizon:g} s are short enough that errors do not grow in them"
     if windows < advised:
         several = "1 window is" if windows == 1 else f"{windows} windows are"
-        said = f"{several} too few to tell deviations, or what the model lacks; {_shorter(of)}"
+        said = (
+            f"{several} too few to tell deviations, or what the model lacks; follow a longer record"
+        )
+        # So short that they are as many as advised, where they still are windows.
+        length = sum(len(each) * each.period for each in of.records) / advised
+        places = 1 - math.floor(math.log10(length))
+        shorter = math.floor(length * 10**places) / 10**places
+        fewest = FEWEST_IN_WINDOW * max(record.period for record in of.records)
+        said += f", or use horizon={shorter:g}" if shorter >= fewest else "."
     if steady < of.horizon:
         said = (
             f"errors grow more than {MAX_GROWTH.value:g} times in windows of {of.horizon:g} s, as "
@@ -312,16 +320,6 @@ def joined_check(name: str, of: OutputFit) -> Check | None:
         for lacks, axis, record in zip(of.lacks, of.axes, of.records, strict=True)
     ]
     return joined(found, record_labels(of.records))
-
-
-def _shorter(of: OutputFit) -> str:
-    """Windows so short that they are as many as advised, where they still are windows."""
-    length = sum(len(each) * each.period for each in of.records) / ADVISED_WINDOWS.value
-    places = 1 - math.floor(math.log10(length))
-    shorter = math.floor(length * 10**places) / 10**places
-    if shorter < FEWEST_IN_WINDOW * max(record.period for record in of.records):
-        return "follow a longer record."
-    return f"follow a longer record, or use horizon={shorter:g}"
 
 
 def rows_check(of: OutputFit) -> Check | None:

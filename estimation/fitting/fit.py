@@ -1,6 +1,5 @@
 """Output error: a simulated output follows the recorded one, by whatever parameters are free."""
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -14,14 +13,12 @@ from axisid.estimation.choices import (
     FIT_STARTS,
     LOSSES,
     OPEN_LOOP,
-    OPEN_LOOP_FIT,
-    OUTPUTS,
     RESTS,
     SQUARES,
     check_among,
 )
 from axisid.estimation.diagnostics.law import LawCheck, check_law, first_failing
-from axisid.estimation.identification import at_time, records_of, shared_records
+from axisid.estimation.identification import at_time, bound_records, records_of, shared_records
 from axisid.estimation.parameters import (
     End,
     ExtendedForm,
@@ -50,16 +47,16 @@ from axisid.estimation.searches import (
     cost_of,
     robust_deviation,
 )
+from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.estimation.twins import DEFAULT_COUNT, check_count
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
-from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, UsageError, is_real, is_whole, quoted
+from axisid.support.arrays import Array, covered
+from axisid.support.errors import AxisidError, EstimationError, UsageError, is_whole, quoted
 from axisid.support.progress import Progress
 
 from .checks_of_fit import judged
-from .rests import Rests
 from .result import OutputFit
 from .solution import FitSearch
 from .spread import scores_of, unseen_directions
@@ -67,14 +64,14 @@ from .starting import (
     FitStart,
     StartLike,
     check_remembered,
+    checked_horizon,
+    checked_outputs,
+    checked_weights,
     searched_form,
     split_free,
     starts_from,
     with_free,
 )
-
-# 1/unit of the output, or the inverse; with more, rounding hides what another output tells
-_MAX_WEIGHT = 1e20
 
 _MOST_STARTS = 1000
 # periods from the loop's own drive time, where the output is a straight line of it and the loop
@@ -186,7 +183,7 @@ def fit(
     ----------
     [Ljung1999]_, [Gautier2013]_, [Whittle1963]_.
     """
-    outputs = _outputs(output)
+    outputs = checked_outputs(output)
     check_among(("loss", loss, LOSSES), ("choice of rests", rests, RESTS))
     for number, least, most, what in (
         (starts, 1, _MOST_STARTS, "starts"),
@@ -204,7 +201,7 @@ def fit(
         _searched,
         records=tuple(given),
         outputs=outputs,
-        weights=_weights(weights, outputs),
+        weights=checked_weights(weights, outputs),
         local=local,
         known=known or {},
         gain=gain,
@@ -388,6 +385,81 @@ def _steady_horizon(form: ExtendedForm, records: Sequence[Record], physical: Arr
         return None
 
 
+@dataclass(frozen=True, slots=True)
+class Rests:
+    """What is near a rest or a reversal of records, or of their simulated loops.
+
+    A fit leaves it out as regressions leave out rows. At rest friction takes any force, so that
+    such samples tell nothing of the parameters; under a law with an integral the control is
+    undetermined there. Behind an encoder they mislead: it is silent at rest, and record and loop
+    come to rest and leave it at different times.
+
+    Attributes
+    ----------
+    data : mapping of int to FilteredRecord
+        By record, under the default filter, which says how near; none of records whose samples are
+        all kept.
+    """
+
+    data: Mapping[int, FilteredRecord] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls, axes: Sequence[GeneratedAxis], records: Sequence[Record], into: Sequence[Array]
+    ) -> "Rests":
+        """Those of records; none where these together show too little without them.
+
+        Arguments as of `show_too_little`. Friction that remembers is shown near reversals alone,
+        and records that are too short for the filter are kept whole.
+        """
+        served = list[int]()
+        for i, (axis, record) in enumerate(zip(axes, records, strict=True)):
+            if not axis.states:
+                with suppress(AxisidError):
+                    FilteredRecord.bind(axis, record, Prefilter(reversals="keep"))
+                    served.append(i)
+        if not served:
+            return cls()
+        own, of_all = [axes[i] for i in served], [into[i] for i in served]
+        data = bound_records(own, [records[i] for i in served], Prefilter(), of_all)
+        return cls(dict(zip(served, data, strict=True)))
+
+    @property
+    def count(self) -> bool:
+        """Whether samples near rests count, as without them a parameter is hardly shown."""
+        kept = [data for data in self.data.values() if not data.excluded]
+        return any(data.rows_near_turns.any() for data in kept)
+
+    def counted(self, predictions: Predictions, physical: Array | None = None) -> Array:
+        """1 for rows that count, 0 near rests of the records, and of their loops there, (n,).
+
+        Parameters
+        ----------
+        predictions : Predictions
+        physical : (P,) array, optional
+            Of the loops; without it rests are those of the records. A loop that never moves is none
+            of a record that does.
+        """
+        if not any(data.excluded for data in self.data.values()):
+            return predictions.counted
+        with np.errstate(all="ignore"):
+            loops = () if physical is None else predictions.velocities(physical)
+        every = []
+        for r, samples in enumerate(predictions.samples):
+            near, data = np.zeros(len(samples), dtype=bool), self.data.get(r)
+            if data is not None:
+                near = covered(data.excluded, len(data))[samples]
+            if data is not None and data.excluded and loops:
+                velocity = np.zeros(len(data))
+                velocity[samples] = loops[r]
+                turns = data.excluded + data.sampling.turns(velocity, data.fastest)
+                either = covered(turns, len(data))[samples]
+                near = near if either.all() else either
+            every.append(near)
+        near = np.repeat(np.concatenate(every), len(predictions.units))
+        return np.where(near, 0.0, predictions.counted)
+
+
 @dataclass
 class _FitRun:
     """The searches of one fit."""
@@ -546,7 +618,10 @@ class _FitRun:
             for place, given in enumerate(self.given):
                 of_one = record_rows(spans, place, len(self.given))
                 own = errors[of_one][weights[of_one] > 0]
-                weights[of_one] *= self._weight(own) if np.isnan(given) else given
+                noise = float(np.sqrt(np.mean(own**2))) if len(own) else 0.0
+                if self.loss != SQUARES:
+                    noise = robust_deviation(own) or noise
+                weights[of_one] *= 1 / (noise or 1.0) if np.isnan(given) else given
             shares[record_rows(spans)] = 1.0 if effects is None else 1 / effects[r]
         self.weighing = WeightedLoss(
             weights=weights * np.sqrt(shares),
@@ -554,58 +629,3 @@ class _FitRun:
             tuning=1.0 if self.loss == SQUARES else HUBER_TUNING.value,
             shares=None if effects is None else shares,
         )
-
-    def _weight(self, errors: Array) -> float:
-        noise = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
-        if self.loss != SQUARES:
-            noise = robust_deviation(errors) or noise
-        return 1 / (noise or 1.0)
-
-
-def _outputs(given: object) -> tuple[str, ...]:
-    """What is followed, once each."""
-    names = tuple(given) if isinstance(given, (tuple, list)) else (given,)
-    check_among(*(("output", name, OUTPUTS) for name in names))
-    found = tuple(dict.fromkeys(map(str, names)))
-    if not found:
-        raise UsageError(
-            f"there is no output to follow; choose from {', '.join(OUTPUTS)}.",
-            code="fit",
-        )
-    if OPEN_LOOP in found and len(found) > 1:
-        raise UsageError(
-            f"{', '.join(found)} cannot be followed together: an open loop has the recorded "
-            "control, and the others are of a loop with its law. Leave open-loop out, or fit it "
-            "by itself.",
-            code="fit",
-        )
-    return found
-
-
-def checked_horizon(given: object, outputs: Sequence[str]) -> float | None:
-    """Length of an open loop's windows, s, where it is asked for."""
-    if given is None:
-        return None
-    if not (is_real(given) and 0 < given < math.inf):
-        raise UsageError(f"the horizon is {quoted(given)}; give a positive time, s.", code="fit")
-    if OPEN_LOOP not in outputs:
-        raise UsageError(
-            f"a horizon is given, and the {' and '.join(outputs)} of a loop has no windows; "
-            f"leave it out, or follow {OPEN_LOOP_FIT}.",
-            code="fit",
-        )
-    return float(given)
-
-
-def _weights(given: Mapping[str, float] | None, outputs: Sequence[str]) -> tuple[float, ...]:
-    """Weights of the outputs, NaN where none is given."""
-    told, most = given or {}, _MAX_WEIGHT
-    for name, weight in told.items():
-        if not (name in outputs and is_real(weight) and 1 / most <= float(weight) <= most):
-            raise UsageError(
-                f"the weight of {quoted(name)} is {quoted(weight)}; the fit follows "
-                f"{' and '.join(outputs)}: give of one of these the inverse of the deviation that "
-                f"its errors have, a number from {1 / most:g} to {most:g}.",
-                code="fit",
-            )
-    return tuple(float(told.get(name, math.nan)) for name in outputs)

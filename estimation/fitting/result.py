@@ -154,8 +154,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
         The interval of one is on the side that is allowed.
         """
-        named = zip(self.names, self.sides, strict=True)
-        return {n: "lower" if side < 0 else "upper" for n, side in named if side}
+        return {each.name: "lower" if each.is_lower else "upper" for each in self.held}
 
     @property
     def bounds(self) -> Mapping[str, tuple[float, float]]:

@@ -16,7 +16,6 @@ from axisid.estimation.estimates import NamedValues, Value, student_interval
 from axisid.estimation.parameters import (
     ExtendedForm,
     Unknowns,
-    axis_at,
     bounded_quadratic_minimum,
     least_sizes,
 )
@@ -164,8 +163,12 @@ def inferred(of: FitSearch) -> FitInference:
     it are enough.
     """
     end, weights, free = of.best, of.weighing.weights, of.unknowns.free
-    loops, at_liberty = _loops(of), of.scores(free)
-    noise = _noise(of, loops)
+    every = zip(of.form.axes, of.records, strict=True)
+    loops = tuple(
+        unless_faulty(partial(RecordLoops.at, of.form, end.physical, i, *each))
+        for i, each in enumerate(every)
+    )
+    at_liberty, noise = of.scores(free), _noise(of, loops)
     twins = None if isinstance(noise, Missing) else noise
     common = None if twins is None else twins.mean(axis=1)
     physical, sides = _corrected(of, at_liberty, common)
@@ -211,16 +214,6 @@ def inferred(of: FitSearch) -> FitInference:
         moved=noise if twins is None else end.physical - physical,
         by_start=(by_start[0], by_start[1]),
     )
-
-
-def _loops(of: FitSearch) -> tuple[RecordLoops | Missing, ...]:
-    """The loops of each record where the search ended, with its noise."""
-    form, physical, found = of.form, of.best.physical, []
-    for place, (axis, record) in enumerate(zip(form.axes, of.records, strict=True)):
-        own = form.own(physical, place)
-        there = axis_at(axis, form, physical)
-        found.append(unless_faulty(partial(RecordLoops.at, there, record, own)))
-    return tuple(found)
 
 
 def _slopes_by_start(of: FitSearch) -> Array:
@@ -332,24 +325,18 @@ def _covariances(
     for name, matrix in found.items():  # no error of a record tells what the starts of loops add
         by_start, _ = moved_by_start(scores, starts, matrix)
         found[name] = matrix + np.outer(by_start, by_start)
-    by_doubts = influence @ _by_doubts(of)
-    every = {"coloured": found.pop("coloured"), "iid": iid, **found}
-    return coloured, {name: matrix + by_doubts @ by_doubts.T for name, matrix in every.items()}
-
-
-def _by_doubts(of: FitSearch) -> Array:
-    """What a deviation of each value that is known with one changes the errors by, (n, d)."""
-    errors = of.best.slopes.errors[:, None]
-    there = dict(zip(of.unknowns.names, of.best.physical, strict=True))
-    moved = [errors[:, :0]]
+    errors_there, there = of.best.slopes.errors[:, None], of.ended
+    doubted = [errors_there[:, :0]]
     for form, predictions in of.doubts:
         at = np.array([there.get(q.name, 0.0) for q in form.physical_quantities])
         predictions.settle(at)
         lanes = predictions(at[None, :])
         if lanes.failures:
             raise EstimationError(lanes.failures[0], code="simulation")
-        moved.append(lanes.errors - errors)
-    return np.hstack(moved)
+        doubted.append(lanes.errors - errors_there)
+    by_doubts = influence @ np.hstack(doubted)
+    every = {"coloured": found.pop("coloured"), "iid": iid, **found}
+    return coloured, {name: matrix + by_doubts @ by_doubts.T for name, matrix in every.items()}
 
 
 def _held(

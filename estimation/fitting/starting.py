@@ -1,5 +1,6 @@
-"""Where a fit starts, and whose parameters it searches."""
+"""What a fit is asked for: where it starts, what it follows, and what is free."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -13,6 +14,9 @@ from axisid.estimation.choices import (
     LEAST_SQUARES_START,
     NOMINAL_START,
     OPEN_LOOP,
+    OPEN_LOOP_FIT,
+    OUTPUTS,
+    check_among,
 )
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import JointRecords, check_time, identify
@@ -36,6 +40,9 @@ _PART_OF_FORCE = 1e-3  # that a parameter of its least size makes
 _GAIN = "gain"  # as it is asked for, beside its own name
 _LEAST = 0.1  # of a period, that a time of the drive is searched from
 _METHODS = {INSTRUMENTS_START: "idm-iv", LEAST_SQUARES_START: "idm-ls"}
+
+# 1/unit of the output, or the inverse; with more, rounding hides what another output tells
+_MAX_WEIGHT = 1e20
 
 #: As users give it: a name, parameters, or an estimate.
 StartLike = str | Mapping[str, float] | Estimate
@@ -273,3 +280,52 @@ def _given(asked: Mapping[str, float], form: ExtendedForm) -> Array:
             )
         found[names.index(name)] = value
     return found
+
+
+def checked_outputs(given: object) -> tuple[str, ...]:
+    """What is followed, once each."""
+    names = tuple(given) if isinstance(given, (tuple, list)) else (given,)
+    check_among(*(("output", name, OUTPUTS) for name in names))
+    found = tuple(dict.fromkeys(map(str, names)))
+    if not found:
+        raise UsageError(
+            f"there is no output to follow; choose from {', '.join(OUTPUTS)}.",
+            code="fit",
+        )
+    if OPEN_LOOP in found and len(found) > 1:
+        raise UsageError(
+            f"{', '.join(found)} cannot be followed together: an open loop has the recorded "
+            "control, and the others are of a loop with its law. Leave open-loop out, or fit it "
+            "by itself.",
+            code="fit",
+        )
+    return found
+
+
+def checked_horizon(given: object, outputs: Sequence[str]) -> float | None:
+    """Length of an open loop's windows, s, where it is asked for."""
+    if given is None:
+        return None
+    if not (is_real(given) and 0 < given < math.inf):
+        raise UsageError(f"the horizon is {quoted(given)}; give a positive time, s.", code="fit")
+    if OPEN_LOOP not in outputs:
+        raise UsageError(
+            f"a horizon is given, and the {' and '.join(outputs)} of a loop has no windows; "
+            f"leave it out, or follow {OPEN_LOOP_FIT}.",
+            code="fit",
+        )
+    return float(given)
+
+
+def checked_weights(given: Mapping[str, float] | None, outputs: Sequence[str]) -> tuple[float, ...]:
+    """Weights of the outputs, NaN where none is given."""
+    told, most = given or {}, _MAX_WEIGHT
+    for name, weight in told.items():
+        if not (name in outputs and is_real(weight) and 1 / most <= float(weight) <= most):
+            raise UsageError(
+                f"the weight of {quoted(name)} is {quoted(weight)}; the fit follows "
+                f"{' and '.join(outputs)}: give of one of these the inverse of the deviation that "
+                f"its errors have, a number from {1 / most:g} to {most:g}.",
+                code="fit",
+            )
+    return tuple(float(told.get(name, math.nan)) for name in outputs)

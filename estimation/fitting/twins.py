@@ -18,6 +18,7 @@ from scipy.special import ndtri, stdtrit
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law
+from axisid.estimation.parameters import ExtendedForm, axis_at
 from axisid.estimation.predictions import Predictions, record_rows
 from axisid.estimation.problems import noise_free_record
 from axisid.estimation.records import Record
@@ -50,14 +51,17 @@ class RecordLoops:
     quiet: Record
 
     @classmethod
-    def at(cls, axis: GeneratedAxis, record: Record, physical: Array) -> "RecordLoops":
-        """Simulate the loops of a record, and measure its noise.
+    def at(
+        cls, form: ExtendedForm, found: Array, place: int, axis: GeneratedAxis, record: Record
+    ) -> "RecordLoops":
+        """Simulate the loops of the record at a place with parameters (P,), and measure its noise.
 
         Raises
         ------
         EstimationError
             There are too few rows, or its loops cannot be simulated.
         """
+        axis, physical = axis_at(axis, form, found), form.own(found, place)
         # Friction that remembers has no rows near turns that others would do without.
         prefilter = Prefilter(reversals="keep" if axis.states else None)
         data = FilteredRecord.bind(axis, record, prefilter)
@@ -221,19 +225,16 @@ def move_by_record(
     moved, variances = [], []
     for moves, factors, law, loops in zip(of_records, told, laws, every, strict=True):
         twins = factors_in_twins(law, loops, found)
-        moved.append(_moved_by(moves, factors or mean))
+        every_factor = np.array([[f[n] for n in names] for f in (factors or mean, *twins)])
+        slopes = np.array([moves[n] for n in names]) / PERCENT
+        own, *of_twins = (every_factor - 1) @ slopes
         if twins:
-            count, of_twins = len(twins), [_moved_by(moves, each) for each in twins]
-            moved[-1] -= np.mean(of_twins, axis=0)
+            count = len(twins)
+            own = own - np.mean(of_twins, axis=0)
             widened = (1 + 1 / count) * (stdtrit(count - 1, _LEVEL) / ndtri(_LEVEL)) ** 2
             variances.append(widened * np.var(of_twins, axis=0, ddof=1))
         elif isinstance(law, LawCheck):
-            sure = [moves[n] * law.deviations.get(n, 0.0) / PERCENT for n in names]
-            variances.append(np.sum(np.square(sure), axis=0))
+            sure = np.array([law.deviations.get(n, 0.0) for n in names])
+            variances.append(sure**2 @ slopes**2)
+        moved.append(own)
     return np.asarray(np.sum(moved, axis=0)), np.sqrt(np.sum(variances, axis=0))
-
-
-def _moved_by(moves: Mapping[str, Array], factors: Mapping[str, float]) -> Array:
-    return np.asarray(
-        np.sum([moves[name] * (factors[name] - 1) / PERCENT for name in moves], axis=0)
-    )
