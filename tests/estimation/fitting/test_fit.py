@@ -17,7 +17,6 @@ from axisid import (
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics import conclusion
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.misspecification import Misspecification
 from tests.axes.cascaded import cascaded
 from tests.axes.unseen import with_bump, with_bump_somewhere
 from tests.estimation.fitting.fits import TRUTH, checks, looped, off
@@ -27,12 +26,6 @@ from tests.refusals import refuses
 @pytest.fixture(scope="module")
 def found(emps2015: GeneratedAxis, twin: Record) -> OutputFit:
     return fit(emps2015, twin)
-
-
-def _lacks(result: OutputFit) -> tuple[Misspecification, ...]:
-    """Of its one record."""
-    (found,) = result.lacks
-    return found
 
 
 @pytest.mark.slow
@@ -104,9 +97,9 @@ def test_what_a_bound_holds_leaves_the_others_as_unsure_as_without_it(
     assert result.derive("2*M").deviation == pytest.approx(2 * result["M"].deviation)
     with refuses("bounds", says="Fc is at a bound"):
         result.derive("M/Fc")
-    for name in ("M", "Fv"):
-        for which, deviation in found[name].deviations.items():
-            assert result[name].deviations[which] == pytest.approx(deviation, rel=0.02)
+    for which, matrix in found.covariances.items():
+        variances = np.diag(result.covariances[which])
+        np.testing.assert_allclose(variances[:2], np.diag(matrix)[:2], rtol=0.04)
     held = fit(emps2015, twin, fixed={"Fc": below})
     np.testing.assert_allclose(result.physical, held.physical, rtol=1e-5)
     assert held["Fv"].deviation < 0.9 * result["Fv"].deviation
@@ -207,6 +200,7 @@ def test_a_flipped_sign_of_the_gain_is_told_where_nothing_can_start(twin: Record
 def test_a_record_twice_is_told_and_is_the_same_fit_with_smaller_deviations(
     emps2015: GeneratedAxis, twin: Record, found: OutputFit
 ) -> None:
+    assert fit(emps2015, twin) == found
     twice = fit(emps2015, [twin, twin])
     assert checks(twice)["repeated records"].status == "fail"
     np.testing.assert_allclose(twice.physical, found.physical, rtol=1e-5)
@@ -301,15 +295,6 @@ def test_what_no_output_shows_is_named(twin: Record, found: OutputFit) -> None:
     assert result.derive("Fb/M").deviation == np.inf
 
 
-def test_twins_claim_what_the_errors_do(emps2015: GeneratedAxis, twin: Record) -> None:
-    result = fit(emps2015, twin, bootstrap=64)
-    again = fit(emps2015, twin, bootstrap=64)
-    assert result == again
-    assert result.chosen == "bootstrap"
-    ratio = result.deviations / np.sqrt(np.diag(result.covariances["coloured"]))
-    assert np.all((ratio > 0.7) & (ratio < 1.4))
-
-
 def test_what_the_model_lacks_is_noise_to_twins_and_makes_nothing_surer(
     emps2015: GeneratedAxis,
 ) -> None:
@@ -350,7 +335,7 @@ def test_a_constant_force_that_the_model_lacks_is_named(
     """A residual of a few percent is no noise where it goes with the motion."""
     record, _ = looped(emps2015, [*TRUTH.values()], twin.reference, 1e-6, unseen=0.1)
     result = fit(emps2015, record)
-    first = _lacks(result)[0]
+    first = result.lacks[0][0]
     assert first.kind == "constant"
     assert first.values == pytest.approx((-3.515,), rel=0.05)
     told = [checks(each)["missing terms"].status for each in (result, found)]
@@ -371,7 +356,7 @@ def test_what_holds_a_declared_parameter_wrongly_is_told_by_its_name(
     emps2015: GeneratedAxis, twin: Record, output: str, how: dict[str, Any], off: float
 ) -> None:
     result = fit(emps2015, twin, output, **how)
-    first, *others = _lacks(result)
+    first, *others = result.lacks[0]
     assert (first.kind, first.parameter) == ("held", "M" if "fixed" in how else "Fv")
     assert abs(first.values[0] - off) < 5 * first.deviation + 0.05 * off
     assert "viscous" not in [lack.kind for lack in others]
@@ -386,7 +371,7 @@ def test_a_time_that_is_not_there_is_told_and_no_term_that_is_declared(
 ) -> None:
     declared = cascaded(delay=2e-3) if late == "delay" else cascaded(lag=5e-3)
     result = fit(build(declared), twin_record(build(cascaded())), output)
-    kinds = [lack.kind for lack in _lacks(result)]
+    kinds = [lack.kind for lack in result.lacks[0]]
     assert kinds[0] == "delay"
     assert "declared too long" in checks(result)["missing terms"].meaning
     assert not {"coulomb", "viscous", "constant", "inertia"} & {*kinds}

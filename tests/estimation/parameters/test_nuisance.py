@@ -46,11 +46,9 @@ def test_a_loop_by_another_gain_is_that_of_the_drive_declared_so(name: str, outp
     form = ExtendedForm.of(InverseForm(declared), [declared]).with_drive_gain()
     by_gain = LoopPredictions(form, [declared], [record], output)
     alone = LoopPredictions(InverseForm(other), [other], [record], output)
-    gain = float(other.axis.drive.gain)
-    found = by_gain(np.append(truth, gain)[None, :]).errors
-    expected = alone(truth[None, :]).errors
+    found = by_gain(np.append(truth, other.axis.drive.gain)[None, :]).errors
     size = float(np.abs(by_gain.measured).max())
-    np.testing.assert_allclose(found, expected, atol=1e-9 * size)
+    np.testing.assert_allclose(found, alone(truth[None, :]).errors, atol=1e-9 * size)
 
 
 @pytest.mark.parametrize("output", ["control", "position", "open-loop"])
