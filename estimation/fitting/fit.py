@@ -330,8 +330,7 @@ def _searched(
         others = _predictions(replace(form, axes=axes), records, outputs, first_at, horizon)
         at = unknowns.inside(first_at, unknowns.scale(first_at, begins[0].size))
         predictions.follow_time(others, at, value, step)
-    into = [*map(form.of_model.slopes, range(len(records)))]
-    rests = Rests() if keeps_rests else Rests.of(form.axes, records, into)
+    rests = Rests() if keeps_rests else Rests.of(form, records)
     run = _FitRun(form, records, predictions, unknowns, loss, weights, progress, rests)
     first, begun, lost = run.first(begins)
     ends = run.searches(first, begun, starts, np.random.default_rng(seed))
@@ -404,23 +403,21 @@ class Rests:
     data: Mapping[int, FilteredRecord] = field(default_factory=dict)
 
     @classmethod
-    def of(
-        cls, axes: Sequence[GeneratedAxis], records: Sequence[Record], into: Sequence[Array]
-    ) -> "Rests":
+    def of(cls, form: ExtendedForm, records: Sequence[Record]) -> "Rests":
         """Those of records; none where these together show too little without them.
 
-        Arguments as of `show_too_little`. Friction that remembers is shown near reversals alone,
+        Friction that remembers is shown near reversals alone,
         and records that are too short for the filter are kept whole.
         """
         served = list[int]()
-        for i, (axis, record) in enumerate(zip(axes, records, strict=True)):
+        for i, (axis, record) in enumerate(zip(form.axes, records, strict=True)):
             if not axis.states:
                 with suppress(AxisidError):
                     FilteredRecord.bind(axis, record, Prefilter(reversals="keep"))
                     served.append(i)
         if not served:
             return cls()
-        own, of_all = [axes[i] for i in served], [into[i] for i in served]
+        own, of_all = [form.axes[i] for i in served], [form.of_model.slopes(i) for i in served]
         data = bound_records(own, [records[i] for i in served], Prefilter(), of_all)
         return cls(dict(zip(served, data, strict=True)))
 

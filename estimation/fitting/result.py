@@ -138,7 +138,13 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     def __getstate__(self) -> dict[str, Any]:
         """With what twins tell, and without them: many times what the records hold."""
-        names = (*(each.name for each in fields(self)), "law_shift", "lacks", "of_records")
+        names = (
+            *(each.name for each in fields(self)),
+            "law_shift",
+            "lacks",
+            "of_records",
+            "checks",
+        )
         scores = replace(self.judged_scores, twins=None)
         without = {"doubts": (), "loops": (), "judged_scores": scores}
         return {name: getattr(self, name) for name in names} | without

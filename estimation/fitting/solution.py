@@ -304,7 +304,7 @@ def _covariances(
         Of `_slopes_by_start`.
     """
     weights, influence = of.weighing.weights, scores.influence(of.weighing.weights)
-    coloured = scores.coloured() if of.horizon is None else scores.clustered()
+    coloured = scores.coloured(clustered=of.horizon is not None)
     found, iid = {"coloured": coloured.matrix}, scores.independent()
     if of.horizon is None and twins is not None:
         apart = twins - twins.mean(axis=1, keepdims=True)

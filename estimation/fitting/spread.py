@@ -163,32 +163,26 @@ class Scores:
             for spans, period in zip(self.spans, self.periods, strict=True)
         )
 
-    def coloured(self) -> CovarianceEstimate:
-        """Covariance for errors that follow autoregressions and, as twins', no less, (k, k)."""
-        columns, found = self.jacobian @ self.inverse, []
-        for r, rows in enumerate(map(record_rows, self.spans)):
+    def coloured(self, *, clustered: bool = False) -> CovarianceEstimate:
+        """Covariance for errors that follow autoregressions and, as twins', no less, (k, k).
+
+        Or by the scatter over stretches, which are windows of an open loop. What was known is sure.
+        """
+        columns, known, found = self.jacobian @ self.inverse, self.by_known(), []
+        if clustered:
+            windows = [rows for spans in self.spans for rows in spans]
+            found.append(clustered_covariance(columns, self.errors, windows))
+        for r, rows in enumerate(() if clustered else map(record_rows, self.spans)):
             curved = self.curvature[rows, None] * self.jacobian[rows]
             found.append(self._of_record(columns, r, float(np.sum(columns[rows] * curved))))
-        return self._with_known(*found)
+        sure = CovarianceEstimate(matrix=known, freedom=np.full(len(known), np.inf))
+        return sum_covariances([*found, sure])
 
     def _of_record(self, columns: Array, r: int, taken: float) -> CovarianceEstimate:
         """Of columns (n, j) and a record's errors, of which a fit took so many degrees."""
         used = int(self.counted[record_rows(self.spans[r])].sum())
         model = self.autoregressions[r]
         return autoregressive_covariance(columns, model, self.spans[r], used, taken)
-
-    def clustered(self) -> CovarianceEstimate:
-        """Covariance by the scatter over stretches that are windows of an open loop, (k, k)."""
-        windows = [rows for spans in self.spans for rows in spans]
-        columns = self.jacobian @ self.inverse
-        return self._with_known(clustered_covariance(columns, self.errors, windows))
-
-    def _with_known(self, *found: CovarianceEstimate) -> CovarianceEstimate:
-        """Independent covariances with that of what was known, which is sure."""
-        known = self.by_known()
-        return sum_covariances(
-            [*found, CovarianceEstimate(matrix=known, freedom=np.full(len(known), np.inf))]
-        )
 
     def independent(self) -> Array:
         """Covariance for independent errors, of each record its own variance, (k, k)."""
@@ -230,8 +224,7 @@ class Scores:
             if (told := covariance_of_twins(moved, columns.shape[1])) is not None:
                 return change, told.matrix + wide.by_known(), told.freedom
         left = self.errors + self.curvature * (wide.jacobian @ change)
-        wide = replace(wide, errors=left)
-        found = wide.clustered() if clustered else wide.coloured()
+        found = replace(wide, errors=left).coloured(clustered=clustered)
         return change, found.matrix, found.freedom
 
     def _independent(self, spans: Sequence[slice]) -> Array:

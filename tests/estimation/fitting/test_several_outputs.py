@@ -1,5 +1,6 @@
 """Several outputs, and several records, of one machine and of others."""
 
+import pickle
 import re
 from dataclasses import replace
 
@@ -126,6 +127,7 @@ def test_of_two_records_one_is_told_beside_the_other_and_what_lets_them_differ(
     assert own["M"].deviation < 0.9 * fit(emps2015, records[0])["M"].deviation
     assert checks(own)["records alike"].status == "pass"
     assert own.believed
+    assert pickle.loads(pickle.dumps(own)).checks == own.checks  # noqa: S301
 
 
 @pytest.mark.slow
