@@ -4,10 +4,9 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
-from msgspec import Meta
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, told_or, unless_faulty
@@ -66,10 +65,7 @@ class RecordError:
     error: float
     percent: MaybeInfinite
     order: int
-    noise: Annotated[
-        float,
-        Meta(description="Root mean square of what is noise of that error, in the output's unit."),
-    ]
+    noise: float
 
     @property
     def percent_beyond_noise(self) -> float:
