@@ -374,8 +374,6 @@ def _tells_gain(members: Sequence[Member]) -> bool:
     """Whether the known forces are no multiple of what parameters make, record by record."""
     into = np.concatenate([member.into for member in members])
     offset = np.concatenate([member.offset for member in members])
-    if not np.any(offset):
-        return False
     size = np.linalg.norm(into, axis=0)
     columns = into / np.where(size > 0, size, 1.0)
     left = offset - columns @ np.linalg.lstsq(columns, offset, rcond=None)[0]
