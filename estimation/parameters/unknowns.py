@@ -282,16 +282,12 @@ def _take_priors(
 
 def _take_fixed(found: Unknowns, fixed: Mapping[str, float], places: _Places) -> None:
     for name, value in fixed.items():
-        if not (is_real(value) and math.isfinite(value)):
-            raise UsageError(
-                f"the fixed value of {quoted(name)} is {quoted(value)}; give a finite number.",
-                code="fit",
-            )
         for j in places(name, "fix"):
-            if not found.lower[j] <= value <= found.upper[j]:
+            low, high, is_number = found.lower[j], found.upper[j], is_real(value)
+            if not (is_number and math.isfinite(value) and low <= value <= high):
                 raise UsageError(
-                    f"{found.names[j]} is fixed at {value:g}, beyond its bounds of "
-                    f"{found.lower[j]:g} and {found.upper[j]:g}; fix it within them.",
+                    f"{found.names[j]} is fixed at {quoted(value)}; give a finite number within "
+                    f"its bounds of {low:g} and {high:g}.",
                     code="fit",
                 )
             found.fixed[j] = float(value)
