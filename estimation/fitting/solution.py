@@ -216,16 +216,15 @@ def inferred(of: FitSearch) -> FitInference:
     )
 
 
-def _slopes_by_start(of: FitSearch) -> Array:
-    """Slopes of the weighted errors by first positions and velocities, each of one size, (n, q)."""
-    weights, found = of.weighing.weights, [np.zeros((len(of.weighing.weights), 0))]
+def _slopes_by_start(of: FitSearch) -> list[tuple[slice, Array]]:
+    """Rows of each stretch, and slopes of its weighted errors by its start, of one size, (m, 2)."""
+    found = []
     with np.errstate(all="ignore"):
         for rows, slopes in of.predictions.slopes_by_start(of.best.physical):
-            found.append(np.zeros((len(weights), slopes.shape[1])))
-            found[-1][rows] = weights[rows, None] * slopes
-    whole = np.hstack(found)
-    size = np.linalg.norm(whole, axis=0)
-    return whole / np.where(size > 0, size, 1.0)
+            weighed = of.weighing.weights[rows, None] * slopes
+            size = np.linalg.norm(weighed, axis=0)
+            found.append((rows, weighed / np.where(size > 0, size, 1.0)))
+    return found
 
 
 def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Missing | None:
@@ -287,7 +286,7 @@ def _covariances(
     scores: Scores,
     twins: Array | None,
     errors: Array,
-    starts: Array,
+    starts: Sequence[tuple[slice, Array]],
 ) -> tuple[CovarianceEstimate, dict[str, Array]]:
     """By coloured errors alone, and by name with all else that leaves unsure, (k, k) each.
 
@@ -300,7 +299,7 @@ def _covariances(
         What noise makes of the outputs.
     errors : (n,) array
         Weighted, less what noise makes of them by its square.
-    starts : (n, q) array
+    starts : sequence of (slice, array)
         Of `_slopes_by_start`.
     """
     weights, influence = of.weighing.weights, scores.influence(of.weighing.weights)
@@ -345,7 +344,7 @@ def _held(
     sides: NDArray[np.int8],
     common: Array | None,
     errors: Array,
-    starts: Array,
+    starts: Sequence[tuple[slice, Array]],
     variances: Array,
 ) -> tuple[ParameterAtBound, ...]:
     """Parameters at their bounds, and what each would be without its own.

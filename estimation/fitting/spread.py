@@ -16,6 +16,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from axisid.estimation.diagnostics import covariance_of_twins
 from axisid.estimation.parameters import Unknowns
@@ -261,7 +262,9 @@ def scores_of(
     )
 
 
-def moved_by_start(scores: Scores, starts: Array, covariance: Array) -> tuple[Array, Array]:
+def moved_by_start(
+    scores: Scores, starts: Sequence[tuple[slice, Array]], covariance: Array
+) -> tuple[Array, Array]:
     """What parameters would move by if first positions and velocities were free with them.
 
     To first order, by the errors, in their units and in their deviations, (k,) each; 0 where that
@@ -270,16 +273,19 @@ def moved_by_start(scores: Scores, starts: Array, covariance: Array) -> tuple[Ar
     Parameters
     ----------
     scores : Scores
-    starts : (n, q) array
-        Slopes of the weighted errors by the first positions and velocities, each of one size.
+    starts : sequence of (slice, array)
+        Rows of a stretch, and slopes of its weighted errors by its start, of one size, (m, 2).
     covariance : (k, k) array
         Of the parameters, with starts as they are.
     """
-    counted = scores.curvature[:, None] * starts
-    together = scores.jacobian.T @ counted
+    if not starts:
+        return np.zeros(len(covariance)), np.zeros(len(covariance))
+    counted = [(rows, slopes, scores.curvature[rows, None] * slopes) for rows, slopes in starts]
+    together = np.hstack([scores.jacobian[rows].T @ each for rows, _, each in counted])
+    gained = np.concatenate([slopes.T @ scores.errors[rows] for rows, slopes in starts])
     beside = scores.inverse @ together
-    net = starts.T @ counted - together.T @ beside
-    downhill = beside.T @ (scores.jacobian.T @ scores.errors) - starts.T @ scores.errors
+    net = block_diag(*(slopes.T @ each for _, slopes, each in counted)) - together.T @ beside
+    downhill = beside.T @ (scores.jacobian.T @ scores.errors) - gained
     moved = -beside @ (np.linalg.pinv(net, rcond=MIN_SHOWN.value) @ downhill)
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     far = np.divide(np.abs(moved), deviations, out=np.zeros(len(moved)), where=deviations > 0)
