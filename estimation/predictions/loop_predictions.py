@@ -22,10 +22,10 @@ from axisid.estimation.loops import (
     state_at_rest,
 )
 from axisid.estimation.parameters import (
-    are_starts,
     axis_at,
     gains_in,
     inputs_at,
+    least_sizes,
     start_sizes,
     started_at,
 )
@@ -232,7 +232,7 @@ class LoopPredictions(Predictions):
 
     def slopes_by_start(self, physical: Array) -> tuple[tuple[slice, Array], ...]:
         """See `Predictions.slopes_by_start`."""
-        if are_starts(self._form).any():
+        if least_sizes(self._form).any():
             return ()
         found = []
         for each, rows in zip(self.stretches, chain(*self.spans), strict=True):

@@ -7,7 +7,7 @@ import pytest
 
 from axisid import Record, build, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.parameters import with_time
+from axisid.estimation.parameters import ExtendedForm
 from axisid.estimation.predictions import (
     LoopPredictions,
     Predictions,
@@ -142,7 +142,8 @@ def test_errors_are_a_straight_line_of_the_time(
             return WindowPredictions(form, [axis, axis], [record, slow], 0.1)
         return LoopPredictions(form, [axis], [record], output)
 
-    searched = with_time(form, [emps2015], Parameter(name, "s", lower=0.0))
+    time = (Parameter(name, "s", lower=0.0),)
+    searched = replace(ExtendedForm.of(form, [emps2015]), time=time)
     timed, other, here = of(0.0, searched), of(LATER), of(0.0)
     timed.follow_time(of(STEP, searched), np.append(THETA, 4e-4), 4e-4, STEP)
     for each in (other, here):

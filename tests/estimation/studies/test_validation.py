@@ -171,7 +171,7 @@ def test_its_own_record_is_left_what_the_fit_left(opened: OutputFit, twin: Recor
     assert (found.error, found.percent) == pytest.approx(own, rel=1e-6)
     # What noise moved the parameters by is taken off them, and makes hardly any of the errors.
     np.testing.assert_allclose(found.errors, opened.errors[0], atol=2e-3 * opened.error)
-    np.testing.assert_array_equal(found.samples, opened.samples[0])
+    np.testing.assert_array_equal(found.samples, opened.predictions.samples[0])
     assert found.horizon == opened.horizon == 1.0
     assert found.windows[-1].stop == len(found.errors)
 
