@@ -6,6 +6,7 @@ A new format is a reader in a file of its own and a row.
 import gzip
 import io
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,11 +19,8 @@ from .columnar import read_json, read_json_lines, read_npz, read_parquet
 from .matlab import read_matlab
 from .measurement import read_bag, read_mdf, read_tdms
 
-_PIECE = 1 << 20  # bytes that are unpacked before they are counted
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Packing:
+class Packing(NamedTuple):
     """A way to pack a file.
 
     Attributes
@@ -42,24 +40,21 @@ class Packing:
 
 def _zstd(file: Path, content: Any) -> Any:
     """By Python itself from 3.14 on, else by one of two libraries."""
+    every_frame = {"read_across_frames": True}
     ways: tuple[tuple[str, Callable[[Any], Any]], ...] = (
         ("compression.zstd", lambda m: m.open(content)),
-        ("zstandard", lambda m: m.ZstdDecompressor().stream_reader(content, **_EVERY_FRAME)),
+        ("zstandard", lambda m: m.ZstdDecompressor().stream_reader(content, **every_frame)),
         ("pyarrow", lambda m: m.CompressedInputStream(m.PythonFile(content, "r"), "zstd")),
     )
     for name, opened in ways:
-        try:
+        with suppress(DataError):
             return opened(library(name, "zstd", file))
-        except DataError:
-            continue
     raise DataError(
         f"{file} is compressed by zstd, which needs the library zstandard or pyarrow; run: pip "
         "install zstandard (or axisid with the extra zstd), or unpack it first.",
         code="missing-library",
     )
 
-
-_EVERY_FRAME = {"read_across_frames": True}
 
 PACKINGS = (
     Packing(
@@ -74,8 +69,7 @@ PACKINGS = (
 
 def packing_of(file: Path) -> Packing | None:
     """Return the packing that a file has by its ending."""
-    ending = file.suffix.lower()
-    return next((packing for packing in PACKINGS if packing.ending == ending), None)
+    return next((packing for packing in PACKINGS if packing.ending == file.suffix.lower()), None)
 
 
 def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: bool) -> bytes:
@@ -100,7 +94,7 @@ def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: 
     pieces = []
     damaged = DataError(f"{file} cannot be unpacked (unpack or compress it anew)", code="log-file")
     with refusing(damaged), packing.opened(file, io.BytesIO(content)) as stream:
-        while piece := stream.read(_PIECE):
+        while piece := stream.read(1 << 20):
             room.take(2 * len(piece))  # by itself and joined
             if text:
                 room.take_text(piece)
@@ -222,19 +216,17 @@ FORMATS = (
         extra="rosbags",
     ),
 )
-_TEXT = FORMATS[0]
 
 
 def format_of(file: Path) -> Format:
     """Return the format that a file has by its ending; any that no other has is text's."""
-    ending = file.suffix.lower()
-    return next((each for each in FORMATS if ending in each.endings), _TEXT)
+    return next((each for each in FORMATS if file.suffix.lower() in each.endings), FORMATS[0])
 
 
 def log_endings() -> tuple[str, ...]:
     """Return the endings by which a file is known to be a log."""
-    packed = (packing.ending for packing in PACKINGS)
-    return (*(ending for each in FORMATS for ending in each.endings), *packed)
+    own = (ending for each in FORMATS for ending in each.endings)
+    return (*own, *(packing.ending for packing in PACKINGS))
 
 
 def format_endings() -> str:

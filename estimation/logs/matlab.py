@@ -3,6 +3,7 @@
 import io
 import zlib
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,9 +16,6 @@ from axisid.support.memory import Room
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCK = 512  # MATLAB's own header stands before the HDF5 part
 _HEAD, _TAG = 128, 8  # bytes of the head of a version 5 file, and of the tag of an element
-_COMPRESSED = 15  # data type of an element that zlib has packed
-_PIECE, _UNPACKED = 1 << 16, 1 << 20  # bytes that are unpacked at a time, and that come of them
-_DEFLATED = 1032  # the most that a byte of zlib's unfolds to
 _NUMERIC = {
     "double",
     "single",
@@ -85,30 +83,22 @@ def _take_elements(raw: bytes, room: Room) -> None:
 
     What is damaged is left to the parser, which says so.
     """
-    if _DEFLATED * len(raw) <= room.left:
+    if 1032 * len(raw) <= room.left:  # the most that zlib's bytes unfold to
         return
     order: Literal["little", "big"] = "big" if raw[_HEAD - 2 : _HEAD] == b"MI" else "little"
     place = _HEAD
     while place + _TAG <= len(raw):
         kind, size = (int.from_bytes(raw[start : start + 4], order) for start in (place, place + 4))
         place += _TAG
-        if kind == _COMPRESSED:
-            _take_packed(memoryview(raw)[place : place + size], room)
+        if kind == 15:  # packed by zlib
+            stream, packed = zlib.decompressobj(), raw[place : place + size]
+            with suppress(zlib.error):
+                while packed and not stream.eof:
+                    room.take(len(stream.decompress(packed, 1 << 24)))
+                    packed = stream.unconsumed_tail
         else:
             room.take(size if place + size <= len(raw) else 0)
         place += size
-
-
-def _take_packed(packed: memoryview, room: Room) -> None:
-    stream = zlib.decompressobj()
-    try:
-        for start in range(0, len(packed), _PIECE):
-            rest = bytes(packed[start : start + _PIECE])
-            while rest and not stream.eof:
-                room.take(len(stream.decompress(rest, _UNPACKED)))
-                rest = stream.unconsumed_tail
-    except zlib.error:
-        pass
 
 
 def _text(value: object) -> str:

@@ -21,10 +21,6 @@ from axisid.estimation.tables import Table, TableBuilder, library, numbered, one
 from axisid.support.errors import DataError
 from axisid.support.memory import Room
 
-_UNITS = ("unit_string", "NI_UnitDescription")
-_LONGEST = 100  # of a warning
-_DOUBLE = 8  # bytes
-
 
 def read_mdf(file: Path, room: Room) -> Table:
     """Read an MDF file; a channel has the master time of its group, and its unit.
@@ -67,7 +63,7 @@ def _mdf_columns(mdf: Any, room: Room) -> TableBuilder:
     found = TableBuilder(room=room)
     for name, group, index in _mdf_names(mdf):
         # Its samples and its times are made before they are seen.
-        room.take(2 * _DOUBLE * mdf.groups[group].channel_group.cycles_nr)
+        room.take(2 * 8 * mdf.groups[group].channel_group.cycles_nr)
         try:
             signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
         except Exception as error:
@@ -77,9 +73,9 @@ def _mdf_columns(mdf: Any, room: Room) -> TableBuilder:
         if invalid is not None and values.dtype.kind in "fiub":
             values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
         clock = np.asarray(signal.timestamps, dtype=np.float64)
-        found.add(name, values, unit=signal.unit or "", clock=clock)
-        if count := 0 if invalid is None else np.count_nonzero(invalid):
-            found.note(name, f"{name}: {count} samples are marked as invalid")
+        count = 0 if invalid is None else np.count_nonzero(invalid)
+        note = f"{name}: {count} samples are marked as invalid" if count else ""
+        found.add(name, values, unit=signal.unit or "", clock=clock, note=note)
     return found
 
 
@@ -112,15 +108,15 @@ def read_tdms(file: Path, room: Room) -> Table:
     DataError
         It is damaged, too large, or npTDMS is not installed.
     """
-    nptdms = library("nptdms", "tdms", file)
+    nptdms, log = library("nptdms", "tdms", file), library("nptdms.log", "tdms", file)
     found = TableBuilder(room=room)
     with refusing(DataError(f"{file} cannot be read as a TDMS file", code="log-file")):
         room.take(file.stat().st_size)
-        with _warnings("nptdms") as warned:
+        with _warnings(log.log_manager.console_handler) as warned:
             content = nptdms.TdmsFile.read(file)
         channels = [c for group in content.groups() for c in group.channels()]
-        starts = [start for channel in channels if (start := _tdms_start(channel)) is not None]
-        origin = np.min(starts) if starts else None
+        starts = (_tdms_start(channel) for channel in channels)
+        origin = min((start for start in starts if start is not None), default=None)
         for channel in channels:
             _add_channel(found, channel, origin)
     warnings = tuple(f"npTDMS: {warning}" for warning in dict.fromkeys(warned))
@@ -145,45 +141,37 @@ def _add_channel(found: TableBuilder, channel: Any, origin: np.datetime64 | None
     except Exception as error:
         found.pass_over(name, f"what npTDMS cannot read ({one_line(error)})")
         return
-    clock, start, step = None, _tdms_start(channel), _increment(channel)
+    said = channel.properties
+    clock, note, start, step = None, "", _tdms_start(channel), _increment(channel)
     if step > 0 and len(channel):
-        begin = float(channel.properties.get("wf_start_offset", 0.0))
-        if start is not None and origin is not None:
+        begin = float(said.get("wf_start_offset", 0.0))
+        if start is not None:
             begin += (start - origin) / np.timedelta64(1, "s")
+        elif origin is not None:
+            note = f"{channel.name}: no wf_start_time, taken to begin with the first waveform"
         clock = begin + step * np.arange(len(channel), dtype=np.float64)
-    unit = next((str(channel.properties[k]) for k in _UNITS if k in channel.properties), "")
-    found.add(name, values, unit=unit, clock=clock)
-    if clock is not None and start is None and origin is not None:
-        said = "no wf_start_time, taken to begin with the first waveform"
-        found.note(name, f"{channel.name}: {said}")
+    unit = str(said.get("unit_string", said.get("NI_UnitDescription", "")))
+    found.add(name, values, unit=unit, clock=clock, note=note)
 
 
 @contextmanager
-def _warnings(name: str) -> Iterator[list[str]]:
+def _warnings(handler: logging.Handler) -> Iterator[list[str]]:
     """What a library logs of a file, which is the user's to know, in place of standard error."""
     found: list[str] = []
-    handler = logging.Handler()
-    handler.emit = lambda record: found.append(  # type: ignore[method-assign]
-        textwrap.shorten(record.getMessage(), _LONGEST)
-    )
-    parts = [own for own in logging.root.manager.loggerDict if own.startswith(f"{name}.")]
-    loggers = [logging.getLogger(own) for own in parts]
-    before = [(logger, logger.handlers[:], logger.propagate) for logger in loggers]
-    for logger in loggers:
-        logger.handlers, logger.propagate = [handler], False
+
+    def kept(record: logging.LogRecord) -> bool:
+        found.append(textwrap.shorten(record.getMessage(), 100))
+        return False
+
+    handler.addFilter(kept)
     try:
         yield found
     finally:
-        for logger, handlers, propagate in before:
-            logger.handlers, logger.propagate = handlers, propagate
+        handler.removeFilter(kept)
 
 
 _EPOCH = 10**17  # ns since 1970, below which a stamp is of a clock of its own: three years
 _JOINT_STATE = "sensor_msgs/msg/JointState"
-_KINDS = ("position", "velocity", "effort")
-_NANOSECOND = 1e-9
-_METADATA = "metadata.yaml"
-_HELD = 1500  # bytes that a message takes beside its own
 
 
 #: Time in ns by the topic's clock, None where the message does not give it; and the JointState.
@@ -203,14 +191,20 @@ def read_bag(path: Path, room: Room) -> Table:
         It is damaged, has no such messages or more than there is room for, or rosbags is not
         installed.
     """
-    topics, others = _read(path, room)
+    highlevel = library("rosbags.highlevel", "rosbags", path)
+    stores = library("rosbags.typesys", "rosbags", path)
+    with refusing(DataError(f"{path} cannot be read as a ROS bag", code="log-file")):
+        usual = stores.get_typestore(stores.Stores.LATEST)
+        with highlevel.AnyReader([bag_of(path)], default_typestore=usual) as reader:
+            others = sorted({c.msgtype for c in reader.connections})
+            names = dict.fromkeys(c.topic for c in reader.connections if c.msgtype == _JOINT_STATE)
+            topics = {topic: _messages(reader, topic, room) for topic in names}
     times = [time for messages, _ in topics.values() for time, _ in messages if time is not None]
     origin = min(times, default=0)
     found = TableBuilder(room=room)
     for topic, (messages, note) in topics.items():
         before = f"{topic.strip('/')}." if len(topics) > 1 else ""
-        for name in _add_joints(found, before, messages, origin):
-            found.note(name, f"{topic}: {note}")
+        _add_joints(found, before, messages, origin, f"{topic}: {note}")
     return found.table(
         str(path),
         notes=("ROS bag, JointState in SI",),
@@ -220,7 +214,7 @@ def read_bag(path: Path, room: Room) -> Table:
 
 def is_bag(path: Path) -> bool:
     """Whether a folder is a ROS 2 bag."""
-    return os.path.isfile(path / _METADATA)
+    return os.path.isfile(path / "metadata.yaml")
 
 
 def bag_of(path: Path) -> Path:
@@ -232,28 +226,12 @@ def bag_of(path: Path) -> Path:
     return path.parent if whole else path
 
 
-def _read(path: Path, room: Room) -> tuple[dict[str, tuple[list[_Message], str]], list[str]]:
-    """Messages by topic, each with what was assumed of their times, and the types of all."""
-    highlevel = library("rosbags.highlevel", "rosbags", path)
-    stores = library("rosbags.typesys", "rosbags", path)
-    topics = {}
-    with refusing(DataError(f"{path} cannot be read as a ROS bag", code="log-file")):
-        usual = stores.get_typestore(stores.Stores.LATEST)
-        with highlevel.AnyReader([bag_of(path)], default_typestore=usual) as reader:
-            others = sorted({c.msgtype for c in reader.connections})
-            for topic in dict.fromkeys(
-                c.topic for c in reader.connections if c.msgtype == _JOINT_STATE
-            ):
-                topics[topic] = _messages(reader, topic, room)
-    return topics, others
-
-
 def _messages(reader: Any, topic: str, room: Room) -> tuple[list[_Message], str]:
     """Messages of a topic in the order of their times, and which times these are."""
     chosen = [c for c in reader.connections if c.topic == topic and c.msgtype == _JOINT_STATE]
     recorded, stamps, found = [], [], []
     for connection, time, raw in reader.messages(connections=chosen):
-        room.take(len(raw) + _HELD)
+        room.take(len(raw) + 1500)  # which a message takes beside its own bytes
         message = reader.deserialize(raw, connection.msgtype)
         stamp = message.header.stamp
         recorded.append(time)
@@ -276,19 +254,18 @@ def _messages(reader: Any, topic: str, room: Room) -> tuple[list[_Message], str]
 
 
 def _add_joints(
-    found: TableBuilder, before: str, messages: list[_Message], origin: int
-) -> Iterator[str]:
+    found: TableBuilder, before: str, messages: list[_Message], origin: int, note: str
+) -> None:
     joints = dict.fromkeys(name for _, state in messages for name in state.name)
     for joint in joints:
         places = [(t, m, list(m.name).index(joint)) for t, m in messages if joint in m.name]
         # Counted in integers first, or a double would lose the nanoseconds.
-        since = [np.nan if time is None else (time - origin) * _NANOSECOND for time, *_ in places]
-        for kind in _KINDS:
+        since = [np.nan if time is None else (time - origin) * 1e-9 for time, *_ in places]
+        for kind in ("position", "velocity", "effort"):
             lists = [(getattr(m, kind), k) for _, m, k in places]  # which may be empty
             if any(k < len(entries) for entries, k in lists):
                 values = np.array(
                     [entries[k] if k < len(entries) else np.nan for entries, k in lists]
                 )
                 name = f"{before}{joint}.{kind}"
-                found.add(name, values, clock=np.array(since))
-                yield name
+                found.add(name, values, clock=np.array(since), note=note)

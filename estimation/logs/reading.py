@@ -3,11 +3,10 @@
 import os
 import re
 import stat
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from axisid.estimation.logs.text import NO_TEXT, read_text
+from axisid.estimation.logs.text import read_text
 from axisid.estimation.tables import Repair, Table
 from axisid.support.errors import DataError
 from axisid.support.files import changed, digest_of, read_whole, stamps
@@ -17,13 +16,6 @@ from .columnar import read_frame
 from .formats import FORMATS, PACKINGS, format_endings, format_of, packing_of, unpacked
 from .measurement import bag_of, is_bag, read_bag
 
-_NO_TAIL = Repair(
-    kind="tail",
-    count=0,
-    text="nothing left out at the end: that is done in delimited text alone",
-)
-
-HEAD = 4096  # bytes that tell the kind
 _ASK = "give the file the ending "
 _JSON = rb'(\xef\xbb\xbf)?\s*(\{\s*"|\[\s*[\[{])'
 #: What first bytes are like of what is no log, what such a file is, and what to do.
@@ -51,8 +43,9 @@ def read_table(
         table = replace(table, source=str(log))
     else:
         table = read_frame(log)
-    if drop_tail and not any(repair.kind == "tail" for repair in table.repairs):
-        table = replace(table, repairs=(*table.repairs, _NO_TAIL))
+    if drop_tail and not table.repairs:
+        said = "nothing left out at the end: that is done in delimited text alone"
+        table = replace(table, repairs=(Repair(kind="tail", count=0, text=said),))
     return table
 
 
@@ -63,7 +56,12 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
     try:
         _check_kind(file)
         if reader is not None:
-            table, sha256 = _from_disk(reader, file, room)
+            whole = bag_of(file) if reader is read_bag else file
+            before = stamps(whole)
+            table = reader(file, room)
+            sha256 = digest_of(list(before))
+            if stamps(whole) != before:
+                raise changed(file)
         else:
             room.take(file.stat().st_size)
             content, sha256 = read_whole(file)
@@ -78,17 +76,6 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
     return replace(table, sha256=sha256, path=os.path.abspath(file))
 
 
-def _from_disk(reader: Callable[[Path, Room], Table], file: Path, room: Room) -> tuple[Table, str]:
-    """The table of a file that its library opens by itself, and the hash of what it then was."""
-    whole = bag_of(file) if reader is read_bag else file
-    before = stamps(whole)
-    table = reader(file, room)
-    sha256 = digest_of(list(before))
-    if stamps(whole) != before:
-        raise changed(file)
-    return table, sha256
-
-
 def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table:
     """The table of a file's content, unpacked where it is compressed."""
     packing = packing_of(file)
@@ -100,32 +87,15 @@ def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table
     elif log_format.is_text:
         room.take_text(content)
     if log_format.read is None:
-        table = _as_text(file, content, drop_tail=drop_tail)
+        table = read_text(str(file), content, drop_tail=drop_tail, endings=format_endings())
     else:
         table = log_format.read(file, content, room)
     notes = (f"unpacked by {packing.name}",) if packing else ()
     return replace(table, notes=(*notes, *table.notes))
 
 
-def _as_text(file: Path, content: bytes, *, drop_tail: bool) -> Table:
-    """The table of a text; what is none may be of a format that its ending does not say."""
-    try:
-        return read_text(str(file), content, drop_tail=drop_tail)
-    except DataError as error:
-        if error.code != NO_TEXT:
-            raise
-        problem = f"{str(error).removesuffix('.')}, or give the file the ending of its format "
-        raise DataError(f"{problem}({format_endings()}).", code=NO_TEXT) from error
-
-
 def _check_regular(file: Path, *, folder: bool) -> None:
-    """Refuse what is there but is no file with an end, such as a pipe or a device.
-
-    Parameters
-    ----------
-    file : Path
-    folder : bool
-        Whether it may be a folder.
+    """Refuse what is there but is no file with an end, such as a pipe, and no folder that may be.
 
     Raises
     ------
@@ -140,9 +110,9 @@ def _check_regular(file: Path, *, folder: bool) -> None:
         raise DataError(
             f"{file} cannot be read: {why}{where}. Check the path.", code="log-file"
         ) from error
-    if not (stat.S_ISREG(mode) or (folder and stat.S_ISDIR(mode))):
-        folders = stat.S_ISDIR(mode)
-        what = "a folder, and no ROS 2 bag" if folders else "a pipe, a device or a socket"
+    is_folder = stat.S_ISDIR(mode)
+    if not (stat.S_ISREG(mode) or (folder and is_folder)):
+        what = "a folder, and no ROS 2 bag" if is_folder else "a pipe, a device or a socket"
         raise DataError(
             f"{file} is no regular file but {what}; give the file of the log.", code="log-file"
         )
@@ -156,13 +126,12 @@ def _check_kind(file: Path) -> None:
     DataError
         It says what the file is, and what to do.
     """
-    if not file.is_file():
-        return
-    with file.open("rb") as stream:
-        head = stream.read(HEAD)
-    if found := _kind(file, head):
-        kind, advice = found
-        raise DataError(f"{file} is {kind} by its content; {advice}.", code="log-file")
+    if file.is_file():
+        with file.open("rb") as stream:
+            found = _kind(file, stream.read(4096))
+        if found is not None:
+            kind, advice = found
+            raise DataError(f"{file} is {kind} by its content; {advice}.", code="log-file")
 
 
 def _kind(file: Path, head: bytes) -> tuple[str, str] | None:

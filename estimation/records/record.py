@@ -31,7 +31,7 @@ from .record_checks import (
 )
 from .repairs import Span, adjoining
 from .shifts import Rows, check_movable, checked_shifts, moved_rows
-from .windows import Window, checked_windows, samples_within, window_repair, windows_text
+from .windows import Window, checked_windows, reaching, samples_within, window_repair, windows_text
 
 #: What a file that a record was written to says it is.
 MARK = "axisid.record/1"
@@ -224,10 +224,9 @@ class Record(Presentable, Exact):
             for a, b in self.spans
             if min(b, stop) - max(a, start) >= MIN_RECORD_SAMPLES.value
         ]
-        first, last = float(self.time[0]), float(self.time[-1])
         return self._of(
             pieces,
-            windows=tuple((max(start, first), min(stop, last)) for start, stop in wanted),
+            windows=reaching(wanted, float(self.time[0]), float(self.time[-1])),
             around={r: Samples(values=v, clock=self.time) for r, v in self.channels().items()},
             provenance=self._repaired(window_repair(wanted, spans, len(self))),
         )

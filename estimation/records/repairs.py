@@ -2,13 +2,15 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import accumulate, pairwise
 from typing import Any, Literal
 
 import numpy as np
 
 from axisid.estimation.choices import check_among
-from axisid.estimation.records.columns import expected_units, to_si
+from axisid.estimation.records.columns import Mask, expected_units, to_si
 from axisid.estimation.tables import Repair
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis
@@ -16,7 +18,6 @@ from axisid.support.arrays import Array, covered
 from axisid.support.errors import UsageError, is_real, quoted
 from axisid.support.mappings import FrozenMapping
 
-from .clipping import Mask
 from .clocks import long_steps
 from .shifts import Interpolation, checked_between, checked_shifts
 from .wrapping import Modulus
@@ -68,12 +69,11 @@ class Repairs:
         rate = self.resample
         if rate not in ("auto", None) and not (is_real(rate) and 0 < rate < math.inf):
             raise UsageError(f"the rate to resample at is {quoted(rate)}; give hertz, or auto.")
-        ways = (
-            ("repair of gaps", self.gaps, ("split",)),
-            ("mask", self.mask, ("clipped",)),
-            ("repair of the end of the log", self.tail, ("drop",)),
+        check_among(
+            ("repair of gaps", self.gaps or "split", ("split",)),
+            ("mask", self.mask or "clipped", ("clipped",)),
+            ("repair of the end of the log", self.tail or "drop", ("drop",)),
         )
-        check_among(*(row for row in ways if row[1] is not None))
         if isinstance(self.wrap, Mapping):
             object.__setattr__(self, "wrap", FrozenMapping(self.wrap))
         object.__setattr__(self, "shift", FrozenMapping(checked_shifts(self.shift)))
@@ -104,11 +104,10 @@ def _modulus(role: str, text: str, axis: Axis | None) -> Modulus:
             code="wrap",
         )
     number, _, unit = text.partition(":")
-    try:
+    size = math.nan
+    with suppress(ValueError):
         size = float(number)
-    except ValueError:
-        size = math.nan
-    if not (math.isfinite(size) and size > 0):
+    if not 0 < size < math.inf:
         raise UsageError(
             f"the modulus is {text!r}; give a positive number, with a unit where it is not SI, as "
             "in 360:deg or 1:rev."
@@ -119,8 +118,8 @@ def _modulus(role: str, text: str, axis: Axis | None) -> Modulus:
     return Modulus(si=float(si[0]), factor=float(si[0]) / size, unit=unit.strip() or usual)
 
 
-def split_at_gaps(time: Array, cuts: Sequence[int]) -> tuple[Mask, tuple[Span, ...], Repair]:
-    """Rows to keep, (N,), the segments that they make, and what was found.
+def split_at_gaps(time: Array, cuts: Sequence[int]) -> tuple[Mask, list[int], Repair]:
+    """Rows to keep, (N,), the lengths of the segments that they make, and what was found.
 
     Pieces of fewer than 3 rows are left out. The rows `cuts` begin a segment of their own, whatever
     the time before them.
@@ -133,24 +132,20 @@ def split_at_gaps(time: Array, cuts: Sequence[int]) -> tuple[Mask, tuple[Span, .
     kept, lengths = covered(long, len(time)), [b - a for a, b in long]
     lost = float(np.sum(steps[gaps] - np.median(steps))) if len(gaps) else 0.0
     repair = gaps_repair(len(gaps), lost, len(lengths), int(np.sum(~kept)))
-    return kept, adjoining(lengths), repair
+    return kept, lengths, repair
 
 
 def adjoining(lengths: Sequence[int]) -> tuple[Span, ...]:
     """Segments of these lengths, one after the other; none where there is one alone."""
-    stops = np.cumsum(lengths)
-    spans = [(int(stop - length), int(stop)) for length, stop in zip(lengths, stops, strict=True)]
-    return tuple(spans) if len(spans) > 1 else ()
+    return tuple(pairwise(accumulate(lengths, initial=0))) if len(lengths) > 1 else ()
 
 
 def gaps_repair(gaps: int, lost: float, segments: int, dropped: int) -> Repair:
     """What is said of a split log."""
-    if not gaps:
-        return Repair(kind="gaps", count=0, text="no gaps found")
     text = (
         f"cut at {gaps} {'gap' if gaps == 1 else 'gaps'} ({lost:.4g} s are missing) into "
         f"{segments} segments, each filtered and simulated by itself"
     )
     if dropped:
         text += f"; {dropped} rows in pieces of fewer than {MIN_RECORD_SAMPLES.value} left out"
-    return Repair(kind="gaps", count=gaps, text=text)
+    return Repair(kind="gaps", count=gaps, text=text if gaps else "no gaps found")

@@ -1,14 +1,15 @@
 """Windows of time: what of a log is taken, and which samples that are."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from axisid.estimation.records.columns import motion_role
-from axisid.estimation.tables import Repair, Samples
+from axisid.estimation.records.columns import RoleColumns
+from axisid.estimation.tables import Repair
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, UsageError, quoted
 
@@ -17,7 +18,6 @@ from .repairs import Span
 #: First and last time that is taken, s, as the log's own time counts.
 Window = tuple[float, float]
 
-_ROUNDING = 1e-6  # of a step: times are sums
 _GIVE = 'give FROM..TO in seconds, such as "2..5", "2.." or "..5", or a pair, such as (2.0, None)'
 
 
@@ -63,13 +63,16 @@ def _checked(window: Any) -> Window:
 
 def windows_text(windows: Sequence[Window]) -> str:
     """Windows as they are said: ``from 2 to 5 s and from 10 s on``."""
-    return " and ".join(_window_text(start, stop) for start, stop in windows)
-
-
-def _window_text(start: float, stop: float) -> str:
-    if math.isinf(start):
-        return f"up to {stop:.9g} s" if math.isfinite(stop) else "of all"
-    return f"from {start:.9g} s on" if math.isinf(stop) else f"from {start:.9g} to {stop:.9g} s"
+    texts = {
+        (False, False): "from {0:.9g} to {1:.9g} s",
+        (False, True): "from {0:.9g} s on",
+        (True, False): "up to {1:.9g} s",
+        (True, True): "of all",
+    }
+    said = (
+        texts[math.isinf(start), math.isinf(stop)].format(start, stop) for start, stop in windows
+    )
+    return " and ".join(said)
 
 
 def samples_within(
@@ -96,7 +99,7 @@ def samples_within(
         A window is outside the log, or holds too few samples.
     """
     finite = time[np.isfinite(time)]
-    close = _ROUNDING * float(np.median(np.abs(np.diff(finite)))) if finite.size > 1 else 0.0
+    close = 1e-6 * float(np.median(np.abs(np.diff(finite)))) if finite.size > 1 else 0.0
     spans: list[Span] = []
     for start, stop in windows:
         inside = np.flatnonzero((time >= start - close) & (time <= stop + close))
@@ -115,24 +118,29 @@ def samples_within(
 
 
 def within(
-    source: str, columns: Mapping[str, Samples], windows: Sequence[Window]
-) -> tuple[dict[str, Samples], tuple[Window, ...], Repair]:
+    columns: RoleColumns, windows: Sequence[Window]
+) -> tuple[RoleColumns, tuple[Window, ...]]:
     """The samples of the windows, each column by its own clock.
 
     Returns
     -------
-    dict of str to Samples
+    RoleColumns
     tuple of Window
         As far as the motion's clock reaches.
-    Repair
     """
-    clock = columns[motion_role(columns)].times
-    own = samples_within(source, clock, windows)
-    spans = {r: samples_within(f"{source}, {r}", s.times, windows) for r, s in columns.items()}
-    kept = {r: s.taken(covered(spans[r], len(s.values))) for r, s in columns.items()}
-    first, last = float(np.nanmin(clock)), float(np.nanmax(clock))
-    reached = tuple((max(start, first), min(stop, last)) for start, stop in windows)
-    return kept, reached, window_repair(windows, own, len(clock))
+    clock, kept = columns.motion.times, {}
+    own = samples_within(columns.source, clock, windows)
+    for role, s in columns.samples.items():
+        spans = samples_within(f"{columns.source}, {role}", s.times, windows)
+        kept[role] = s.taken(covered(spans, len(s.values)))
+    reached = reaching(windows, float(np.nanmin(clock)), float(np.nanmax(clock)))
+    found = columns.repaired(kept, window_repair(windows, own, len(clock)))
+    return replace(found, source=f"{columns.source} {windows_text(reached)}"), reached
+
+
+def reaching(windows: Sequence[Window], first: float, last: float) -> tuple[Window, ...]:
+    """Windows as far as a log reaches, from its first to its last time, s."""
+    return tuple((max(start, first), min(stop, last)) for start, stop in windows)
 
 
 def window_repair(windows: Sequence[Window], spans: Sequence[Span], samples: int) -> Repair:

@@ -19,7 +19,7 @@ from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError
 
-from .roles import RoleColumns
+from .roles import role_columns
 from .units import expected_units, is_scaling
 
 Units = Sequence[tuple[str, str]]  # names and units of columns
@@ -92,7 +92,7 @@ def _scales(heads: Mapping[str, str], axis: Axis) -> dict[str, tuple[float, floa
     for (name, unit), head in zip(split_labels([*heads.values()]), heads.values(), strict=True):
         found.add(name, _PROBED, unit=unit, label=head)
     try:
-        read = RoleColumns(found.table("a log"), axis, {}).samples
+        read = role_columns(found.table("a log"), axis, {}).samples
     except AxisidError:
         read = {}
     # A number is of a place in a log, and a head that begins as a comment does may be taken as one.

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.records.resampling import AlignedColumns, resample
 from axisid.estimation.tables import Samples
 from tests.refusals import refuses
@@ -30,8 +31,8 @@ def laid(
         "position": Samples(values=cubic(position), clock=position),
         "force": Samples(values=line(force), clock=force),
     }
-    masks = {role: np.zeros(len(s.values), dtype=bool) for role, s in samples.items()}
-    return resample("log", samples, masks, rate, split=split, **more)  # type: ignore[arg-type]
+    columns = RoleColumns(source="log", names={}, samples=samples)
+    return resample(columns, rate, split=split, **more)  # type: ignore[arg-type]
 
 
 @pytest.mark.slow
@@ -106,5 +107,6 @@ def test_both_neighbours_of_a_masked_sample_are_masked() -> None:
     even = PERIOD * np.arange(100)
     samples = {"position": Samples(values=cubic(even), clock=even)}
     mask = np.arange(100) == 50
-    found = resample("log", samples, {"position": mask}, 2000.0, split=False)
+    columns = RoleColumns(source="log", names={}, samples=samples, masks={"position": mask})
+    found = resample(columns, 2000.0, split=False)
     assert np.flatnonzero(found.masked).tolist() == [99, 100, 101]

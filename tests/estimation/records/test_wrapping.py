@@ -5,11 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
 
 from axisid import load_axis, read_record
 from axisid.estimation import Repairs
-from axisid.estimation.records.wrapping import undone
 from tests.refusals import refuses
 
 N = 400
@@ -21,19 +19,6 @@ TURNING = 3 + 4 * np.sin(10 * TIME) + 2 * TIME  # rad, over the seam and back
 
 def log(position: np.ndarray = TURNING, **changes: Any) -> dict[str, Any]:
     return {"time": TIME, "position": position, "control": np.cos(30 * TIME)} | changes
-
-
-@pytest.mark.slow
-@given(
-    steps=st.lists(st.floats(-0.49, 0.49), min_size=3, max_size=60),
-    start=st.floats(-20, 20),
-    modulus=st.floats(0.1, 100),
-)
-def test_unwrapping_undoes_wrapping(steps: list[float], start: float, modulus: float) -> None:
-    true = modulus * (start + np.cumsum(steps))
-    found, places = undone(np.mod(true, modulus), modulus)
-    assert np.diff(found) == pytest.approx(np.diff(true), abs=1e-9 * modulus)
-    assert len(places) == np.count_nonzero(np.diff(np.floor(true / modulus)))
 
 
 def test_position_and_reference_unwrap_onto_the_same_turn() -> None:
