@@ -12,7 +12,7 @@ from .record import (
     record_labels as record_labels,
 )
 from .repairs import Repairs as Repairs
-from .run_file import is_run_file as is_run_file, log_of as log_of
+from .run_file import is_run_file as is_run_file, log_of as log_of, started_run as started_run
 from .shifts import (
     Interpolation as Interpolation,
     advised_interpolation as advised_interpolation,
@@ -20,7 +20,6 @@ from .shifts import (
     at_times as at_times,
     samples_apart as samples_apart,
 )
-from .started_run import started_run as started_run
 from .time_base import (
     clock_of as clock_of,
     evaluations_per_sample as evaluations_per_sample,

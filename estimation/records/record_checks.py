@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
-from axisid.modeling.declaration import INJECTION_POINTS
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import DataError, UsageError, quoted, real_array
 
@@ -32,16 +31,6 @@ def checked_column(source: str, role: str, values: ArrayLike) -> Array:
             code="not-finite",
         )
     return column
-
-
-def check_injected(source: str, injected_at: str | None) -> None:
-    """Refuse a test signal that was added nowhere."""
-    if injected_at not in INJECTION_POINTS:
-        raise UsageError(
-            f"{source}: the injected signal is added to {injected_at!r}; give "
-            'injected_at = "control" or injected_at = "reference" in run.toml.',
-            code="test-signal",
-        )
 
 
 def checked_spans(source: str, name: str, spans: object) -> tuple[Span, ...]:
@@ -97,11 +86,12 @@ def check_spans(
         )
 
 
-def check_varies(source: str, role: str, least: float, most: float) -> None:
-    """Refuse a column whose least and largest value are one."""
-    if least == most:
-        raise DataError(
-            f"{source}: the {role} is {least:g} in every row, so it says nothing "
-            f"about the axis. Check the {role} column, or record a motion.",
-            code="not-shown",
-        )
+def check_vary(source: str, columns: Mapping[str, Array]) -> None:
+    """Refuse a column of one value."""
+    for role, values in columns.items():
+        if values.min() == values.max():
+            raise DataError(
+                f"{source}: the {role} is {values[0]:g} in every row, so it says nothing "
+                f"about the axis. Check the {role} column, or record a motion.",
+                code="not-shown",
+            )

@@ -1,29 +1,34 @@
-"""A run.toml: what is said of a log, in a file that stands in the log's place."""
+"""A run.toml: what is said of a log, in a file that stands in its place, and how one starts."""
 
+import json
 import os
 from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
+import numpy as np
+
 from axisid.estimation.choices import LOG_KEYS, check_among
+from axisid.estimation.logs import read_table
+from axisid.estimation.tables import Table as LogTable
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.modeling.text import Table, nearest, read_columns, read_toml, toml_document
-from axisid.support.errors import RunFileError, UsageError, quoted
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError, RunFileError, UsageError, quoted
 from axisid.support.memory import room_for
 
 from .clocks import check_sample_period
 from .repairs import Repairs
 from .windows import checked_windows
 
-_ENDING = ".toml"  # that of no format of logs
-
 
 def is_run_file(log: object) -> bool:
     """Whether what stands in the place of a log says what the log is."""
-    return isinstance(log, (str, Path)) and Path(log).suffix.lower() == _ENDING
+    return isinstance(log, (str, Path)) and Path(log).suffix.lower() == ".toml"
 
 
 def log_of(file: str | Path) -> Path:
@@ -121,3 +126,96 @@ _CHECKS: Mapping[str, Callable[[Any], object]] = {
     "sample_period": check_sample_period,
     "max_memory": partial(room_for, ""),
 }
+
+
+_LINE = 96  # letters of a comment
+#: Names by which columns are known beside those of their roles.
+_NAMES = {
+    "time": ("t", "timestamp", "time_s", "time_ms", "seconds", "zeit"),
+    "position": ("pos", "q", "actual_position", "position_actual"),
+    "reference": ("ref", "setpoint", "q_ref", "pos_ref", "position_reference", "position_command"),
+    "control": ("u", "control_signal", "command"),
+}
+
+
+def started_run(log: Path) -> str:
+    """The text of a run.toml beside a log: a comment for each key, of roles with what was found.
+
+    Nothing of it is in force until its # is taken away: the axis may know the columns already.
+
+    Raises
+    ------
+    DataError
+        The log cannot be read, or its name is no text.
+    """
+    table = read_table(log)
+    if any("\ud800" <= letter <= "\udfff" for letter in log.name):
+        raise DataError(
+            f"the name of {quoted(log.name)} is not UTF-8, as TOML has to be; give it another.",
+            code="run-file",
+        )
+    lines = _comment(
+        "What is said of a log. This file stands in its place: axisid identify AXIS run.toml. Take "
+        "the # away from what is wanted."
+    )
+    lines += ["", f"log = {_quoted(log.name)}"]
+    for key in LOG_KEYS.values():
+        if key.name != "columns":
+            lines += ["", *_comment(key.said), f"# {key.name} = {key.example}"]
+    lines += [
+        "",
+        "# All but columns stands above this line.",
+        "[columns]",
+        *_comment(LOG_KEYS["columns"].said),
+        *_comment("The log has:"),
+    ]
+    lines += [f"#   {_described(table, name)}" for name in [*table.columns][:100]]
+    lines += [f"#   and {more} more"] if (more := len(table.columns) - 100) > 0 else []
+    return "\n".join([*lines, *(_role(table, role) for role in ROLES), ""])
+
+
+def _role(table: LogTable, role: str) -> str:
+    """The line of a role, in which a column is proposed if one has its name."""
+    known = {name.casefold(): name for name in table.columns}
+    known |= {name: name for name in table.columns}
+    wanted = (role, *_NAMES.get(role, ()))
+    name = next((known[each] for each in wanted if each in known), None)
+    # What only bears the name of these is left out.
+    if name is None or role in ("velocity", "acceleration", "injected"):
+        return f'# {role} = "NAME:UNIT"'
+    guessed = role == "time" and not table.columns[name].unit
+    unit = _guessed(_values(table, name)) if guessed else ""
+    said, ending = (f"  # {unit} is guessed from its steps", f":{unit}") if unit else ("", "")
+    in_line = name.isprintable() and len(name) < _LINE
+    called = name if in_line else f"#{[*table.columns].index(name) + 1}"
+    return f"# {role} = {_quoted(called + ending)}{said}"
+
+
+def _described(table: LogTable, name: str) -> str:
+    values, unit = _values(table, name), table.columns[name].unit
+    finite = values[np.isfinite(values)]
+    between = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "no numbers"
+    said = f"in {unit}" if unit else "in SI unless a unit is said"
+    return f"{_quoted(name[:_LINE])}: {between}, {said if unit.isprintable() else ''}"
+
+
+def _values(table: LogTable, name: str) -> Array:
+    try:
+        return np.asarray(table.columns[name].read().values, dtype=np.float64)
+    except DataError:
+        return np.empty(0)
+
+
+def _guessed(time: Array) -> str:
+    """The unit in which the steps of a time are those of a log; empty for seconds."""
+    step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
+    units = {"": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+    return next((unit for unit, size in units.items() if 1e-6 < step * size < 0.05), "")
+
+
+def _comment(said: str) -> list[str]:
+    return [f"# {line}" for line in wrap(said, _LINE)]
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

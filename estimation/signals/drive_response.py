@@ -9,18 +9,18 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.modeling.declaration import CommandPath, Drive, Response
+from axisid.modeling.declaration import CommandPath, Response
 from axisid.support.arrays import Array
 
 from .signals import Motion, drive_force
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Acting:
+class Acting(NamedTuple):
     """The force that a drive makes, (N,) each.
 
     Attributes
@@ -171,15 +171,11 @@ class DriveAlong:
         drive = self.axis.axis.drive
         if not (drive.lag or drive.delay) or drive.logged == "current":
             return made
-        pieces = np.split(made, list(self.starts)[1:])
-        return np.concatenate([self._acting(piece, drive) for piece in pieces])
-
-    def _acting(self, made: Array, drive: Drive) -> Array:
-        response = drive.response(self.period)
+        pieces, response = np.split(made, list(self.starts)[1:]), drive.response(self.period)
         if not self.held:
-            return _running_along(made, response, drive.logged)
-        found = acting_along(made, response, logged=drive.logged)
-        return found.mean if self.mean else found.at_samples
+            return np.concatenate([_running_along(p, response, drive.logged) for p in pieces])
+        found = [acting_along(piece, response, logged=drive.logged) for piece in pieces]
+        return np.concatenate([each.mean if self.mean else each.at_samples for each in found])
 
     def force(self, control: Array, motion: Motion, recorded: Sequence[Array] = ()) -> Array:
         """The force of a recorded control beside a motion, (N,)."""

@@ -266,16 +266,11 @@ def _lacking(table: Table, chosen: Mapping[str, object], missing: dict[str, str]
     wanted = ", ".join(f"{name!r} for the {role}" for role, name in missing.items())
     several = [alike for name in missing.values() if len(alike := table.alike(name)) > 1]
     names = {name.casefold(): name for name in list(table.columns)[:1000]}
-    close: dict[str, None] = {}
-    for name in missing.values():
-        plain = name.casefold()
-        close |= dict.fromkeys(get_close_matches(plain, names, n=2, cutoff=0.8))
-        close |= dict.fromkeys(n for n in names if n.startswith((f"{plain} ", f"{plain}[")))
-    hint = ""
+    close = [get_close_matches(name.casefold(), names, 1, 0.8) for name in missing.values()]
+    meant = " or ".join(repr(names[near]) for found in close for near in found)
+    hint = f" Did you mean {meant}?" if meant else ""
     if several:
         hint = " One name has several columns: " + "; ".join(map(", ".join, several)) + "."
-    elif close:
-        hint = f" Did you mean {' or '.join(repr(names[each]) for each in close)}?"
     usual = ("time", "reference", "control") if "position" in missing else ()
     named = [*missing, *(role for role in usual if role not in chosen and role not in missing)]
     advice = table.missing or f"Name the columns with {_to_name(named)}."

@@ -13,8 +13,7 @@ import pytest
 from axisid import AxisidError, DataError, Record, load_axis, read_record
 from axisid.estimation import Repairs
 from axisid.estimation.choices import LOG_KEYS
-from axisid.estimation.records import log_of
-from axisid.estimation.records.started_run import started_run
+from axisid.estimation.records import log_of, started_run
 from axisid.support.errors import RunFileError
 from tests.fuzz.cases import Fuzz, WrongError, one_of
 from tests.run_files import run_file
