@@ -1,9 +1,8 @@
 """From the columns of a log to a record: roles, repairs, one clock."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, as_declared
 from axisid.estimation.logs import read_table
 from axisid.estimation.records.columns import RoleColumns, role_columns
-from axisid.estimation.tables import PeriodSource, Provenance, Repair, Table
+from axisid.estimation.tables import Provenance, Table
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import runs
@@ -24,17 +23,15 @@ from .clocks import (
     check_sample_period,
     clocked,
     filled,
-    open_end,
     retimed,
     share_clock,
     step_notes,
 )
 from .record import Record
-from .repairs import Repairs, adjoining, split_at_gaps
-from .resampling import AlignedColumns, resample
-from .run_file import is_run_file, read_run
+from .resampling import resample
+from .run_file import Repairs, is_run_file, read_run
+from .segments import Window, as_sampled, checked_windows, edges, within
 from .shifts import drawn_between, seldom_notes, shifted
-from .windows import Window, checked_windows, edges, within
 from .wrapping import remaining_jumps, signed, unwrapped
 
 
@@ -169,9 +166,9 @@ def _record(
         columns, cut = clipped(columns, axis), []
     signals = () if axis is None else axis.signals
     if repairs.resample is None:
-        aligned = _as_sampled(columns, period, windows, split=split)
+        even = as_sampled(columns, period, windows, split=split)
     else:
-        aligned = resample(
+        even = resample(
             columns,
             repairs.resample,
             split=split,
@@ -179,19 +176,21 @@ def _record(
             between={**{s.name: "held" for s in signals if s.is_held}, **repairs.between},
             edges=edges(windows),
         )
-    spans = aligned.segments or ((0, len(aligned.time)),)
-    jitter = step_notes([aligned.time[start:stop] for start, stop in spans])
+    time = even.motion.times
+    jitter = step_notes([time[a:b] for a, b in even.segments or ((0, len(time)),)])
     own = [signal.name for signal in signals]
 
-    def record(of: AlignedColumns, *repaired: Repair, **besides: Any) -> Record:
+    def record(of: RoleColumns, **besides: Any) -> Record:
+        values = {role: s.values for role, s in of.samples.items()}
+        clear = np.zeros(len(of.motion.values), dtype=bool)
         return Record(
-            time=of.time,
-            **{r: v for r, v in of.columns.items() if r not in own},  # type: ignore[arg-type]
-            signals={name: v for name, v in of.columns.items() if name in own},
+            time=of.motion.times,
+            **{role: values[role] for role in values if role not in own},  # type: ignore[arg-type]
+            signals={name: values[name] for name in values if name in own},
             injected_at=read.injected_at,
             sample_period=of.period,
             segments=of.segments,
-            masked=runs(of.masked),
+            masked=runs(np.any([clear, *of.masks.values()], axis=0)),
             windows=windows,
             provenance=Provenance(
                 source=Path(table.source).name,
@@ -201,7 +200,7 @@ def _record(
                 columns={**read.names},
                 assumed=read.notes,
                 doubts=(*jumps, *cut, *seldom, *jitter),
-                repairs=(*columns.repairs, *repaired),
+                repairs=of.repairs,
                 clock=replace(of.clock, counted=counted),
             ),
             **besides,
@@ -210,37 +209,9 @@ def _record(
     sampled = None
     if uneven and share_clock(columns):
         with suppress(DataError):  # times too uneven for a record
-            sampled = record(_as_sampled(columns, None, windows, split=split))
+            sampled = record(as_sampled(columns, None, windows, split=split))
     around = whole.samples if windows else {}
-    return record(aligned, *aligned.repairs, around=around, sampled=sampled)
-
-
-def _as_sampled(
-    columns: RoleColumns, period: float | None, windows: Sequence[Window], *, split: bool
-) -> AlignedColumns:
-    """Columns at the times that they have, cut between windows, and at gaps if it was asked for."""
-    time = np.asarray(columns.motion.times, dtype=np.float64)
-    masked = np.any([np.zeros(len(time), dtype=bool), *columns.masks.values()], axis=0)
-    cuts = [int(row) for row in np.searchsorted(time, edges(windows), side="right")]
-    kept, made = np.ones(len(time), dtype=bool), []
-    lengths = [stop - start for start, stop in pairwise([0, *cuts, len(time)])]
-    if split:
-        kept, lengths, repair = split_at_gaps(time, cuts)
-        made.append(repair)
-    segments = adjoining(lengths)
-    time = time[kept]
-    jitter = open_end([time[start:stop] for start, stop in segments or ((0, len(time)),)])
-    return AlignedColumns(
-        time=time,
-        columns={role: s.values[kept] for role, s in columns.samples.items()},
-        masked=masked[kept],
-        segments=segments,
-        period=period,
-        repairs=tuple(made),
-        clock=PeriodSource(
-            uncertainty=jitter if period is None else 0.0, stated=period is not None
-        ),
-    )
+    return record(even, around=around, sampled=sampled)
 
 
 def _unwound(

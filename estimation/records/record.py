@@ -8,23 +8,33 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from axisid.codegen.artefacts import GeneratedAxis, as_declared
 from axisid.estimation.records.columns import log_content
 from axisid.estimation.tables import Provenance, Repair, Samples
-from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
+from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.support.arrays import Array, Exact, covered, frozen, runs
-from axisid.support.errors import DataError, UsageError, quoted
+from axisid.support.errors import DataError, UsageError, quoted, real_array
 from axisid.support.files import write_file
 from axisid.support.mappings import FrozenMapping
 from axisid.support.presentable import Presentable
 
 from .clocks import check_sample_period, check_time
-from .record_checks import check_lengths, check_spans, check_vary, checked_column, checked_spans
-from .repairs import Span, adjoining
+from .segments import (
+    Span,
+    Window,
+    adjoining,
+    check_spans,
+    checked_spans,
+    checked_windows,
+    reaching,
+    samples_within,
+    window_repair,
+    windows_text,
+)
 from .shifts import Rows, check_movable, checked_shifts, moved_rows
-from .windows import Window, checked_windows, reaching, samples_within, window_repair, windows_text
 
 #: What a file that a record was written to says it is.
 MARK = "axisid.record/1"
@@ -393,3 +403,51 @@ def record_labels(records: Sequence[Record]) -> tuple[str, ...]:
         source if sources.count(source) == 1 else f"{source} (record {i})"
         for i, source in enumerate(sources, 1)
     )
+
+
+def checked_column(source: str, role: str, values: ArrayLike) -> Array:
+    """A column as a frozen array of finite numbers, (N,)."""
+    column = frozen(real_array(values, f"{source}: the {role}", DataError))
+    if column.ndim != 1:
+        raise DataError(
+            f"{source}: the {role} has the shape {column.shape}; give one row of numbers.",
+            code="record",
+        )
+    largest = LARGEST_VALUE.value
+    bad = np.flatnonzero(~(np.abs(column) <= largest))
+    if bad.size:
+        raise DataError(
+            f"{source}: the {role} is {column[bad[0]]:g} in data row {bad[0] + 1} ({bad.size} in "
+            f"all), and no signal is that, or larger than {largest:g}. Remove such rows or repair "
+            "the log.",
+            code="not-finite",
+        )
+    return column
+
+
+def check_lengths(source: str, channels: Mapping[str, Array]) -> None:
+    """Refuse columns of several lengths, or of less than a record has."""
+    lengths = {role: len(values) for role, values in channels.items()}
+    if len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
+        raise DataError(
+            f"{source}: the columns differ in length: {listed}; give a value of each at each time.",
+            code="record",
+        )
+    fewest = MIN_RECORD_SAMPLES.value
+    if lengths["time"] < fewest:
+        raise DataError(
+            f"{source}: a record needs {fewest} rows or more, not {lengths['time']}.",
+            code="too-short",
+        )
+
+
+def check_vary(source: str, columns: Mapping[str, Array]) -> None:
+    """Refuse a column of one value."""
+    for role, values in columns.items():
+        if values.min() == values.max():
+            raise DataError(
+                f"{source}: the {role} is {values[0]:g} in every row, so it says nothing "
+                f"about the axis. Check the {role} column, or record a motion.",
+                code="not-shown",
+            )

@@ -1,52 +1,23 @@
 """Columns of any times onto one even grid: splines for the motion, straight lines for the force."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
-from axisid.estimation.records.columns import Mask, RoleColumns, motion_role
+from axisid.estimation.records.columns import RoleColumns, motion_role
 from axisid.estimation.tables import PeriodSource, Repair, Samples
 from axisid.estimation.thresholds import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 
 from .clocks import check_increases, check_stated, long_steps
-from .repairs import Span, adjoining, gaps_repair
+from .segments import adjoining, gaps_repair
 from .shifts import Interpolation, at_times
 
 _FEWEST = 4  # samples, for a spline
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AlignedColumns:
-    """Columns of one time: on an even grid, or as they were sampled.
-
-    Attributes
-    ----------
-    time : (N,) array
-        s
-    columns : mapping of str to (N,) array
-        By role.
-    masked : (N,) array of bool
-        Where a neighbour was masked.
-    segments : tuple of (int, int)
-    period : float or None
-        s; None takes the mean step.
-    repairs : tuple of Repair
-    clock : PeriodSource
-        The position's.
-    """
-
-    time: Array
-    columns: Mapping[str, Array]
-    masked: Mask
-    segments: tuple[Span, ...]
-    period: float | None
-    repairs: tuple[Repair, ...]
-    clock: PeriodSource
 
 
 def resample(
@@ -57,8 +28,8 @@ def resample(
     stated: float | None = None,
     between: Mapping[str, Interpolation] | None = None,
     edges: Sequence[float] | Array = (),
-) -> AlignedColumns:
-    """Resample columns, each with its own clock.
+) -> RoleColumns:
+    """Columns, each with its own clock, on one even grid.
 
     Parameters
     ----------
@@ -114,24 +85,24 @@ def resample(
     hows |= {role: "spline" for role in splined if role in samples}
     hows |= {role: how for role, how in (between or {}).items() if role in samples}
     time = np.concatenate([grid for _, grid in kept])
-    repairs = [_told(clocks, time, chosen, hows)]
+    values = {
+        role: np.concatenate(
+            [_onto(grid, piece, clocks[role], s, hows[role]) for piece, grid in kept]
+        )
+        for role, s in samples.items()
+    }
+    masks = {
+        r: np.interp(time, clocks[r], np.asarray(m, float)) > 0 for r, m in columns.masks.items()
+    }
+    repairs = [*columns.repairs, _told(clocks, time, chosen, hows)]
     if split:
         lost = sum(after - before - period for before, after in gaps)
         out = sum(len(g) for g in grids) - len(time)
         repairs.append(gaps_repair(len(gaps), lost, len(kept), out))
-    masks = {
-        role: np.interp(time, clocks[role], mask.astype(np.float64)) > 0
-        for role, mask in columns.masks.items()
-    }
-    return AlignedColumns(
-        time=time,
-        columns={
-            role: np.concatenate(
-                [_onto(grid, piece, clocks[role], s, hows[role]) for piece, grid in kept]
-            )
-            for role, s in samples.items()
-        },
-        masked=np.any([np.zeros(len(time), dtype=bool), *masks.values()], axis=0),
+    return replace(
+        columns,
+        samples={role: Samples(values=v, clock=time) for role, v in values.items()},
+        masks=masks,
         segments=adjoining([len(grid) for _, grid in kept]),
         period=1 / chosen,
         repairs=tuple(repairs),

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.tables import Repair, Samples, Table
+from axisid.estimation.tables import PeriodSource, Repair, Samples, Table
 from axisid.modeling.declaration import ROLES, Axis
 from axisid.support.errors import DataError, UsageError, quoted
 
@@ -40,6 +40,13 @@ class RoleColumns:
     repairs : tuple of Repair
     masks : mapping of str to (N,) array of bool
         Samples that are no measurements.
+    segments : tuple of (int, int)
+        Of columns of one time the first sample and the one after the last of each piece without
+        gaps; empty for one piece.
+    period : float or None
+        s, of such columns; None takes the mean step.
+    clock : PeriodSource
+        The motion's.
     """
 
     source: str
@@ -49,6 +56,9 @@ class RoleColumns:
     injected_at: str | None = None
     repairs: tuple[Repair, ...] = ()
     masks: Mapping[str, Mask] = field(default_factory=dict)
+    segments: tuple[tuple[int, int], ...] = ()
+    period: float | None = None
+    clock: PeriodSource = field(default_factory=PeriodSource)
 
     @property
     def motion(self) -> Samples:

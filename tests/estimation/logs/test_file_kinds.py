@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import DataError, read_record
+from axisid import read_record
 from tests.refusals import refuses
 
 TEXT = "time,position\n" + "\n".join(f"{k},{k % 7}.5" for k in range(40)) + "\n"
@@ -59,36 +59,36 @@ def test_archives_are_told_by_what_is_inside(tmp_path: Path, inside: str, messag
 def test_packed_text_is_read_as_far_as_there_is_memory(tmp_path: Path, packing: str) -> None:
     pack: Callable[[bytes], bytes] = gzip.compress
     if packing == "zstd":
-        arrow = pytest.importorskip("pyarrow")
-        pack = partial(arrow.compress, codec="zstd", asbytes=True)
-    plain = tmp_path / "log.csv"
-    packed = tmp_path / f"log.csv{'.gz' if packing == 'gzip' else '.zst'}"
+        pack = partial(pytest.importorskip("pyarrow").compress, codec="zstd", asbytes=True)
+    plain, packed = (
+        tmp_path / "log.csv",
+        tmp_path / f"log.csv{'.gz' if packing == 'gzip' else '.zst'}",
+    )
     plain.write_text(TEXT)
-    packed.write_bytes(pack(TEXT.encode()))
+    content = pack(TEXT.encode())
+    packed.write_bytes(content)
     record = read_record(packed)
     assert np.array_equal(record.position, read_record(plain).position)
     assert f"unpacked by {packing}" in record.provenance.assumed
-    plain.write_bytes(packed.read_bytes())
-    with refuses("log-file"):
-        read_record(plain)
-    for content in (packed.read_bytes()[:-9], TEXT.encode()):
-        packed.write_bytes(content)
-        with refuses("log-file"):
-            read_record(packed)
-    packed.write_bytes(pack(bytes(100_000_000)))
-    with refuses("memory"):
-        read_record(packed, max_memory=1e7)
+    for file, wrong, code in (
+        (plain, content, "log-file"),
+        (packed, content[:-9], "log-file"),
+        (packed, TEXT.encode(), "log-file"),
+        (packed, pack(bytes(100_000_000)), "memory"),
+    ):
+        file.write_bytes(wrong)
+        with refuses(code):
+            read_record(file, max_memory=1e7)
 
 
 def test_logs_are_regular_files_of_their_kind(tmp_path: Path) -> None:
-    for ending in (".csv", ".mat", ".mf4"):
-        os.mkfifo(pipe := tmp_path / f"pipe{ending}")
-        with refuses("log-file"):
-            read_record(pipe)
-    (tmp_path / "log.csv").write_bytes(b"PAR1....")
     (tmp_path / "folder.csv").mkdir()
-    for name, message in (("pipe", "no regular file"), ("log", "Parquet"), ("folder", "a folder")):
-        with pytest.raises(DataError, match=message):
-            read_record(tmp_path / f"{name}.csv")
-    with refuses("log-file"):
-        read_record("/dev/zero")
+    for ending in (".csv", ".mat", ".mf4"):
+        os.mkfifo(tmp_path / f"pipe{ending}")
+    for name, message in (
+        *((f"pipe{ending}", "no regular file") for ending in (".csv", ".mat", ".mf4")),
+        ("folder.csv", "a folder"),
+        ("/dev/zero", ""),
+    ):
+        with refuses("log-file", says=message):
+            read_record(tmp_path / name)
