@@ -170,12 +170,10 @@ def _warnings(handler: logging.Handler) -> Iterator[list[str]]:
         handler.removeFilter(kept)
 
 
-_EPOCH = 10**17  # ns since 1970, below which a stamp is of a clock of its own: three years
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 
 
-#: Time in ns by the topic's clock, None where the message does not give it; and the JointState.
-_Message = tuple[int | None, Any]
+_Message = tuple[int, Any]  # time in ns by the topic's clock, and the JointState
 
 
 def read_bag(path: Path, room: Room) -> Table:
@@ -199,7 +197,7 @@ def read_bag(path: Path, room: Room) -> Table:
             others = sorted({c.msgtype for c in reader.connections})
             names = dict.fromkeys(c.topic for c in reader.connections if c.msgtype == _JOINT_STATE)
             topics = {topic: _messages(reader, topic, room) for topic in names}
-    times = [time for messages, _ in topics.values() for time, _ in messages if time is not None]
+    times = (time for messages, _ in topics.values() for time, _ in messages)
     origin = min(times, default=0)
     found = TableBuilder(room=room)
     for topic, (messages, note) in topics.items():
@@ -241,16 +239,9 @@ def _messages(reader: Any, topic: str, room: Room) -> tuple[list[_Message], str]
     if not times.any():
         times = np.array(recorded, dtype=np.int64)
         note = "its messages have no time, so that of their recording"
-    lost = times == 0
-    if lost.sum() == 1 and times.max() < _EPOCH:  # a clock that begins at zero
-        lost[:] = False
-    note += f"; {lost.sum()} of {len(times)} have none" if lost.any() else ""
-    places = np.maximum.accumulate(np.where(lost, 0, np.arange(len(times))))
-    order = times[places]  # one without a time stays behind the one before it
-    early = int(np.sum(order < np.maximum.accumulate(order)))
-    note += f"; {early} of {len(order)} came after later ones and were sorted" if early else ""
-    ranked = np.argsort(order, kind="stable")
-    return [(None if lost[k] else int(times[k]), found[k]) for k in ranked], note
+    early = int(np.sum(times < np.maximum.accumulate(times)))
+    note += f"; {early} of {len(times)} came after later ones and were sorted" if early else ""
+    return [(int(times[k]), found[k]) for k in np.argsort(times, kind="stable")], note
 
 
 def _add_joints(
@@ -260,7 +251,7 @@ def _add_joints(
     for joint in joints:
         places = [(t, m, list(m.name).index(joint)) for t, m in messages if joint in m.name]
         # Counted in integers first, or a double would lose the nanoseconds.
-        since = [np.nan if time is None else (time - origin) * 1e-9 for time, *_ in places]
+        since = [(time - origin) * 1e-9 for time, *_ in places]
         for kind in ("position", "velocity", "effort"):
             lists = [(getattr(m, kind), k) for _, m, k in places]  # which may be empty
             if any(k < len(entries) for entries, k in lists):

@@ -30,6 +30,5 @@ from .time_base import (
     evaluations_per_sample as evaluations_per_sample,
     hold_delay as hold_delay,
     is_same_period as is_same_period,
-    is_sampled_by as is_sampled_by,
     other_period as other_period,
 )

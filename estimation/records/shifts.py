@@ -317,7 +317,16 @@ def moved_rows(
     step, rows = _step(clock), np.arange(len(clock))
     kept, beside = np.ones(len(clock), dtype=bool), {}
     for role, shift in shifts.items():
-        count = _whole_samples(source, role, shift, step, len(clock))
+        samples = shift.amount / step if shift.in_seconds and step > 0 else shift.amount
+        count = round(samples)
+        part = abs(samples - count)
+        if abs(count) >= len(clock) or part > 0.01 or (samples != 0 and count == 0):
+            raise UsageError(
+                f"{source}: the {role} is to be shifted by {samples:.6g} samples, and has "
+                f"{len(clock)}; give a whole number of them, a time as in 2ms, or resample the log "
+                '(resample="auto").',
+                code="shift",
+            )
         beside[role] = np.clip(rows - count, 0, len(clock) - 1)
         off = np.abs(clock - clock[beside[role]] - count * step)
         # a sample without a time is refused by its name later
@@ -330,20 +339,6 @@ def moved_rows(
 def _step(clock: Array) -> float:
     finite = clock[np.isfinite(clock)]
     return float(np.median(np.diff(finite))) if finite.size > 1 else 0.0
-
-
-def _whole_samples(source: str, role: str, shift: Shift, step: float, length: int) -> int:
-    samples = shift.amount / step if shift.in_seconds and step > 0 else shift.amount
-    whole = round(samples)
-    part = abs(samples - whole)
-    if abs(whole) >= length or part > 0.01 or (samples != 0 and whole == 0):
-        raise UsageError(
-            f"{source}: the {role} is to be shifted by {samples:.6g} samples, and has {length}; "
-            "give a whole number of them, a time as in 2ms, or resample the log "
-            '(resample="auto").',
-            code="shift",
-        )
-    return whole
 
 
 def _shift_repair(role: str, step: float, shift: Shift, moved: int, lost: int) -> Repair:

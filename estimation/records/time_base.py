@@ -45,11 +45,6 @@ def clock_of(record: Record) -> PeriodSource:
     return PeriodSource(uncertainty=0.0 if stated else jitter, stated=stated)
 
 
-def is_sampled_by(record: Record, law: ControlLaw) -> bool:
-    """Whether the samples of a record are those of a law; of a resampled one, its grid's."""
-    return evaluations_per_sample(law, record.period, clock_of(record)) == 1.0
-
-
 def evaluations_per_sample(
     law: ControlLaw | None, period: float, own: PeriodSource
 ) -> float | None:

@@ -75,13 +75,16 @@ def how_written(separator: str | None, *, comma: bool) -> str:
 
 
 def split_cells(line: str, separator: str | None) -> list[str]:
-    """Cells of a line, stripped."""
+    """Cells of a line, stripped; one of a line that is no row of a table."""
     if separator is None:
         return line.replace('"', "").split()
+    cells = line.split(separator)
     if '"' in line:
-        reader = csv.reader([line], delimiter=separator, skipinitialspace=True)
-        return [cell.strip() for cell in next(reader)]
-    return [cell.strip() for cell in line.split(separator)]
+        try:
+            cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+        except csv.Error:
+            return [line]
+    return [cell.strip() for cell in cells]
 
 
 def is_comment(line: str) -> bool:
@@ -153,10 +156,7 @@ class _Reading(NamedTuple):
 def _best(source: str, sample: list[tuple[int, str]]) -> _Reading:
     quoted = any('"' in line for _, line in sample)
     ways = [(separator, comma) for separator in _SEPARATORS for comma in (False, True)]
-    try:
-        found = [_read(sample, *way) for way in ways if quoted or way != (",", True)]
-    except csv.Error as error:
-        raise DataError(f"{source} is no table of text: {error}.") from error
+    found = [_read(sample, *way) for way in ways if quoted or way != (",", True)]
     readings = [reading for reading in found if reading is not None]
     if not readings:
         raise DataError(

@@ -3,7 +3,6 @@
 At its end may be what is no row: a line that was cut off as the logger stopped, or a footer.
 """
 
-import csv
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -14,11 +13,9 @@ from axisid.estimation.tables import Column, Repair, Samples, Table
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 
-from .dialect import Dialect, Line, is_comment, is_number, sniff
+from .dialect import Dialect, Line, is_comment, is_number, sniff, split_cells
 from .time_stamps import NoStampsError, is_stamp, stamp_seconds
 from .twincat import is_twincat, read_twincat
-
-_MAX_INCOMPLETE_LINES = 50  # unlike lines are an incomplete end; more are another table
 
 #: Leaves out what is no row at the end.
 _DROP_TAIL = ', or leave the end of the log out with tail = "drop" in run.toml'
@@ -118,7 +115,7 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
     DataError
         A row has not as many cells as the header names columns.
     """
-    first = _cells_of(lines[0][1], dialect)  # whose text tells which columns hold some
+    first = dialect.cells(lines[0][1])  # whose text tells which columns hold some
     text = {k for k, c in enumerate(first) if c and not is_number(c, comma=dialect.comma)}
     numeric = [k for k in range(len(dialect.names)) if first and k not in text]
     values = _parse([line for _, line in lines], dialect, numeric)
@@ -169,10 +166,7 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
 def _rows(source: str, lines: list[Line], dialect: Dialect) -> list[list[str]]:
     width, rows = len(dialect.names), []
     for number, line in lines:
-        try:
-            cells = dialect.cells(line)
-        except csv.Error as error:
-            raise DataError(f"{source}, line {number} is no row of a table: {error}.") from error
+        cells = dialect.cells(line)
         if len(cells) != width:
             raise DataError(
                 f"{source}, line {number}: {len(cells)} cells where the header names {width} "
@@ -229,8 +223,8 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
     said = (line[len(_SEPARATOR) :][:1] for line in head if line.startswith(_SEPARATOR))
     separator = next(said, "\t")
     number, line = lines[ends[-1] + 1]
-    names = _cells(line, separator)
-    labels = next((_cells(x, separator) for x in head if x.startswith("Y_Unit_Label")), [])
+    names = split_cells(line.rstrip(separator), separator)
+    labels = next((split_cells(x, separator) for x in head if x.startswith("Y_Unit_Label")), [])
     units = ["", *labels[1:], *[""] * len(names)]
     body = lines[ends[-1] + 2 :]
     if names[-1] == "Comment":
@@ -242,18 +236,14 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
     )
 
 
-def _cells(line: str, separator: str) -> list[str]:
-    cells = [cell.strip() for cell in line.rstrip("\r\n").split(separator)]
-    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
-
-
 def complete_lines(lines: list[Line], dialect: Dialect) -> int:
     """How many lines are rows before those at the end that are none; all if these are many.
 
     A row has the kinds of cells that the first has, and those that its neighbour has.
     """
-    kinds = [_kind(cell, dialect) for cell in _cells_of(lines[0][1], dialect)]
-    rows = [_cells_of(line, dialect) for _, line in lines[-_MAX_INCOMPLETE_LINES - 1 :]]
+    kinds = [_kind(cell, dialect) for cell in dialect.cells(lines[0][1])]
+    # More unlike lines than fifty are another table.
+    rows = [dialect.cells(line) for _, line in lines[-51:]]
     for k in range(len(rows) - 1, 0, -1):
         alike = any(rows[k]) and len(rows[k]) == len(kinds)
         if alike and all(
@@ -266,7 +256,7 @@ def complete_lines(lines: list[Line], dialect: Dialect) -> int:
 
 def is_cut(lines: list[Line], dialect: Dialect) -> bool:
     """Whether the last number of a text without a last line end is shorter than all above it."""
-    rows = [_cells_of(line, dialect) for _, line in lines[-_NEIGHBOURS - 1 :]]
+    rows = [dialect.cells(line) for _, line in lines[-_NEIGHBOURS - 1 :]]
     if len(rows) <= _NEIGHBOURS or any(len(row) != len(dialect.names) for row in rows):
         return False  # cut off in another cell, which shows, or too few to tell
     *above, last = (len(row[-1].lstrip("+-")) for row in rows)
@@ -282,13 +272,6 @@ def left_out(lines: list[Line]) -> Repair:
     shown = f"{line.strip()[:40]}..." if len(line.strip()) > 40 else line.strip()
     text = f"{len(lines)} incomplete {what} at the end left out, from line {number}: {shown!r}"
     return Repair(kind="tail", count=len(lines), text=text)
-
-
-def _cells_of(line: str, dialect: Dialect) -> list[str]:
-    try:
-        return dialect.cells(line)
-    except csv.Error:
-        return []
 
 
 def _kind(cell: str, dialect: Dialect) -> str:
