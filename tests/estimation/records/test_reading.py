@@ -86,10 +86,9 @@ def test_all_missing_columns_are_told_at_once(tmp_path: Path) -> None:
     declared = (
         "no column 'qm' for the position, 'qg' for the reference, 'vir' for the control; found"
     )
-    with refuses("columns", says=f"{declared} t, pos, ref, volts. ") as refused:
+    advice = "columns position=NAME,reference=NAME,control=NAME"
+    with refuses("columns", says=f"{declared} t, pos, ref, volts. .*{advice}"):
         read_record(file, load_axis("emps"))
-    assert refused.value.code == "columns"
-    assert "columns position=NAME,reference=NAME,control=NAME" in str(refused.value)
     with refuses("columns", says="position=NAME,time=NAME,reference=NAME,control=NAME"):
         read_record(file)
 
@@ -113,11 +112,10 @@ def test_names_that_occur_twice_matter_only_where_they_are_asked_for(tmp_path: P
 def test_period_that_is_given_stands_for_a_time_column_that_the_axis_declares() -> None:
     axis = replace(load_axis("emps2015"), columns={"time": "t", "position": "q", "control": "u"})
     log = {"q": np.sin(np.arange(50)), "u": np.cos(np.arange(50))}
-    with refuses("columns", says="'t' for the time"):
-        read_record(log, axis)
     assert read_record(log, axis, sample_period=1e-3).period == 1e-3
-    with refuses("columns", says="'t' for the time"):
-        read_record(log, axis, columns={"time": "t"}, sample_period=1e-3)
+    for more in ({}, {"columns": {"time": "t"}, "sample_period": 1e-3}):
+        with refuses("columns", says="'t' for the time"):
+            read_record(log, axis, **more)  # type: ignore[arg-type]
 
 
 def test_log_without_the_reference_that_the_axis_names_serves_least_squares() -> None:
@@ -135,9 +133,8 @@ def test_log_without_the_reference_that_the_axis_names_serves_least_squares() ->
 
 @pytest.mark.parametrize("repairs", [{}, {"wrap": 1.0}, {"resample": 100.0}])
 def test_log_without_a_number_is_refused_whatever_is_asked_for(repairs: dict[str, Any]) -> None:
+    said = r"position (has no row with a number|is inf in data row 1)"
     for rows in (0, 9):
         log = {"time": 0.01 * np.arange(rows), "position": np.full(rows, np.inf)}
-        with pytest.raises(
-            DataError, match=r"position (has no row with a number|is inf in data row 1)"
-        ):
+        with pytest.raises(DataError, match=said):
             read_record(log, repairs=axisid.estimation.Repairs(**repairs))

@@ -15,7 +15,6 @@ from axisid.estimation import Repairs
 from axisid.estimation.choices import LOG_KEYS
 from axisid.estimation.records import log_of, started_run
 from axisid.support.errors import RunFileError
-from tests.fuzz.cases import Fuzz, WrongError, one_of
 from tests.run_files import run_file
 
 N = 400
@@ -73,14 +72,8 @@ def same(one: Record, other: Record) -> bool:
 @pytest.mark.parametrize("key", LOG_KEYS)
 def test_every_key_says_what_its_argument_says(key: str, tmp_path: Path) -> None:
     log = write(tmp_path, "some words\n" if key == "tail" else "")
-    roles = {
-        **ROLES,
-        **{"injected_at": {"injected": "e"}, "between": {"velocity": "v"}}.get(key, {}),
-    }
-    toml: dict[str, Any] = {"columns": roles, "wrap": WRAP, key: SAID[key][0]}
-    toml |= {"columns": roles}
-    python: dict[str, Any] = {"columns": roles, "wrap": WRAP, key: SAID[key][1]}
-    python |= {"columns": roles}
+    more = {"injected_at": {"injected": "e"}, "between": {"velocity": "v"}}.get(key, {})
+    toml, python = ({"wrap": WRAP, key: said, "columns": {**ROLES, **more}} for said in SAID[key])
     repairs = {name: python.pop(name) for name in [*python] if LOG_KEYS[name].is_repair}
     found = read_record(run_file(log, **toml))
     assert same(found, read_record(log, **python, repairs=Repairs(**repairs)))
@@ -194,41 +187,6 @@ def test_what_is_no_run_file_is_refused(tmp_path: Path, text: str, said: str) ->
     (tmp_path / "run.toml").write_text(text)
     with pytest.raises(RunFileError, match=said):
         read_record(tmp_path / "run.toml")
-
-
-def test_values_of_any_kind_are_taken_or_told(tmp_path: Path) -> None:
-    log = write(tmp_path)
-    values = ("true", "-1", "0", "nan", "1e999", '""', '"x"', '"1..2"', "[]", "[[0.1, 0.2]]", "{}")
-    values += (
-        '["split"]',
-        "{ control = 1 }",
-        "{ a = { b = 1 } }",
-        "2026-01-01",
-        "1979-05-27T07:32:00Z",
-    )
-    values += ("[[1]]", '{ velocity = "linear" }', "{ control = inf }", '"auto"', "07:32:00")
-
-    def check(case: tuple[tuple[str, str], ...]) -> None:
-        lines = dict(case)
-        file = tmp_path / "run.toml"
-        file.write_text(
-            "\n".join([f'log = "{log.name}"', *(f"{k} = {v}" for k, v in lines.items())])
-        )
-        try:
-            record = read_record(file)
-        except AxisidError:
-            return
-        if not all(map(math.isfinite, record.time)):
-            raise WrongError(f"time: {case}")
-
-    Fuzz(
-        name="run files",
-        count=400,
-        draw=lambda rng: tuple(
-            (one_of(rng, [*LOG_KEYS]), one_of(rng, values)) for _ in range(int(rng.integers(1, 4)))
-        ),
-        check=check,
-    ).run()
 
 
 def test_a_started_file_has_what_was_found_and_runs(tmp_path: Path) -> None:

@@ -222,7 +222,6 @@ def test_cut_row_is_left_out_and_counted(
     assert not read_record(file).provenance.repairs
     file.write_bytes(text[:-4].encode(encoding))
     for repairs in (Repairs(), Repairs(tail="drop")):
-        kept = read_record(file, repairs=repairs)
-        (told,) = kept.provenance.repairs
-        assert (len(kept), told.kind, told.count) == (2999, "tail", 1)
+        (told,) = read_record(file, repairs=repairs).provenance.repairs
+        assert (told.kind, told.count) == ("tail", 1)
         assert "from line 3001" in told.text
