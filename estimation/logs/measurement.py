@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.estimation.tables import Table, TableBuilder, library, numbered, one_line, refusing
 from axisid.support.errors import DataError
@@ -115,7 +116,7 @@ def read_tdms(file: Path, room: Room) -> Table:
         with _warnings(log.log_manager.console_handler) as warned:
             content = nptdms.TdmsFile.read(file)
         channels = [c for group in content.groups() for c in group.channels()]
-        starts = (_tdms_start(channel) for channel in channels)
+        starts = (_waveform(channel)[0] for channel in channels)
         origin = min((start for start in starts if start is not None), default=None)
         for channel in channels:
             _add_channel(found, channel, origin)
@@ -123,15 +124,11 @@ def read_tdms(file: Path, room: Room) -> Table:
     return found.table(str(file), warnings=warnings, advice="record channels of numbers")
 
 
-def _tdms_start(channel: Any) -> np.datetime64 | None:
-    """When a waveform began, if it says so."""
-    start = channel.properties.get("wf_start_time")
-    begun = isinstance(start, np.datetime64) and not np.isnat(start)
-    return start if begun and _increment(channel) > 0 else None
-
-
-def _increment(channel: Any) -> float:
-    return float(channel.properties.get("wf_increment", 0.0))
+def _waveform(channel: Any) -> tuple[np.datetime64 | None, float]:
+    """When a waveform began, if it says so, and its step, s; 0 for none."""
+    start, step = (channel.properties.get(f"wf_{each}") for each in ("start_time", "increment"))
+    begun = step and isinstance(start, np.datetime64) and not np.isnat(start)
+    return start if begun else None, float(step or 0)
 
 
 def _add_channel(found: TableBuilder, channel: Any, origin: np.datetime64 | None) -> None:
@@ -142,7 +139,7 @@ def _add_channel(found: TableBuilder, channel: Any, origin: np.datetime64 | None
         found.pass_over(name, f"what npTDMS cannot read ({one_line(error)})")
         return
     said = channel.properties
-    clock, note, start, step = None, "", _tdms_start(channel), _increment(channel)
+    clock, note, (start, step) = None, "", _waveform(channel)
     if step > 0 and len(channel):
         begin = float(said.get("wf_start_offset", 0.0))
         if start is not None:
@@ -173,9 +170,6 @@ def _warnings(handler: logging.Handler) -> Iterator[list[str]]:
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 
 
-_Message = tuple[int, Any]  # time in ns by the topic's clock, and the JointState
-
-
 def read_bag(path: Path, room: Room) -> Table:
     """Read the JointState messages of a ROS 1 bag or a ROS 2 bag (its folder, or a file of it).
 
@@ -196,13 +190,17 @@ def read_bag(path: Path, room: Room) -> Table:
         with highlevel.AnyReader([bag_of(path)], default_typestore=usual) as reader:
             others = sorted({c.msgtype for c in reader.connections})
             names = dict.fromkeys(c.topic for c in reader.connections if c.msgtype == _JOINT_STATE)
-            topics = {topic: _messages(reader, topic, room) for topic in names}
-    times = (time for messages, _ in topics.values() for time, _ in messages)
-    origin = min(times, default=0)
+            topics = {topic: _joints(reader, topic, room) for topic in names}
+    origin = min((int(time) for times, *_ in topics.values() for time in times), default=0)
     found = TableBuilder(room=room)
-    for topic, (messages, note) in topics.items():
+    for topic, (times, note, joints) in topics.items():
         before = f"{topic.strip('/')}." if len(topics) > 1 else ""
-        _add_joints(found, before, messages, origin, f"{topic}: {note}")
+        for name, values in joints.items():
+            rows = sorted(values, key=lambda row: times[row])
+            # Counted in integers first, or a double would lose the nanoseconds.
+            clock = (times[rows] - origin).astype(np.float64) * 1e-9
+            told = [values[row] for row in rows]
+            found.add(f"{before}{name}", told, clock=clock, note=f"{topic}: {note}")
     return found.table(
         str(path),
         notes=("ROS bag, JointState in SI",),
@@ -224,39 +222,26 @@ def bag_of(path: Path) -> Path:
     return path.parent if whole else path
 
 
-def _messages(reader: Any, topic: str, room: Room) -> tuple[list[_Message], str]:
-    """Messages of a topic in the order of their times, and which times these are."""
+def _joints(
+    reader: Any, topic: str, room: Room
+) -> tuple[NDArray[np.int64], str, dict[str, dict[int, float]]]:
+    """Times of a topic's messages, ns, which times these are, and values by message and joint."""
     chosen = [c for c in reader.connections if c.topic == topic and c.msgtype == _JOINT_STATE]
-    recorded, stamps, found = [], [], []
-    for connection, time, raw in reader.messages(connections=chosen):
+    recorded, stamps = [], []
+    joints: dict[str, dict[int, float]] = {}
+    for row, (connection, time, raw) in enumerate(reader.messages(connections=chosen)):
         room.take(len(raw) + 1500)  # which a message takes beside its own bytes
         message = reader.deserialize(raw, connection.msgtype)
-        stamp = message.header.stamp
         recorded.append(time)
-        stamps.append(stamp.sec * 10**9 + stamp.nanosec)
-        found.append(message)
+        stamps.append(message.header.stamp.sec * 10**9 + message.header.stamp.nanosec)
+        for k, joint in enumerate(message.name):
+            for kind in ("position", "velocity", "effort"):
+                for value in getattr(message, kind)[k : k + 1]:  # which may be empty
+                    joints.setdefault(f"{joint}.{kind}", {})[row] = value
     times, note = np.array(stamps, dtype=np.int64), "time of the messages' headers"
     if not times.any():
         times = np.array(recorded, dtype=np.int64)
         note = "its messages have no time, so that of their recording"
     early = int(np.sum(times < np.maximum.accumulate(times)))
     note += f"; {early} of {len(times)} came after later ones and were sorted" if early else ""
-    return [(int(times[k]), found[k]) for k in np.argsort(times, kind="stable")], note
-
-
-def _add_joints(
-    found: TableBuilder, before: str, messages: list[_Message], origin: int, note: str
-) -> None:
-    joints = dict.fromkeys(name for _, state in messages for name in state.name)
-    for joint in joints:
-        places = [(t, m, list(m.name).index(joint)) for t, m in messages if joint in m.name]
-        # Counted in integers first, or a double would lose the nanoseconds.
-        since = [(time - origin) * 1e-9 for time, *_ in places]
-        for kind in ("position", "velocity", "effort"):
-            lists = [(getattr(m, kind), k) for _, m, k in places]  # which may be empty
-            if any(k < len(entries) for entries, k in lists):
-                values = np.array(
-                    [entries[k] if k < len(entries) else np.nan for entries, k in lists]
-                )
-                name = f"{before}{joint}.{kind}"
-                found.add(name, values, clock=np.array(since), note=note)
+    return times, note, joints

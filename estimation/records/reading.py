@@ -32,7 +32,7 @@ from .resampling import resample
 from .run_file import Repairs, is_run_file, read_run
 from .segments import Window, as_sampled, checked_windows, edges, within
 from .shifts import drawn_between, seldom_notes, shifted
-from .wrapping import remaining_jumps, signed, unwrapped
+from .wrapping import unwound
 
 
 def read_record(
@@ -158,7 +158,9 @@ def _record(
     if windows:
         columns, windows = within(columns, windows)
         room.check_samples(max(len(s.values) for s in columns.samples.values()))
-    columns, jumps = _unwound(filled(table, columns, uneven=uneven), axis, repairs)
+    columns = filled(table, columns, uneven=uneven)
+    gap = (MAX_UNEVEN_STEP if uneven else MAX_EVEN_STEP).value
+    columns, jumps = unwound(columns, repairs.moduli(axis), axis, gap)
     seldom = seldom_notes({r: s for r, s in columns.samples.items() if r not in repairs.between})
     if repairs.mask is None:
         cut = clipping_notes(columns.samples, axis)
@@ -212,17 +214,3 @@ def _record(
             sampled = record(as_sampled(columns, None, windows, split=split))
     around = whole.samples if windows else {}
     return record(even, around=around, sampled=sampled)
-
-
-def _unwound(
-    columns: RoleColumns, axis: Axis | None, repairs: Repairs
-) -> tuple[RoleColumns, list[str]]:
-    """Columns without their jumps by moduli, and what is said of jumps that are left."""
-    gap = MAX_EVEN_STEP.value if repairs.resample is None else MAX_UNEVEN_STEP.value
-    moduli = repairs.moduli(axis)
-    for role, modulus in moduli.items():
-        if role == "position":
-            columns = unwrapped(columns, modulus, gap)
-        else:
-            columns = signed(columns, role, modulus)
-    return columns, remaining_jumps(columns, axis, gap, moduli.get("position"))

@@ -64,7 +64,9 @@ def resample(
     chosen = 1 / period if rate == "auto" else rate
     _check_rate(source, chosen, 1 / period, clocks)
     covered = _common([_pieces(clock, edges) for clock in clocks.values()])
-    grids = [_grid(a, b, 1 / chosen) for a, b in covered]
+    step = 1 / chosen
+    counts = [np.floor((b - a) / step * (1 + 1e-12) + 1e-6) + 1 for a, b in covered]
+    grids = [a + step * np.arange(n) for (a, _), n in zip(covered, counts, strict=True)]
     kept = [(piece, g) for piece, g in zip(covered, grids, strict=True) if len(g) >= _FEWEST]
     if not kept:
         raise DataError(
@@ -104,7 +106,7 @@ def resample(
         samples={role: Samples(values=v, clock=time) for role, v in values.items()},
         masks=masks,
         segments=adjoining([len(grid) for _, grid in kept]),
-        period=1 / chosen,
+        period=step,
         repairs=tuple(repairs),
         clock=PeriodSource(
             step=1.0 if rate == "auto" else period * chosen,
@@ -160,11 +162,6 @@ def _common(lists: Sequence[list[tuple[float, float]]]) -> list[tuple[float, flo
     ended = np.searchsorted(stops, starts, "right")
     begin = np.flatnonzero(np.arange(1, len(starts) + 1) - ended == len(lists))
     return [*zip(starts[begin].tolist(), stops[ended[begin]].tolist(), strict=True)]
-
-
-def _grid(start: float, stop: float, period: float) -> Array:
-    count = int(np.floor((stop - start) / period * (1 + 1e-12) + 1e-6)) + 1
-    return start + period * np.arange(count, dtype=np.float64)
 
 
 def _onto(

@@ -50,26 +50,42 @@ class Modulus(NamedTuple):
         return f"{size / self.factor:.6g} {self.unit}"
 
 
-def unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumns:
-    """Undo the jumps of position and reference by whole moduli.
-
-    Where there were jumps, the reference begins on the position's turn, unless it spans more than
-    the modulus. Where samples are missing, the turns in between are not known: the position is
-    taken to have moved by less than half a modulus, and the reference to begin again on the
-    position's turn. Without a jump nothing is moved.
+def unwound(
+    columns: RoleColumns, moduli: Mapping[str, Modulus], axis: Axis | None, gap: float
+) -> tuple[RoleColumns, list[str]]:
+    """Columns without their jumps by moduli, and what is said of jumps that are left.
 
     Parameters
     ----------
     columns : RoleColumns
         Each with its clock.
-    modulus : Modulus
+    moduli : mapping of str to Modulus
+        By role.
+    axis : Axis or None
+        Its coordinate says whether it turns.
     gap : float
         A longer step of time is a gap, in median steps.
 
     Raises
     ------
     DataError
-        The position is not within one modulus, or jumps by something else: it is not wrapped by it.
+        A column is not wrapped by its modulus, or the position jumps by whole turns.
+    """
+    for role, modulus in moduli.items():
+        if role == "position":
+            columns = _unwrapped(columns, modulus, gap)
+        else:
+            columns = _signed(columns, role, modulus)
+    return columns, _remaining_jumps(columns, axis, gap, moduli.get("position"))
+
+
+def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumns:
+    """Undo the jumps of position and reference by whole moduli.
+
+    Where there were jumps, the reference begins on the position's turn, unless it spans more than
+    the modulus. Where samples are missing, the turns in between are not known: the position is
+    taken to have moved by less than half a modulus, and the reference to begin again on the
+    position's turn. Without a jump nothing is moved.
     """
     source, samples = columns.source, {**columns.samples}
     if "position" not in samples:
@@ -108,14 +124,8 @@ def unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumns
     return columns.repaired(samples, repair)
 
 
-def signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
-    """Take numbers of half a modulus and more as negative ones that were written without a sign.
-
-    Raises
-    ------
-    DataError
-        There is no such column, or it has numbers beyond the modulus.
-    """
+def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
+    """Take numbers of half a modulus and more as negative ones that were written without a sign."""
     source, samples = columns.source, columns.samples
     if role not in samples:
         raise DataError(
@@ -182,27 +192,10 @@ def _check_seams(
         )
 
 
-def remaining_jumps(
+def _remaining_jumps(
     columns: RoleColumns, axis: Axis | None, gap: float, modulus: Modulus | None
 ) -> list[str]:
-    """What is said of jumps in a position: steps of more than half its range amid slow motion.
-
-    Parameters
-    ----------
-    columns : RoleColumns
-        Each with its clock.
-    axis : Axis or None
-        Its coordinate says whether it turns.
-    gap : float
-        A longer step of time is a gap, in median steps.
-    modulus : Modulus
-        That was asked for.
-
-    Raises
-    ------
-    DataError
-        The jumps are whole turns, or there are jumps though a modulus was given.
-    """
+    """What is said of jumps in a position: steps of more than half its range amid slow motion."""
     position = columns.samples.get("position")
     if position is None:
         return []
