@@ -219,36 +219,36 @@ def to_si(
         cannot be read, or does not say what one count is.
     """
     wanted = expected_units(role, axis, injected_at)
-    scaling, wrong = None, UsageError if requested else DataError
-    if own is not None and is_scaling(text):
-        scaling = _scaling(role, text, own, source, wanted)
-        of, wrong = scaling.of, UsageError
-        has = f"is given as {text!r}, which is {of.unit}"
-    else:
-        known, has = exact_unit(text), f"has the unit {text!r}"
-        if known is None:
-            say = "say what one of these counts is, as in NAME:counts*360deg/4096. Else "
-            raise wrong(
-                f"{source}: the {role} {has}, which is not known; "
-                f"{say if text.lower() in COUNTS else ''}give the unit that it is in with "
-                f"columns {role}=NAME:UNIT (mm, deg, rev, ms, mA, Ncm, ...), or "
-                f"NAME:{(wanted or ('V',))[0]} where it is SI.",
-                code="units",
-            )
-        of = known
+    scaled = own is not None and is_scaling(text)
+    wrong = UsageError if requested or scaled else DataError
+    try:
+        if scaled:
+            scaling = read_scaling(text, own if own and is_unit(own) else "")
+        else:
+            scaling = Scaling(exact_unit(text) or _quantity(Fraction(1), text))
+        of = scaling.of
+        if of.unit is None and (of.is_count or not scaled):
+            raise ScalingError("it does not say what one count is")
+    except ScalingError as error:
+        raise wrong(
+            f"{source}: the {role} is given as {text!r}: {error}; say what one is, as in columns "
+            f"{role}=NAME:{_example(wanted)}, or the unit that it is in ({role}=NAME:UNIT; mm, "
+            f"deg, rev, ms, mA, Ncm, ...), which is {(wanted or ('V',))[0]} where it is SI.",
+            code="units",
+        ) from error
     same = [
         unit for unit in wanted if of.unit is not None and of.unit.same_dimension(parse_unit(unit))
     ]
     if of.unit is not None and wanted and not same:
         of_axis = f" of axis {axis.name!r}" if axis is not None else ""
         raise wrong(
-            f"{source}: the {role} {has}, but the {role}{of_axis} is measured in "
-            f"{' or '.join(wanted)}. "
-            f"Check the column, or give its unit with columns {role}=NAME:UNIT.",
+            f"{source}: the {role} is given as {text!r}, which is {of.unit}, but the "
+            f"{role}{of_axis} is measured in {' or '.join(wanted)}. Check the column, or give its "
+            f"unit with columns {role}=NAME:UNIT.",
             code="units",
         )
     factor = float(of)
-    if scaling is None:
+    if not scaled:
         return (values, "") if factor == 1.0 else (values * factor, f"{role}: {text} -> {of.unit}")
     _check_angle(role, text, of, same, source)
     unit = same[0] if same else of.unit or (wanted[0] if len(wanted) == 1 else "SI")
@@ -258,21 +258,6 @@ def to_si(
     offset = float(scaling.offset)
     said += f" {'+' if offset >= 0 else '-'} {abs(offset):.9g}"
     return values * factor + offset, said
-
-
-def _scaling(role: str, text: str, own: str, source: str, wanted: Sequence[str]) -> Scaling:
-    """What a scaling says, which has to say what one count is."""
-    try:
-        scaling = read_scaling(text, own if is_unit(own) else "")
-        if scaling.of.is_count and scaling.of.unit is None:
-            raise ScalingError("it does not say what one count is")
-    except ScalingError as error:
-        raise UsageError(
-            f"{source}: the {role} is given as {text!r}: {error}; write it as in columns "
-            f"{role}=NAME:{_example(wanted)}.",
-            code="units",
-        ) from error
-    return scaling
 
 
 def _example(wanted: Sequence[str]) -> str:

@@ -282,15 +282,15 @@ def test_a_column_of_an_unknown_unit_is_read_where_its_unit_is_given(
 @pytest.mark.parametrize(
     ("columns", "says"),
     [
-        ({"position": "angle"}, "'inc', which is not known; say what one"),
-        ({"position": "angle [inc]"}, "'inc', which is not known; say what one"),
+        ({"position": "angle"}, "'inc': it does not say what one count is"),
+        ({"position": "angle [inc]"}, "'inc': it does not say what one count is"),
         ({"position": "q:mm"}, "position of axis 'motor' is measured in rad"),
         ({"position": "q:Nm"}, "position of axis 'motor' is measured in rad"),
-        ({"position": "q:inc"}, "position has the unit 'inc'"),
+        ({"position": "q:inch^"}, "'inch.' is no unit that is known"),
         ({"position": "q", "control": "u:mV"}, "control of axis 'motor' is measured in A"),
         ({"position": "q", "force": "u:N"}, "force of axis 'motor' is measured in N m"),
         ({"position": "q", "time": "time:mm"}, "time of axis 'motor' is measured in s"),
-        ({"position": "q:counts"}, "say what one of these counts is"),
+        ({"position": "q:counts"}, "does not say what one count is; say .*counts.360deg/4096"),
         ({"position": "q:counts/4096"}, "does not say what one count is"),
         (
             {"position": "q:counts*5mm/4096"},
