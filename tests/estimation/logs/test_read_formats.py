@@ -1,5 +1,7 @@
-"""Files written by each format's own library are read back; damaged ones are refused."""
+"""Files of each format, by its own library or as writers give JSON, are read back or refused."""
 
+import gzip
+import json
 import shutil
 import sys
 from collections.abc import Callable
@@ -65,12 +67,10 @@ def test_parquet_with_time_stamps_and_units_of_its_fields(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("kind", ["mapping", "pandas", "polars", "pyarrow"])
 def test_any_dataframe_of_a_script(kind: str) -> None:
-    columns: dict[str, Any] = {"time": T, "q [mm]": Q, "u": U}
-    frame: object = columns
-    if kind != "mapping":
-        pytest.importorskip("narwhals")
-        library = pytest.importorskip(kind)
-        frame = library.table(columns) if kind == "pyarrow" else library.DataFrame(columns)
+    makers = {"mapping": "dict", "pyarrow": "table"}
+    pytest.importorskip("narwhals")
+    library = pytest.importorskip("builtins" if kind == "mapping" else kind)
+    frame = getattr(library, makers.get(kind, "DataFrame"))({"time": T, "q [mm]": Q, "u": U})
     record = read_record(frame, columns=NAMED)
     assert record.position == pytest.approx(1e-3 * Q, rel=1e-15)
     assert np.array_equal(record.control, U)
@@ -91,9 +91,7 @@ def test_dataframe_without_one_name_for_each_column_is_explained() -> None:
 
 
 def test_time_stamp_that_is_missing_does_not_spoil_the_others() -> None:
-    stamps = STAMPS.copy()
-    stamps[0] = np.datetime64("NaT")
-    log = {"time": stamps, "position": Q}
+    log = {"time": np.where(T > 0, STAMPS, np.datetime64("NaT")), "position": Q}
     with refuses("empty-cells", says=r"1 \(1 of 50 "):
         read_record(log)
     record = read_record(log, repairs=Repairs(resample="auto"))
@@ -348,3 +346,106 @@ def test_messages_out_of_the_order_of_their_times_are_sorted_and_counted(tmp_pat
     assert record.position[20:22] == pytest.approx(Q[[21, 20]])
     told = "time of the messages' headers; 4 of 50 came after later ones and were sorted"
     assert f"/js: {told}" in record.provenance.assumed
+
+
+COLUMNS: dict[str, list[float]] = {
+    "time": T.tolist(),
+    "position": Q.tolist(),
+    "control": U.tolist(),
+}
+ROWS = [list(row) for row in zip(*COLUMNS.values(), strict=True)]
+RECORDS = [dict(zip(COLUMNS, row, strict=True)) for row in ROWS]
+NUMBERED = {"time": "#1", "position": "#2", "control": "#3"}
+
+
+def lines(each: Any) -> str:
+    return "\n".join(map(json.dumps, each))
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("arrays.json", json.dumps(COLUMNS)),
+        ("below.json", json.dumps({"log": {"axis": COLUMNS}, "made by": "a drive"})),
+        (
+            "unit.json",
+            json.dumps(
+                {
+                    **COLUMNS,
+                    "position": {"unit": "m", "values": COLUMNS["position"]},
+                    "time [ms]": (1e3 * T).tolist(),
+                }
+                | {"time": None}
+            ),
+        ),
+        ("records.json", json.dumps(RECORDS)),
+        ("nested.json", json.dumps([{"axis": record} for record in RECORDS])),
+        (
+            "entries.json",
+            json.dumps({"mass": 0.7, "entries": RECORDS, "events": [{"at": 0.1, "of": "stop"}]}),
+        ),
+        ("rows.json", json.dumps([[*COLUMNS], *ROWS])),
+        ("split.json", json.dumps({"columns": [*COLUMNS], "data": ROWS})),
+        (
+            "pandas.json",
+            json.dumps({k: {str(i): x for i, x in enumerate(v)} for k, v in COLUMNS.items()}),
+        ),
+        ("records.jsonl", lines(RECORDS)),
+        ("records.ndjson", lines(RECORDS) + "\n\n"),
+        ("rows.jsonl", lines([[*COLUMNS], *ROWS])),
+    ],
+)
+def test_every_shape_is_the_same_record(tmp_path: Path, name: str, text: str) -> None:
+    file = tmp_path / name
+    file.write_text(text)
+    record = read_record(file)
+    assert record.position == pytest.approx(COLUMNS["position"], abs=1e-15)
+    assert record.time == pytest.approx(T, abs=1e-12)
+    assert np.asarray(record.control) == pytest.approx(COLUMNS["control"], abs=1e-15)
+
+
+def test_rows_without_names_are_called_by_number(tmp_path: Path) -> None:
+    file = tmp_path / "rows.jsonl"
+    file.write_text(lines(ROWS))
+    assert len(read_record(file, columns=NUMBERED)) == N
+
+
+def test_time_stamps_and_packed_files_are_read(tmp_path: Path) -> None:
+    stamps = [f"2026-02-01T12:00:00.{round(1e3 * t):03d}Z" for t in T]
+    file = tmp_path / "log.jsonl.gz"
+    records = [{**r, "time": s} for r, s in zip(RECORDS, stamps, strict=True)]
+    file.write_bytes(gzip.compress(lines(records).encode()))
+    record = read_record(file)
+    assert record.time == pytest.approx(T, abs=1e-9)
+    assert "time stamps counted from the first" in " ".join(record.provenance.assumed)
+
+
+def test_what_is_missing_in_a_record_is_an_empty_cell(tmp_path: Path) -> None:
+    file = tmp_path / "log.json"
+    lacking = [{**record} for record in RECORDS]
+    del lacking[7]["position"]
+    file.write_text(json.dumps([*lacking[:9], lacking[9] | {"position": None}, *lacking[10:]]))
+    with refuses("empty-cells", r"data row 8 \(2 of 50"):
+        read_record(file)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("log.json", "{1", "is no JSON: expecting property name"),
+        ("log.jsonl", '{"time": 1}\n{"time":', "line 2 is no JSON"),
+        ("log.json", "[" * 100_000, "nested too deep"),
+        ("log.json", '{"a": "b"}', "holds no columns of numbers; give arrays by name"),
+        ("log.json", "[]", "holds no columns of numbers"),
+        ("log.json", "3", "holds no columns of numbers"),
+        ("log.json", "[[1, 2], [3]]", "holds no columns of numbers"),
+        ("log.json", '{"a": [[1], [2]], "b": ["x", "y"]}', "b: text"),
+        ("log.json", '{"schema": "axisid.stream/1"}', "a result of axisid"),
+        ("log.csv", json.dumps(RECORDS), "give the file the ending .json, or .jsonl"),
+    ],
+)
+def test_what_is_no_log_is_told(tmp_path: Path, name: str, text: str, said: str) -> None:
+    file = tmp_path / name
+    file.write_text(text)
+    with pytest.raises(DataError, match=said):
+        read_record(file)
