@@ -283,8 +283,11 @@ def _role(table: LogTable, role: str) -> str:
     # What only bears the name of these is left out.
     if name is None or role in ("velocity", "acceleration", "injected"):
         return f'# {role} = "NAME:UNIT"'
-    guessed = role == "time" and not table.columns[name].unit
-    unit = _guessed(_values(table, name)) if guessed else ""
+    unit = ""
+    if role == "time" and not table.columns[name].unit:  # that in which steps are those of a log
+        time, units = _values(table, name), {"": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+        step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
+        unit = next((unit for unit, size in units.items() if 1e-6 < step * size < 0.05), "")
     said, ending = (f"  # {unit} is guessed from its steps", f":{unit}") if unit else ("", "")
     in_line = name.isprintable() and len(name) < _LINE
     called = name if in_line else f"#{[*table.columns].index(name) + 1}"
@@ -304,13 +307,6 @@ def _values(table: LogTable, name: str) -> Array:
         return np.asarray(table.columns[name].read().values, dtype=np.float64)
     except DataError:
         return np.empty(0)
-
-
-def _guessed(time: Array) -> str:
-    """The unit in which the steps of a time are those of a log; empty for seconds."""
-    step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
-    units = {"": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-    return next((unit for unit, size in units.items() if 1e-6 < step * size < 0.05), "")
 
 
 def _comment(said: str) -> list[str]:

@@ -108,8 +108,9 @@ def acting_along(
     start : float, optional
         Force at the first sample; that of the first command by default, as before it.
     """
-    ahead = 0 if logged == "command" else response.late
-    first, then = (_moved(forces, ahead - late) for late in (response.late, response.whole))
+    at = np.arange(len(forces)) + (0 if logged == "command" else response.late)
+    delayed = (np.clip(at - late, 0, len(at) - 1) for late in (response.late, response.whole))
+    first, then = (forces[places] for places in delayed)
     share = response.share
     if not response.lag:
         return Acting(at_samples=first, mean=share * first + (1 - share) * then)
@@ -123,12 +124,6 @@ def acting_along(
     left = (at_samples - first) * (1 - stays[0]) + (between - then) * (1 - stays[1])
     mean = share * first + (1 - share) * then + response.lag / response.period * left
     return Acting(at_samples=at_samples, mean=mean)
-
-
-def _moved(values: Array, samples: int) -> Array:
-    """Values so many samples earlier, or later where that is negative; beyond the ends as there."""
-    places = np.arange(len(values)) + samples
-    return np.asarray(values[np.clip(places, 0, len(values) - 1)])
 
 
 def _recursion(factor: float, added: Array, start: float) -> Array:

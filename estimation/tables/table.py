@@ -42,9 +42,7 @@ class Samples:
     @property
     def times(self) -> Array:
         """The clock, or where there is none the numbers of the samples, (N,)."""
-        if self.clock is None:
-            return np.arange(len(self.values), dtype=np.float64)
-        return self.clock
+        return np.arange(float(len(self.values))) if self.clock is None else self.clock
 
     def taken(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Samples":
         """Some of the samples, by their numbers or as a mask, with their times."""

@@ -176,7 +176,12 @@ def _best(source: str, sample: list[tuple[int, str]]) -> _Reading:
 def _read(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> _Reading | None:
     """How the sample reads with a separator and a decimal mark; None where it is no table."""
     rows = [(i, split_cells(line, separator)) for i, line in sample]
-    numeric = [_numeric(cells, comma=comma) for _, cells in rows]
+    numbers = [[is_number(cell, comma=comma) for cell in cells] for _, cells in rows]
+    # Beside a number a time stamp is one too, as in a row of a long table.
+    numeric = [
+        [of or (any(flags) and is_stamp(cell)) for of, cell in zip(flags, cells, strict=True)]
+        for flags, (_, cells) in zip(numbers, rows, strict=True)
+    ]
     shares = [
         (sum(flags) / max(sum(1 for c in cells if c), 1), len(cells))
         for (_, cells), flags in zip(rows, numeric, strict=True)
@@ -203,14 +208,6 @@ def _read(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> 
     used = not comma or any("," in c for c in cells)
     fit = (share, named, used, width)
     return _Reading(separator, comma, width, rows[begin][0], sum(k >= begin for k in body), fit)
-
-
-def _numeric(cells: list[str], *, comma: bool) -> list[bool]:
-    """Which cells are numbers; beside one a time stamp is too, as in a row of a long table."""
-    numbers = [is_number(cell, comma=comma) for cell in cells]
-    if all(numbers) or not any(numbers):
-        return numbers
-    return [of or is_stamp(cell) for of, cell in zip(numbers, cells, strict=True)]
 
 
 def _header(

@@ -314,9 +314,9 @@ def assumed_units_text(
     named = []
     for role, name in roles.items():
         wanted = expected_units(role, axis, injected_at)
-        unit = " or ".join(wanted) if wanted else "as the drive has it"
+        unit = " or ".join(wanted) or "as the drive has it"
         label = LABEL_WITH_UNIT.fullmatch(name)
-        passed = label[4] if label is not None else None
-        unknown = passed and not passed.isdecimal()
-        named.append(f"{role} {unit}" + (f" ({passed!r} is no unit known)" if unknown else ""))
+        if label and label[4] and not label[4].isdecimal():
+            unit += f" ({label[4]!r} is no unit known)"
+        named.append(f"{role} {unit}")
     return f"no unit given, so SI: {', '.join(named)}"
