@@ -211,8 +211,8 @@ def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
 
 def _columns(found: Any, name: str = "") -> Iterable[tuple[str, _Cells]]:
     """Columns by name of what JSON holds, with a dot between names below one another."""
-    if isinstance(found, list) and found and isinstance(found[0], Mapping):
-        records = [dict(_leaves(record)) for record in found if isinstance(record, Mapping)]
+    if isinstance(found, list) and found and all(isinstance(each, Mapping) for each in found):
+        records = [dict(_leaves(record)) for record in found]
         for own in dict.fromkeys(own for record in records for own in record):
             yield f"{name}.{own}".lstrip("."), ([record.get(own) for record in records], "")
     elif isinstance(found, list) and name:

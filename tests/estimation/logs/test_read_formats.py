@@ -439,6 +439,7 @@ def test_what_is_missing_in_a_record_is_an_empty_cell(tmp_path: Path) -> None:
         ("log.json", "[]", "holds no columns of numbers"),
         ("log.json", "3", "holds no columns of numbers"),
         ("log.json", "[[1, 2], [3]]", "holds no columns of numbers"),
+        ("log.jsonl", lines([*RECORDS, [1, 2, 3]]), "holds no columns of numbers"),
         ("log.json", '{"a": [[1], [2]], "b": ["x", "y"]}', "b: text"),
         ("log.json", '{"schema": "axisid.stream/1"}', "a result of axisid"),
         ("log.csv", json.dumps(RECORDS), "give the file the ending .json, or .jsonl"),
