@@ -15,7 +15,6 @@ from axisid.support.memory import Room
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCK = 512  # MATLAB's own header stands before the HDF5 part
-_HEAD, _TAG = 128, 8  # bytes of the head of a version 5 file, and of the tag of an element
 _OBJECT = object()  # that only MATLAB opens
 _NUMERIC = {
     "double",
@@ -46,24 +45,19 @@ def read_matlab(file: Path, content: bytes, room: Room) -> Table:
             objects.append(path)
         elif leaf is not None:
             found.add_array(path, leaf)
-    how = _how_to_save(objects)
+    how = ""
+    if objects:
+        what = "is an object" if len(objects) == 1 else "are objects"
+        how = (
+            f"{', '.join(objects)} {what} that only MATLAB can open; of a timeseries, for "
+            f"instance, save the numbers there: t = {objects[0]}.Time; x = squeeze("
+            f"{objects[0]}.Data); save('log.mat', 't', 'x', '-v7')."
+        )
     return found.table(
         str(file),
         notes=("MATLAB v7.3",) if hdf5 else (),
         missing=how,
         advice=f"its variables are {', '.join(variables) or 'none'}. {how}".rstrip(". "),
-    )
-
-
-def _how_to_save(objects: list[str]) -> str:
-    """What to run in MATLAB for variables that only MATLAB can open."""
-    if not objects:
-        return ""
-    name = objects[0]
-    return (
-        f"{', '.join(objects)} {'is an object' if len(objects) == 1 else 'are objects'} that only "
-        f"MATLAB can open; of a timeseries, for instance, save the numbers there: t = {name}.Time; "
-        f"x = squeeze({name}.Data); save('log.mat', 't', 'x', '-v7')."
     )
 
 
@@ -89,11 +83,11 @@ def _take_elements(raw: bytes, room: Room) -> None:
     """
     if 1032 * len(raw) <= room.left:  # the most that zlib's bytes unfold to
         return
-    order: Literal["little", "big"] = "big" if raw[_HEAD - 2 : _HEAD] == b"MI" else "little"
-    place = _HEAD
-    while place + _TAG <= len(raw):
-        kind, size = (int.from_bytes(raw[start : start + 4], order) for start in (place, place + 4))
-        place += _TAG
+    # A head of 128 bytes, then elements behind a tag of 8: their kind and their size.
+    order: Literal["little", "big"] = "big" if raw[126:128] == b"MI" else "little"
+    place = 136
+    while place <= len(raw):
+        kind, size = (int.from_bytes(raw[at : at + 4], order) for at in (place - 8, place - 4))
         if kind == 15:  # packed by zlib
             stream, packed = zlib.decompressobj(), raw[place : place + size]
             with suppress(zlib.error):
@@ -102,7 +96,7 @@ def _take_elements(raw: bytes, room: Room) -> None:
                     packed = stream.unconsumed_tail
         else:
             room.take(size if place + size <= len(raw) else 0)
-        place += size
+        place += size + 8
 
 
 def _text(value: object) -> str:

@@ -20,8 +20,6 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError, is_real, quoted
 
 _MIN_SELDOM_CHANGES = 20  # values of a column; fewer come at even distances by chance
-# of a column's changes come at one even distance; of a rounded one they come at any
-_MIN_SAME_PHASE = 0.95
 
 #: What a column is between the values that were written.
 Interpolation = Literal["spline", "linear", "held"]
@@ -76,7 +74,7 @@ def _written(values: Array) -> tuple[NDArray[np.intp], int]:
         apart = int(np.median(np.diff(rows)))
         phases = np.bincount(rows % apart)
         first = int(phases.argmax())
-        if phases[first] < _MIN_SAME_PHASE * len(rows):
+        if phases[first] < 0.95 * len(rows):  # as of a rounded column, which changes at any
             apart, first = 1, 0
     return np.arange(first, len(values), apart) if filled.all() else rows, apart
 

@@ -20,7 +20,6 @@ from axisid.support.memory import Room
 
 from .provenance import Repair
 
-_LISTED = 40
 _FEWEST = 2  # values of a column
 
 
@@ -131,8 +130,8 @@ class Table:
     def listed(self) -> str:
         """Names of the columns, for messages."""
         names = [name for name, column in self.columns.items() if not column.holds]
-        more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-        return (", ".join(names[:_LISTED]) or "no columns") + more
+        more = f" and {len(names) - 40} more" if len(names) > 40 else ""
+        return (", ".join(names[:40]) or "no columns") + more
 
 
 def numbered(names: Sequence[str]) -> list[str]:

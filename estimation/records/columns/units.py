@@ -134,10 +134,6 @@ def _offset(quantity: Quantity, of: Quantity, base: Quantity) -> Quantity:
     raise ScalingError(f"an offset in {quantity.unit} does not add to {unit}")
 
 
-# different whole numbers: metres or radians are whole by chance in no log, fewer are a test of a
-# few rows
-_MIN_COUNTS = 10
-
 #: Of the roles that are no length or angle, where no axis says more.
 _UNITS: dict[str, tuple[str, ...]] = {
     "control": (),
@@ -293,7 +289,8 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
     """
     finite = values[np.isfinite(values)]
     whole = role in ("position", "reference") and np.all(finite == np.round(finite))
-    if not whole or len(np.unique(finite)) < _MIN_COUNTS:
+    # Ten metres or radians are whole by chance in no log; fewer are a test of a few rows.
+    if not whole or len(np.unique(finite)) < 10:
         return
     unit = (axis.coordinate.unit if axis is not None else "") or "rad"
     raise DataError(
