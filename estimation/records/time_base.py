@@ -65,9 +65,8 @@ def evaluations_per_sample(
         None where the periods differ and nobody says that they should, or because the record was
         resampled.
     """
-    if law is None or law.continuous:
-        return 1.0
-    if is_same_period(period, law.period, own.uncertainty if own.step == 1 else 0.0):
+    jitter = own.uncertainty if own.step == 1 else 0.0
+    if law is None or law.continuous or is_same_period(period, law.period, jitter):
         return 1.0
     apart = other_period(law, period, own)
     vouched = own.step == 1 and apart is not None and apart.confirmed
