@@ -33,7 +33,6 @@ from axisid.estimation.records import (
     Record,
     clock_of,
     evaluations_per_sample,
-    is_sampled_by,
     other_period,
     quantisation_step,
 )
@@ -340,7 +339,8 @@ def _answer_to_noise(data: FilteredRecord) -> Array:
     law = data.axis.axis.control
     if law is None:
         raise no_control_law(data.axis.axis.name)
-    if law.continuous or not is_sampled_by(data.record, law):
+    ratio = evaluations_per_sample(law, data.record.period, clock_of(data.record))
+    if law.continuous or ratio != 1.0:
         raise DataError("no sampled law is known that a simulated loop would follow by.")
     if data.record.integrated:
         raise DataError("no position was recorded that a simulated loop would follow.")
