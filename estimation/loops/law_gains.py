@@ -6,7 +6,7 @@ the law remembers at the start is free along with them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from threading import get_ident
 from typing import Any
@@ -115,34 +115,37 @@ class LawAlong:
 
         A gain of 0 has no logarithm, and a slope of 0.
         """
-        ahead, behind = _either(point.gains, _STEP * np.abs(point.gains))
-        by_gain = [
-            self._change(replace(point, gains=ahead[i]), replace(point, gains=behind[i]))
-            * np.sign(point.gains[i])
-            for i in (range(len(point.gains)) if free is None else free)
-        ]
-        return self._columns(by_gain)
+        steps = _STEP * np.diag(point.gains)
+        chosen = steps if free is None else steps[[*free]]
+        return self._columns([self._slope(point, gains=step) for step in chosen])
 
     def slopes_by_start(self, point: LawPoint) -> Array:
         """How that changes with each memory at the start, (N, m); by 0 where that hardly shows."""
-        sizes = self._sizes(point)
-        by_start = [
-            self._change(replace(point, start=ahead), replace(point, start=behind)) / size
-            for ahead, behind, size in zip(*_either(point.start, _STEP * sizes), sizes, strict=True)
-        ]
+        _, states = self._run(point)
+        largest = np.abs(states).max(axis=0, initial=0.0)
+        sizes = np.where(np.isfinite(largest) & (largest > 0), largest, 1.0)
+        slopes = [self._slope(point, start=step) for step in _STEP * np.diag(sizes)]
         least = MIN_MEMORY_EFFECT * float(np.linalg.norm(self.control))
-        shown = [
-            slope if float(np.linalg.norm(slope[_SETTLED:])) * size > least else 0 * slope
-            for slope, size in zip(by_start, sizes, strict=True)
-        ]
-        return self._columns(shown)
+        return self._columns(
+            [
+                slope / size if float(np.linalg.norm(slope[_SETTLED:])) > least else 0 * slope
+                for slope, size in zip(slopes, sizes, strict=True)
+            ]
+        )
 
     def _columns(self, slopes: Sequence[Array]) -> Array:
         return np.column_stack([np.empty((len(self.control), 0)), *slopes])
 
-    def _change(self, ahead: LawPoint, behind: LawPoint) -> Array:
-        """The slope of the output between two points, by steps of `_STEP`, (N,)."""
-        more, less = (self.sloped(self._applied(point)) for point in (ahead, behind))
+    def _slope(
+        self, point: LawPoint, gains: Array | float = 0.0, start: Array | float = 0.0
+    ) -> Array:
+        """The slope of the output along a way that is `_STEP` long, (N,)."""
+        more, less = (
+            self.sloped(
+                self._applied(LawPoint(point.gains + way * gains, point.start + way * start))
+            )
+            for way in (1, -1)
+        )
         return (more - less) / (2 * _STEP)
 
     def _applied(self, point: LawPoint) -> Array:
@@ -178,32 +181,19 @@ class LawAlong:
                 break
             columns = np.hstack([self.slopes_by_gain(point, chosen), self.slopes_by_start(point)])
             step = least_step(np.column_stack([*map(compared, columns.T)]), off, _CLEAR)[0]
-            found = self._shorter(point, step, chosen, wanted, compared, left)
-            if found is None:
+            # The end of the step, or of a shorter one, which leaves less.
+            for _ in range(_HALVINGS):
+                gains = point.gains.copy()
+                gains[chosen] *= np.exp(np.clip(step[: len(chosen)], -_LARGEST, _LARGEST))
+                end = LawPoint(gains, point.start + step[len(chosen) :])
+                there = wanted - compared(self.output(end))
+                if np.all(np.isfinite(there)) and float(there @ there) < left:
+                    break
+                step = step / 2
+            else:
                 break
-            (point, off), before = found, left
-            left = float(off @ off)
+            point, off, before, left = end, there, left, float(there @ there)
         return point
-
-    def _shorter(
-        self,
-        point: LawPoint,
-        step: Array,
-        chosen: list[int],
-        wanted: Array,
-        compared: Compared,
-        left: float,
-    ) -> tuple[LawPoint, Array] | None:
-        """The end of a step, or of one that is shorter, which leaves less; None where none does."""
-        for _ in range(_HALVINGS):
-            gains = point.gains.copy()
-            gains[chosen] *= np.exp(np.clip(step[: len(chosen)], -_LARGEST, _LARGEST))
-            end = LawPoint(gains, point.start + step[len(chosen) :])
-            off = wanted - compared(self.output(end))
-            if np.all(np.isfinite(off)) and float(off @ off) < left:
-                return end, off
-            step = step / 2
-        return None
 
     def _run(self, point: LawPoint) -> tuple[Array, Array]:
         """The output at each evaluation, (M,), and what is remembered after it, (M, m)."""
@@ -225,11 +215,6 @@ class LawAlong:
         rest = (0, -count % _BLOCK)
         every = (*self.ticks.signals, limits)
         return tuple(np.pad(values.ravel(), rest, "edge") for values in every)
-
-    def _sizes(self, point: LawPoint) -> Array:
-        _, states = self._run(point)
-        sizes = np.abs(states).max(axis=0, initial=0.0)
-        return np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
 
 
 # A fit runs one law along one record many times; to make such a function takes as long as a run.
@@ -256,9 +241,3 @@ def _along(
         run()
 
     return along
-
-
-def _either(values: Array, steps: Array) -> tuple[list[Array], list[Array]]:
-    """The values with each of them by its step larger, and smaller."""
-    each = np.diag(steps)
-    return [*(values + each)], [*(values - each)]
