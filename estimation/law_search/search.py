@@ -90,15 +90,15 @@ def find_law(
 
 def _fit_for_it(record: Record) -> Record:
     """The longest piece of a record that has what a law reads and gives."""
-    columns = record.reference, record.control, None if record.integrated else record.position
-    named = zip(("reference", "control", "position"), columns, strict=True)
-    missing = [name for name, values in named if values is None]
-    if missing:
-        raise DataError(
-            f"the record has no {missing[0]}; a law is found from position, reference and control. "
-            "Name its columns, columns={...}.",
-            code="missing-column",
-        )
+    position = None if record.integrated else record.position
+    read = {"reference": record.reference, "control": record.control, "position": position}
+    for name, values in read.items():
+        if values is None:
+            raise DataError(
+                f"the record has no {name}; a law is found from position, reference and control. "
+                "Name its columns, columns={...}.",
+                code="missing-column",
+            )
     piece = record.longest()
     needed = 2 * _BLOCKS * MIN_SAMPLES_PER_FACTOR.value
     if len(piece) < needed:

@@ -32,8 +32,7 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.support.arrays import Array, relative_error_percent
 
-from .sentences import MAX_FACTOR_ERROR, off_text, scale_text
-from .terms import (
+from .comparison import (
     CONSTANT,
     DRIFT,
     INJECTED,
@@ -43,6 +42,7 @@ from .terms import (
     noisy_ticks,
     settling,
 )
+from .sentences import MAX_FACTOR_ERROR, off_text, scale_text
 
 # of a control, and of what other gains do not change of it; less tells nothing of a gain
 _MIN_GAIN_TOLD_APART = 1e-4
@@ -377,8 +377,9 @@ def said_of_gains(by_gains: LawByGains) -> tuple[str, LawByGains | None]:
     """
     declared, said = by_gains.along.law.gains, ""
     changes = by_gains.least_change() if declared else ()
-    best = changes[0] if changes else None
-    if best is not None and best.percent < MAX_LAW_RESIDUAL.value and not best.off:
+    enough = (each for each in changes if each.percent < MAX_LAW_RESIDUAL.value and not each.off)
+    best = next(enough, None)
+    if best is not None:
         ways = "; or ".join(
             " and ".join(
                 f"{name} is {times:.4g} times the declared one, {change.gains[name]:.5g} for "
@@ -397,8 +398,6 @@ def said_of_gains(by_gains: LawByGains) -> tuple[str, LawByGains | None]:
             (True, f"declare {these}"),
         )
         said = f"{ways}, {rest}"
-    else:
-        best = None
     if by_gains.scale is not None:
         times, scaled = by_gains.scale
         other = scale_text(times, f", with which it would be {off_text(scaled.percent)}")

@@ -35,16 +35,7 @@ from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import Missing, of_found
 
 from .by_runs import LawByGains, said_of_gains
-from .sentences import (
-    TEST_SIGNAL,
-    WHICH_LAW,
-    is_near,
-    late_note,
-    lean_text,
-    off_text,
-    repair_of,
-)
-from .terms import (
+from .comparison import (
     CONSTANT,
     INJECTED,
     best_shift,
@@ -53,6 +44,15 @@ from .terms import (
     open_for_jitter,
     readings,
     settling,
+)
+from .sentences import (
+    TEST_SIGNAL,
+    WHICH_LAW,
+    is_near,
+    late_note,
+    lean_text,
+    off_text,
+    repair_of,
 )
 
 

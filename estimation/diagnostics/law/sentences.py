@@ -24,7 +24,7 @@ from axisid.modeling.declaration import ControlLaw
 from axisid.modeling.laws import velocity_variants
 from axisid.support.errors import ModelError
 
-from .terms import (
+from .comparison import (
     DRIFT,
     MOST_SHIFT,
     at_limit,

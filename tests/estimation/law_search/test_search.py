@@ -1,5 +1,6 @@
 """The search finds the law of a twin with its gains, and says where no ready law is one."""
 
+import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -86,15 +87,14 @@ def test_a_loop_of_half_the_sampling_rate_is_the_filtered_difference() -> None:
 
 
 @pytest.mark.slow
-def test_a_delay_is_found_with_the_gains() -> None:
+def test_a_delay_is_found_with_the_gains_and_can_be_declared() -> None:
     axis = _axis("cascade_pd_averaged").axis
     slow = replace(axis.control, delay=2, gains={"kp": 40.0, "kv": 150.0})
     axis = replace(axis, control=slow)
     best = find_law(axis, twin_record(axis)).best
     assert (best.function, best.law.delay) == ("cascade_pd_averaged", 2)
     assert best.law.gains["kp"] == pytest.approx(40.0, rel=1e-5)
-    assert best.python.startswith("control=replace(cascade_pd_averaged(")
-    assert best.python.endswith("), delay=2)")
+    assert re.fullmatch(r"control=replace\(cascade_pd_averaged\(.*\), delay=2\)", best.python)
     assert "delay = 2" in best.toml
 
 

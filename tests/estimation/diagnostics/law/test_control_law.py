@@ -150,15 +150,15 @@ def test_a_limit_that_the_drive_does_not_declare_is_named_with_its_size() -> Non
     axis = load_axis("vertical_screw")
     twin = twin_record(axis, seed=1)
     most = 0.8 * float(np.abs(twin.control).max())
-    limited = replace(axis, drive=replace(axis.drive, limit=most))
-    found = check_law(build(axis), twin_record(limited, seed=1))
-    assert not found.passed
-    assert f"at its limit of {most:.6g} {axis.drive.unit}" in found.meaning
+    limited, free = (replace(axis, drive=replace(axis.drive, limit=at)) for at in (most, np.inf))
     spike = np.where(np.arange(len(twin)) == 4000, 60 * most, twin.control)
-    free = replace(axis, drive=replace(axis.drive, limit=np.inf))
-    found = check_law(build(free), replace(twin, control=spike))
-    assert not found.passed
-    assert "at its limit" not in found.meaning
+    for declared, record, named in (
+        (axis, twin_record(limited, seed=1), True),
+        (free, replace(twin, control=spike), False),
+    ):
+        found = check_law(build(declared), record)
+        assert not found.passed
+        assert (f"at its limit of {most:.6g} {axis.drive.unit}" in found.meaning) is named
 
 
 @pytest.mark.parametrize(
@@ -260,17 +260,14 @@ def test_noise_of_its_own_between_the_ticks_leaves_the_law_open(resampled: bool)
 
 
 @pytest.mark.slow
-def test_stamps_of_few_digits_excuse_no_wrong_law(emps: GeneratedAxis) -> None:
-    columns = log(emps, 1e-4, sampled=False)
-    columns["time"] = np.round(columns["time"], 7)
-    columns["control"] = 1.2 * columns["control"]
-    assert not check_law(emps, read(emps, columns, resampled=False)).passed
-
-
-@pytest.mark.slow
-def test_stamps_alone_that_jitter_need_no_resampling(emps: GeneratedAxis) -> None:
+def test_stamps_alone_that_jitter_need_no_resampling_and_few_digits_excuse_no_wrong_law(
+    emps: GeneratedAxis,
+) -> None:
     record = read(emps, log(emps, 0.05, sampled=False), resampled=True)
     told = {c.name: c for c in identify(emps, record, methods=["idm-iv"]).verdict}["control law"]
     assert told.status == "note"
     assert "in the rows as they were sampled" in told.meaning
     assert "leave resample out" in told.meaning
+    columns = log(emps, 1e-4, sampled=False)
+    columns |= {"time": np.round(columns["time"], 7), "control": 1.2 * columns["control"]}
+    assert not check_law(emps, read(emps, columns, resampled=False)).passed

@@ -1,4 +1,4 @@
-"""The recorded control beside the terms of its law: factors, a constant, a shift, readings.
+"""The recorded control beside what the law makes: which samples count, a shift, other readings.
 
 The rows of a record whose times are uneven may be what the law read, whose stamps alone jitter; or
 the samples may be off even times, between which the law read. Which it is, the law itself tells:
@@ -35,7 +35,6 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 
-_COINCIDES = 1e-6  # of a sample
 LAW_SETTLING = 10  # samples in which the law's memory fills
 # residual with a shift, by that without, up to which it is told
 _MAX_EXPLAINED_RESIDUAL = 0.7
