@@ -21,7 +21,6 @@ FLOORS = (
     ("elements", "control"),
     ("modeling.derivation", "modeling.library"),
     ("modeling.text",),
-    ("modeling.description",),
     ("codegen.thresholds",),
     ("codegen.lowering",),
     ("codegen.printers",),
@@ -91,7 +90,6 @@ TO_BE_TOLD_APART = frozenset("Alike Block Column Quantity Series Table Target".s
 TESTED_ELSEWHERE = {
     "elements": "modeling.declaration",
     "control": "modeling.laws",
-    "modeling.description": "modeling.derivation",
     "codegen.thresholds": "estimation.thresholds",
 }
 

@@ -22,8 +22,7 @@ from axisid.codegen.lowering import (
 from axisid.codegen.native import Native, slices
 from axisid.codegen.runtime import FunctionShape, by_sample, checked_arguments, execute
 from axisid.modeling.declaration import Axis, ControlLaw, check_axis
-from axisid.modeling.derivation import AxisModel, BaseModel, derive
-from axisid.modeling.description import describe_loss
+from axisid.modeling.derivation import AxisModel, BaseModel, derive, describe_loss
 from axisid.modeling.quantities import (
     CONTROL,
     DIRECTION,

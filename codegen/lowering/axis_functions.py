@@ -5,6 +5,8 @@ friction direction (sign of the velocity while sliding). Recorded signals, if th
 come after the other scalars.
 """
 
+from collections.abc import Sequence
+
 import sympy
 
 from axisid.modeling.declaration import ControlLaw, gain
@@ -215,3 +217,49 @@ def _control_terms(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol,
     return builder.program(
         "control_terms", "What the law adds up, one number for each product of gains."
     )
+
+
+def law_by_gains(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> tuple[Program, Program]:
+    """A law's step, and what it remembers at rest.
+
+    Parameters
+    ----------
+    law : ControlLaw
+    signals : sequence of sympy.Symbol
+        Recorded signals that it may read, in their order.
+
+    Returns
+    -------
+    tuple of Program
+        ``law_step``: from what the law reads, the limit that its output has there (infinite for
+        none), its gains and its memory to the next memory and the output as it is, without its
+        delay. ``law_start``: from reference and position at rest to the memory; what balances is 0.
+    """
+    return _step(law, signals), _start(law)
+
+
+def _step(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> Program:
+    read = (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *signals)
+    arguments = Arguments().scalars(*read)
+    builder = arguments.builder
+    limit = builder.scalar("limit")
+    arguments = arguments.vector("gains", [gain(name) for name in law.gains])
+    arguments = arguments.vector("state", [memory.symbol for memory in law.memory])
+    values = {**arguments.values, PERIOD: builder.constant(law.period)}
+    output = Lowering(builder, values)(with_numbers(law.output))
+    limited = builder.apply("min", output, limit)
+    limited = builder.apply("max", limited, builder.apply("neg", limit))
+    following = Lowering(builder, {**values, LIMITED_OUTPUT: limited})
+    builder.output(
+        "next_state", [[following(with_numbers(memory.following))] for memory in law.memory]
+    )
+    builder.output("output", [[output]])
+    return builder.program("law_step", "The law at a sample, by its gains.")
+
+
+def _start(law: ControlLaw) -> Program:
+    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION)
+    builder = arguments.builder
+    lower = Lowering(builder, {**arguments.values, BALANCED: builder.constant(0.0)})
+    builder.output("state", [[lower(with_numbers(memory.start))] for memory in law.memory])
+    return builder.program("law_start", "What the law remembers at rest.")

@@ -9,8 +9,8 @@ from .arguments import (
     along_samples as along_samples,
     by_sample as by_sample,
     checked_arguments as checked_arguments,
+    execute as execute,
     is_continuous as is_continuous,
     recorded_values as recorded_values,
 )
-from .execute import execute as execute
 from .virtual_loop import VirtualLoop as VirtualLoop

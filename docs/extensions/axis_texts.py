@@ -6,7 +6,7 @@ from importlib import import_module
 from axisid import derive, load_axis
 from axisid.modeling import AxisModel
 from axisid.modeling.declaration import Axis
-from axisid.modeling.description import describe_combinations
+from axisid.modeling.derivation import describe_combinations
 from axisid.modeling.quantities import named_constants
 from axisid.presentation.formulas.latex import equation_latex
 from axisid.support.errors import Missing

@@ -10,11 +10,17 @@ from axisid.modeling.quantities import parse_unit, with_numbers, with_own_symbol
 from axisid.support.errors import Missing, ModelError
 
 from .base_model import BaseModel, base_model, declared_as_base
-from .direct import DirectRegressor, direct_dynamics, direct_regressor, inertia_of
+from .direct import (
+    DirectRegressor,
+    ParameterMap,
+    direct_dynamics,
+    direct_regressor,
+    inertia_of,
+    parameter_map,
+)
 from .friction_direction import with_direction
 from .inverse import Regressor, inverse_regressor
 from .null_space import Direction, unidentifiable_directions
-from .parameter_map import ParameterMap, parameter_map
 from .state_equations import StateEquation, in_direction, state_equations
 
 

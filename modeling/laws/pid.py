@@ -5,9 +5,8 @@ import sympy
 from axisid.modeling.declaration import ControlLaw, Memory, gain
 from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE
 
-from .arguments import Amount, added, chosen, in_range
-from .blocks import Block
-from .windup import with_integral
+from .blocks import Amount, Block, added, chosen, in_range
+from .parts import with_integral
 
 #: Of what the derivative may be.
 DERIVATIVES = ("error", "position")

@@ -15,12 +15,9 @@ from .blocks import (
     reference_acceleration,
     reference_velocity,
 )
-from .cascade_p_pi import cascade_p_pi
-from .cascade_pd import CASCADES
-from .dynamixel import dynamixel_position
-from .impedance import impedance
+from .cascades import CASCADES, cascade_p_pi
+from .makers import dynamixel_position, impedance, state_feedback
 from .pid import pid, pid_ideal
-from .state_feedback import state_feedback
 
 _LAWS = (cascade_p_pi, pid, pid_ideal, impedance, state_feedback, dynamixel_position)
 _BLOCKS = (

@@ -8,8 +8,11 @@ from .constants import (
     Constant as Constant,
     ConstantSymbol as ConstantSymbol,
     G as G,
+    Signal as Signal,
+    SignalSymbol as SignalSymbol,
     named_constants as named_constants,
     positive as positive,
+    signals_in as signals_in,
     with_numbers as with_numbers,
     with_unit as with_unit,
 )
@@ -24,18 +27,15 @@ from .names import (
     check_name as check_name,
     check_symbol as check_symbol,
     fresh_name as fresh_name,
+    number as number,
+    rounded as rounded,
+    settle as settle,
 )
-from .numbers import number as number, rounded as rounded, settle as settle
 from .reading_order import (
     Formula as Formula,
     InReadingOrder as InReadingOrder,
     readable as readable,
     written as written,
-)
-from .signal import (
-    Signal as Signal,
-    SignalSymbol as SignalSymbol,
-    signals_in as signals_in,
 )
 from .state import (
     State as State,

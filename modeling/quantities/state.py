@@ -10,8 +10,7 @@ import sympy
 from axisid.support.errors import ModelError
 
 from .constants import with_numbers
-from .names import check_symbol
-from .numbers import settle
+from .names import check_symbol, settle
 from .symbols import Symbolic, expression
 from .units import parse_unit
 

@@ -13,8 +13,7 @@ import sympy
 
 from axisid.support.errors import ModelError, is_among, quoted
 
-from .names import check_symbol
-from .numbers import number, settle
+from .names import check_symbol, number, settle
 from .units import Unit, parse_unit
 
 #: Operations and operands of an expression: different ones, and each as often as it stands there.

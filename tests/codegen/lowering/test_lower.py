@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid.codegen.lowering.evaluate import evaluate
 from axisid.codegen.lowering.lower import Lowering
-from axisid.codegen.lowering.program import Builder, Program
+from axisid.codegen.lowering.program import Builder, Program, evaluate
 from axisid.codegen.printers.casadi import print_function
-from axisid.codegen.runtime.execute import execute
+from axisid.codegen.runtime.arguments import execute
 from axisid.support.arrays import Array
 from tests.refusals import refuses
 from tests.strategies.expressions import operations

@@ -4,7 +4,7 @@ import pytest
 import sympy
 from sympy import Abs, Heaviside, Max, Min, Piecewise, sign
 
-from axisid.modeling.algebra.independence import intercept, where_zero, without
+from axisid.modeling.algebra.forms import intercept, where_zero, without
 from axisid.modeling.algebra.point_value import depends, value_at, vanishes, vanishes_where
 from tests.bounded import within
 

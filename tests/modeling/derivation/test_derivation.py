@@ -13,8 +13,8 @@ from axisid import (
     load_axis,
 )
 from axisid.elements import coulomb, spring, viscous
+from axisid.modeling.derivation.description import describe_combinations
 from axisid.modeling.derivation.model import AxisModel
-from axisid.modeling.description.identifiability import describe_combinations
 from axisid.modeling.quantities.symbols import DIRECTION, FORCE
 from axisid.support.errors import Missing
 from tests.axes.bodies import Fc, Fv, J, M, body, energetic, k, q

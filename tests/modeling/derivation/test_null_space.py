@@ -7,9 +7,12 @@ from hypothesis import given, settings, strategies as st
 
 from axisid import Constant, Parameter, build, derive
 from axisid.elements import coulomb, stribeck, viscous
+from axisid.modeling.derivation.description import (
+    derived_sections,
+    describe_direction,
+    describe_loss,
+)
 from axisid.modeling.derivation.null_space import generic_points
-from axisid.modeling.description.identifiability import describe_direction, describe_loss
-from axisid.modeling.description.sections import derived_sections
 from axisid.modeling.quantities.symbols import DIRECTION
 from tests.axes.bodies import M, body, q
 
