@@ -13,7 +13,6 @@ from .echelon import (
     reduced_rows as reduced_rows,
 )
 from .forms import (
-    exact as exact,
     intercept as intercept,
     joined_exponential as joined_exponential,
     multiplied_out as multiplied_out,

@@ -22,7 +22,7 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 from axisid.modeling.quantities import DIRECTION, extreme
 from axisid.support.errors import ModelError
 
-from .point_value import CANNOT, drawn, numbers, value_at, vanishes_where, zero
+from .point_value import CANNOT, drawn, numbers, value_at, zero
 
 _POINTS = 6
 _STARTS = (-1.5, 0.5)  # velocities from which an edge is looked for, also one of either sign
@@ -141,15 +141,16 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
         The expression jumps where the variable passes a value.
     """
     derivative = _Slopes(variable)(value)
-    for impulse in derivative.atoms(sympy.DiracDelta):
-        if not _vanishes(derivative, impulse, variable):
+    impulses = derivative.atoms(sympy.DiracDelta)
+    for impulse in impulses:
+        if not _is_continuous(value, variable, impulse.args[0]):
             raise ModelError(
                 f"{what} jumps with {variable} where {impulse.args[0]} is 0, and so has no "
                 f"derivative by it: see {value}. Write what is continuous, such as "
                 "max(0, x)**2 for a one-sided spring.",
                 code="equation",
             )
-        derivative = derivative.xreplace({impulse: sympy.S.Zero})
+    derivative = derivative.xreplace(dict.fromkeys(impulses, sympy.S.Zero))
     if not derivative.has(sympy.Heaviside):
         return derivative
     return derivative.replace(lambda node: node.is_Mul, _without_needless_steps)
@@ -233,17 +234,6 @@ def _outermost_kinks(value: sympy.Expr) -> Iterator[sympy.Expr]:
         if isinstance(node, (Max, Min, sympy.Abs, sympy.sign, sympy.Heaviside)):
             walk.skip()
             yield node
-
-
-def _vanishes(derivative: sympy.Expr, impulse: sympy.DiracDelta, variable: sympy.Symbol) -> bool:
-    """Whether what multiplies an impulse is 0 where the impulse is."""
-    inside = impulse.args[0]
-    rate = inside.diff(variable)
-    if len(impulse.args) > 1 or rate == 0 or variable in rate.free_symbols:
-        return False
-    struck = sympy.Dummy(real=True)
-    weight = derivative.xreplace({impulse: struck}).diff(struck)
-    return struck not in weight.free_symbols and vanishes_where(weight, inside, variable)
 
 
 def _without_needless_steps(product: sympy.Mul) -> sympy.Expr:

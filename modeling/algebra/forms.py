@@ -75,12 +75,6 @@ _INFINITE = (sympy.nan, sympy.zoo, sympy.oo, -sympy.oo)
 _ANYWHERE = (sympy.S.Zero, sympy.S.One, sympy.Integer(2), sympy.Integer(-3))
 
 
-def exact(expression: sympy.Expr) -> sympy.Expr:
-    """An expression with fractions for its decimals."""
-    decimals = expression.atoms(sympy.Float)
-    return expression.xreplace({x: sympy.Rational(str(x)) for x in decimals})
-
-
 def without(value: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> sympy.Expr | None:
     """An expression in a form that has none of the symbols in it; None if it depends on one."""
     inside = value.free_symbols & symbols

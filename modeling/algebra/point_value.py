@@ -133,25 +133,6 @@ def _changes(
     return not is_nothing((one - other, less - more))
 
 
-def vanishes_where(expression: sympy.Expr, inside: sympy.Expr, variable: sympy.Symbol) -> bool:
-    """Whether an expression is 0 where another, affine in a variable, is 0."""
-    try:
-        points = Points(expression, inside)
-        with points.digits():
-            for turn in range(points.count):
-                others = {
-                    s: points.at(turn)(s) for s in expression.free_symbols | inside.free_symbols
-                }
-                start = _Values({**others, variable: NOTHING})(inside)
-                rate = _Values(others)(inside.diff(variable))
-                place = -start[0] / rate[0], -start[1] / rate[1]
-                if not is_nothing(_Values({**others, variable: place})(expression)):
-                    return False
-    except CANNOT:
-        return False
-    return True
-
-
 def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
     """The real value of an expression at a point.
 
@@ -274,7 +255,7 @@ class _Values:
     def _value(self, node: sympy.Basic) -> Value:
         if not node.args:
             return self._symbol(node) if node.is_Symbol else _number(node)
-        if isinstance(node, (sympy.Piecewise, sympy.ITE)):
+        if isinstance(node, sympy.Piecewise):
             return self(self._chosen(node))
         inner = [self(argument) for argument in node.args]
         if node.is_Add:
@@ -313,8 +294,6 @@ class _Values:
         raise TypeError(f"{type(node).__name__} has no value")
 
     def _chosen(self, node: sympy.Basic) -> sympy.Basic:
-        if isinstance(node, sympy.ITE):
-            return node.args[1] if self._holds(node.args[0]) else node.args[2]
         for value, condition in node.args:
             if self._holds(condition):
                 return value

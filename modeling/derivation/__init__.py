@@ -8,7 +8,6 @@ from .base_model import BaseModel as BaseModel, base_model as base_model
 from .description import (
     Section as Section,
     derived_sections as derived_sections,
-    describe_combinations as describe_combinations,
     describe_determined as describe_determined,
     describe_loss as describe_loss,
     describe_undetermined as describe_undetermined,

@@ -116,11 +116,23 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def describe_loss(direction: Direction) -> str:
-    """Say what no motion shows, and where all weights are numbers, what it shows of that."""
+    """Say what no motion shows, and what it shows of that.
+
+    Where the weights are not the same for all values of the parameters, only which these are.
+    """
+    if any(weight.is_Float for weight in direction.values()):
+        return f"no motion tells {_listed([*map(str, direction)])} apart"
     lost = f"no motion shows a change of {describe_direction(direction)}"
-    if len(direction) == 1 or not all(weight.is_Rational for weight in direction.values()):
+    if len(direction) == 1:
         return lost
-    return f"{lost}; only {describe_combinations(direction)} can be identified"
+    (pivot, size), *others = direction.items()
+    combinations = []
+    for p, weight in others:
+        ratio = -float(weight) / float(size)  # what p + ratio * pivot is worth does not change
+        first, second, factor = (p, pivot, ratio) if abs(ratio) > 1 else (pivot, p, 1 / ratio)
+        scale = "" if abs(factor) == 1 else f"{abs(factor):.4g} "
+        combinations.append(f"{first} {'+' if factor > 0 else '-'} {scale}{second}")
+    return f"{lost}; only {', '.join(combinations)} can be identified"
 
 
 def describe_direction(direction: Direction) -> str:
@@ -133,18 +145,6 @@ def _signed(weight: sympy.Expr) -> str:
         return f"{float(weight):+.4g}"
     text = str(rounded(weight))
     return f"+({text})" if weight.is_Add else text if text.startswith("-") else f"+{text}"
-
-
-def describe_combinations(direction: Direction) -> str:
-    """Say what is identifiable of the parameters that trade: ``m + 4 J``."""
-    (pivot, size), *others = direction.items()
-    combinations = []
-    for p, weight in others:
-        ratio = -float(weight) / float(size)  # what p + ratio * pivot is worth does not change
-        first, second, factor = (p, pivot, ratio) if abs(ratio) > 1 else (pivot, p, 1 / ratio)
-        scale = "" if abs(factor) == 1 else f"{abs(factor):.4g} "
-        combinations.append(f"{first} {'+' if factor > 0 else '-'} {scale}{second}")
-    return ", ".join(combinations)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -183,10 +183,7 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
             title="Identifiability",
             lines=(
                 *describe_unidentifiable(model.base),
-                *(
-                    f"no motion shows a change of {describe_direction(h)}"
-                    for h in model.unidentifiable
-                ),
+                *map(describe_loss, model.unidentifiable),
             )
             or ("every parameter has an effect of its own",),
         ),

@@ -10,7 +10,6 @@ from .constants import (
     G as G,
     Signal as Signal,
     SignalSymbol as SignalSymbol,
-    named_constants as named_constants,
     positive as positive,
     signals_in as signals_in,
     with_numbers as with_numbers,

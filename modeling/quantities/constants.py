@@ -101,16 +101,6 @@ def with_numbers(value: sympy.Expr) -> sympy.Expr:
     return replaced(value, {c: sympy.Float(c.value) for c in value.atoms(ConstantSymbol)})
 
 
-def named_constants(value: sympy.Expr) -> tuple[Constant, ...]:
-    """The constants of an expression that have a name of their own, by name."""
-    found = {
-        symbol.name: Constant(symbol.value, symbol.unit.text, symbol.name)
-        for symbol in value.atoms(ConstantSymbol)
-        if symbol.name.isidentifier()
-    }
-    return tuple(found[name] for name in sorted(found))
-
-
 #: How a signal or a reference may run between the samples of a log.
 BETWEEN = ("linear", "held")
 

@@ -5,7 +5,7 @@ import sympy
 from sympy import Abs, Heaviside, Max, Min, Piecewise, sign
 
 from axisid.modeling.algebra.forms import intercept, where_zero, without
-from axisid.modeling.algebra.point_value import depends, value_at, vanishes, vanishes_where
+from axisid.modeling.algebra.point_value import depends, value_at, vanishes
 from tests.bounded import within
 
 p, q, r = sympy.symbols("p q r", real=True)
@@ -46,14 +46,6 @@ def test_what_is_zero_everywhere_vanishes(expression: sympy.Expr) -> None:
 )
 def test_what_is_zero_in_places_or_unknown_does_not(expression: sympy.Expr) -> None:
     assert not vanishes(expression)
-
-
-def test_weights_of_impulses_are_looked_at_where_these_are() -> None:
-    assert vanishes_where(Max(0, q - p) * r, q - p, q)
-    assert vanishes_where(Max(0, q - p) * Max(0, r - q), 2 * q - 2 * p, q)
-    assert not vanishes_where(Max(0, q - p + 1) * r, q - p, q)
-    assert not vanishes_where(Max(0, r - 1000), q - p, q)
-    assert not vanishes_where(1 / (q - p), q - p, q)
 
 
 @pytest.mark.parametrize(
