@@ -4,7 +4,7 @@ In: expressions. Out: expressions, or the reason why that would take too long.
 Knows nothing of axes.
 """
 
-from .coefficients import Coefficients as Coefficients
+from .coefficients import Coefficients as Coefficients, Exponents as Exponents
 from .derivative import jumping_node as jumping_node, plain_slope as plain_slope, slope as slope
 from .echelon import (
     NotRealError as NotRealError,

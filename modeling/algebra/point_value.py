@@ -344,7 +344,9 @@ class _Drawn(_Values):
         return numbers.zero if is_nothing(value) else numbers.sign(numbers.re(value[0]))
 
     def _opaque(self, node: sympy.Basic, inner: Iterable[Any]) -> Value:
-        return exactly(self.drawn(type(node).__name__, *map(_text, inner)))
+        return exactly(
+            self.drawn(type(node).__name__, *(str(numbers.nstr(number, _TOLD)) for number in inner))
+        )
 
     def place(self, decisive: sympy.Expr, side: int) -> None:
         """Give a symbol a number on a side of the place where a sign changes, if there is one."""
@@ -411,10 +413,6 @@ def exactly(number: Any) -> Value:
 
 def _both(function: Callable[[Any], Any], value: Value) -> Value:
     return function(value[0]), function(value[1])
-
-
-def _text(number: Any) -> str:
-    return str(numbers.nstr(number, _TOLD))
 
 
 def drawn(turn: int, *about: str) -> Any:

@@ -22,5 +22,9 @@ from .joint_base_parameters import (
 )
 from .model import AxisModel as AxisModel, derive as derive
 from .null_space import Direction as Direction, generic_points as generic_points
-from .rest_force import forces_at_rest as forces_at_rest, motion_point as motion_point
-from .state_equations import StateEquation as StateEquation, state_limits as state_limits
+from .state_equations import (
+    StateEquation as StateEquation,
+    forces_at_rest as forces_at_rest,
+    motion_point as motion_point,
+    state_limits as state_limits,
+)

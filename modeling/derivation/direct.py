@@ -104,7 +104,16 @@ def direct_regressor(
     free, scales = _shares(inertia, parameters)
     still = idm.at_rest(acceleration)
     if not scales:
-        return _under_known_inertia(still, free, parameters)
+        # ddq = (tau - intercept)/I - sum of columns p/I: linear in the parameters as they are.
+        return DirectRegressor(
+            regressor=Regressor(
+                columns=tuple(-column / free for column in still.columns),
+                intercept=(FORCE - still.intercept) / free,
+            ),
+            inertia=free,
+            pivot=None,
+            quotients=parameters,
+        )
     rest = dict(zip(parameters, still.columns, strict=True))
     pivot = next((p for p in scales if vanishes(rest[p])), next(iter(scales)))
     share = rest[pivot] / scales[pivot]
@@ -115,21 +124,6 @@ def direct_regressor(
         inertia=sympy.Add(free, *(p * scale for p, scale in scales.items())),
         pivot=pivot,
         quotients=tuple(columns),
-    )
-
-
-def _under_known_inertia(
-    still: Regressor, inertia: sympy.Expr, parameters: tuple[sympy.Symbol, ...]
-) -> DirectRegressor:
-    """``ddq = (tau - intercept)/I - sum of columns p/I``: linear in the parameters as they are."""
-    return DirectRegressor(
-        regressor=Regressor(
-            columns=tuple(-column / inertia for column in still.columns),
-            intercept=(FORCE - still.intercept) / inertia,
-        ),
-        inertia=inertia,
-        pivot=None,
-        quotients=parameters,
     )
 
 

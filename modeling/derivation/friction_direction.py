@@ -28,7 +28,10 @@ def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
     """
     rewritten = force.replace(
         lambda node: _decides(node, velocity), lambda node: directed(node, velocity)
-    ).replace(_is_curved, lambda node: _affine(*_on_both_sides(node)))
+    ).replace(
+        _is_curved,
+        lambda node: _affine(*(node.xreplace({DIRECTION: sympy.Integer(s)}) for s in (1, -1))),
+    )
     jump = jumping_node(rewritten, velocity)
     if jump is not None:
         raise ModelError(
@@ -129,10 +132,6 @@ def _is_polynomial(node: sympy.Basic) -> bool:
             for value, condition in node.args
         )
     return bool(node.is_Add or node.is_Mul) and all(map(_is_polynomial, node.args))
-
-
-def _on_both_sides(node: sympy.Basic) -> tuple[sympy.Basic, sympy.Basic]:
-    return node.xreplace({DIRECTION: sympy.S.One}), node.xreplace({DIRECTION: sympy.S.NegativeOne})
 
 
 def _affine(ahead: sympy.Expr, back: sympy.Expr) -> sympy.Expr:

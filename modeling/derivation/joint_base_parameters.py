@@ -63,7 +63,10 @@ def common_parameters(
             found.append((alone, ""))
             continue
         terms = [(w, p) for w, p in zip(row, products, strict=True) if w]
-        said = " + ".join(_term(weight, product) for weight, product in terms)
+        said = " + ".join(
+            factors if weight == 1 else f"{float(weight):g}*{factors}"
+            for weight, factors in ((weight, _factors(product)) for weight, product in terms)
+        )
         found.append((_made(terms, products[pivot], said, declared, taken), said))
     return CommonParameters(tuple(found), tuple(pivots))
 
@@ -77,7 +80,8 @@ def _made(
 ) -> Parameter:
     """A parameter that is none of the declared ones."""
     name = "_plus_".join(
-        "_".join(f"{n}{e if e > 1 else ''}" for n, e in powers) + _own(record)
+        "_".join(f"{n}{e if e > 1 else ''}" for n, e in powers)
+        + ("" if record is None else f"_{record + 1}")
         for _, (powers, record) in terms
     )
     nominal = math.fsum(
@@ -90,12 +94,7 @@ def _made(
     )
 
 
-def _own(record: int | None) -> str:
-    return "" if record is None else f"_{record + 1}"
-
-
-def _term(weight: Fraction, product: Product) -> str:
+def _factors(product: Product) -> str:
     powers, record = product
     factors = "*".join(f"{n}**{e}" if e > 1 else n for n, e in powers)
-    factors += "" if record is None else f" (record {record + 1})"
-    return factors if weight == 1 else f"{float(weight):g}*{factors}"
+    return factors if record is None else f"{factors} (record {record + 1})"

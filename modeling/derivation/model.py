@@ -121,7 +121,14 @@ def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
         acceleration=direct_dynamics(balance, profile, q),
         idm=idm,
         ddm=ddm,
-        parameter_map=ddm if isinstance(ddm, Missing) else _map(axis, ddm),
+        parameter_map=ddm
+        if isinstance(ddm, Missing)
+        else parameter_map(
+            ddm,
+            symbols,
+            {p.symbol: parse_unit(p.unit) for p in axis.parameters},
+            q.acceleration_unit / q.force_unit,
+        ),
         unidentifiable=unidentifiable_directions(idm, axis.parameters, q),
     )
 
@@ -165,13 +172,3 @@ def _balance(axis: Axis) -> sympy.Expr:
     if vanishes(inertia_of(force, q)):
         raise ModelError("the acceleration cancels out of the force; an axis needs an inertia.")
     return force
-
-
-def _map(axis: Axis, ddm: DirectRegressor) -> ParameterMap:
-    q = axis.coordinate
-    return parameter_map(
-        ddm,
-        tuple(p.symbol for p in axis.parameters),
-        {p.symbol: parse_unit(p.unit) for p in axis.parameters},
-        q.acceleration_unit / q.force_unit,
-    )

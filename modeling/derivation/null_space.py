@@ -17,10 +17,9 @@ from sympy.polys.domains import PolynomialRing
 from sympy.polys.matrices import DomainMatrix
 from sympy.polys.rings import PolyElement
 
-from axisid.modeling.algebra import NotRealError, Row, reduced_functions, reduced_rows
+from axisid.modeling.algebra import Exponents, NotRealError, Row, reduced_functions, reduced_rows
 from axisid.modeling.quantities import Coordinate, Parameter
 
-from .base_terms import Exponents
 from .inverse import Regressor
 
 #: Maps parameters to the weights of a change that no motion shows.

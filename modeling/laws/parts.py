@@ -67,15 +67,11 @@ def formed_velocity(
     return formed, without_zeros({"pll_bandwidth": bandwidth, "velocity_filter": filter_time})
 
 
-def _averaged() -> Block:
-    q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)
-    q2 = Memory("q2", following=q1.symbol, start=MEASURED_POSITION)
-    return Block((MEASURED_POSITION - q2.symbol) / (2 * PERIOD), (q1, q2))
-
-
+_Q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)
+_Q2 = Memory("q2", following=_Q1.symbol, start=MEASURED_POSITION)
 _FORMED: Mapping[str, Callable[[], Block]] = {
     "difference": lambda: difference(MEASURED_POSITION, name="q1", start=MEASURED_POSITION),
-    "averaged": _averaged,
+    "averaged": lambda: Block((MEASURED_POSITION - _Q2.symbol) / (2 * PERIOD), (_Q1, _Q2)),
     "pll": lambda: pll_velocity(bandwidth=gain("pll_bandwidth")),
     "ideal": lambda: Block(MEASURED_VELOCITY),
 }

@@ -3,6 +3,7 @@
 Names travel into generated Python and C text, so they are checked once, at declaration.
 """
 
+import contextlib
 import keyword
 import math
 import re
@@ -41,8 +42,8 @@ _MADE = re.compile(r"(theta|delayed|side)\d+")
 _CONSTANTS = {"pi": "the number pi", "G": "the standard acceleration of gravity"}
 
 
-def check_name(name: str, what: str) -> None:
-    """Refuse a name that generated text could not carry.
+def check_name(name: str, what: str) -> str:
+    """A name, which generated text can carry.
 
     Raises
     ------
@@ -72,6 +73,7 @@ def check_name(name: str, what: str) -> None:
                 f"{what} is named {name!r}, which is {reason}. Choose another name.",
                 code="axis",
             )
+    return name
 
 
 def check_symbol(name: str, what: str, *, control: bool = False) -> None:
@@ -108,19 +110,14 @@ def fresh_name(name: str, taken: set[str]) -> str:
         In lower case.
     """
     stem, i = name[:28], 1
-    while name.lower() in taken or not _is_allowed(name):
+    while True:
+        with contextlib.suppress(ModelError):
+            check_symbol(name, "it")
+            if name.lower() not in taken:
+                taken.add(name.lower())
+                return name
         i += 1
         name = f"{stem}_{i}"
-    taken.add(name.lower())
-    return name
-
-
-def _is_allowed(name: str) -> bool:
-    try:
-        check_symbol(name, "it")
-    except ModelError:
-        return False
-    return True
 
 
 def check_distinct(names: Iterable[tuple[str, str]]) -> None:

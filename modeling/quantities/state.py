@@ -127,7 +127,12 @@ class State(Symbolic):
             limit=None if limit is None else expression(limit, f"the limit of {self.name!r}"),
         )
         for part in self.parts:
-            _check_number(part)
+            value = with_numbers(part.value)
+            if value.is_Number and not part.allows(float(value)):
+                raise ModelError(
+                    f"{part.what} is {float(value):g} {part.unit}; give {_GIVE[part.least]}.",
+                    code="equation",
+                )
 
     @property
     def own(self) -> sympy.Symbol:
@@ -170,16 +175,6 @@ class State(Symbolic):
         """The expressions that it is declared by."""
         start: Any = self.start
         return (*self.laws, start)
-
-
-def _check_number(part: StatePart) -> None:
-    """Refuse a part that is a plain number and out of range."""
-    value = with_numbers(part.value)
-    if value.is_Number and not part.allows(float(value)):
-        raise ModelError(
-            f"{part.what} is {float(value):g} {part.unit}; give {_GIVE[part.least]}.",
-            code="equation",
-        )
 
 
 # Of an axis's force it is asked again and again.

@@ -139,7 +139,11 @@ def _combine(left: _Exponents, right: _Exponents, power: Fraction | int) -> _Exp
 def _canonical(exponents: _Exponents) -> Unit:
     def text(sign: int) -> str:
         return " ".join(
-            base if abs(power) == 1 else f"{base}^{_exponent(power * sign)}"
+            base
+            if abs(power) == 1
+            else f"{base}^{power * sign}"
+            if Fraction(power).denominator == 1
+            else f"{base}^({power * sign})"
             for base, power in zip(_BASE, exponents, strict=True)
             if power * sign > 0
         )
@@ -148,10 +152,6 @@ def _canonical(exponents: _Exponents) -> Unit:
     if not below:
         return Unit(above, exponents)
     return Unit(f"{above}/({below})" if " " in below else f"{above}/{below}", exponents)
-
-
-def _exponent(power: Fraction | int) -> str:
-    return str(power) if Fraction(power).denominator == 1 else f"({power})"
 
 
 def _malformed(text: str, where: str) -> ModelError:

@@ -21,9 +21,18 @@ from axisid.modeling.algebra import CANNOT, joined_exponential
 from axisid.modeling.quantities import MOST_NODES, with_numbers
 from axisid.support.errors import ModelError
 
-from .constant_values import LARGEST, ConstantValues, small
-from .element_calls import Elements
-from .grammar import DEEPEST, Grammar, TextError, nearest, nested, not_allowed
+from .grammar import (
+    DEEPEST,
+    LARGEST,
+    ConstantValues,
+    Elements,
+    Grammar,
+    TextError,
+    nearest,
+    nested,
+    not_allowed,
+    small,
+)
 
 _LARGEST_POWER = 20
 _DEEPEST_CALLS = 6

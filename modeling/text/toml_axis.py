@@ -50,12 +50,13 @@ from axisid.modeling.quantities import (
     Signal,
     SignalSymbol,
     State,
+    check_name,
     parse_unit,
 )
 from axisid.support.errors import DeclarationError, ModelError
 
-from .element_calls import Elements, elements_along
-from .toml_table import Symbols, Table, checked_name, read_columns, read_toml
+from .grammar import Elements, elements_along
+from .toml_table import Symbols, Table, read_columns, read_toml
 
 _INPUTS = {str(s): s for s in (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD)}
 _AT_REST = {str(s): s for s in (MEASURED_POSITION, REFERENCE, BALANCED)}
@@ -82,7 +83,7 @@ def read_control(root: Table, recorded: Symbols, constants: Symbols) -> ControlL
     gains, memory = table.table("gains"), table.table("memory")
     for part in (gains, memory):
         for name in part.values:
-            part.attempt(name, partial(checked_name, name, "it"))
+            part.attempt(name, partial(check_name, name, "it"))
     names = (*gains.values, *memory.values)
     symbols = {**known, **recorded, **_INPUTS, **{name: gain(name) for name in names}}
     at_rest = {**known, **_AT_REST}
@@ -122,7 +123,7 @@ def _blocks(table: Table, symbols: Symbols, at_rest: Symbols) -> dict[str, Block
     """The blocks that a law of one's own is made of, by name; each may read those before it."""
     found: dict[str, Block] = {}
     for name in table.values:
-        table.attempt(name, partial(checked_name, name, "it"))
+        table.attempt(name, partial(check_name, name, "it"))
         if name in symbols:
             table.say(name, "the law has another symbol of this name; give one of them another.")
         inner = table.table(name)
@@ -231,7 +232,7 @@ def _axis(root: Table) -> Axis | None:
     root.needs("name", "coordinate", "parameters", "drive")
     name = root.values.get("name", "axis")
     title = root.read("title", str) if "title" in root.values else ""
-    named = root.attempt("name", lambda: checked_name(name, "the axis"))
+    named = root.attempt("name", lambda: check_name(name, "the axis"))
     before = len(root.mistakes)
     coordinate, moving = _coordinate(root)
     parameters = root.table("parameters").each(Parameter)

@@ -17,13 +17,12 @@ from typing import Any, TypeVar, get_args, get_origin
 import sympy
 
 from axisid.modeling.declaration import Column
-from axisid.modeling.quantities import check_name, number
+from axisid.modeling.quantities import number
 from axisid.support.errors import FileError, ModelError, UsageError
 from axisid.support.files import opened_regular
 
-from .element_calls import Elements
 from .expression import read_expression
-from .grammar import DYNAMICS, TextError, nearest
+from .grammar import DYNAMICS, Elements, TextError, nearest
 
 T = TypeVar("T")
 Symbols = Mapping[str, sympy.Symbol]
@@ -249,18 +248,6 @@ def _neutral(argument: inspect.Parameter) -> Any:
     if str in (kind, *get_args(kind)):
         return "1" if argument.name == "unit" else "x"
     return (1.0,) if get_origin(kind) is tuple else 1 if kind is int else 1.0
-
-
-def checked_name(name: str, what: str) -> str:
-    """A name that may be used.
-
-    Raises
-    ------
-    ModelError
-        It may not.
-    """
-    check_name(name, what)
-    return name
 
 
 def _plain(kind: type, value: object) -> Any:
