@@ -76,7 +76,6 @@ FLOORS = (
 #: Rooms without a face: their modules are imported by name, so that nothing unused is loaded.
 BY_NAME = (
     "support",
-    "codegen.thresholds",
     "presentation",
     "exports",
     "commands",

@@ -331,7 +331,9 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         ),
         ddm_parameters=_ddm_parameters(model),
         uniform=_is_uniform(model),
-        evenly_damped=not _damping(model).has(axis.coordinate.velocity),
+        evenly_damped=not model.acceleration.diff(axis.coordinate.velocity).has(
+            axis.coordinate.velocity
+        ),
         has_direction=any(
             c.has(DIRECTION)
             for c in (*model.idm.columns, model.idm.intercept, model.axis.drive.force)
@@ -356,10 +358,6 @@ def _lacking(law: ControlLaw | None) -> str:
 def _rebuilt(declared: bytes, native: bool) -> GeneratedAxis:
     """Build a pickled declaration, once in a process: every task of a worker brings it along."""
     return build(pickle.loads(declared), native=native)  # noqa: S301
-
-
-def _damping(model: AxisModel) -> sympy.Expr:
-    return model.acceleration.diff(model.axis.coordinate.velocity)
 
 
 def _is_uniform(model: AxisModel) -> bool:

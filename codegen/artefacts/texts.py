@@ -21,7 +21,7 @@ from axisid.codegen.printers import (
     print_function,
     with_c_loop,
 )
-from axisid.codegen.thresholds.generation import MAX_CONTROL_DIFFERENCE
+from axisid.codegen.thresholds import MAX_CONTROL_DIFFERENCE
 from axisid.modeling.derivation import AxisModel, derived_sections
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.quantities import CONTROL, FORCE, Formula, with_numbers, with_own_symbols
@@ -252,31 +252,21 @@ def _native(
             inputs = (port.name for port in by_name["switching"].inputs)
             sizes |= {"MOVING": 1} if "held" in inputs else {}
         if model.states:
-            sizes |= _of_states(model, sizes)
+            sizes["STATES"] = len(model.states)
+            if limited := sum(state.limit is not None for state in model.states):
+                sizes["FIRST_LIMIT"] = sizes["SIDES"] - limited
         sizes |= {"WAVES": 1} if "wave_number" in by_name else {}
-        printed.append(print_c_loop(sizes, continuous=law.continuous, response=_response_of(model)))
+        response, following = model.axis.response, dict[str, float]()
+        if response is not None and not response.is_held:
+            following = {"LAGGED": int(response.keeps_force)}
+            following |= {"SPLIT": response.share} if response.share else {}
+        printed.append(print_c_loop(sizes, continuous=law.continuous, response=following))
     head = "".join(f"   {line}\n" for line in header.splitlines())
     body = "\n".join(printed)
     return (
         f"/* Native code of the axis {model.axis.name}.\n\n{head}*/\n\n"
         f"{print_c_prelude(with_c_loop(body))}\n{body}"
     )
-
-
-def _of_states(model: AxisModel, sizes: Mapping[str, int]) -> dict[str, int]:
-    """How many internal states there are; the first side that is of a limit, if any is."""
-    limited = sum(state.limit is not None for state in model.states)
-    first = {"FIRST_LIMIT": sizes["SIDES"] - limited} if limited else {}
-    return {"STATES": len(model.states), **first}
-
-
-def _response_of(model: AxisModel) -> Mapping[str, float]:
-    """Whether a force and more is held, and after what part of a sample a command begins to act."""
-    response = model.axis.response
-    if response is None or response.is_held:
-        return {}
-    split = {"SPLIT": response.share} if response.share else {}
-    return {"LAGGED": int(response.keeps_force), **split}
 
 
 def _equations(model: AxisModel, mark: str) -> str:
@@ -297,7 +287,9 @@ def _equations(model: AxisModel, mark: str) -> str:
 def _manifest(
     model: AxisModel, mark: str, programs: tuple[Program, ...], texts: Mapping[str, str]
 ) -> dict[str, object]:
-    mapping = model.parameter_map
+    mapping, drive = model.parameter_map, model.axis.drive
+    timing = {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged, **drive.path.declared}
+    follows = model.axis.response is None and drive.path.is_plain
     return {
         "axis": model.axis.name,
         "schema": SCHEMA,
@@ -305,7 +297,7 @@ def _manifest(
         "parameters": [{"name": p.name, "unit": p.unit} for p in model.axis.parameters],
         **_listed("signals", model.axis.signals, ("name", "unit", "between")),
         **_listed("states", model.axis.states, ("name", "unit")),
-        **_timing(model),
+        **({} if follows else {"drive": timing}),
         "ddm_parameters": None
         if isinstance(mapping, Missing)
         else [
@@ -333,14 +325,6 @@ def _manifest(
 def _listed(key: str, items: Iterable[object], names: Iterable[str]) -> dict[str, object]:
     listed = [{name: getattr(item, name) for name in names} for item in items]
     return {key: listed} if listed else {}
-
-
-def _timing(model: AxisModel) -> dict[str, object]:
-    drive = model.axis.drive
-    if model.axis.response is None and drive.path.is_plain:
-        return {}
-    timing = {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged}
-    return {"drive": {**timing, **drive.path.declared}}
 
 
 def _shape(port: Output) -> str:

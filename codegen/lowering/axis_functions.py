@@ -235,16 +235,16 @@ def law_by_gains(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> tuple[Prog
         none), its gains and its memory to the next memory and the output as it is, without its
         delay. ``law_start``: from reference and position at rest to the memory; what balances is 0.
     """
-    return _step(law, signals), _start(law)
-
-
-def _step(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> Program:
-    read = (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *signals)
-    arguments = Arguments().scalars(*read)
+    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION)
+    builder = arguments.builder
+    lower = Lowering(builder, {**arguments.values, BALANCED: builder.constant(0.0)})
+    builder.output("state", [[lower(with_numbers(memory.start))] for memory in law.memory])
+    start = builder.program("law_start", "What the law remembers at rest.")
+    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *signals)
     builder = arguments.builder
     limit = builder.scalar("limit")
-    arguments = arguments.vector("gains", [gain(name) for name in law.gains])
-    arguments = arguments.vector("state", [memory.symbol for memory in law.memory])
+    arguments.vector("gains", [gain(name) for name in law.gains])
+    arguments.vector("state", [memory.symbol for memory in law.memory])
     values = {**arguments.values, PERIOD: builder.constant(law.period)}
     output = Lowering(builder, values)(with_numbers(law.output))
     limited = builder.apply("min", output, limit)
@@ -254,12 +254,4 @@ def _step(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> Program:
         "next_state", [[following(with_numbers(memory.following))] for memory in law.memory]
     )
     builder.output("output", [[output]])
-    return builder.program("law_step", "The law at a sample, by its gains.")
-
-
-def _start(law: ControlLaw) -> Program:
-    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION)
-    builder = arguments.builder
-    lower = Lowering(builder, {**arguments.values, BALANCED: builder.constant(0.0)})
-    builder.output("state", [[lower(with_numbers(memory.start))] for memory in law.memory])
-    return builder.program("law_start", "What the law remembers at rest.")
+    return builder.program("law_step", "The law at a sample, by its gains."), start

@@ -216,30 +216,6 @@ class DriveInMode:
         (tau,) = self.builder.inline(program, (control,), (q,), (dq,), *mode, *self.signals)["tau"]
         return tau
 
-    def under_held_control(
-        self,
-        command: int,
-        motion: tuple[int, int],
-        response: Response,
-        remembered: tuple[int, ...],
-    ) -> tuple[tuple[int, int], tuple[int, ...]]:
-        """Force and control from a sample on, and what the drive remembers at the next."""
-        pending = (command, *remembered[:-1])  # the newest first
-        acting = pending[-1] if response.share else pending[response.whole]
-        tau = self.force(acting, *motion)
-        return (tau, acting), (*pending[:-1], tau)
-
-    def halfway(self, motion: tuple[int, int], acceleration: int, period: float) -> tuple[int, int]:
-        """Position and velocity half a sample later, of an axis that slides.
-
-        What a drive with a lag makes of the motion is held as the command is: taken there, it is
-        as early as late.
-        """
-        build, half = self.builder.apply, self.builder.constant(period / 2)
-        slope = build("mul", acceleration, build("abs", self.direction[0]))  # none at rest
-        q, dq = motion
-        return build("add", q, build("mul", half, dq)), build("add", dq, build("mul", half, slope))
-
 
 def acting_from_sample(
     drive: DriveInMode,
@@ -260,10 +236,21 @@ def acting_from_sample(
     forces = remembered[len(remembered) - len(response.forces) :]
     held: tuple[int, ...]
     if response.holds_control:
-        held, following = drive.under_held_control(acting, motion, response, forces)
+        pending = (acting, *forces[:-1])  # the newest first
+        control = pending[-1] if response.share else pending[response.whole]
+        tau = drive.force(control, *motion)
+        held, following = (tau, control), (*pending[:-1], tau)
     else:
         if response.by_motion:
-            motion = drive.halfway(motion, slope(forces[-1]), response.period)
+            # Taken half a sample later it is as early as late: what a drive with a lag makes of the
+            # motion is held as the command is.
+            build, half, (q, dq) = builder.apply, builder.constant(response.period / 2), motion
+            sliding = build("abs", drive.direction[0])
+            change = build("mul", slope(forces[-1]), sliding)
+            motion = (
+                build("add", q, build("mul", half, dq)),
+                build("add", dq, build("mul", half, change)),
+            )
         held, following = _driven(builder, response, drive.force(acting, *motion), forces)
     return held[0], held, (*last, *following)
 

@@ -55,7 +55,11 @@ def plant_programs(
     """
     found = switching(model)
     if found.sides or model.states:
-        acceleration = _by_sides(model, found)
+        q = model.axis.coordinate
+        motion = (q.symbol, q.velocity, FORCE, DIRECTION, *model.axis.signal_symbols)
+        arguments = with_mode(Arguments().scalars(*motion), model, found)
+        builder = arguments.lower(acceleration=[[found.acceleration]])
+        acceleration = builder.program("acceleration_by_sides", "Acceleration in one mode.")
     programs = [
         _held_acceleration(_plant(model, law, acceleration, found)),
         _plant_step(_plant(model, law, acceleration, found)),
@@ -75,14 +79,6 @@ def plant_programs(
     return tuple(programs)
 
 
-def _by_sides(model: AxisModel, found: Switching) -> Program:
-    q = model.axis.coordinate
-    recorded = model.axis.signal_symbols
-    arguments = Arguments().scalars(q.symbol, q.velocity, FORCE, DIRECTION, *recorded)
-    builder = with_mode(arguments, model, found).lower(acceleration=[[found.acceleration]])
-    return builder.program("acceleration_by_sides", "Acceleration in one mode.")
-
-
 def _switching(model: AxisModel, found: Switching) -> Program:
     """With recorded signals among what decides they are taken `step` seconds later."""
     q = model.axis.coordinate
@@ -98,8 +94,20 @@ def _switching(model: AxisModel, found: Switching) -> Program:
         for name, by in (("by_position", {q.symbol, *following}), ("by_velocity", {q.velocity}))
     }
     if found.moved_by:
-        _moved(arguments, lines, model)
-        slopes["by_time"] = [[_by_time(value, found.moved_by) for value in found.functions]]
+        # The signals are where their lines are `step` seconds later.
+        builder = arguments.builder
+        step = builder.scalar("step")
+        rates: dict[Signal, sympy.Symbol] = {}
+        for signal, (value, rate) in zip(model.axis.signals, lines, strict=True):
+            later = builder.apply("add", value, builder.apply("mul", rate, step))
+            rates[signal] = sympy.Symbol(signal.rate_name, real=True)
+            arguments.values |= {signal.symbol: later, rates[signal]: rate}
+        slopes["by_time"] = [
+            [
+                sum(slope(each, s.symbol, "what decides a side") * rates[s] for s in found.moved_by)
+                for each in found.functions
+            ]
+        ]
     builder = arguments.lower(switches=[found.functions], **slopes)
     return builder.program(
         "switching", "What changes its sign where a side changes, and how it changes."
@@ -110,24 +118,6 @@ def _slope(value: sympy.Expr, by: set[sympy.Symbol], following: set[sympy.Symbol
     """How what decides a side changes; states with a limit change as the position does."""
     own = by if value.free_symbols & following else by - following
     return sum(slope(value, each, "what decides a side") for each in own)
-
-
-def _moved(arguments: Arguments, lines: _Lines, model: AxisModel) -> None:
-    """Take the signals where their lines are `step` seconds later, and their rates."""
-    builder = arguments.builder
-    step = builder.scalar("step")
-    for signal, (value, rate) in zip(model.axis.signals, lines, strict=True):
-        later = builder.apply("add", value, builder.apply("mul", rate, step))
-        arguments.values |= {signal.symbol: later, _rate_of(signal): rate}
-
-
-def _by_time(value: sympy.Expr, signals: tuple[Signal, ...]) -> sympy.Expr:
-    """How what decides a side changes with the recorded signals."""
-    return sum(slope(value, s.symbol, "what decides a side") * _rate_of(s) for s in signals)
-
-
-def _rate_of(signal: Signal) -> sympy.Symbol:
-    return sympy.Symbol(signal.rate_name, real=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +150,8 @@ class _Plant:
     def force(self, q: int, dq: int, elapsed: int | None) -> int:
         """Force at a state, some time into the period."""
         if self.law is None:
-            of_control = self._holds_control
+            response = self.model.axis.response
+            of_control = response is not None and response.holds_control
             return self._made(self.held[1], q, dq, elapsed) if of_control else self.held[0]
         reference, rate, error, injected = self.held
         reference = self._later(reference, rate, elapsed)
@@ -170,11 +161,6 @@ class _Plant:
             self.law, (reference,), (measured,), (dq,), *signals, (injected,), ()
         )
         return self._made(law["control"][0], q, dq, elapsed)
-
-    @property
-    def _holds_control(self) -> bool:
-        response = self.model.axis.response
-        return response is not None and response.holds_control
 
     def _made(self, control: int, q: int, dq: int, elapsed: int | None) -> int:
         signals = self._signals(elapsed)
@@ -277,7 +263,18 @@ def _plant_step(plant: _Plant) -> Program:
     names = plant.model.axis.coordinate
     step = plant.builder.scalar("step")
     if plant.states:
-        return _remembering_step(plant, step)
+        builder = plant.builder
+        q, dq, *states = _remembering(plant).step((*plant.motion, *plant.states), step)
+        ended = replace(plant, states=tuple(states))
+        builder.output(f"{names.name}_next", [[q]])
+        builder.output(f"{names.velocity}_next", [[dq]])
+        builder.output("first_slope", [[plant.accelerate(*plant.motion, None)]])
+        builder.output("last_slope", [[ended.accelerate(q, dq, None)]])
+        builder.output(f"next_{STATES}", [[z] for z in states])
+        return builder.program(
+            "plant_step",
+            "Motion and states `step` seconds later in one friction mode (Rodas4), and its slopes.",
+        )
     end_q, end_dq, first, last = _runge_kutta(plant, step)
     plant.builder.output(f"{names.name}_next", [[end_q]])
     plant.builder.output(f"{names.velocity}_next", [[end_dq]])
@@ -285,21 +282,6 @@ def _plant_step(plant: _Plant) -> Program:
     plant.builder.output("last_slope", [[last]])
     return plant.builder.program(
         "plant_step", "Motion `step` seconds later in one friction mode (RK4), and its slopes."
-    )
-
-
-def _remembering_step(plant: _Plant, step: int) -> Program:
-    names, builder = plant.model.axis.coordinate, plant.builder
-    q, dq, *states = _remembering(plant).step((*plant.motion, *plant.states), step)
-    ended = replace(plant, states=tuple(states))
-    builder.output(f"{names.name}_next", [[q]])
-    builder.output(f"{names.velocity}_next", [[dq]])
-    builder.output("first_slope", [[plant.accelerate(*plant.motion, None)]])
-    builder.output("last_slope", [[ended.accelerate(q, dq, None)]])
-    builder.output(f"next_{STATES}", [[z] for z in states])
-    return builder.program(
-        "plant_step",
-        "Motion and states `step` seconds later in one friction mode (Rodas4), and its slopes.",
     )
 
 

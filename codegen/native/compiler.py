@@ -128,13 +128,9 @@ def find_compiler() -> Compiler:
 def _identity(executable: Path) -> str:
     real = executable.resolve()
     status = real.stat()
-    return f"{real} {status.st_size} {status.st_mtime_ns} {platform.machine()} {_processor()}"
-
-
-def _processor() -> str:
-    """What -march=native depends on."""
+    processor = platform.processor()  # what -march=native depends on
     with contextlib.suppress(OSError):
-        for line in Path("/proc/cpuinfo").read_text().splitlines():
-            if line.startswith(("flags", "Features")):
-                return line
-    return platform.processor()
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        found = (line for line in lines if line.startswith(("flags", "Features")))
+        processor = next(found, processor)
+    return f"{real} {status.st_size} {status.st_mtime_ns} {platform.machine()} {processor}"

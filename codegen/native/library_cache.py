@@ -111,14 +111,24 @@ def _is_intact(library: Path) -> bool:
 
 def _build(text: str, compiler: Compiler, library: Path, check: Callable[[Path], object]) -> None:
     """Compile and try in a private folder beside the library, then move both files into place."""
-    _clear(library.parent)
+    # What builds left that were killed together with the process that clears up.
+    for left in library.parent.glob("build-*"):
+        with contextlib.suppress(OSError):
+            if time.time() - left.lstat().st_mtime >= _OLD_SECONDS:
+                shutil.rmtree(left, ignore_errors=True)
     with tempfile.TemporaryDirectory(dir=library.parent, prefix="build-") as name:
         folder = Path(name)
         # A path that was loaded once keeps giving the old code.
         source, target = folder / "native.c", folder / f"{secrets.token_hex(8)}.so"
         source.write_text(text)
         compiler.compile(source, target)
-        _check_loads(target)
+        # In another process, which a library that is cut short would end.
+        load = "import ctypes, sys; ctypes.CDLL(sys.argv[1])"
+        command = [sys.executable, "-c", load, str(target)]
+        try:
+            subprocess.run(command, capture_output=True, timeout=_LOAD_SECONDS, check=True)  # noqa: S603
+        except (OSError, subprocess.SubprocessError) as error:
+            raise NativeUnavailableError("the compiled library does not load") from error
         check(target)
         digest = folder / "sha256"
         digest.write_text(_digest(target, library.name))
@@ -127,21 +137,3 @@ def _build(text: str, compiler: Compiler, library: Path, check: Callable[[Path],
                 os.fsync(written.fileno())
         digest.replace(library.with_suffix(".sha256"))
         target.replace(library)
-
-
-def _check_loads(library: Path) -> None:
-    """Load a fresh library in another process, which one that is cut short would end."""
-    load = "import ctypes, sys; ctypes.CDLL(sys.argv[1])"
-    command = [sys.executable, "-c", load, str(library)]
-    try:
-        subprocess.run(command, capture_output=True, timeout=_LOAD_SECONDS, check=True)  # noqa: S603
-    except (OSError, subprocess.SubprocessError) as error:
-        raise NativeUnavailableError("the compiled library does not load") from error
-
-
-def _clear(folder: Path) -> None:
-    """Remove what builds left that were killed together with the process that clears up."""
-    for left in folder.glob("build-*"):
-        with contextlib.suppress(OSError):
-            if time.time() - left.lstat().st_mtime >= _OLD_SECONDS:
-                shutil.rmtree(left, ignore_errors=True)

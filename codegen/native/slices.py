@@ -36,17 +36,9 @@ def stoppable(runs: Sequence[Callable[[NDArray[np.int32]], int]], steps: int) ->
     stop = np.zeros(1, dtype=np.int32)
     if len(runs) == 1 and steps <= _FEW_STEPS:
         return [runs[0](stop)]
-    return _in_threads(runs, stop)
-
-
-def _in_threads(
-    runs: Sequence[Callable[[NDArray[np.int32]], int]], stop: NDArray[np.int32]
-) -> list[int]:
-    """Each loop in a thread of its own; this one waits where Ctrl-C reaches it.
-
-    An interrupt may come between any two steps of Python. Were a lock both threads take held then,
-    as in a pool's futures, the other would wait for it for ever: here only one ever takes it.
-    """
+    # Each loop in a thread of its own; this one waits where Ctrl-C reaches it. An interrupt may
+    # come between any two steps of Python. Were a lock both threads take held then, as in a pool's
+    # futures, the other would wait for it for ever: here only one ever takes it.
     results, errors = [0] * len(runs), list[BaseException]()
     ended = [allocate_lock() for _ in runs]
 

@@ -148,7 +148,9 @@ def print_c_loop(
     lines = "".join(f"#define {name} {value}\n" for name, value in values.items())
     if "SIGNALS" in sizes:
         lines += _start_of(sizes["SIGNALS"], by_gains="GAINS" in sizes)
-    return f"{lines}{_with_signals(sizes.get('SIGNALS', 0))}{_INCLUDE_LOOP}"
+    # What gives a function the values of recorded signals, one by one, after its other scalars.
+    values_of = "".join(f", (values)[{i}]" for i in range(sizes.get("SIGNALS", 0)))
+    return f"{lines}{f'#define WITH(values) {values_of}'.rstrip()}\n{_INCLUDE_LOOP}"
 
 
 def print_c_loop_header() -> str:
@@ -160,14 +162,6 @@ def print_c_loop_header() -> str:
 def with_c_loop(text: str) -> str:
     """Return native code with what it includes in its place, as one text to compile."""
     return text.replace(_INCLUDE_LOOP, print_c_loop_header())
-
-
-def _with_signals(signals: int) -> str:
-    """What gives a function the values of recorded signals, one by one, after its other scalars."""
-    return (
-        f"#define WITH(values) {''.join(f', (values)[{i}]' for i in range(signals))}".rstrip()
-        + "\n"
-    )
 
 
 def _start_of(signals: int, *, by_gains: bool) -> str:
