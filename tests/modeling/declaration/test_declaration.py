@@ -16,14 +16,12 @@ from axisid import (
     load_axis,
     newton,
 )
-from axisid.control import REFERENCE, ControlLaw, Memory, cascade_pd, cascade_pd_averaged
+from axisid.control import REFERENCE, ControlLaw, Memory
 from axisid.elements import Drive, viscous
 from axisid.modeling import Experiment, Move
 from axisid.modeling.declaration.control import gain
 from axisid.modeling.quantities.symbols import (
     MEASURED_POSITION,
-    MEASURED_VELOCITY,
-    PERIOD,
 )
 from tests.refusals import refuses
 
@@ -165,19 +163,6 @@ def test_one_resistance_alone_is_a_list_of_one() -> None:
     assert axis == declare()
 
 
-@pytest.mark.parametrize(
-    ("number", "code"),
-    [
-        (sympy.Float("1e400"), "not-finite"),
-        (sympy.Integer(10) ** 400, "generated-code"),
-        (sympy.Rational(10**400, 3), "generated-code"),
-    ],
-)
-def test_numbers_too_large_for_a_float_are_refused(number: sympy.Expr, code: str) -> None:
-    with refuses(code):
-        build(declare(resistance=(Fv * q.velocity, number * q.symbol)))  # type: ignore[arg-type]
-
-
 def test_division_by_a_gain_of_zero_is_refused() -> None:
     law = ControlLaw(
         name="p", period=1.0, output=REFERENCE / sympy.Symbol("T", real=True), gains={"T": 0.0}
@@ -232,15 +217,6 @@ ERROR = REFERENCE - MEASURED_POSITION
 
 def law(output: sympy.Expr) -> ControlLaw:
     return ControlLaw(name="l", period=1e-3, output=output, gains={"kp": 2.0, "kv": 3.0, "ki": 5.0})
-
-
-def test_the_papers_law_has_two_products() -> None:
-    made = cascade_pd(kp=1.0, kv=2.0, period=1e-3)
-    assert dict(made.terms) == {KP * KV: ERROR, KV: -MEASURED_VELOCITY}
-    terms = dict(cascade_pd_averaged(kp=1.0, kv=2.0, period=1e-3).terms)
-    q2 = sympy.Symbol("q2", real=True)
-    assert terms.keys() == {KP * KV, KV}
-    assert terms[KV] == -((MEASURED_POSITION - q2) / (2 * PERIOD))
 
 
 @pytest.mark.parametrize(

@@ -145,14 +145,6 @@ def test_newton_and_lagrange_give_the_same_regressors(name: str) -> None:
         )
 
 
-@pytest.mark.parametrize("name", ["emps2015", "emps"])
-def test_for_the_emps_they_are_identical_expressions(name: str) -> None:
-    one, other = derive(load_axis(name)), derive(other_way(name))
-    assert one.idm == other.idm
-    assert one.ddm == other.ddm
-    assert one.parameter_map == other.parameter_map
-
-
 @pytest.mark.parametrize("name", LIBRARY)
 def test_library_axes_can_be_identified_and_every_unit_is_checked(name: str) -> None:
     axis = load_axis(name)
