@@ -8,5 +8,5 @@ from .lanes import (
     LaneLibrary as LaneLibrary,
     column_filter as column_filter,
 )
+from .library import slices as slices
 from .native import Native as Native
-from .slices import slices as slices

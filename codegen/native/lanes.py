@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from axisid.codegen.printers import print_c_filter
 from axisid.support.arrays import Array
 
-from .compiler import NativeUnavailableError
 from .library import LoadedLibrary
-from .library_cache import compiled_library
+from .library_cache import NativeUnavailableError, compiled_library
 
 _WIDE, _STATES, _STREAMS, _STRETCH = 8, 8, 7, 16  # as in the C text
 

@@ -16,10 +16,9 @@ import numpy as np
 from axisid.codegen.printers import has_known_part, print_c_lanes, with_c_loop
 from axisid.support.arrays import Array
 
-from .compiler import NativeUnavailableError
 from .lanes import LaneLibrary
 from .library import NativeLibrary
-from .library_cache import cached_library, compiled_library
+from .library_cache import NativeUnavailableError, cached_library, compiled_library
 
 _PERIOD = 1e-3
 #: Of a size, or of what a change of all arguments by `_LITTLE` moves, up to which results agree.

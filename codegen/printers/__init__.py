@@ -15,4 +15,4 @@ from .c import (
     print_c_rows as print_c_rows,
     with_c_loop as with_c_loop,
 )
-from .casadi import print_function as print_function
+from .python import print_function as print_function

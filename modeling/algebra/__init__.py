@@ -4,14 +4,15 @@ In: expressions. Out: expressions, or the reason why that would take too long.
 Knows nothing of axes.
 """
 
-from .coefficients import Coefficients as Coefficients, Exponents as Exponents
-from .derivative import jumping_node as jumping_node, plain_slope as plain_slope, slope as slope
-from .echelon import (
+from .coefficients import (
+    Coefficients as Coefficients,
+    Exponents as Exponents,
     NotRealError as NotRealError,
     Row as Row,
     reduced_functions as reduced_functions,
     reduced_rows as reduced_rows,
 )
+from .derivative import jumping_node as jumping_node, plain_slope as plain_slope, slope as slope
 from .forms import (
     intercept as intercept,
     joined_exponential as joined_exponential,

@@ -16,12 +16,13 @@ from .description import (
 )
 from .direct import DirectRegressor as DirectRegressor, ParameterMap as ParameterMap
 from .friction_ladder import friction_ladder as friction_ladder
-from .joint_base_parameters import (
-    CommonParameters as CommonParameters,
-    common_parameters as common_parameters,
-)
 from .model import AxisModel as AxisModel, derive as derive
-from .null_space import Direction as Direction, generic_points as generic_points
+from .null_space import (
+    CommonParameters as CommonParameters,
+    Direction as Direction,
+    common_parameters as common_parameters,
+    generic_points as generic_points,
+)
 from .state_equations import (
     StateEquation as StateEquation,
     forces_at_rest as forces_at_rest,

@@ -36,7 +36,7 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError
 
-from .friction_direction import with_direction
+from .inverse import with_direction
 from .null_space import Direction, null_space
 
 

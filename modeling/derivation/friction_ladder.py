@@ -17,7 +17,7 @@ from axisid.modeling.quantities import Parameter, fresh_name, number, with_numbe
 from axisid.support.errors import ModelError
 
 from .base_model import Terms, force_terms
-from .friction_direction import with_direction
+from .inverse import with_direction
 
 _Term = tuple[Parameter, sympy.Expr]  # a parameter and what it multiplies
 

@@ -18,8 +18,7 @@ from .direct import (
     inertia_of,
     parameter_map,
 )
-from .friction_direction import with_direction
-from .inverse import Regressor, inverse_regressor
+from .inverse import Regressor, inverse_regressor, with_direction
 from .null_space import Direction, unidentifiable_directions
 from .state_equations import StateEquation, in_direction, state_equations
 

@@ -22,7 +22,7 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError
 
-from .friction_direction import directed
+from .inverse import directed
 
 
 def forces_at_rest(

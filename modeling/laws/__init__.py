@@ -21,11 +21,12 @@ from .cascades import (
     cascade_pd_difference as cascade_pd_difference,
     velocity_variants as velocity_variants,
 )
-from .makers import (
+from .parts import ANTI_WINDUP as ANTI_WINDUP, integral as integral
+from .ready import BLOCKS as BLOCKS, LAWS as LAWS
+from .single_loops import (
     dynamixel_position as dynamixel_position,
     impedance as impedance,
+    pid as pid,
+    pid_ideal as pid_ideal,
     state_feedback as state_feedback,
 )
-from .parts import ANTI_WINDUP as ANTI_WINDUP, integral as integral
-from .pid import pid as pid, pid_ideal as pid_ideal
-from .ready import BLOCKS as BLOCKS, LAWS as LAWS

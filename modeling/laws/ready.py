@@ -16,8 +16,7 @@ from .blocks import (
     reference_velocity,
 )
 from .cascades import CASCADES, cascade_p_pi
-from .makers import dynamixel_position, impedance, state_feedback
-from .pid import pid, pid_ideal
+from .single_loops import dynamixel_position, impedance, pid, pid_ideal, state_feedback
 
 _LAWS = (cascade_p_pi, pid, pid_ideal, impedance, state_feedback, dynamixel_position)
 _BLOCKS = (

@@ -10,17 +10,15 @@ from .constants import (
     G as G,
     Signal as Signal,
     SignalSymbol as SignalSymbol,
+    extreme as extreme,
     positive as positive,
+    replaced as replaced,
     signals_in as signals_in,
     with_numbers as with_numbers,
     with_unit as with_unit,
-)
-from .expression_units import NUMBER as NUMBER, UnitReader as UnitReader, UnitsError as UnitsError
-from .kinks import (
-    extreme as extreme,
-    replaced as replaced,
     within as within,
 )
+from .expression_units import NUMBER as NUMBER, UnitReader as UnitReader, UnitsError as UnitsError
 from .names import (
     check_distinct as check_distinct,
     check_name as check_name,

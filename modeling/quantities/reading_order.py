@@ -10,8 +10,7 @@ from typing import Any
 import sympy
 from sympy.printing.str import StrPrinter
 
-from .constants import ConstantSymbol
-from .kinks import renamed
+from .constants import ConstantSymbol, renamed
 from .symbols import (
     BALANCED,
     CONTROL,

@@ -19,8 +19,12 @@ import sympy
 from axisid import Constant, Coordinate, UsageError, build, derive, load_axis
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.codegen.artefacts.texts import axis_artefacts
-from axisid.codegen.native.compiler import Compiler, NativeUnavailableError, find_compiler
-from axisid.codegen.native.library_cache import cached_library
+from axisid.codegen.native.library_cache import (
+    Compiler,
+    NativeUnavailableError,
+    cached_library,
+    find_compiler,
+)
 from axisid.codegen.native.native import Native
 from axisid.codegen.printers import print_c_loop_header
 from axisid.control import cascade_pd

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, Phase, given, settings, strategies as st
 from numpy.typing import NDArray
 
 from axisid.codegen.lowering.program import Program
-from axisid.codegen.native.compiler import find_compiler
+from axisid.codegen.native.library_cache import find_compiler
 from axisid.codegen.printers.c import print_c_function, print_c_prelude, print_c_rows
 from axisid.codegen.printers.python import print_python
 from axisid.codegen.printers.structured_text import print_st

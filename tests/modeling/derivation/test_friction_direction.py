@@ -7,7 +7,7 @@ import sympy
 from sympy import Abs, And, Heaviside, Or, Piecewise, sign
 
 from axisid import Parameter, build, derive
-from axisid.modeling.derivation.friction_direction import with_direction
+from axisid.modeling.derivation.inverse import with_direction
 from axisid.modeling.quantities.symbols import DIRECTION
 from tests.axes.bodies import rotor, turn
 from tests.refusals import refuses

@@ -12,7 +12,7 @@ from axisid import Constant, Coordinate, Parameter, load_axis
 from axisid.elements import G
 from axisid.modeling.declaration.axis import equation_of_motion
 from axisid.modeling.quantities import Formula
-from axisid.modeling.quantities.kinks import replaced
+from axisid.modeling.quantities.constants import replaced
 from axisid.modeling.quantities.reading_order import written
 from axisid.modeling.quantities.symbols import DIRECTION, FORCE, MEASURED_POSITION, REFERENCE
 from tests.strategies.expressions import expressions
