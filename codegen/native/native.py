@@ -98,13 +98,11 @@ class Native:
         """Return the library, compiling it if it is not cached; None where it cannot be had."""
         if self._library is None and not self.refusal:
             try:
-                self._library = self._load(compiled_library(self.text, self._check))
+                path = compiled_library(self.text, self._check)
+                self._library = NativeLibrary(path, self._functions, self._gains)
             except (NativeUnavailableError, OSError) as error:
                 self.refusal = str(error)
         return self._library
-
-    def _load(self, path: Path) -> NativeLibrary:
-        return NativeLibrary(path, self._functions, self._gains)
 
     def _check(self, path: Path) -> None:
         try:
@@ -114,15 +112,12 @@ class Native:
             raise NativeUnavailableError(reason) from error
         check_values(fresh, self._functions, self.text)
 
+    @cached_property
     def lanes(self) -> LaneLibrary | None:
-        """Return compiled rows of lanes, made when first needed; None where they cannot be had.
+        """Compiled rows of lanes, made when first needed; None where they cannot be had.
 
         They are of an axis without recorded signals.
         """
-        return self._lanes
-
-    @cached_property
-    def _lanes(self) -> LaneLibrary | None:
         if self._functions["idm_regressor"].n_in() != _MOTION or self.library() is None:
             return None
         count = self._functions["direct_dynamics"].size1_in("parameters")
@@ -146,7 +141,8 @@ class Native:
         if self._library is None and not self.refusal and not self._looked:
             self._looked = True
             path = cached_library(self.text)
-            with contextlib.suppress(OSError):
-                self._library = None if path is None else self._load(path)
+            if path is not None:
+                with contextlib.suppress(OSError):
+                    self._library = NativeLibrary(path, self._functions, self._gains)
         library = self._library
         return None if library is None or not library.has(function) else library

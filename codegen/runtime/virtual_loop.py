@@ -371,25 +371,17 @@ class VirtualLoop:
         plant = self._plant
         mode = mode.beside(index, -mode.sides[index])
         mode = plant.beyond(q, dq, mode, index + 1)
-        if self._is_caught(index, q, dq, mode, whole):
-            dq, mode = 0.0, mode.beside(index, 0.0)
+        # An axis is held in a place that it passes where its acceleration points to it on both
+        # sides, so that it would come back, and pass again, ever sooner. If friction would hold it
+        # on each side too, it comes to rest by itself; and nothing rests in a place that moves.
+        if not plant.switches(q, dq, mode).moved(index):
+            forward, backward = plant.leaving(q, mode.beside(index, 0.0))
+            if 2 * abs(dq) < _CAUGHT * whole * min(backward, -forward) and any(
+                abs(plant.at_rest(q, mode.beside(index, side)).direction) >= 1
+                for side in (1.0, -1.0)
+            ):
+                dq, mode = 0.0, mode.beside(index, 0.0)
         return dq, plant.chosen_at_rest(q, mode) if dq == 0 else mode
-
-    def _is_caught(self, index: int, q: float, dq: float, mode: Mode, whole: float) -> bool:
-        """Whether an axis that passes a place is held there.
-
-        Its acceleration points to it on both sides, so that it would come back, and pass again,
-        ever sooner. If friction would hold it on each side too, it comes to rest by itself.
-        """
-        if self._plant.switches(q, dq, mode).moved(index):
-            return False  # nothing rests in a place that moves
-        forward, backward = self._plant.leaving(q, mode.beside(index, 0.0))
-        if not 2 * abs(dq) < _CAUGHT * whole * min(backward, -forward):
-            return False
-        return any(
-            abs(self._plant.at_rest(q, mode.beside(index, side)).direction) >= 1
-            for side in (1.0, -1.0)
-        )
 
     def _breakaway(self, q: float, mode: Mode, left: float) -> float:
         """Time at which a stuck axis leaves rest, at most `left`."""

@@ -219,13 +219,12 @@ class Points:
         return self._made[turn]
 
     def beside(self, turn: int, symbols: AbstractSet[sympy.Symbol]) -> "_Drawn":
-        """Values where some symbols are others than at a point, beyond their edges if at one."""
+        """Values where some symbols are others than at a point."""
         here = self.at(turn)
         there = _Drawn(self, turn)
         there.values |= here.placed
         for symbol in symbols:
-            other = exactly(here.drawn("other", symbol.name))
-            there.values[symbol] = here.beyond.get(symbol, other)
+            there.values[symbol] = exactly(here.drawn("other", symbol.name))
         return there
 
 
@@ -315,14 +314,13 @@ class _Drawn(_Values):
 
     Attributes
     ----------
-    placed, beyond : dict
-        Symbols that are close to an edge, and their values beyond it.
+    placed : dict
+        Symbols that are close to an edge.
     """
 
     def __init__(self, points: Points, turn: int) -> None:
         super().__init__(points.given, turn)
         self.placed: dict[sympy.Symbol, Value] = {}
-        self.beyond: dict[sympy.Symbol, Value] = {}
         self._points, self._turn = points, turn
 
     def drawn(self, *about: str) -> Any:
@@ -363,7 +361,6 @@ class _Drawn(_Values):
                 step = side * (abs(place) + 1) * _BESIDE * self.drawn("beside", symbol.name)
                 if value(place - step) * value(place + step) < 0:
                     self.placed[symbol] = exactly(place + step)
-                    self.beyond[symbol] = exactly(place - step)
                     self.values = {**self._points.given, **self.placed}
                     return
 

@@ -80,7 +80,12 @@ def force_terms(
     ModelError
         It has too many products of parameters, or a part that is no real number.
     """
-    _check_real(force)
+    nodes = force.atoms(AtomicExpr, sympy.Pow, sympy.Function)
+    for node in (n for n in nodes if not (n.is_Rational or n.free_symbols)):
+        try:
+            value_at(node, {})
+        except CANNOT as error:
+            raise NotRealError(f"{node} has no finite real value.") from error
     nonlinear = Coefficients(force, parameters).nonlinear
     linear = [p for p in parameters if p not in nonlinear]
     places = [j for j, p in enumerate(parameters) if p not in nonlinear]
@@ -111,15 +116,6 @@ def force_terms(
         pivots=tuple(order.index(j) for j in (*pivots, *range(len(weights), len(monomials)))),
         nonlinear=frozenset(nonlinear),
     )
-
-
-def _check_real(force: sympy.Expr) -> None:
-    nodes = force.atoms(AtomicExpr, sympy.Pow, sympy.Function)
-    for node in (n for n in nodes if not (n.is_Rational or n.free_symbols)):
-        try:
-            value_at(node, {})
-        except CANNOT as error:
-            raise NotRealError(f"{node} has no finite real value.") from error
 
 
 def _order(exponents: Exponents) -> tuple[int, tuple[int, ...]]:

@@ -208,7 +208,13 @@ def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -
     )
     linear = frozenset(parameters) - set(nonlinear)
     row = tuple(
-        without(column, linear) if p in linear else _finite_at_rest(column)
+        without(column, linear)
+        if p in linear
+        # The derivative of x**p by p is x**p log(x), which is 0 for x = 0, not 0 times -oo.
+        else column.replace(
+            lambda node: isinstance(node, sympy.log) and not node.args[0].is_positive,
+            lambda node: sympy.log(sympy.Max(node.args[0], _LEAST)),
+        )
         for p, column in zip(parameters, columns, strict=True)
     )
     slopes = {p: column for p, column in zip(parameters, row, strict=True) if p in linear}
@@ -218,14 +224,6 @@ def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -
     bends = (p * column for p, column in zip(parameters, row, strict=True) if p in nonlinear)
     return Regressor(
         columns=row, intercept=sympy.Add(free, *(-bend for bend in bends)), nonlinear=nonlinear
-    )
-
-
-def _finite_at_rest(column: sympy.Expr) -> sympy.Expr:
-    """The derivative of ``x**p`` by p is ``x**p log(x)``, which is 0 for x = 0, not 0 times -oo."""
-    return column.replace(
-        lambda node: isinstance(node, sympy.log) and not node.args[0].is_positive,
-        lambda node: sympy.log(sympy.Max(node.args[0], _LEAST)),
     )
 
 

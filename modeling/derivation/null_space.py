@@ -167,19 +167,20 @@ def unidentifiable_directions(
 
 
 def generic_points(parameters: Sequence[Parameter]) -> tuple[Point, ...]:
-    """Numbers for the parameters that have nothing to do with each other, several times."""
-    return tuple(
-        {p.symbol: _generic(p, (i + 1) * step) for i, p in enumerate(parameters)} for step in _STEPS
-    )
+    """Numbers for the parameters that have nothing to do with each other, several times.
 
-
-def _generic(parameter: Parameter, place: int) -> sympy.Rational:
-    """A number within the bounds, near the nominal value if there is one."""
-    lower, upper = parameter.lower, parameter.upper
-    near = parameter.nominal or (min(1.0, upper) if upper > 0 else max(-1.0, lower))
-    low, high = sorted((near / 2, 2 * near))
-    start, end = (sympy.Rational(str(x)) for x in (max(low, lower), min(high, upper)))
-    return start + (end - start) * sympy.Rational(place % _PLACES, _PLACES)
+    Within the bounds, near the nominal value if there is one.
+    """
+    points: list[dict[sympy.Symbol, sympy.Expr]] = [{} for _ in _STEPS]
+    for i, p in enumerate(parameters):
+        near = p.nominal or (min(1.0, p.upper) if p.upper > 0 else max(-1.0, p.lower))
+        low, high = sorted((near / 2, 2 * near))
+        ends = (max(low, p.lower), min(high, p.upper))
+        start, end = (sympy.Rational(str(x)) for x in ends)
+        for point, step in zip(points, _STEPS, strict=True):
+            share = sympy.Rational((i + 1) * step % _PLACES, _PLACES)
+            point[p.symbol] = start + (end - start) * share
+    return tuple(points)
 
 
 #: Powers of declared parameters by name, and the number of the record if the product is its own.

@@ -279,9 +279,25 @@ class MotorDrive(Drive):
         settle(
             self,
             back_emf=number(self.back_emf, "the drive's back-EMF"),
-            efficiency=checked_efficiency(self.efficiency),
-            reach=checked_reach(self.reach),
+            efficiency=number(self.efficiency, "the gear's efficiency"),
+            reach=expression(self.reach, "the drive's reach"),
         )
+        if not LEAST_EFFICIENCY <= self.efficiency <= 1:
+            raise ModelError(
+                f"the gear's efficiency is {self.efficiency:g}; give a number from "
+                f"{LEAST_EFFICIENCY:g} to 1, such as 0.7: the share of the motor's power that the "
+                "load gets.",
+                code="drive",
+            )
+        plain = with_numbers(self.reach)
+        still = dict.fromkeys(plain.free_symbols - signals_in(plain), sympy.S.Zero)
+        at_rest = plain.xreplace(still)  # as far as numbers tell it
+        if at_rest.is_number and at_rest.evalf().is_extended_positive is not True:
+            raise ModelError(
+                f"the drive's reach {self.reach} is {at_rest} at rest; give the largest force of "
+                "the motor forwards, above 0 there.",
+                code="drive",
+            )
         Drive.__post_init__(self)  # it looks at the force
         if self.logged == "current" and self.back_emf:
             raise ModelError(
@@ -296,7 +312,16 @@ class MotorDrive(Drive):
         """Force by control, velocity and friction direction."""
         scaled = CONTROL * with_numbers(self.scaled_by)
         driving = scaled - _BACK_EMF * VELOCITY if self.back_emf else scaled
-        return self._behind_gear(self._within_reach(DRIVE_GAIN * driving))
+        force = DRIVE_GAIN * driving
+        if self.reach != sympy.oo:
+            reach = with_numbers(self.reach)
+            # What is no number and no recorded signal is the velocity, of whatever name.
+            opposite = reach.xreplace({s: -s for s in reach.free_symbols - signals_in(reach)})
+            force = extreme(sympy.Max, [extreme(sympy.Min, [force, reach]), -opposite])
+        if self.efficiency == 1:
+            return force
+        mean, half = self._shares
+        return mean * force - DIRECTION * half * sympy.Abs(force)
 
     @property
     def inverse(self) -> sympy.Expr:
@@ -320,20 +345,6 @@ class MotorDrive(Drive):
         """Mean of what a gear passes on driven back and driving, and half the difference."""
         driving, back = self.efficiency, 1 / self.efficiency
         return sympy.Float((back + driving) / 2), sympy.Float((back - driving) / 2)
-
-    def _within_reach(self, force: sympy.Expr) -> sympy.Expr:
-        if self.reach == sympy.oo:
-            return force
-        reach = with_numbers(self.reach)
-        # What is no number and no recorded signal is the velocity, of whatever name.
-        opposite = reach.xreplace({s: -s for s in reach.free_symbols - signals_in(reach)})
-        return extreme(sympy.Max, [extreme(sympy.Min, [force, reach]), -opposite])
-
-    def _behind_gear(self, force: sympy.Expr) -> sympy.Expr:
-        if self.efficiency == 1:
-            return force
-        mean, half = self._shares
-        return mean * force - DIRECTION * half * sympy.Abs(force)
 
     def force_text(self, coordinate: Coordinate, digits: int = 6) -> str:
         """What the force is, in words."""
@@ -372,41 +383,3 @@ class MotorDrive(Drive):
             "the drive is without the motor's back-EMF: its braking, kt ke ratio^2/R times the "
             "velocity, is in the equation of motion, where no motion tells it from viscous friction"
         )
-
-
-def checked_efficiency(value: float) -> float:
-    """An efficiency, from the least that a gear has to 1.
-
-    Raises
-    ------
-    ModelError
-        It is none.
-    """
-    efficiency = number(value, "the gear's efficiency")
-    if not LEAST_EFFICIENCY <= efficiency <= 1:
-        raise ModelError(
-            f"the gear's efficiency is {quoted(value)}; give a number from {LEAST_EFFICIENCY:g} to "
-            "1, such as 0.7: the share of the motor's power that the load gets.",
-            code="drive",
-        )
-    return efficiency
-
-
-def checked_reach(value: sympy.Expr | float) -> sympy.Expr:
-    """A largest force that is above 0 at rest, as far as numbers tell it.
-
-    Raises
-    ------
-    ModelError
-        It is none.
-    """
-    reach = expression(value, "the drive's reach")
-    plain = with_numbers(reach)
-    at_rest = plain.xreplace(dict.fromkeys(plain.free_symbols - signals_in(plain), sympy.S.Zero))
-    if at_rest.is_number and at_rest.evalf().is_extended_positive is not True:
-        raise ModelError(
-            f"the drive's reach {reach} is {at_rest} at rest; give the largest force of the motor "
-            "forwards, above 0 there.",
-            code="drive",
-        )
-    return reach

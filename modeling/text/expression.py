@@ -88,7 +88,8 @@ class ExpressionReader:
             )
         match node:
             case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-                return self._constant(node, value)
+                whole = isinstance(value, int) and abs(value) < _EXACT
+                return sympy.Integer(value) if whole else self._folded(node, float, value)
             case ast.Name(id=name):
                 return self._symbol(node, name)
             case ast.UnaryOp(op=op, operand=operand) if type(op) in _OPERATORS:
@@ -132,11 +133,6 @@ class ExpressionReader:
                     0,
                 )
 
-    def _constant(self, node: ast.AST, value: float) -> sympy.Expr:
-        if isinstance(value, int) and abs(value) < _EXACT:
-            return sympy.Integer(value)
-        return self._folded(node, float, value)
-
     def _symbol(self, node: ast.AST, name: str) -> sympy.Expr:
         if name in self._symbols:
             return self._symbols[name]
@@ -171,13 +167,17 @@ class ExpressionReader:
         if left.is_Number and right.is_Number:
             return self._folded(node, operation, left, right)
         if isinstance(node.op, ast.Pow):
-            self._check_power(node, left, right)
+            self._check_exponent(node, left, right)
+            for factor in sympy.Mul.make_args(left):
+                if isinstance(factor, sympy.exp):
+                    self._check_logarithm(node.right, right * factor.args[0])
         if isinstance(node.op, ast.Div) and 0 in (right, self._constants.value(right)):
             raise TextError("this divides by zero.", *self._at(node.right))
         self._check_constants(node, operation, left, right)
         result = self._tried(node, operation, left, right)
-        if isinstance(node.op, ast.Pow):
-            self._check_powers(node, result)
+        if isinstance(node.op, ast.Pow):  # powers of powers multiply
+            for factor in sympy.Mul.make_args(result):
+                self._check_exponent(node, *factor.as_base_exp())
         return result
 
     def _call(
@@ -233,12 +233,6 @@ class ExpressionReader:
             self._check_exponent(node, *power.as_base_exp())
         return made
 
-    def _check_power(self, node: ast.BinOp, base: sympy.Expr, power: sympy.Expr) -> None:
-        self._check_exponent(node, base, power)
-        for factor in sympy.Mul.make_args(base):
-            if isinstance(factor, sympy.exp):
-                self._check_logarithm(node.right, power * factor.args[0])
-
     def _check_logarithm(self, node: ast.AST, exponent: sympy.Expr) -> None:
         """SymPy makes x**n of exp(n log(x)), and would work out the n-th power of a number."""
         numbers = with_numbers(exponent).atoms(sympy.Number)
@@ -247,11 +241,6 @@ class ExpressionReader:
                 f"a number beyond {_LARGEST_POWER} multiplies a log in an exponent; use **.",
                 *self._at(node),
             )
-
-    def _check_powers(self, node: ast.BinOp, result: sympy.Expr) -> None:
-        """Powers of powers multiply."""
-        for factor in sympy.Mul.make_args(result):
-            self._check_exponent(node, *factor.as_base_exp())
 
     def _check_exponent(self, node: ast.expr, base: sympy.Expr, power: sympy.Expr) -> None:
         """A power of constants is one number, and is looked at as such."""

@@ -241,7 +241,10 @@ def _axis(root: Table) -> Axis | None:
     recorded: Symbols = {name: SignalSymbol(name) for name in signals}
     constants = _constants(root.table("constants"), unknown, recorded, moving)
     states = root.table("states")
-    remembered = _states(states, {**constants, **unknown, **moving})
+    own: Symbols = {name: sympy.Symbol(name, real=True) for name in states.values}
+    before_states = {**constants, **unknown, **moving, **own}
+    kept = states.each(State, symbols=before_states, given={"parts": ()})
+    remembered = {name: state.symbol if state else own[name] for name, state in kept.items()}
     symbols = {**constants, **unknown, **recorded, **remembered, **moving} if moving else {}
     declare = _dynamics(root, symbols, elements_along(coordinate or _stand_in(moving)))
     readable = len(root.mistakes) == before
@@ -266,8 +269,10 @@ def _axis(root: Table) -> Axis | None:
         **parts,
     )
     axis = root.attempt("", declared)
-    if axis is not None:
-        _check_states(states, axis)
+    used = set() if axis is None else {state.name for state in axis.states}
+    for name in states.values if axis is not None else ():
+        if name not in used:
+            states.say(name, "it stands nowhere; write it into the force, or remove it.")
     return axis
 
 
@@ -306,21 +311,6 @@ def _constants(table: Table, unknown: Symbols, recorded: Symbols, moving: Symbol
         if constant and name == "G" and not parse_unit(constant.unit).same_dimension(gravity):
             table.say(name, f"it is a gravity, in {G.unit}; choose another name.")
     return symbols
-
-
-def _states(table: Table, symbols: Symbols) -> Symbols:
-    """What friction remembers, each state by its equation."""
-    own: Symbols = {name: sympy.Symbol(name, real=True) for name in table.values}
-    made = table.each(State, symbols={**symbols, **own}, given={"parts": ()})
-    return {name: own[name] if state is None else state.symbol for name, state in made.items()}
-
-
-def _check_states(table: Table, axis: Axis) -> None:
-    """Say which states stand nowhere, in no force and in no other state's equation."""
-    used = {state.name for state in axis.states}
-    for name in table.values:
-        if name not in used:
-            table.say(name, "it stands nowhere; write it into the force, or remove it.")
 
 
 def _dynamics(root: Table, symbols: Symbols, elements: Elements) -> Callable[..., Axis] | None:
