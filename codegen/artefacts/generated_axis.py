@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 
 from axisid.codegen.lowering import (
     Program,
-    drive_force_by_gain,
-    drive_force_in_mode,
+    drive_force,
     evaluate,
     over_time,
 )
@@ -181,8 +180,11 @@ class GeneratedAxis:
             As `with_gains` does.
         """
         if self.loop is None:
+            law = self.axis.control
+            kind = "continuous law" if law and law.continuous else "control law without gains"
+            lacking = f"has a {kind}" if law else "has no control law"
             raise ModelError(
-                f"axis {self.axis.name!r} {_lacking(self.axis.control)}, so there are no gains to "
+                f"axis {self.axis.name!r} {lacking}, so there are no gains to "
                 "change in its loop; build an axis of another law.",
                 code="law",
             )
@@ -241,7 +243,7 @@ class GeneratedAxis:
         By control, motion, and the recorded signals in the axis's order.
         """
         motion = (control, position, velocity)
-        return self._driven(drive_force_by_gain(self.axis), motion, recorded)
+        return self._driven(drive_force(self.axis, by_gain=True), motion, recorded)
 
     def force_in_mode(
         self,
@@ -253,7 +255,7 @@ class GeneratedAxis:
     ) -> Array:
         """The drive's force in friction directions, (N,), which at rest no velocity tells."""
         motion = (control, position, velocity, direction)
-        return self._driven(drive_force_in_mode(self.axis), motion, recorded)
+        return self._driven(drive_force(self.axis, directed=True), motion, recorded)
 
     def _driven(
         self, program: Program, motion: Sequence[Array], recorded: Sequence[Array]
@@ -345,13 +347,6 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         loop=loop,
         states=tuple(Quantity(name=s.name, unit=s.unit) for s in axis.states),
     )
-
-
-def _lacking(law: ControlLaw | None) -> str:
-    """Why the loop of a law has no gains that could change."""
-    if law is None:
-        return "has no control law"
-    return "has a continuous law" if law.continuous else "has a control law without gains"
 
 
 @lru_cache(maxsize=32)

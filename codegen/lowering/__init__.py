@@ -7,8 +7,6 @@ Knows nothing of languages and compilers.
 from .axis_functions import axis_programs as axis_programs, law_by_gains as law_by_gains
 from .drive import (
     drive_force as drive_force,
-    drive_force_by_gain as drive_force_by_gain,
-    drive_force_in_mode as drive_force_in_mode,
 )
 from .feed_forward import FeedForward as FeedForward, feed_forward as feed_forward
 from .loop_settings import (

@@ -47,7 +47,7 @@ def axis_programs(model: AxisModel, *, by_gains: bool = False) -> tuple[Program,
     programs = [inverse_dynamics(model)]
     # With states there are no rows of measured signals.
     programs += [acceleration] if model.states else [_idm_regressor(model), acceleration]
-    programs += [*_direct_regressor(model), drive_force(model), drive_control(model)]
+    programs += [*_direct_regressor(model), drive_force(model.axis), drive_control(model)]
     law = model.axis.control
     gains = tuple(map(gain, law.gains)) if law is not None and by_gains else ()
     driven = None if law is None else _control_law(model, law, gains, injected=True)
@@ -139,7 +139,7 @@ def _control_start(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol,
         position, still = arguments.values[MEASURED_POSITION], rest[MEASURED_VELOCITY]
         signals = [(arguments.values[s],) for s in model.axis.signal_symbols]
         acting, last = acting_control(builder, model, first, first)
-        made = builder.inline(drive_force(model), (acting,), (position,), (still,), *signals)
+        made = builder.inline(drive_force(model.axis), (acting,), (position,), (still,), *signals)
         commands = [acting] * (len(response.forces) - 1) if response.holds_control else []
         state += [*last, *commands, *made["tau"] * (len(response.forces) - len(commands))]
     builder.output("state", [[index] for index in state])

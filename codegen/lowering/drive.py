@@ -20,38 +20,24 @@ from .lower import Arguments, Lowering
 from .program import Builder, Program
 
 
-def drive_force(model: AxisModel) -> Program:
-    """Build the force of a control and the motion."""
-    return _of_control(
-        model.axis,
-        model.axis.drive.force,
-        "drive_force",
-        "Force that the drive makes of a control within its limit.",
-    )
+def drive_force(axis: Axis, *, directed: bool = False, by_gain: bool = False) -> Program:
+    """Build the force of a control and the motion, as it is in generated files.
 
-
-def drive_force_in_mode(axis: Axis) -> Program:
-    """The same in a friction direction, behind the velocity, which at rest no sign tells."""
-    return _of_control(
-        axis,
-        axis.drive.force,
-        "drive_force_in_mode",
-        "Force that the drive makes of a control in a friction direction.",
-        directed=True,
-    )
-
-
-def drive_force_by_gain(axis: Axis) -> Program:
-    """Build the slope of that force by the logarithm of the gain.
-
-    It is in no generated file: what a deviation of the gain does is asked seldom.
+    Parameters
+    ----------
+    axis : Axis
+    directed : bool
+        In a friction direction, behind the velocity, which at rest no sign tells.
+    by_gain : bool
+        The slope of the force by the logarithm of the gain in its place.
     """
-    return _of_control(
-        axis,
-        axis.drive.force_by_gain,
-        "drive_force_by_gain",
-        "Slope of the drive's force by the logarithm of its gain.",
-    )
+    q, drive = axis.coordinate, axis.drive
+    direction = (DIRECTION,) if directed else ()
+    arguments = Arguments().scalars(CONTROL, q.symbol, q.velocity, *direction, *axis.signal_symbols)
+    value = drive.force_by_gain if by_gain else drive.force
+    arguments.builder.output("tau", [[_lowered(arguments, axis, value)]])
+    about = "Force that the drive makes of a control within its limit."
+    return arguments.builder.program("drive_force", about)
 
 
 def drive_control(model: AxisModel) -> Program:
@@ -101,16 +87,6 @@ def within(limit: float, builder: Builder, value: int) -> int:
     upper, lower = builder.constant(limit), builder.constant(-limit)
     value = builder.apply("select", builder.apply("lt", upper, value), upper, value)
     return builder.apply("select", builder.apply("lt", value, lower), lower, value)
-
-
-def _of_control(
-    axis: Axis, value: sympy.Expr, name: str, about: str, *, directed: bool = False
-) -> Program:
-    q = axis.coordinate
-    direction = (DIRECTION,) if directed else ()
-    arguments = Arguments().scalars(CONTROL, q.symbol, q.velocity, *direction, *axis.signal_symbols)
-    arguments.builder.output("tau", [[_lowered(arguments, axis, value)]])
-    return arguments.builder.program(name, about)
 
 
 def _lowered(arguments: Arguments, axis: Axis, value: sympy.Expr) -> int:
@@ -211,7 +187,7 @@ class DriveInMode:
     def force(self, control: int, q: int, dq: int) -> int:
         """The force of a control at a position and velocity."""
         directed = self.model.axis.drive.force.has(DIRECTION)
-        program = drive_force_in_mode(self.model.axis) if directed else drive_force(self.model)
+        program = drive_force(self.model.axis, directed=directed)
         mode = (self.direction,) if directed else ()
         (tau,) = self.builder.inline(program, (control,), (q,), (dq,), *mode, *self.signals)["tau"]
         return tau

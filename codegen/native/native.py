@@ -105,12 +105,7 @@ class Native:
         return self._library
 
     def _check(self, path: Path) -> None:
-        try:
-            fresh = NativeLibrary(path, self._functions)
-        except OSError as error:
-            reason = f"the compiled library does not load: {error}"
-            raise NativeUnavailableError(reason) from error
-        check_values(fresh, self._functions, self.text)
+        check_values(NativeLibrary(path, self._functions), self._functions, self.text)
 
     @cached_property
     def lanes(self) -> LaneLibrary | None:

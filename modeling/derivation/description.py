@@ -160,13 +160,21 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
     """Base parameters if others were declared, both models, the map, what is identifiable."""
     if model.states:
         return _remembering_sections(model)
+    base = []
+    if model.base.changed:
+        lines = tuple(
+            Formula(name=p.symbol, value=rounded(value), unit=p.unit)
+            for p, value in model.base.combined
+        )
+        note = "what a record identifies: the force is linear in these and the other parameters"
+        base = [Section(title="Base parameters", lines=lines, note=note)]
     columns = zip(model.axis.parameters, model.idm.columns, strict=True)
     if isinstance(model.ddm, Missing) or isinstance(model.parameter_map, Missing):
         direct = [Section(title="Direct regressor", lines=(f"none: {model.ddm}",))]
     else:
         direct = _direct_sections(model.ddm, model.parameter_map)
     return (
-        *_base_sections(model.base),
+        *base,
         _inverse(model),
         Section(
             title="Inverse regressor",
@@ -241,21 +249,6 @@ def _conventions(force: sympy.Expr) -> str:
     if force.has(sympy.Heaviside):
         notes.append("Heaviside(x), a step, is 0 for x < 0, 1 for x > 0 and 1/2 at 0")
     return "; ".join(notes)
-
-
-def _base_sections(base: BaseModel) -> list[Section]:
-    if not base.changed:
-        return []
-    lines = tuple(
-        Formula(name=p.symbol, value=rounded(value), unit=p.unit) for p, value in base.combined
-    )
-    return [
-        Section(
-            title="Base parameters",
-            lines=lines,
-            note="what a record identifies: the force is linear in these and the other parameters",
-        )
-    ]
 
 
 def _unchecked(model: AxisModel) -> tuple[Section, ...]:

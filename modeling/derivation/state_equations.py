@@ -88,7 +88,20 @@ def state_equations(axis: Axis) -> tuple[StateEquation, ...]:
     """
     if not axis.states:
         return ()
-    _check_axis(axis)
+    law, response = axis.control, axis.response
+    names = ", ".join(state.name for state in axis.states)
+    beside = {
+        "a continuous control law": law is not None and law.continuous,
+        "recorded signals": bool(axis.signals),
+        "a drive whose force changes between the samples of the law": response is not None
+        and not response.is_held,
+    }
+    if found := [what for what, there in beside.items() if there]:
+        raise ModelError(
+            f"axis {axis.name!r}: the friction remembers ({names}), and the axis has {found[0]}, "
+            "with which such friction is not simulated; declare the axis without one of the two.",
+            code="equation",
+        )
     return tuple(_equation(axis, state) for state in axis.states)
 
 
@@ -164,23 +177,5 @@ def _check_symbols(axis: Axis, state: State, value: sympy.Expr, allowed: set[sym
         raise ModelError(
             f"axis {axis.name!r}: the state {state.name} is declared by {value}, which has "
             f"{', '.join(unknown)}; it may have {', '.join(sorted(map(str, allowed)))}.",
-            code="equation",
-        )
-
-
-def _check_axis(axis: Axis) -> None:
-    """Refuse what a loop with states is not simulated with."""
-    law, response = axis.control, axis.response
-    names = ", ".join(state.name for state in axis.states)
-    beside = {
-        "a continuous control law": law is not None and law.continuous,
-        "recorded signals": bool(axis.signals),
-        "a drive whose force changes between the samples of the law": response is not None
-        and not response.is_held,
-    }
-    if found := [what for what, there in beside.items() if there]:
-        raise ModelError(
-            f"axis {axis.name!r}: the friction remembers ({names}), and the axis has {found[0]}, "
-            "with which such friction is not simulated; declare the axis without one of the two.",
             code="equation",
         )

@@ -75,52 +75,11 @@ def _check_dimension(value: Figure | None, what: str, *units: str) -> None:
     ModelError
         It is in another.
     """
-    own = _unit(value)
+    own = own_unit(value)
     if own is None:
         return
     if not any(own.same_dimension(parse_unit(unit)) for unit in units):
         raise ModelError(f"{what} is in {own}; give it in {' or '.join(units)}.", code="drive")
-
-
-def check_control(unit: str, volts: Figure) -> None:
-    """Refuse a control that no voltage is made of by so many volts for a control of 1.
-
-    Raises
-    ------
-    ModelError
-        The volts are in another unit than V over the control's, or a plain number where the
-        control is neither a voltage nor a duty.
-    """
-    control, volt = parse_unit(unit), parse_unit("V")
-    own = _unit(volts)
-    if own is not None and not own.same_dimension(volt / control):
-        raise ModelError(
-            f"volts is in {own}; give the voltage for a control of 1 {unit}, in {volt / control}.",
-            code="drive",
-        )
-    if own is None and not any(control.same_dimension(u) for u in (volt, parse_unit("1"))):
-        raise ModelError(
-            f"the control of a voltage drive is in {unit}; give a voltage, unit='V', or a duty, "
-            "unit='1', or volts as a Constant in V over the control's unit; of a current, "
-            "current_drive(...).",
-            code="drive",
-        )
-
-
-def check_current(unit: str) -> None:
-    """Refuse a control that is no current.
-
-    Raises
-    ------
-    ModelError
-        It is none.
-    """
-    if not parse_unit(unit).same_dimension(parse_unit("A")):
-        raise ModelError(
-            f"the control of a current drive is in {unit}; give a current, unit='A', or declare "
-            "Drive(gain=..., unit=...) with the force for a control of 1.",
-            code="drive",
-        )
 
 
 def check_others(made_by: str, others: Mapping[str, Any]) -> None:
@@ -171,7 +130,9 @@ class GearedUnits:
         _check_dimension(kt, "kt", "N m/A", "N/A")
         _check_dimension(ke, "ke", "V/(rad/s)", "V/(m/s)")
         _check_dimension(ratio, "the gear ratio", "1", "rad/m")
-        return cls(kt=_unit(kt), ke=_unit(ke), ratio=_unit(ratio), is_geared=_number(ratio) != 1)
+        return cls(
+            kt=own_unit(kt), ke=own_unit(ke), ratio=own_unit(ratio), is_geared=_number(ratio) != 1
+        )
 
     def check_on(self, coordinate: Coordinate) -> None:
         """Refuse what counts the gear twice, or not at all.
@@ -202,7 +163,8 @@ class GearedUnits:
                 )
 
 
-def _unit(value: Figure | None) -> Unit | None:
+def own_unit(value: Figure | None) -> Unit | None:
+    """The unit of a figure; None for a plain number, which has that of its place."""
     if isinstance(value, Constant):
         return parse_unit(str(value.unit))
     return value.unit if isinstance(value, ConstantSymbol) else None

@@ -26,12 +26,11 @@ from .motor import (
     Figure,
     GearedUnits,
     MotorDrive,
-    check_control,
-    check_current,
     check_formula,
     check_others,
     figure,
     gear_ratio,
+    own_unit,
 )
 
 
@@ -196,7 +195,20 @@ def voltage_drive(
     """
     _check_free(others, gain="kt, ratio and resistance", lag="inductance and resistance")
     check_others("voltage_drive", others)
-    check_control(unit, volts)
+    control, volt = parse_unit(unit), parse_unit("V")
+    own = own_unit(volts)
+    if own is not None and not own.same_dimension(volt / control):
+        raise ModelError(
+            f"volts is in {own}; give the voltage for a control of 1 {unit}, in {volt / control}.",
+            code="drive",
+        )
+    if own is None and not any(control.same_dimension(u) for u in (volt, parse_unit("1"))):
+        raise ModelError(
+            f"the control of a voltage drive is in {unit}; give a voltage, unit='V', or a duty, "
+            "unit='1', or volts as a Constant in V over the control's unit; of a current, "
+            "current_drive(...).",
+            code="drive",
+        )
     geared = GearedUnits.of(kt, ke, ratio)
     n, ohms = gear_ratio(ratio), figure(resistance, "the resistance", "V/A")
     scale = figure(volts, "volts")
@@ -259,7 +271,12 @@ def current_drive(
     """
     _check_free(others, gain="kt and ratio")
     check_others("current_drive", others)
-    check_current(unit)
+    if not parse_unit(unit).same_dimension(parse_unit("A")):
+        raise ModelError(
+            f"the control of a current drive is in {unit}; give a current, unit='A', or declare "
+            "Drive(gain=..., unit=...) with the force for a control of 1.",
+            code="drive",
+        )
     geared = GearedUnits.of(kt, ke, ratio)
     n = gear_ratio(ratio)
     gain = figure(kt, "kt") * n

@@ -17,7 +17,7 @@ from axisid.support.errors import ModelError, quoted
 
 _BASE = ("kg", "m", "s", "A", "K")
 _Exponent = Fraction | int
-_Exponents = tuple[_Exponent, _Exponent, _Exponent, _Exponent, _Exponent]
+_Exponents = tuple[_Exponent, ...]  # of `_BASE`
 
 _SYMBOLS: dict[str, _Exponents] = {
     "1": (0, 0, 0, 0, 0),
@@ -132,8 +132,7 @@ def _power(node: ast.AST) -> Fraction | int:
 
 
 def _combine(left: _Exponents, right: _Exponents, power: Fraction | int) -> _Exponents:
-    a, b, c, d, e = (x + power * y for x, y in zip(left, right, strict=True))
-    return (a, b, c, d, e)
+    return tuple(x + power * y for x, y in zip(left, right, strict=True))
 
 
 def _canonical(exponents: _Exponents) -> Unit:

@@ -240,9 +240,10 @@ Elements: TypeAlias = Mapping[str, Callable[..., sympy.Expr]]
 _COORDINATE = "coordinate"
 
 
-def elements_along(coordinate: Coordinate) -> Elements:
+def elements_along(coordinate: Coordinate | None) -> Elements:
     """The elements of an axis, made of what text gives them; text names the coordinate."""
-    return {name: partial(_made, name, coordinate) for name in ELEMENTS}
+    along = Coordinate("x") if coordinate is None else coordinate
+    return {name: partial(_made, name, along) for name in ELEMENTS}
 
 
 def _made(

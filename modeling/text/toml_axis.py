@@ -246,7 +246,11 @@ def _axis(root: Table) -> Axis | None:
     kept = states.each(State, symbols=before_states, given={"parts": ()})
     remembered = {name: state.symbol if state else own[name] for name, state in kept.items()}
     symbols = {**constants, **unknown, **recorded, **remembered, **moving} if moving else {}
-    declare = _dynamics(root, symbols, elements_along(coordinate or _stand_in(moving)))
+    along = coordinate
+    if along is None:  # elements are read with another one where its unit is wrong
+        with suppress(ModelError):
+            along = Coordinate(next(iter(moving), "x"))
+    declare = _dynamics(root, symbols, elements_along(along))
     readable = len(root.mistakes) == before
     drive = read_drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
     columns = read_columns(root.table("columns"), (*ROLES, *recorded, "injected_at"))
@@ -287,13 +291,6 @@ def _coordinate(root: Table) -> tuple[Coordinate | None, Symbols]:
         return None, {}
     motion = (name, f"d{name}", f"dd{name}")
     return coordinate, {symbol: sympy.Symbol(symbol, real=True) for symbol in motion}
-
-
-def _stand_in(moving: Symbols) -> Coordinate:
-    """A coordinate for elements to be read with where the unit of the declared one is wrong."""
-    with suppress(ModelError):
-        return Coordinate(next(iter(moving), "x"))
-    return Coordinate("x")
 
 
 def _constants(table: Table, unknown: Symbols, recorded: Symbols, moving: Symbols) -> Symbols:
