@@ -104,7 +104,7 @@ def _direct_dynamics(model: AxisModel) -> Program:
 def _direct_regressor(model: AxisModel) -> list[Program]:
     if isinstance(model.ddm, Missing) or isinstance(model.parameter_map, Missing):
         return []
-    row, mapping = model.ddm.regressor, model.parameter_map
+    row, mapping = model.ddm, model.parameter_map
     builder = _motion(model, force=True).lower(row=[row.columns], known=[[row.intercept]])
     forward = Arguments().vector("parameters", mapping.parameters)
     backward = Arguments().vector("ddm_parameters", mapping.symbols)

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from threading import local
 from typing import Any
 
 import numpy as np
@@ -71,7 +70,6 @@ class LaneLibrary(LoadedLibrary):
     def __init__(self, path: Path, parameters: int, *, known: bool) -> None:
         super().__init__(path, "lanes_measured")
         self._parameters, self._columns = parameters, parameters + known
-        self._own = local()
 
     def motion(
         self,
@@ -95,7 +93,7 @@ class LaneLibrary(LoadedLibrary):
             padding,
             float(period),
             *into,
-            self._memory((samples + 2 * padding) * _WIDE),
+            self.memory(_WIDE + (samples + 2 * padding) * _WIDE),
         )
 
     def measured(
@@ -209,14 +207,7 @@ class LaneLibrary(LoadedLibrary):
         columns, groups = self._columns + 1, -(-lanes // _WIDE)
         blocked = every * (_STREAMS + 2 * columns + 1)
         states = groups * (_STRETCH + -(-blocks // _STRETCH) + 1)
-        return self._memory((blocked + columns * states * _STATES) * _WIDE)
-
-    def _memory(self, size: int) -> Array:
-        """Floats to work in, and as many to spare as a register has; each thread has its own."""
-        kept: Array | None = getattr(self._own, "memory", None)
-        if kept is None or len(kept) < size + _WIDE:
-            kept = self._own.memory = np.empty(size + _WIDE)
-        return kept
+        return self.memory(_WIDE + (blocked + columns * states * _STATES) * _WIDE)
 
 
 def _rows_apart(columns: Array) -> Array:
@@ -232,20 +223,12 @@ _FILTERED = 4  # as in the C text
 _KEPT = 2**21  # values to work in that a thread keeps, 17 MB
 
 
-class ColumnFilter:
+class ColumnFilter(LoadedLibrary):
     """Second-order sections forward and backward along columns.
 
     SciPy filters one column after the other, and waits for each sum before it begins the next;
     columns side by side take as long as one. What comes of it is the same to the last bit.
-
-    Parameters
-    ----------
-    call : LoadedLibrary
     """
-
-    def __init__(self, call: LoadedLibrary) -> None:
-        self._call = call
-        self._own = local()
 
     def without_phase(self, columns: Array, sections: Array, settled: Array, padding: int) -> Array:
         """Columns (N, k) with odd extensions at both ends, (N, k).
@@ -263,7 +246,7 @@ class ColumnFilter:
         samples, count = columns.shape
         over_time, over_columns = (stride // columns.itemsize for stride in columns.strides)
         out = np.empty((samples, count))
-        self._call(
+        self(
             "filter_columns",
             samples,
             count,
@@ -275,18 +258,9 @@ class ColumnFilter:
             settled,
             padding,
             out,
-            self._memory((samples + 2 * padding + 1) * _FILTERED),
+            self.memory((samples + 2 * padding + 1) * _FILTERED, _KEPT),
         )
         return out
-
-    def _memory(self, size: int) -> Array:
-        """Floats to work in; each thread has its own."""
-        kept: Array | None = getattr(self._own, "memory", None)
-        if kept is None or len(kept) < size:
-            kept = np.empty(size)
-            if size <= _KEPT:
-                self._own.memory = kept
-        return kept
 
 
 @lru_cache(maxsize=1)
@@ -294,5 +268,5 @@ def column_filter() -> ColumnFilter | None:
     """Return the compiled filter, made when first needed; None where it cannot be had."""
     with contextlib.suppress(NativeUnavailableError, OSError):
         path = compiled_library(print_c_filter())
-        return ColumnFilter(LoadedLibrary(path, "filter_columns"))
+        return ColumnFilter(path, "filter_columns")
     return None

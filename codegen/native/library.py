@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from threading import local
 from typing import Any
 
 import numpy as np
@@ -98,6 +99,7 @@ class LoadedLibrary:
     def __init__(self, path: Path, having: str = "direct_dynamics_rows") -> None:
         self._library = ctypes.CDLL(str(path))
         self._typed: dict[str, Callable[..., int]] = {}
+        self._own = local()
         if not hasattr(self._library, having):
             raise OSError(f"{path} is not the library of an axis")
 
@@ -107,6 +109,15 @@ class LoadedLibrary:
         if call is None:
             call = self._typed[function] = self._of_types(function, arguments)
         return call(*[_address(each) if type(each) is np.ndarray else each for each in arguments])
+
+    def memory(self, size: int, most: int | None = None) -> Array:
+        """Floats to work in; each thread has its own, and keeps as many as that."""
+        kept: Array | None = getattr(self._own, "memory", None)
+        if kept is None or len(kept) < size:
+            kept = np.empty(size)
+            if most is None or size <= most:
+                self._own.memory = kept
+        return kept
 
     def has(self, function: str) -> bool:
         """Whether it evaluates a function at many samples."""

@@ -14,7 +14,7 @@ from .description import (
     describe_unidentifiable as describe_unidentifiable,
     undetermined_names as undetermined_names,
 )
-from .direct import DirectRegressor as DirectRegressor, ParameterMap as ParameterMap
+from .direct import ParameterMap as ParameterMap
 from .friction_ladder import friction_ladder as friction_ladder
 from .model import AxisModel as AxisModel, derive as derive
 from .null_space import (

@@ -10,7 +10,8 @@ from axisid.modeling.quantities import DIRECTION, FORCE, Formula, rounded
 from axisid.support.errors import Missing
 
 from .base_model import BaseModel
-from .direct import DirectRegressor, ParameterMap
+from .direct import ParameterMap
+from .inverse import Regressor
 from .model import AxisModel
 from .null_space import Direction, generic_points
 from .state_equations import StateEquation
@@ -256,8 +257,8 @@ def _unchecked(model: AxisModel) -> tuple[Section, ...]:
     return (Section(title="Units not checked", lines=terms),) if terms else ()
 
 
-def _direct_sections(ddm: DirectRegressor, mapping: ParameterMap) -> list[Section]:
-    rows = zip(mapping.symbols, mapping.forward, mapping.units, ddm.regressor.columns, strict=True)
+def _direct_sections(ddm: Regressor, mapping: ParameterMap) -> list[Section]:
+    rows = zip(mapping.symbols, mapping.forward, mapping.units, ddm.columns, strict=True)
     lines = [
         Formula(name=symbol, value=value, unit=str(unit), column=column)
         for symbol, value, unit, column in rows
@@ -269,7 +270,7 @@ def _direct_sections(ddm: DirectRegressor, mapping: ParameterMap) -> list[Sectio
     return [
         Section(
             title="Direct regressor",
-            lines=(*lines, Formula(name="known", column=ddm.regressor.intercept)),
+            lines=(*lines, Formula(name="known", column=ddm.intercept)),
             note="the acceleration is the sum of theta times column, and known",
         ),
         Section(

@@ -9,7 +9,7 @@ an exponent); such an axis is *partially linear*, and its regressor is that of t
 about given parameters.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import sympy
 from sympy.core.relational import Relational
@@ -178,12 +178,6 @@ class Regressor:
     columns: tuple[sympy.Expr, ...]
     intercept: sympy.Expr
     nonlinear: tuple[sympy.Symbol, ...] = ()
-
-    def at_rest(self, acceleration: sympy.Symbol) -> "Regressor":
-        """The row where the acceleration is 0; the columns are affine in it."""
-        still = {acceleration: sympy.S.Zero}
-        columns = tuple(column.xreplace(still) for column in self.columns)
-        return replace(self, columns=columns, intercept=self.intercept.xreplace(still))
 
 
 def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -> Regressor:

@@ -11,12 +11,10 @@ from axisid.support.errors import Missing, ModelError
 
 from .base_model import BaseModel, base_model, declared_as_base
 from .direct import (
-    DirectRegressor,
     ParameterMap,
     direct_dynamics,
-    direct_regressor,
+    direct_model,
     inertia_of,
-    parameter_map,
 )
 from .inverse import Regressor, inverse_regressor, with_direction
 from .null_space import Direction, unidentifiable_directions
@@ -41,7 +39,7 @@ class AxisModel:
         Direct dynamics.
     idm : Regressor
         Of the inverse model; one column per parameter.
-    ddm : DirectRegressor or Missing
+    ddm : Regressor or Missing
         Of the direct model; missing where the acceleration is linear in no finite parameter set.
     parameter_map : ParameterMap or Missing
         Between ``theta_ddm`` and the parameters; missing with `ddm`.
@@ -59,7 +57,7 @@ class AxisModel:
     inertia: sympy.Expr
     acceleration: sympy.Expr
     idm: Regressor
-    ddm: DirectRegressor | Missing
+    ddm: Regressor | Missing
     parameter_map: ParameterMap | Missing
     unidentifiable: tuple[Direction, ...]
     states: tuple[StateEquation, ...] = ()
@@ -109,9 +107,14 @@ def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
     force = balance / profile
     inertia = inertia_of(force, q)
     idm = inverse_regressor(force, symbols)
-    ddm = direct_regressor(idm, symbols, inertia, q.acceleration)
-    if isinstance(ddm, Missing):
-        ddm = Missing(f"axis {axis.name!r} has no direct regressor: {ddm}")
+    units = {p.symbol: parse_unit(p.unit) for p in axis.parameters}
+    direct = direct_model(idm, units, inertia, q)
+    ddm: Regressor | Missing
+    mapping: ParameterMap | Missing
+    if isinstance(direct, Missing):
+        ddm = mapping = Missing(f"axis {axis.name!r} has no direct regressor: {direct}")
+    else:
+        ddm, mapping = direct
     return AxisModel(
         base=base,
         axis=axis,
@@ -120,14 +123,7 @@ def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
         acceleration=direct_dynamics(balance, profile, q),
         idm=idm,
         ddm=ddm,
-        parameter_map=ddm
-        if isinstance(ddm, Missing)
-        else parameter_map(
-            ddm,
-            symbols,
-            {p.symbol: parse_unit(p.unit) for p in axis.parameters},
-            q.acceleration_unit / q.force_unit,
-        ),
+        parameter_map=mapping,
         unidentifiable=unidentifiable_directions(idm, axis.parameters, q),
     )
 

@@ -190,16 +190,6 @@ def test_leavings_of_killed_builds_are_cleared_away(cache: Path) -> None:
     assert (old.exists(), new.exists()) == (False, True)
 
 
-def test_other_systems_mean_the_virtual_machine(
-    cache: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delattr(os, "getuid")
-    native = fresh().native
-    assert native.evaluator("direct_dynamics") is None
-    assert native.library() is None
-    assert native.refusal == "it needs a POSIX system, such as Linux or macOS"
-
-
 def test_hanging_compiler_is_ended(tmp_path: Path) -> None:
     script = slow_compiler(tmp_path, 600)
     (source := tmp_path / "native.c").write_text("")

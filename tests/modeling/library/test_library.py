@@ -127,7 +127,7 @@ def rows(model: AxisModel, expressions: Iterable[sympy.Expr]) -> np.ndarray:
 
 
 def direct_row(model: AxisModel) -> Regressor | None:
-    return None if isinstance(model.ddm, Missing) else model.ddm.regressor
+    return None if isinstance(model.ddm, Missing) else model.ddm
 
 
 @pytest.mark.parametrize("name", LIBRARY)

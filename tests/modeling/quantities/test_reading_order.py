@@ -6,13 +6,11 @@ from typing import Any
 import pytest
 import sympy
 from hypothesis import given
-from sympy import Max, Min
 
 from axisid import Constant, Coordinate, Parameter, load_axis
 from axisid.elements import G
 from axisid.modeling.declaration.axis import equation_of_motion
 from axisid.modeling.quantities import Formula
-from axisid.modeling.quantities.constants import replaced
 from axisid.modeling.quantities.reading_order import written
 from axisid.modeling.quantities.symbols import DIRECTION, FORCE, MEASURED_POSITION, REFERENCE
 from tests.strategies.expressions import expressions
@@ -84,9 +82,3 @@ def test_what_is_written_has_the_value_of_the_expression(value: sympy.Expr) -> N
 
 
 a, b, q, x = sympy.symbols("a b q x", real=True)
-
-
-def test_replaced_is_what_sympy_makes_of_it() -> None:
-    force = a * Max(0, q - b) ** 2 + sympy.exp(Min(q, a)) / (1 + sympy.Abs(q - a))
-    new = {a: sympy.Integer(3), b: sympy.Float(0.5)}
-    assert replaced(force, new) == force.xreplace(new)
