@@ -60,8 +60,14 @@ def plant_programs(
         arguments = with_mode(Arguments().scalars(*motion), model, found)
         builder = arguments.lower(acceleration=[[found.acceleration]])
         acceleration = builder.program("acceleration_by_sides", "Acceleration in one mode.")
+    held = _plant(model, law, acceleration, found)
+    name = model.axis.coordinate.acceleration.name
+    held.builder.output(name, [[held.accelerate(*held.motion, None)]])
+    held.builder.output("tau", [[held.force(*held.motion, None)]])
     programs = [
-        _held_acceleration(_plant(model, law, acceleration, found)),
+        held.builder.program(
+            "held_acceleration", "Acceleration and force under what is held since the last sample."
+        ),
         _plant_step(_plant(model, law, acceleration, found)),
     ]
     if found.sides:
@@ -250,15 +256,6 @@ def _plant(
     )
 
 
-def _held_acceleration(plant: _Plant) -> Program:
-    name = plant.model.axis.coordinate.acceleration.name
-    plant.builder.output(name, [[plant.accelerate(*plant.motion, None)]])
-    plant.builder.output("tau", [[plant.force(*plant.motion, None)]])
-    return plant.builder.program(
-        "held_acceleration", "Acceleration and force under what is held since the last sample."
-    )
-
-
 def _plant_step(plant: _Plant) -> Program:
     names = plant.model.axis.coordinate
     step = plant.builder.scalar("step")
@@ -333,7 +330,13 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
     else:
         rate = _probed_rate(plant, wave if found.wave_numbers else None)
         if found.by_velocity:
-            rate = build("max", rate, _passing_speeds(plant, found))
+            # What varies with the velocity, such as a Stribeck peak, lies about rest: a step
+            # changes the velocity by at most a part of itself, or of how far the peak reaches.
+            widest = largest_wave(plant.arguments, found.by_velocity)
+            speed, change = build("abs", dq), build("abs", plant.accelerate(q, dq, None))
+            reach = build("add", builder.constant(1), build("mul", widest, speed))
+            share = build("mul", change, build("div", widest, reach))
+            rate = build("max", rate, build("mul", builder.constant(RESOLVED / PASSED), share))
     passing = build(
         "mul", builder.constant(RESOLVED / PASSED), build("mul", build("abs", dq), wave)
     )
@@ -357,20 +360,6 @@ def _probed_rate(plant: _Plant, wave: int | None) -> int:
     damping = changed(q, build("add", dq, probe), probe)
     stiffness = changed(build("add", q, way), dq, way)
     return build("max", damping, build("sqrt", stiffness))
-
-
-def _passing_speeds(plant: _Plant, found: Switching) -> int:
-    """The same for what varies with the velocity, such as a Stribeck peak, and lies about rest.
-
-    A step changes the velocity by at most a part of itself, or of how far the peak reaches.
-    """
-    builder, build = plant.builder, plant.builder.apply
-    wave = largest_wave(plant.arguments, found.by_velocity)
-    speed, change = (
-        build("abs", x) for x in (plant.motion[1], plant.accelerate(*plant.motion, None))
-    )
-    near = build("div", wave, build("add", builder.constant(1), build("mul", wave, speed)))
-    return build("mul", builder.constant(RESOLVED / PASSED), build("mul", change, near))
 
 
 def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:

@@ -24,10 +24,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
 
 from filelock import FileLock, Timeout
 from platformdirs import user_cache_path
@@ -77,35 +76,30 @@ class Compiler:
         command = [*self.command, *FLAGS, source.name, "-o", target.name, "-lm"]
         # Not into a pipe, which what the compiler starts may hold open beyond its end.
         with source.with_name("output").open("w+b") as output:
-            code = _run(command, source.parent, output, seconds)
+            process = subprocess.Popen(  # noqa: S603
+                command,
+                cwd=source.parent,
+                env={**os.environ, "TMPDIR": str(source.parent)},  # what it leaves goes with it
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=output,
+                start_new_session=True,  # Ctrl-C is for this process to answer
+            )
+            try:
+                code = process.wait(seconds)
+            except subprocess.TimeoutExpired:
+                reason = f"{command[0]} did not finish within {seconds:g} s"
+                raise NativeUnavailableError(reason) from None
+            finally:  # whatever it started ends with it
+                with contextlib.suppress(ProcessLookupError, PermissionError):
+                    os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
             output.seek(0)
             said = output.read(_MOST_OUTPUT).decode(errors="replace").strip().splitlines()
         if code != 0 or not target.is_file():
             telling = [line for line in said if "error" in line] or said[-1:]
             reason = telling[0] if telling else f"exit code {code}"
             raise NativeUnavailableError(f"{self.command[0]} failed: {reason}")
-
-
-def _run(command: Sequence[str], folder: Path, output: IO[bytes], seconds: float) -> int:
-    """The exit code of a command; whatever it started ends with it."""
-    process = subprocess.Popen(  # noqa: S603
-        command,
-        cwd=folder,
-        env={**os.environ, "TMPDIR": str(folder)},  # what it leaves goes with the folder
-        stdin=subprocess.DEVNULL,
-        stdout=output,
-        stderr=output,
-        start_new_session=True,  # Ctrl-C is for this process to answer
-    )
-    try:
-        return process.wait(seconds)
-    except subprocess.TimeoutExpired:
-        reason = f"{command[0]} did not finish within {seconds:g} s"
-        raise NativeUnavailableError(reason) from None
-    finally:
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
 
 
 def find_compiler() -> Compiler:
