@@ -26,7 +26,7 @@ from axisid.control import (
 from axisid.estimation import Repairs, check_law
 from axisid.estimation.diagnostics.law.sentences import position_zero
 from axisid.modeling.declaration import back_and_forth
-from axisid.modeling.laws.cascade_pd import CASCADES
+from axisid.modeling.laws.cascades import CASCADES
 from axisid.support.errors import Missing
 from tests.estimation.loops.test_start import carried
 from tests.estimation.simulation.test_loop_start import vertical
