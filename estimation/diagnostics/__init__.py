@@ -17,13 +17,11 @@ from .diagnose import (
     DIAGNOSTICS as DIAGNOSTICS,
     Belief as Belief,
     Checked as Checked,
-    Diagnosed as Diagnosed,
     Diagnostic as Diagnostic,
     belief as belief,
     by_weight as by_weight,
     conclusion as conclusion,
     diagnose as diagnose,
-    gravest_first as gravest_first,
 )
 from .diagnosis import (
     Case as Case,

@@ -27,7 +27,14 @@ from axisid.support.errors import Missing
 from .alignment import alignment_check, declared_lateness
 from .column_comparison import force_check, limit_check, motion_check
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
-from .excitation import NOMINAL_VALUES, gain_check, nominal_check, precision, within_bounds
+from .excitation import (
+    NOMINAL_VALUES,
+    fixed_check,
+    gain_check,
+    nominal_check,
+    precision,
+    within_bounds,
+)
 from .method import forms_check, method_check
 from .misfit_checks import following, lack_of_fit_check, lacks_check
 from .records_alike import alike_check, repeated_check
@@ -130,6 +137,10 @@ def _missing_terms(case: Case) -> Check | Missing:
     return found
 
 
+def _fixed(case: Case) -> Check | Missing | None:
+    return fixed_check(case.preferred, case.levels.level)
+
+
 def _fails(found: Check | Missing | None) -> bool:
     return isinstance(found, Check) and found.status == "fail"
 
@@ -176,11 +187,11 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="alignment", check=_alignment, by_record=True),
         Diagnostic(
             name="fixed values",
-            check=lambda case: case.fixed if case.data.axis.base.known else None,
+            check=lambda case: _fixed(case) if case.data.axis.base.known else None,
         ),
         Diagnostic(
             name="physical parameters",
-            check=lambda case: None if case.data.axis.base.known else case.fixed,
+            check=lambda case: None if case.data.axis.base.known else _fixed(case),
         ),
         Diagnostic(
             name="force against control",
@@ -307,10 +318,8 @@ def conclusion(checks: Sequence[Check]) -> str:
 
 def belief(failing: Iterable[str]) -> Belief:
     """How far the numbers of a result can be believed of which checks of these names fail."""
-    names = gravest_first(failing)
-    if names and kind_of(names[0]).grave:
-        return "not believed"
-    return "with care" if names else "believed"
+    first = min(map(kind_of, failing), key=lambda kind: kind.rank, default=None)
+    return "believed" if first is None else "not believed" if first.grave else "with care"
 
 
 class _HasChecks(Protocol):
@@ -334,29 +343,6 @@ class Checked:
         return all(check.status != "fail" for check in self.checks)
 
 
-class _HasDiagnosis(Protocol):
-    @property
-    def diagnosis(self) -> Diagnosis: ...
-
-
-class Diagnosed(Checked):
-    """A result whose checks are those of its diagnosis."""
-
-    __slots__ = ()
-
-    @property
-    def checks(self: _HasDiagnosis) -> tuple[Check, ...]:
-        """What was checked: a name, a status, a sentence and a figure each."""
-        return self.diagnosis.verdict
-
-    verdict = checks
-
-
 def by_weight(checks: Sequence[Check]) -> list[Check]:
     """Checks by what it means for the numbers that they fail, the gravest first."""
     return sorted(checks, key=lambda check: kind_of(check.name).rank)
-
-
-def gravest_first(names: Iterable[str]) -> list[str]:
-    """Names of checks in the order of `by_weight`."""
-    return sorted(names, key=lambda name: kind_of(name).rank)

@@ -38,7 +38,7 @@ from axisid.support.presentable import Presentable
 
 from .alignment import Alignment, ForceTiming, alignment_of, force_timing, law_in_time
 from .column_comparison import ColumnComparison, compared_motion
-from .excitation import Excitation, excitation, fixed_check
+from .excitation import Excitation, excitation
 from .method import (
     FORMS,
     LESS,
@@ -297,14 +297,14 @@ class Case:
         return find_misspecification(self.scores, np.array(half), records, self.levels)
 
     @cached_property
-    def steps(self) -> Mapping[str, float] | Missing:
-        """What the steps of a logged position move a judged least squares without twins by."""
-        ls = self.preferred
-        if self.whole is not None or self.has_parts:
-            return Missing("it is told of one record by itself")
-        if ls.Z is not None or ls.filter_bias is not None:
-            return Missing("loops tell it")
-        return moved_by_steps(self.data, ls)
+    def steps(self) -> Mapping[str, float]:
+        """What the steps of a logged position move a judged least squares by; empty for none.
+
+        So where loops tell it, and of several records.
+        """
+        ls, is_alone = self.preferred, self.whole is None and not self.has_parts
+        without_loops = ls.Z is None and ls.filter_bias is None
+        return moved_by_steps(self.data, ls) if is_alone and without_loops else {}
 
     @cached_property
     def lack_of_fit(self) -> LackOfFit | None:
@@ -331,8 +331,3 @@ class Case:
             for pair in ([SECOND_OPINION, *LS_LESS_IV] if instruments else [FORMS])
             if {*pair.split(LESS)} <= {*self.estimates}
         }
-
-    @cached_property
-    def fixed(self) -> Check | Missing | None:
-        """What was fixed against the record; None where nothing can be asked."""
-        return fixed_check(self.preferred, self.levels.level)

@@ -24,7 +24,6 @@ from axisid.estimation.estimates import (
     NOTICEABLE,
     Estimate,
     HausmanTest,
-    Value,
     significant_differences,
 )
 from axisid.estimation.problems import moved_by_rounding, position_step
@@ -66,7 +65,7 @@ def method_check(
     judged: Estimate,
     estimates: Mapping[str, Estimate],
     compared: Compared,
-    steps: Mapping[str, float] | Missing,
+    steps: Mapping[str, float],
     levels: Levels = DEFAULT_LEVELS,
     *,
     law_passed: bool | None,
@@ -80,7 +79,7 @@ def method_check(
         By method.
     compared : mapping of str to mapping of str to HausmanTest, or Missing
         By parameter, of one estimate less another; by what is compared, see `SECOND_OPINION`.
-    steps : mapping of str to float, or Missing
+    steps : mapping of str to float
         What the steps of a logged position move a judged least squares by, see `moved_by_steps`.
     levels : Levels
     law_passed : bool or None
@@ -111,7 +110,7 @@ def method_check(
         ),
         _least_squares_judged(judged, steps, levels),
     )
-    found = [each for each in made if each is not None]
+    found = [each for each in made if isinstance(each, Check)]
     if not found:
         why = (each for each in compared.values() if isinstance(each, Missing))
         return next(why, Missing(f"nothing is compared with {judged.method}"))
@@ -133,7 +132,7 @@ def _by_difference(
     apart: Callable[[Mapping[str, HausmanTest], str], str],
     *,
     matters: bool = True,
-) -> Check | None:
+) -> Check | Missing | None:
     """Two estimates against each other, where they are compared.
 
     What is said is `same`, or `apart` of what they part in and a list of it. It is no more than a
@@ -141,35 +140,25 @@ def _by_difference(
     """
     found = compared.get(pair)
     if found is None or isinstance(found, Missing):
-        return None
-    one, other = (estimates[method] for method in pair.split(LESS))
-    moved = significant_differences(found, levels.level)
-    large = matters and any(
-        _is_large(each.difference, one.parameters[name], other.parameters[name], levels)
-        for name, each in moved.items()
-    )
+        return found
+    one, other = (estimates[method].parameters for method in pair.split(LESS))
+    moved, is_large, listed = significant_differences(found, levels.level), False, []
+    for name, each in moved.items():
+        value, by = other[name], each.difference
+        precise = one[name].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
+        widest = max(float(np.ptp(of[name].interval)) for of in (one, other))
+        least = max(widest / 2, levels.least_share * abs(one[name].value))
+        is_large |= matters and precise and abs(by) > least
+        percent = f"{100 * by / value.value:+.2g} %, " if value.value else ""
+        listed.append(f"{name} by {by:+.2g} {value.unit} ({percent}{each.shift:.2g} deviations)")
     worst = max((moved or found).values(), key=lambda each: each.shift)
-    listed = ", ".join(_parting(name, each, other) for name, each in moved.items())
     return _method(
-        status="fail" if large else "note" if moved else "pass",
-        meaning=apart(moved, listed) if moved else same,
+        status="fail" if is_large else "note" if moved else "pass",
+        meaning=apart(moved, ", ".join(listed)) if moved else same,
         figure=worst.shift,
-        source=_source(_HAUSMAN, levels),
+        source=_HAUSMAN.format(level=100 * levels.level, share=100 * levels.least_share),
         p_value=worst.joint_p_value,
     )
-
-
-def _is_large(difference: float, one: Value, other: Value, levels: Levels) -> bool:
-    precise = one.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
-    widest = max(value.interval[1] - value.interval[0] for value in (one, other))
-    least = max(widest / 2, levels.least_share * abs(one.value))
-    return precise and abs(difference) > least
-
-
-def _parting(name: str, each: HausmanTest, other: Estimate) -> str:
-    value = other.parameters[name]
-    percent = f"{100 * each.difference / value.value:+.2g} %, " if value.value else ""
-    return f"{name} by {each.difference:+.2g} {value.unit} ({percent}{each.shift:.2g} deviations)"
 
 
 def vaguer(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> list[str]:
@@ -205,37 +194,22 @@ def _whom(less_sure: Sequence[str], law_passed: bool | None) -> str:
 
 
 def _least_squares_judged(
-    judged: Estimate, steps: Mapping[str, float] | Missing, levels: Levels
+    judged: Estimate, steps: Mapping[str, float], levels: Levels
 ) -> Check | None:
     """What noise and steps move a judged least squares by: by its twins, or by the steps alone."""
-    if judged.Z is not None:
-        return None
     values, bias = judged.parameters, judged.filter_bias
     moved = steps if bias is None else dict(zip(values, map(float, bias), strict=True))
-    if isinstance(moved, Missing) or not moved:
+    if judged.Z is not None or not moved:
         return None
-    what, whose, source, told = first_case(
-        (
-            bias is None,
-            (
-                "the steps of the logged position move",
-                "",
-                _source(_STEPS, levels),
-                "its intervals miss for it: log the position as finely as the drive measures it, "
-                "record the reference, from which instruments are made, or lower the cut-off",
-            ),
-        ),
-        (
-            True,
-            (
-                "noise moves",
-                ", as its twins tell",
-                _TWINS,
-                "its intervals are less that: identify by instruments "
-                f"({instruments_of(judged.method)})",
-            ),
-        ),
-    )
+    what, whose, source = "noise moves", ", as its twins tell", _TWINS
+    told = f"its intervals are less that: identify by instruments ({instruments_of(judged.method)})"
+    if bias is None:
+        what, whose = "the steps of the logged position move", ""
+        source = _STEPS.format(share=100 * levels.least_share)
+        told = (
+            "its intervals miss for it: log the position as finely as the drive measures it, "
+            "record the reference, from which instruments are made, or lower the cut-off"
+        )
     shifts = {n: abs(by) / values[n].deviation for n, by in moved.items() if values[n].deviation}
     far = {n: moved[n] for n, shift in shifts.items() if shift > NOTICEABLE}
     worst = max(shifts.values(), default=0.0)
@@ -252,10 +226,11 @@ def _least_squares_judged(
     return _method(status=status, meaning=said, figure=worst, source=source)
 
 
-def moved_by_steps(data: FilteredRecord, ls: Estimate) -> Mapping[str, float] | Missing:
+def moved_by_steps(data: FilteredRecord, ls: Estimate) -> dict[str, float]:
     """What the steps of a logged position, that no control answers to, move least squares by.
 
-    By parameter; infinite where there are too few of them to be noise.
+    By parameter; infinite where there are too few of them to be noise; empty where the position has
+    no steps that are known.
 
     Raises
     ------
@@ -264,9 +239,8 @@ def moved_by_steps(data: FilteredRecord, ls: Estimate) -> Mapping[str, float] | 
     """
     step = position_step(data.record)
     if not step or ls.is_direct:
-        return Missing("the position has no steps that are known")
-    few = float(np.ptp(data.record.position)) < _FEWEST_STEPS * step
-    if few:
+        return {}
+    if float(np.ptp(data.record.position)) < _FEWEST_STEPS * step:
         return dict.fromkeys(ls.parameters, np.inf)
     by = moved_by_rounding(ls.form, data, step, ls.physical)
     return {name: float(each) for name, each in zip(ls.parameters, by, strict=True)}
@@ -291,15 +265,10 @@ def forms_check(
             "nothing tells which"
         ),
     )
-    if check is None:
-        found = compared.get(FORMS)
-        return found if isinstance(found, Missing) else None
+    if not isinstance(check, Check):
+        return check
     advice = _BY_OPEN_LOOP * (check.status == "fail")
     return replace(check, name="inverse against direct", meaning=check.meaning + advice)
-
-
-def _source(said: str, levels: Levels) -> str:
-    return said.format(level=100 * levels.level, share=100 * levels.least_share)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

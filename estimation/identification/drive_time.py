@@ -6,118 +6,27 @@ frequencies of a motion: a record shows their sum, so that at most one of them c
 the others are to be known.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.checks import unless_faulty
-from axisid.estimation.diagnostics import Alignment
 from axisid.estimation.estimates import Estimate, student_interval
 from axisid.estimation.records import Record
 from axisid.modeling.declaration import HIDDEN_FROM, Axis
 from axisid.modeling.quantities import Parameter
-from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, Missing, UsageError, quoted
+from axisid.support.errors import EstimationError, Missing, UsageError
 
 from .result import DriveTime, Identification
 
 _MAX_TIMING_STEP = 0.05  # deviations, below which a step of a drive's lag or delay has settled
-
 _STEPS = 10
-_ROUNDING = 1e-9  # of a sample
-_BY = "idm-iv"  # the method that a time is found by
 
 #: Identifies an axis by methods; None for all that axis and record allow.
 Identify = Callable[[GeneratedAxis, Sequence[str] | None], Identification]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DriveTiming:
-    """A lag or a delay as a record shows it.
-
-    Attributes
-    ----------
-    name : str
-        ``lag`` or ``delay``.
-    value, deviation : float
-        s; the deviation is that of the delay between force and motion.
-    axis : Axis
-        As it was declared, with the estimate.
-    identification : Identification
-        Of that axis, whose deviations hold for a lag or a delay that is known.
-    deviations : mapping of str to float
-        Of the parameters, with what the estimate's own deviation adds.
-    """
-
-    name: str
-    value: float
-    deviation: float
-    axis: Axis
-    identification: Identification
-    deviations: Mapping[str, float]
-
-    def __str__(self) -> str:
-        return f"{self.name} = {1e3 * self.value:.4g} +- {1e3 * self.deviation:.2g} ms"
-
-
-def searched_time(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> DriveTiming:
-    """The lag or the delay with which force and motion are aligned.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-        With a sampled control law; its own time is where the search starts.
-    record : Record
-    name : str
-        ``lag`` or ``delay``.
-    run : callable
-
-    Raises
-    ------
-    UsageError
-        There is no such time, or the control was recorded where nothing shows it.
-    EstimationError
-        The record does not show it, or the force acts before its command.
-    """
-    declared = axis.declared
-    check_time(declared, record, name)
-    value = float(getattr(declared.drive, name))
-    for _ in range(_STEPS):
-        tried = at_time(axis, name, value)
-        result = run(tried, [_BY])
-        found = _alignment(declared, result, name)
-        step = (found.best - result.data.hold_delay) * record.period
-        deviation = found.deviation * record.period
-        near = max(_MAX_TIMING_STEP * deviation, _ROUNDING * record.period)
-        if abs(step) < near or (value == 0 and step <= 0):
-            break
-        value = max(value + step, 0.0)
-    else:
-        raise EstimationError(
-            f"axis {declared.name!r}: the estimate of the drive's {name} does not settle; it is "
-            f"about {value:.3g} s. See whether the law and the model are right.",
-            code="no-convergence",
-        )
-    if step < -2 * deviation:
-        raise EstimationError(
-            f"axis {declared.name!r}: the force acts {-step:.3g} s before its command, so there is "
-            f"no {name} to estimate; see whether the control is logged late, and its hold.",
-            code="drive-time",
-        )
-    own = result.preferred.parameters
-    return DriveTiming(
-        name=name,
-        value=value,
-        deviation=deviation,
-        axis=tried.declared,
-        identification=result,
-        deviations={
-            n: float(np.hypot(own[n].deviation, by * found.deviation))
-            for n, by in zip(found.names, found.sensitivity, strict=True)
-        },
-    )
 
 
 def at_time(axis: GeneratedAxis, name: str, value: float) -> GeneratedAxis:
@@ -141,9 +50,9 @@ def identified_with_time(
     Raises
     ------
     UsageError
-        There are several records, or as `searched_time`.
+        There are several records, or the control was recorded where nothing shows the time.
     EstimationError
-        As `searched_time`.
+        The record does not show it, or the force acts before its command.
     """
     declared = axis.declared
     name, parameter = declared.drive.estimated or ("lag", Parameter("lag", "s"))
@@ -154,38 +63,71 @@ def identified_with_time(
             "a number for all.",
             code="drive-time",
         )
-    found = searched_time(axis, records[0], name, run)
-    result = run(at_time(axis, name, found.value), methods)
-    later = at_time(axis, name, found.value + found.deviation)
-    moved = run(later, [*result.estimates])
+    value, deviation = _searched(axis, records[0], name, run)
+    result = run(at_time(axis, name, value), methods)
+    moved = run(at_time(axis, name, value + deviation), [*result.estimates])
     freedom = float(len(result.preferred.y) - len(result.preferred.theta))
-    low, high = student_interval(found.value, found.deviation, freedom)
+    low, high = student_interval(value, deviation, freedom)
     return replace(
         result,
         estimates={n: _widened(e, moved.estimates[n]) for n, e in result.estimates.items()},
         drive_time=DriveTime(
             name=name,
             parameter=parameter,
-            value=found.value,
-            deviation=found.deviation,
+            value=value,
+            deviation=deviation,
             interval=(max(low, 0.0), high),
         ),
     )
 
 
+def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> tuple[float, float]:
+    """The lag or the delay with which force and motion are aligned, and its deviation, s."""
+    declared, period = axis.declared, record.period
+    check_time(declared, record, name)
+    value = float(getattr(declared.drive, name))
+    for _ in range(_STEPS):
+        result = run(at_time(axis, name, value), ["idm-iv"])
+        found = unless_faulty(partial(getattr, result.case.parts[0], "alignment"))
+        if isinstance(found, Missing) or found.at_the_end:
+            why = "the record tells no delay between force and motion"
+            raise EstimationError(
+                f"axis {declared.name!r}: the drive's {name} cannot be estimated: "
+                f"{found if isinstance(found, Missing) else why}.",
+                code="drive-time",
+            )
+        step, deviation = (found.best - result.data.hold_delay) * period, found.deviation * period
+        near = max(_MAX_TIMING_STEP * deviation, 1e-9 * period)  # which rounding does not reach
+        if abs(step) < near or (value == 0 and step <= 0):
+            break
+        value = max(value + step, 0.0)
+    else:
+        raise EstimationError(
+            f"axis {declared.name!r}: the estimate of the drive's {name} does not settle; it is "
+            f"about {value:.3g} s. See whether the law and the model are right.",
+            code="no-convergence",
+        )
+    if step < -2 * deviation:
+        raise EstimationError(
+            f"axis {declared.name!r}: the force acts {-step:.3g} s before its command, so there is "
+            f"no {name} to estimate; see whether the control is logged late, and its hold.",
+            code="drive-time",
+        )
+    return value, deviation
+
+
 def _widened(estimate: Estimate, moved: Estimate) -> Estimate:
     """An estimate whose covariances have in them that a time may be a deviation longer."""
-    changed: dict[str, dict[str, Array]] = {
-        "covariances": _beside(estimate.covariances, moved.physical - estimate.physical)
+    away = {
+        "covariances": moved.physical - estimate.physical,
+        "ddm_covariances": moved.theta_ddm - estimate.theta_ddm,
     }
-    if estimate.is_direct:
-        by = moved.theta_ddm - estimate.theta_ddm
-        changed["ddm_covariances"] = _beside(estimate.ddm_covariances, by)
-    return estimate.with_inference(**changed)
-
-
-def _beside(covariances: Mapping[str, Array], moved: Array) -> dict[str, Array]:
-    return {name: matrix + np.outer(moved, moved) for name, matrix in covariances.items()}
+    return estimate.with_inference(
+        **{
+            which: {n: each + np.outer(by, by) for n, each in getattr(estimate, which).items()}
+            for which, by in away.items()
+        }
+    )
 
 
 def check_time(declared: Axis, record: Record, name: str, *, by_law: bool = True) -> None:
@@ -194,14 +136,8 @@ def check_time(declared: Axis, record: Record, name: str, *, by_law: bool = True
     Raises
     ------
     UsageError
-        There is no such time, or the control was recorded where nothing shows it.
+        The control was recorded where nothing shows it.
     """
-    if name not in HIDDEN_FROM:
-        raise UsageError(
-            f"{quoted(name)} is no time of a drive; give 'lag' or 'delay', one of them: a record "
-            "shows their sum.",
-            code="drive-time",
-        )
     law = declared.control
     unsampled = by_law and (law is None or law.continuous)
     if unsampled or record.force is not None or record.control is None:
@@ -216,16 +152,3 @@ def check_time(declared: Axis, record: Record, name: str, *, by_law: bool = True
             f"(logged={declared.drive.logged!r}), so that the motion does not show it.",
             code="drive-time",
         )
-
-
-def _alignment(declared: Axis, result: Identification, name: str) -> Alignment:
-    """The alignment of an identification, where it tells the time."""
-    found = unless_faulty(lambda: result.case.parts[0].alignment)
-    if isinstance(found, Missing) or found.at_the_end:
-        why = "the record tells no delay between force and motion"
-        raise EstimationError(
-            f"axis {declared.name!r}: the drive's {name} cannot be estimated: "
-            f"{found if isinstance(found, Missing) else why}.",
-            code="drive-time",
-        )
-    return found

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import stdtrit
 
-from axisid.codegen.artefacts import GeneratedAxis, Quantity, as_generated, build
+from axisid.codegen.artefacts import GeneratedAxis, as_generated, build
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, check_among, is_output_error
 from axisid.estimation.diagnostics import Case
@@ -28,17 +28,9 @@ from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.twins import DEFAULT_COUNT, check_count
 from axisid.modeling.declaration import Axis, leave_out
-from axisid.support.arrays import Array
-from axisid.support.errors import (
-    AxisidError,
-    EstimationError,
-    ModelError,
-    UsageError,
-    is_among,
-    quoted,
-)
+from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError
 
-from .drive_time import DriveTiming, identified_with_time, searched_time
+from .drive_time import identified_with_time
 from .result import Identification
 from .shared import shared_records
 
@@ -247,18 +239,8 @@ def requested_methods(methods: str | Iterable[object] | None) -> tuple[str, ...]
         return None
     listed = (methods,) if isinstance(methods, str) else tuple(map(str, methods))
     if "all" in listed:
-        if len(listed) > 1:
-            raise UsageError(
-                "'all' methods are asked for beside others by name; give it by itself, or names.",
-                code="method",
-            )
         return None
-    for method in listed:
-        if not is_among(method, METHODS):
-            raise UsageError(
-                f"there is no method {quoted(method)}; choose from {', '.join(METHODS)}.",
-                code="method",
-            )
+    check_among(*(("method", method, METHODS) for method in listed))
     if not listed:
         raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.", code="method")
     return listed
@@ -279,44 +261,12 @@ def check_choices(covariance: object, start: object, loss: object) -> None:
     )
 
 
-def estimate_drive_timing(
-    axis: Axis | GeneratedAxis,
-    record: Record,
-    name: str = "lag",
-    prefilter: Prefilter | None = None,
-) -> DriveTiming:
-    """Estimate the lag or the delay of an axis's drive, and its parameters with it.
-
-    Parameters
-    ----------
-    axis : Axis or GeneratedAxis
-        With a sampled control law. What is declared of the other time is taken as known.
-    record : Record
-        With a control and a reference.
-    name : str
-        ``lag`` or ``delay``: at most one, since a record shows their sum.
-    prefilter : Prefilter, optional
-        What suits the record by default.
-
-    Raises
-    ------
-    UsageError
-        There is no such time, or the control was recorded where nothing shows it.
-    EstimationError
-        The record does not show it, or the force acts before its command.
-    """
-    generated = as_generated(axis)
-    return searched_time(
-        generated, record, name, lambda tried, methods: identify(tried, record, prefilter, methods)
-    )
-
-
-#: Identifies an axis, from records that it knows.
-Identify = Callable[[GeneratedAxis], Identification]
-
-
-def bounded_result(axis: GeneratedAxis, identify: Identify) -> Identification:
+def bounded_result(
+    axis: GeneratedAxis, identify: Callable[[GeneratedAxis], Identification]
+) -> Identification:
     """What is identified with every declared parameter within its bounds, by the judged method.
+
+    Its covariances are those of the free estimates: a parameter that is held is not known.
 
     Parameters
     ----------
@@ -333,12 +283,18 @@ def bounded_result(axis: GeneratedAxis, identify: Identify) -> Identification:
     while beyond := _at_bounds(axis, result.preferred):
         bounds |= beyond
         result = identify(_axis_with(axis, bounds))
+    if not bounds:
+        return free
     held = []
     for name, bound in bounds.items():
         others = {other: at for other, at in bounds.items() if other != name}
         without = identify(_axis_with(axis, others)) if others else free
         held.append(_held(without.preferred, axis, name, bound))
-    return _with_held(result, held, free) if held else free
+    estimates = {
+        method: _as_unsure(estimate, free.estimates.get(method, estimate))
+        for method, estimate in result.estimates.items()
+    }
+    return replace(result, problem=replace(result.problem, held=tuple(held)), estimates=estimates)
 
 
 def _axis_with(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxis:
@@ -354,54 +310,33 @@ def _axis_with(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxi
         ) from error
 
 
-def _with_held(
-    result: Identification, held: list[ParameterAtBound], free: Identification
-) -> Identification:
-    """The bounded result, which says what is held, with the covariances of the free one."""
-    estimates = {
-        method: _as_unsure(estimate, free.estimates[method])
-        if method in free.estimates
-        else estimate
-        for method, estimate in result.estimates.items()
-    }
-    problem = replace(result.problem, held=tuple(held))
-    return replace(result, problem=problem, estimates=estimates)
-
-
 def _as_unsure(estimate: Estimate, free: Estimate) -> Estimate:
     """The same with the covariances that its parameters have where nothing is held."""
-    places = _places(estimate.quantities, free.quantities)
-    own = _places(estimate.ddm_quantities, free.ddm_quantities)
-    if places is None or own is None:
+    names, own = ([q.name for q in each] for each in (free.quantities, free.ddm_quantities))
+    try:
+        at = [names.index(q.name) for q in estimate.quantities]
+        of_ddm = [own.index(q.name) for q in estimate.ddm_quantities]
+    except ValueError:  # what is held regrouped the others
         return estimate
-
-    def of(covariances: Mapping[str, Array], at: list[int]) -> dict[str, Array]:
-        return {name: whole[np.ix_(at, at)] for name, whole in covariances.items()}
-
     return estimate.with_inference(
-        covariances=of(free.covariances, places),
+        covariances={n: each[np.ix_(at, at)] for n, each in free.covariances.items()},
         covariance_names=free.covariance_names,
-        ddm_covariances=of(free.ddm_covariances, own),
-        freedom={n: each[places] for n, each in free.freedom.items()},
-        ddm_freedom={n: each[own] for n, each in free.inference.ddm_freedom.items()},
+        ddm_covariances={
+            n: each[np.ix_(of_ddm, of_ddm)] for n, each in free.ddm_covariances.items()
+        },
+        freedom={n: each[at] for n, each in free.freedom.items()},
+        ddm_freedom={n: each[of_ddm] for n, each in free.inference.ddm_freedom.items()},
     )
-
-
-def _places(names: Sequence[Quantity], among: Sequence[Quantity]) -> list[int] | None:
-    """Where each is among others; None where one is not."""
-    where = {quantity.name: i for i, quantity in enumerate(among)}
-    return [where[q.name] for q in names] if all(q.name in where for q in names) else None
 
 
 def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
     """Declared parameters that the bounded estimate has at a bound, with that bound."""
-    names = {p.name for p in axis.declared.parameters}
+    names, free = {p.name for p in axis.declared.parameters}, estimate.corrected
     declared = [p if p.name in names else None for p in estimate.form.declared]
-    free = estimate.corrected
     if all(p is None or p.allows(x) for p, x in zip(declared, free, strict=True)):
         return {}
-    lower = np.array([-np.inf if p is None else p.lower for p in declared])
-    upper = np.array([np.inf if p is None else p.upper for p in declared])
+    ends = [(-np.inf, np.inf) if p is None else (p.lower, p.upper) for p in declared]
+    lower, upper = np.transpose(ends)
     covariance = estimate.covariances["iid"]
     scale = np.sqrt(np.diag(covariance))
     rows = np.linalg.pinv(covariance_root(covariance) / scale[:, None]) / scale
@@ -412,15 +347,14 @@ def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
 
 def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> ParameterAtBound:
     """A parameter at its bound, and what it is in an estimate that has it free."""
-    (parameter,) = (p for p in axis.declared.parameters if p.name == name)
-    value = estimate.parameters[parameter.name]
-    place = [q.name for q in estimate.quantities].index(parameter.name)
+    value = estimate.parameters[name]
+    is_lower = any((p.name, p.lower) == (name, bound) for p in axis.declared.parameters)
+    place = [q.name for q in estimate.quantities].index(name)
     freedom = float(estimate.freedom[estimate.chosen][place])
     away = float(stdtrit(freedom, INTERVAL_LEVEL.value)) * value.deviation
-    is_lower = bound == parameter.lower
     reach = value.corrected + (away if is_lower else -away)
     return ParameterAtBound(
-        name=parameter.name,
+        name=name,
         unit=value.unit,
         bound=bound,
         is_lower=is_lower,

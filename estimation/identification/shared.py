@@ -94,20 +94,15 @@ def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
             residuals = replace(METHODS["idm-ls"], loss=loss).fit(problem).solution.residuals
     except AxisidError:
         return problem
-    sizes = [len(residuals[span]) for span in problem.spans]
-    if not min(sizes):
+    parts, of_squares = [residuals[span] for span in problem.spans], loss == ROW_LOSSES[0]
+    if not all(map(len, parts)):
         return problem
-    sized = scale_of if loss != ROW_LOSSES[0] else _rms
-    noise = np.array([sized(residuals[span]) for span in problem.spans])
+    noise = np.array([np.sqrt(np.mean(e**2)) if of_squares else scale_of(e) for e in parts])
     if not (np.all(np.isfinite(noise)) and noise.min() > _MIN_NOISE_RATIO * noise.max()):
         return problem
     # In the unit of the rows: the residuals of all keep their mean square.
-    unit = 1 / np.sqrt(np.average(noise**-2.0, weights=sizes))
+    unit = 1 / np.sqrt(np.average(noise**-2.0, weights=[*map(len, parts)]))
     return replace(problem, weights=tuple(float(unit / each) for each in noise))
-
-
-def _rms(residuals: Array) -> float:
-    return float(np.sqrt(np.mean(residuals**2)))
 
 
 def usable_records(

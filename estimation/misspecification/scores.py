@@ -120,17 +120,12 @@ class RecordScores:
     @cached_property
     def nets(self) -> Array:
         """Residuals beyond twins', less what is in the basis, of record and twins, (n, 1 + R)."""
-        nets = self.residuals - self.basis @ self._in_basis
+        nets = self.residuals - self.basis @ (self.basis.T @ self.residuals)
         if self.twins:
             nets -= nets[:, 1:].mean(axis=1, keepdims=True)
             # The mean holds a twin itself, and the record not: beside the mean of the others.
             nets[:, 1:] *= self.twins / max(self.twins - 1, 1)
         return nets
-
-    @cached_property
-    def _in_basis(self) -> Array:
-        """Parts of the residuals in its directions, (r, 1 + R)."""
-        return np.asarray(self.basis.T @ self.residuals)
 
     def beside(self, columns: Array) -> "RecordScores":
         """With columns (n, g) taken into the model."""
@@ -171,8 +166,14 @@ class RecordScores:
         of_place = np.ascontiguousarray(np.moveaxis(columns, 0, 1))
         whole, within = of_place.transpose(0, 2, 1) @ of_place, flat.T @ self.basis
         own = whole - (by_place := within.reshape(m, g, -1)) @ by_place.transpose(0, 2, 1)
-        scores = (flat.T @ self.residuals - within @ self._in_basis).reshape(m, g, -1)
-        is_own = _is_own(own, whole)
+        in_basis = self.basis.T @ self.residuals
+        scores = (flat.T @ self.residuals - within @ in_basis).reshape(m, g, -1)
+        # Of which the model's columns do not span a block, nor its own each other.
+        sizes = np.sqrt(np.einsum("mgg->mg", whole))
+        is_there = np.all(sizes > 0, axis=1)
+        sizes = np.where(is_there[:, None], sizes, 1.0)
+        alike = own / sizes[:, :, None] / sizes[:, None, :]
+        is_own = is_there & (np.linalg.eigvalsh(alike)[:, 0] > _OWN_PART**2)
         own = np.where(is_own[:, None, None], own, np.eye(g))
         away = scores[:, :, 0]
         if self.twins:
@@ -230,15 +231,6 @@ class RecordScores:
         mostly = powers[place] > _MOSTLY * np.mean(residuals**2)
         p_values[place] = wald if mostly or score <= _CONFIRMED else max(wald, score)
         return p_values, spread
-
-
-def _is_own(own: Array, whole: Array) -> NDArray[np.bool_]:
-    """Which blocks, (m, g, g), the model's columns do not span, nor their own each other's."""
-    sizes = np.sqrt(np.einsum("mgg->mg", whole))
-    there = np.all(sizes > 0, axis=1)
-    sizes = np.where(there[:, None], sizes, 1.0)
-    alike = own / sizes[:, :, None] / sizes[:, None, :]
-    return np.asarray(there & (np.linalg.eigvalsh(alike)[:, 0] > _OWN_PART**2))
 
 
 def scores_of(

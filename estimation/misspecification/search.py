@@ -9,10 +9,11 @@ the others are asked again.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import takewhile
+from typing import Any
 
 import numpy as np
 
@@ -25,8 +26,8 @@ from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing, of_found, quoted
 
-from .scores import ColumnTests, RecordScores, scores_of
-from .terms import TERMS, Along, Term, said_of, terms_for
+from .scores import RecordScores, scores_of
+from .terms import TERMS, Along, Term, said_of
 
 #: What stands for a parameter where it is the drive's gain that changes.
 GAIN = "the drive gain"
@@ -90,38 +91,27 @@ class Hypothesis:
     least: float = 0.0
     is_whole: bool = False
 
-    def taken(self, tested: ColumnTests) -> Array:
-        """Mean square that each place takes of the residuals, (m,)."""
-        if not self.is_whole:
-            return tested.powers
-        values = np.where(tested.values[:, 0] == 0, np.inf, tested.values[:, 0])
-        return np.asarray(tested.powers * (2 / values - 1 / values**2))
-
-    def chances(self, tested: ColumnTests) -> Array:
-        """That noise has as much of it at each place, over all of them, (m,)."""
-        told = np.clip(tested.p_values * len(self.places), self.least, 1.0)
-        return np.where(tested.values[:, 0] <= 0, 1.0, told) if self.is_positive else told
-
 
 def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
     """All that is looked for: terms of the motion, what is held or changes in time, signals."""
     data = scores.data
     axis, drive = data.axis.axis, data.axis.axis.drive
     commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
-    terms = terms_for(axis, commanded=commanded)
+    # A turn is told of an angle, a dead band of what is commanded.
+    told = {"turn": axis.coordinate.unit == "rad", "dead band": commanded}
     most = scores.twins - 1 if scores.twins else len(scores.along.place)
     found = [
         Hypothesis(
             kind=term.kind,
             unit=term.unit.format(force=axis.coordinate.force_unit, unit=axis.coordinate.unit),
-            places=_of_user(term, partial(term.places, scores.along)),
+            places=_of_user(term, term.places, scores.along),
             columns=partial(_columns, term, most, scores.along),
             measured=partial(_columns, term, most, scores.measured),
-            between=None if term.between is None else partial(_near, term, term.between),
+            between=None if term.between is None else partial(_of_user, term, term.between),
             is_positive=term.is_positive,
         )
-        for term in terms
-        if scores.twins or not term.is_of_force
+        for term in TERMS.values()
+        if told.get(term.kind, True) and (scores.twins or not term.is_of_force)
     ]
     held = [  # parameters that have a value which the record did not tell
         Hypothesis(
@@ -143,16 +133,10 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
     return [each for each in found if len(each.places)]
 
 
-def _near(term: Term, between: Callable[[Array, float], Array], grid: Array, at: float) -> Array:
-    """Places about one of a term's grid; that one where it gives none."""
-    found = _of_user(term, lambda: between(grid, at))
-    return found if found.ndim == 1 and len(found) else np.array([at])
-
-
-def _of_user(term: Term, made: Callable[[], Array]) -> Array:
+def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
     """What a term makes, which may be a user's own and raise."""
     try:
-        return np.asarray(made(), dtype=float)
+        return np.atleast_1d(np.asarray(make(*arguments), dtype=float))
     except Exception as error:
         said = f"{type(error).__name__}: {error}".rstrip(": ")
         raise EstimationError(
@@ -164,10 +148,9 @@ def _of_user(term: Term, made: Callable[[], Array]) -> Array:
 
 def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
     """Columns of a term, (n, m, g), which a user's own may give otherwise; so many at most."""
-    found = _of_user(term, lambda: term.columns(along, places))
-    rows, finite = len(along.place), bool(np.isfinite(found).all())
-    is_block = found.ndim == 3 and found.shape[:2] == (rows, len(places))
-    if not (is_block and 0 < found.shape[2] <= most and finite):
+    found, rows = _of_user(term, term.columns, along, places), len(along.place)
+    finite, is_block = bool(np.isfinite(found).all()), found.shape[:-1] == (rows, len(places))
+    if not (is_block and found.size and found.shape[2] <= most and finite):
         raise EstimationError(
             f"the columns of the candidate {quoted(term.kind)} have the shape {found.shape}"
             f"{', and are not all finite' * (not finite)}; give finite ones of {rows} rows, "
@@ -293,7 +276,10 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
     data = scores.data
     rows = data.row_numbers.astype(np.int64)
     left = np.abs(scores.nets)
-    worst, chance = int(np.argmax(left[:, 0])), _chance(left.max(axis=0))
+    worst, (largest, *of_twins) = int(np.argmax(left[:, 0])), left.max(axis=0)
+    # That noise leaves as much: by Gumbel's law of the twins' largest.
+    spread = np.std(of_twins, ddof=1) * math.sqrt(6 * (1 + 1 / len(of_twins))) / math.pi
+    beyond = (largest - np.mean(of_twins)) / spread + np.euler_gamma if spread else np.inf
     width = data.prefilter.decimate
     near = np.round(np.linspace(-width, width, _PLACES if width > 1 else 3))
     places = np.clip(rows[worst] + near, 0, len(data.record) - 1)
@@ -306,20 +292,12 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
             unit=expected_units(role, data.axis.axis)[0],
             columns=partial(_pulses, by, columns[role], role),
             places=np.unique(places),
-            least=chance,
+            least=-math.expm1(-math.exp(-beyond)),
             between=_every_sample,
         )
         for role in ("position", "velocity", "acceleration", "force", "control")
         if role in columns.keys() - hidden
     ]
-
-
-def _chance(largest: Array) -> float:
-    """That noise leaves as much in the row of which most is left: by twins', as Gumbel's law."""
-    own, twins = largest[0], largest[1:]
-    spread = float(np.std(twins, ddof=1)) * math.sqrt(6 * (1 + 1 / len(twins))) / math.pi
-    beyond = (own - twins.mean()) / spread + np.euler_gamma if spread else np.inf
-    return -math.expm1(-math.exp(-beyond))
 
 
 def _every_sample(grid: Array, at: float) -> Array:
@@ -410,11 +388,6 @@ class TestedHypothesis:
     share: float
     moved: float
 
-    def matters(self, least_share: float) -> bool:
-        """Whether it is any part of the force, or more than rounding and moves a parameter."""
-        moves = self.moved > 1 and self.share > _NEGLIGIBLE_RESIDUAL
-        return self.share > least_share or moves
-
 
 def scores_at(
     data: FilteredRecord, preferred: Estimate, *, by_loop: bool = False
@@ -444,50 +417,51 @@ def find_misspecification(
         How many are searched by themselves, which share the level.
     levels : Levels
     """
-    own = replace(levels, level=levels.level / records)
     lasting = [(each, each.columns(each.places)) for each in hypotheses_of(scores)]
     # Without twins nothing tells what the filter itself moves the parameters by.
     half = half_widths[scores.free] if scores.twins else np.full(len(scores.free), np.inf)
-    named, beside = list[Misspecification](), scores
+    level, named, beside = levels.level / records, list[Misspecification](), scores
     while len(named) < _MOST:
         single = [(each, each.columns(each.places)) for each in outliers_of(beside)]
-        failing = findings(beside, [*lasting, *single], half, own)
-        if not failing:
+        sure = level / max(len(lasting) + len(single), 1)
+        every = [_tested(beside, *each, half, sure) for each in (*lasting, *single)]
+        every.sort(key=lambda each: each.p_value)
+        holm = zip(every, level / np.arange(len(every), 0, -1), strict=True)
+        there = (each for each, _ in takewhile(lambda pair: pair[0].p_value <= pair[1], holm))
+        # Any part of the force, or more than rounding and moves a parameter.
+        most = max(
+            (
+                each
+                for each in there
+                if each.share > levels.least_share
+                or (each.moved > 1 and each.share > _NEGLIGIBLE_RESIDUAL)
+            ),
+            key=lambda each: each.share,
+            default=None,
+        )
+        if most is None or (named and most.share <= levels.least_share):
             break
-        name = _located(beside, failing[0])
-        if named and name.share <= own.least_share:
-            break
-        named.append(_told(beside, name))
-        beside = beside.beside(name.columns)
+        found = _located(beside, most)
+        named.append(_told(beside, found))
+        beside = beside.beside(found.columns)
     return tuple(named)
 
 
-def findings(
-    scores: RecordScores,
-    hypotheses: Sequence[tuple[Hypothesis, Array]],
-    half: Array,
-    levels: Levels,
-) -> list[TestedHypothesis]:
-    """What is there and matters, by its part of the force, the largest first."""
-    sure = levels.level / max(len(hypotheses), 1)
-    every = [_finding(scores, *each, half, sure) for each in hypotheses]
-    every.sort(key=lambda each: each.p_value)
-    holm = zip(every, levels.level / np.arange(len(every), 0, -1), strict=True)
-    there = [each for each, _ in takewhile(lambda pair: pair[0].p_value <= pair[1], holm)]
-    return sorted((e for e in there if e.matters(levels.least_share)), key=lambda each: -each.share)
-
-
-def _finding(
+def _tested(
     scores: RecordScores, hypothesis: Hypothesis, columns: Array, half: Array, sure: float
 ) -> TestedHypothesis:
     """It at the place that takes most of those that are sure, else at the surest."""
     tested = scores.test(columns)
-    p_values = hypothesis.chances(tested)
+    first, taken = tested.values[:, 0], tested.powers
+    if hypothesis.is_whole:
+        sizes = np.where(first == 0, np.inf, first)
+        taken = taken * (2 / sizes - 1 / sizes**2)
+    p_values = np.clip(tested.p_values * len(hypothesis.places), hypothesis.least, 1.0)
+    if hypothesis.is_positive:
+        p_values = np.where(first <= 0, 1.0, p_values)
     told = p_values <= sure
-    taken = np.where(told, hypothesis.taken(tested), -np.inf)
-    best = int(np.argmax(taken) if told.any() else np.argmin(p_values))
-    values = tested.values[best]
-    moved = np.abs(scores.moved_by(columns[:, best], values))
+    best = int(np.argmax(np.where(told, taken, -np.inf)) if told.any() else np.argmin(p_values))
+    moved = np.abs(scores.moved_by(columns[:, best], tested.values[best]))
     with np.errstate(divide="ignore", invalid="ignore"):
         far = np.nan_to_num(moved / half, nan=0.0, posinf=0.0)
     return TestedHypothesis(
@@ -511,8 +485,7 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
         best = int(np.argmax(scores.test(made).powers))
     else:
         best = scores.nearest(made, hypothesis.measured(near))
-    values = scores.test(made[:, [best]]).values[0]
-    if hypothesis.is_positive and values[0] <= 0:
+    if hypothesis.is_positive and scores.test(made[:, [best]]).values[0, 0] <= 0:
         return found
     return replace(found, at=float(near[best]), columns=made[:, best])
 

@@ -17,20 +17,14 @@ from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError, quoted
 
-_SPEEDS = np.geomspace(0.015, 0.5, 8)  # of a Stribeck velocity, by the largest speed
 _MOST_WAVES, _WAVES_APART = 60, 0.75  # in the travel
 _FASTEST_WAVE = 25.0  # Hz, at the usual speed
 _SAMPLES_IN_A_WAVE = 4.0
-_TURN = np.array([2 * np.pi])  # rad
-_LONGEST = 0.75  # of the least wave number
-_FINER = np.linspace(-0.5, 0.5, 15)  # steps of the grid of waves
 _SLOWEST, _FASTEST = 3.0, 120.0  # Hz, of an antiresonance
 _APART = 1.25  # from one antiresonance to the next
 _BETWEEN = 97  # frequencies, or speeds, among which it is told
 _SAMPLES_IN_A_SWING = 7.0
-_DAMPING = 0.1  # of a load: wide enough to be seen between places
 _NUMBERS = ("at", "rigid", "band")  # that texts of a term may have
-_RIGID_PART = 3.0  # of the frequency of an antiresonance
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,11 +63,6 @@ class Along:
     def period(self) -> float:
         """Sampling period, s."""
         return float(self.time[1] - self.time[0])
-
-    @property
-    def fastest(self) -> float:
-        """The largest speed."""
-        return float(np.abs(self.velocity).max())
 
     @property
     def travel(self) -> float:
@@ -163,8 +152,8 @@ def wave_periods(s: Along) -> Array:
 
 
 def _periods_near(periods: Array, at: float) -> Array:
-    near = 1 / at + _WAVES_APART / periods[0] * _FINER
-    return np.asarray(1 / near[near > _LONGEST / periods[0]], dtype=float)
+    near = 1 / at + _WAVES_APART / periods[0] * np.linspace(-0.5, 0.5, 15)
+    return np.asarray(1 / near[near > 0.75 / periods[0]], dtype=float)  # or it is a slope
 
 
 def antiresonances(s: Along) -> Array:
@@ -181,7 +170,8 @@ def behind_spring(s: Along, frequencies: Array) -> Array:
     found = []
     for rate in 2 * np.pi * frequencies:
         # By the bilinear transform, s = c (1 - 1/z) / (1 + 1/z), exact at the frequency.
-        c, damped = rate / np.tan(rate * s.period / 2), 2 * _DAMPING * rate
+        # The damping is wide enough to be seen between places.
+        c, damped = rate / np.tan(rate * s.period / 2), 2 * 0.1 * rate
         b = [damped * c + rate**2, 2 * rate**2, rate**2 - damped * c]
         a = [c**2 + b[0], 2 * (rate**2 - c**2), c**2 + b[2]]
 
@@ -293,7 +283,7 @@ _TERMS = (
         declare="declare stribeck(Fs, {q}, velocity={at:.1g}, exponent=1) beside coulomb",
         unit="{force}",
         columns=_peaks,
-        places=lambda s: _SPEEDS * s.fastest,
+        places=lambda s: np.geomspace(0.015, 0.5, 8) * np.abs(s.velocity).max(),
         between=lambda grid, _: np.geomspace(grid[0], grid[-1], _BETWEEN),
     ),
     Term(
@@ -316,7 +306,7 @@ _TERMS = (
         declare="declare gravity_moment(a, b, {q})",
         unit="{force}",
         columns=_waves(_ones),
-        places=lambda _: _TURN,
+        places=lambda _: np.array([2 * np.pi]),
     ),
     Term(
         kind="place",
@@ -414,12 +404,6 @@ _TERMS = (
 TERMS: dict[str, Term] = {term.kind: term for term in _TERMS}
 
 
-def terms_for(axis: Axis, *, commanded: bool) -> tuple[Term, ...]:
-    """Terms that can be told of an axis: a turn of an angle, a dead band of what is commanded."""
-    told = {"turn": axis.coordinate.unit == "rad", "dead band": commanded}
-    return tuple(term for term in TERMS.values() if told.get(term.kind, True))
-
-
 def said_of(term: Term, at: float, axis: Axis, size: float = 0.0) -> tuple[str, str]:
     """What a term is, and what to do about it.
 
@@ -434,7 +418,7 @@ def said_of(term: Term, at: float, axis: Axis, size: float = 0.0) -> tuple[str, 
     """
     q, drive = axis.coordinate, axis.drive
     words: dict[str, object] = {"q": q.name, "unit": q.unit, "drive": drive.unit, "at": at}
-    words["rigid"] = at / _RIGID_PART
+    words["rigid"] = at / 3  # of an antiresonance
     if term.kind == "dead band":
         words["band"] = drive.deadband + size / abs(drive.gain)
     what, advice = term.opposite if term.opposite and size < 0 else (term.what, term.declare)

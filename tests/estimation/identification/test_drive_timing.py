@@ -13,7 +13,6 @@ from axisid import (
     identify,
     twin_record,
 )
-from axisid.estimation import estimate_drive_timing
 from axisid.estimation.records import Record
 from axisid.modeling import back_and_forth
 from tests.axes.lagging import TRUTH, lagging, noisy
@@ -33,78 +32,43 @@ def _record(seed: int = 1, noise: float = 1e-6, **timing: float) -> Record:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "known", "true"),
-    [
-        ("lag", {"delay": 3.5e-4}, 8e-4),
-        ("delay", {}, 6e-4),
-    ],
+    ("name", "known", "true"), [("lag", {"delay": 3.5e-4}, 8e-4), ("delay", {}, 6e-4)]
 )
-def test_lag_or_delay_is_found_and_the_parameters_with_it(
+def test_lag_or_delay_is_found_and_is_in_every_deviation(
     name: str, known: dict[str, float], true: float
 ) -> None:
-    away = []
+    drive = {**known, name: Parameter("T", "s", nominal=2e-4)}
+    away, axis = [], build(lagging(**drive))
     for seed in range(6):
         record = _record(seed=seed, **known, **{name: true})
-        found = estimate_drive_timing(lagging(**known), record, name)
+        result = identify(axis, record, methods=["idm-ls", "idm-iv"])
+        found = result.drive_time
         away.append((found.value - true) / found.deviation)
     assert 0.4 < (sum(z**2 for z in away) / len(away)) ** 0.5 < 1.7
     assert found.deviation < 1e-4
-    assert str(found).startswith(f"{name} = ")
-    values = found.identification.preferred.parameters
-    for parameter, truth in TRUTH.items():
-        assert abs(values[parameter].value - truth) < 3 * found.deviations[parameter]
-        assert found.deviations[parameter] >= values[parameter].deviation
-
-
-def _estimated(**timing: float | Parameter) -> Axis:
-    """The axis with a lag or a delay that is a parameter."""
-    axis = lagging()
-    return replace(axis, drive=replace(axis.drive, **timing))  # type: ignore[arg-type]
-
-
-@pytest.fixture(scope="module")
-def declared_to_be_found() -> Identification:
-    axis = build(_estimated(lag=Parameter("Tc", "s", nominal=2e-4)))
-    return identify(axis, _record(lag=1e-3), methods=["idm-ls", "idm-iv"])
-
-
-@pytest.mark.slow
-def test_a_lag_that_is_a_parameter_is_found_and_is_in_every_deviation(
-    declared_to_be_found: Identification,
-) -> None:
-    result, found = declared_to_be_found, declared_to_be_found.drive_time
-    assert (found.name, found.parameter.name) == ("lag", "Tc")
-    assert abs(found.value - 1e-3) < 2.5 * found.deviation
-    assert found.interval[0] < 1e-3 < found.interval[1]
-    assert result.axis.axis.drive.lag == found.value
-    axis = build(lagging(lag=found.value))
-    known = identify(axis, result.record, methods=["idm-ls", "idm-iv"])
-    for method in ("idm-ls", "idm-iv"):
-        for name, truth in TRUTH.items():
-            value, alone = (each[method].parameters[name] for each in (result, known))
-            assert value.value == alone.value
-            assert value.deviation > alone.deviation
+    assert str(found).startswith(f"{name} T = ")
+    assert found.interval[0] < true < found.interval[1]
+    assert getattr(result.axis.axis.drive, name) == found.value
+    alone = identify(lagging(**known, **{name: found.value}), record, methods=["idm-ls", "idm-iv"])
+    for method, estimate in result.estimates.items():
+        for parameter, truth in TRUTH.items():
+            value, exact = (each.parameters[parameter] for each in (estimate, alone[method]))
+            assert value.value == exact.value
+            assert value.deviation > exact.deviation
             assert abs(value.value - truth) < 3 * value.deviation
 
 
 @pytest.mark.parametrize(
-    ("changed", "late", "name"),
-    [
-        ({}, 0, "hold"),
-        ({"drive": {"delay": 1e-3, "logged": "applied"}}, 0, "delay"),
-        ({"control": None}, 0, "lag"),
-        ({}, 1, "lag"),
-    ],
-    ids=["no time", "logged behind it", "no law", "force before its command"],
+    ("changed", "late", "count"),
+    [({"control": None}, 0, 1), ({}, 1, 1), ({}, 0, 2)],
+    ids=["no law", "force before its command", "two records"],
 )
 def test_what_a_record_cannot_show_is_refused(
-    changed: dict[str, Any], late: int, name: str
+    changed: dict[str, Any], late: int, count: int
 ) -> None:
-    record, axis = _record(), lagging(**changed.pop("drive", {}))
+    axis = replace(lagging(lag=Parameter("Tc", "s", nominal=1e-3)), **changed)
     with refuses("drive-time"):
-        estimate_drive_timing(replace(axis, **changed), record.shifted(control=late), name)
-    with refuses("drive-time"):
-        identify(_estimated(lag=Parameter("Tc", "s", nominal=1e-3)), [record, record])
+        identify(axis, [_record().shifted(control=late)] * count)
 
 
 CASES = [
