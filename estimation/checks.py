@@ -8,7 +8,7 @@ checked.
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Literal, Protocol, TypeVar
 
 from msgspec import Meta
 
@@ -23,6 +23,8 @@ from axisid.support.errors import (
     quoted,
 )
 
+#: How far the numbers of a result can be believed.
+Belief = Literal["believed", "with care", "not believed"]
 Status = Literal["pass", "note", "fail", "not evaluated"]
 
 Found = TypeVar("Found")
@@ -296,3 +298,60 @@ def kind_of(check: str) -> Kind:
 def lines_of(checks: Iterable[str]) -> tuple[str, ...]:
     """The lines of checks, each once, in the order of the checks."""
     return tuple(dict.fromkeys(kind_of(check).line for check in checks))
+
+
+#: What is told where it could not be asked: of what an axis declares, and what noise does.
+_OF_THE_MODEL = ("missing terms", "control law", "method")
+
+
+def conclusion(checks: Sequence[Check]) -> str:
+    """Whether the numbers can be believed, from the checks of a result."""
+    failed = [check.name for check in by_weight(checks) if check.status == "fail"]
+    # What could not be asked of the model: what it lacks, and whether the law is the drive's.
+    skipped = [check.name for check in checks if check.status == "not evaluated"]
+    names = lines_of(name for name in _OF_THE_MODEL if name in skipped)
+    unchecked = f"; not checked: {', '.join(names)}" if names else ""
+    lines, how = lines_of(failed), belief(failed)
+    return first_case(
+        (
+            how == "believed",
+            f"Nothing that was checked speaks against these numbers{unchecked}.",
+        ),
+        (
+            how == "not believed",
+            f"Do not believe these numbers before this is mended: {''.join(lines[:1])}.",
+        ),
+        (True, f"Believe these numbers with care; to look at: {', '.join(lines)}{unchecked}."),
+    )
+
+
+def belief(failing: Iterable[str]) -> Belief:
+    """How far the numbers of a result can be believed of which checks of these names fail."""
+    first = min(map(kind_of, failing), key=lambda kind: kind.rank, default=None)
+    return "believed" if first is None else "not believed" if first.grave else "with care"
+
+
+class _HasChecks(Protocol):
+    @property
+    def checks(self) -> tuple[Check, ...]: ...
+
+
+class Checked:
+    """A result with `checks`, which say what it is worth."""
+
+    __slots__ = ()
+
+    @property
+    def belief(self: _HasChecks) -> Belief:
+        """How far the numbers can be believed: "believed", "with care", "not believed"."""
+        return belief(check.name for check in self.checks if check.status == "fail")
+
+    @property
+    def believed(self: _HasChecks) -> bool:
+        """Whether no check fails."""
+        return all(check.status != "fail" for check in self.checks)
+
+
+def by_weight(checks: Sequence[Check]) -> list[Check]:
+    """Checks by what it means for the numbers that they fail, the gravest first."""
+    return sorted(checks, key=lambda check: kind_of(check.name).rank)

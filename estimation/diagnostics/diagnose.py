@@ -4,28 +4,38 @@ No check passes silently: one that could not be made says so. None is a universa
 where its threshold comes from.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal, Protocol
 
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import (
+    DEFAULT_LEVELS,
     Check,
-    first_case,
+    Levels,
     joined,
-    kind_of,
-    lines_of,
     made,
+    status_of,
     told_or,
     unless_faulty,
 )
 from axisid.estimation.diagnostics.law import law_check
-from axisid.estimation.misspecification import Misspecification
+from axisid.estimation.estimates import Estimate, NotSimulated
+from axisid.estimation.lack_of_fit import LackOfFit
+from axisid.estimation.misspecification import Misspecification, sentence
+from axisid.estimation.records import Record, advised_shift
 from axisid.estimation.signals import rests_first
-from axisid.support.errors import Missing
+from axisid.estimation.thresholds import (
+    MAX_SIMULATION_ERROR,
+    MIN_DISTANCE_FROM_NOISE,
+    MIN_MODEL_SHARE,
+)
+from axisid.support.errors import Missing, of_found
 
 from .alignment import alignment_check, declared_lateness
-from .column_comparison import force_check, limit_check, motion_check
+from .column_comparison import force_check, limit_check, motion_check, scale_remedy
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
 from .excitation import (
     NOMINAL_VALUES,
@@ -36,14 +46,24 @@ from .excitation import (
     within_bounds,
 )
 from .method import forms_check, method_check
-from .misfit_checks import following, lack_of_fit_check, lacks_check
 from .records_alike import alike_check, repeated_check
 
-#: How far the numbers of a result can be believed.
-Belief = Literal["believed", "with care", "not believed"]
+_LESS = (
+    '; empty such cells and read with resample="auto", or let such rows count for '
+    'less, loss="huber"'
+)
+_MAX_CLOSE_SIMULATION_ERROR = 10.0  # %, below which nothing is said of the simulation
+_SAME_UNIT = 0.02  # distance of a factor from that of another unit, up to which it is that
+# HAC deviations by those of noise alone; from there on they are too wide for it
+_MIN_HAC_EXCESS = 1.5
 
-#: What is told where it could not be asked: of what an axis declares, and what noise does.
-_OF_THE_MODEL = ("missing terms", "control law", "method")
+#: By check of what is lacking: what is said where there is nothing.
+_NOTHING: Mapping[str, str] = {
+    "missing terms": "nothing that was looked for is in the residuals",
+    "recorded signals": "the recorded signals are in time with the forces that they make, and of "
+    "their size",
+    "outliers": "no single sample leaves its course",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -295,54 +315,139 @@ def _first_failing(found: Sequence[Check | None]) -> int:
     return min(fails, default=(False, 0))[1]
 
 
-def conclusion(checks: Sequence[Check]) -> str:
-    """Whether the numbers can be believed, from the checks of a result."""
-    failed = [check.name for check in by_weight(checks) if check.status == "fail"]
-    # What could not be asked of the model: what it lacks, and whether the law is the drive's.
-    skipped = [check.name for check in checks if check.status == "not evaluated"]
-    names = lines_of(name for name in _OF_THE_MODEL if name in skipped)
-    unchecked = f"; not checked: {', '.join(names)}" if names else ""
-    lines, how = lines_of(failed), belief(failed)
-    return first_case(
-        (
-            how == "believed",
-            f"Nothing that was checked speaks against these numbers{unchecked}.",
-        ),
-        (
-            how == "not believed",
-            f"Do not believe these numbers before this is mended: {''.join(lines[:1])}.",
-        ),
-        (True, f"Believe these numbers with care; to look at: {', '.join(lines)}{unchecked}."),
+@of_found
+def lacks_check(
+    found: Sequence[Misspecification],
+    name: str,
+    axis: GeneratedAxis,
+    record: Record,
+    levels: Levels = DEFAULT_LEVELS,
+    *,
+    bounded: bool = False,
+) -> Check:
+    """Whether something of a kind is in the residuals that the model lacks.
+
+    Parameters
+    ----------
+    found : sequence of Misspecification
+        Of any kind.
+    name : {"missing terms", "recorded signals", "outliers"}
+        A term or a parameter that changes; a recorded signal that is late or of another size; or a
+        single sample of what was measured that leaves its course.
+    axis : GeneratedAxis
+    record : Record
+    levels : Levels
+    bounded : bool
+        Whether the loss has bounded what outliers do, which are no more than a note then.
+    """
+    own = [lack for lack in found if lack.check == name]
+    advice = ""
+    if own and name == "recorded signals":
+        advice = f": {_advice(axis, record, own[0])}"
+    elif own and name == "outliers" and not bounded:
+        advice = _LESS
+    said = "; ".join(sentence(lack, axis, record) for lack in own) or _NOTHING[name]
+    return Check(
+        name=name,
+        status=status_of(not own, matters=not bounded),
+        figure=100 * max((lack.own_share for lack in own), default=0.0),
+        threshold=100 * levels.least_share,
+        p_value=min((lack.p_value for lack in own), default=None),
+        source="percent of the force, root mean square; fails where the residuals hold more of it "
+        f"than those of twins (Hotelling's test, {100 * levels.level:g} % over all that is looked "
+        f"for, by Holm's rule) and it is more than {100 * levels.least_share:g} % of the force "
+        "beside what the parameters make of it, or moves one by more than its interval",
+        meaning=said + advice,
     )
 
 
-def belief(failing: Iterable[str]) -> Belief:
-    """How far the numbers of a result can be believed of which checks of these names fail."""
-    first = min(map(kind_of, failing), key=lambda kind: kind.rank, default=None)
-    return "believed" if first is None else "not believed" if first.grave else "with care"
+def _advice(axis: GeneratedAxis, record: Record, found: Misspecification) -> str:
+    value, deviation, name = found.values[0], found.deviation, found.parameter
+    if found.kind == "late signal":
+        return advised_shift(name, value, max(MIN_DISTANCE_FROM_NOISE.value * deviation, 0.5))
+    column = record.provenance.columns.get(name, "NAME")
+    (declared,) = (s for s in axis.axis.signals if s.name == name)
+    vague = _SAME_UNIT + MIN_DISTANCE_FROM_NOISE.value * deviation / abs(value)
+    if known := scale_remedy(name, column, str(declared.unit), 1 / value, vague):
+        return known
+    scaled = f"columns {name}={column}:UNIT*{value:.4g}"
+    return f"check its unit and its scale ({scaled}), and what is declared as known of its force"
 
 
-class _HasChecks(Protocol):
-    @property
-    def checks(self) -> tuple[Check, ...]: ...
+def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | None:
+    """How much of what is left is the model's, by what is left again where the motion repeats."""
+    if found is None:
+        return None
+    coordinate = preferred.form.axis.axis.coordinate
+    unit = coordinate.acceleration_unit if preferred.is_direct else coordinate.force_unit
+    noise, again = f"{found.noise:.2g} {unit} is noise", "repeats wherever a move does"
+    if found.period is not None:
+        again = f"repeats every {found.period:.4g} s"
+    return Check(
+        name="lack of fit",
+        status=status_of(not found.is_mostly_model, matters=False),
+        figure=100 * found.share,
+        threshold=100 * MIN_MODEL_SHARE.value,
+        source="percent of the residuals' power that is left again where the reference repeats, "
+        "from the products of residuals of different repeats; it counts where noise "
+        "repeats as much but for a chance of 1e-3 (HAC over the phases), and where it goes on from "
+        "row to row",
+        meaning=f"{100 * found.share:.0f} % of what the model leaves is the model: "
+        f"{found.repeated:.2g} {unit} ({100 * found.repeated / found.left:.2g} % of the "
+        f"{preferred.form.left}) {again}, {noise}{_too_wide(found)}"
+        if found.is_mostly_model
+        else f"{found.repeated:.2g} {unit} of what the model leaves {again} but jumps from "
+        f"row to row, as the steps of an encoder do, {noise}"
+        if found.is_there and not found.is_smooth
+        else f"most of what the model leaves is noise: {found.repeated:.2g} {unit} {again}, {noise}"
+        if found.is_there
+        else f"what the model leaves is noise: nothing of it {again}, {noise}",
+    )
 
 
-class Checked:
-    """A result with `checks`, which say what it is worth."""
-
-    __slots__ = ()
-
-    @property
-    def belief(self: _HasChecks) -> Belief:
-        """How far the numbers can be believed: "believed", "with care", "not believed"."""
-        return belief(check.name for check in self.checks if check.status == "fail")
-
-    @property
-    def believed(self: _HasChecks) -> bool:
-        """Whether no check fails."""
-        return all(check.status != "fail" for check in self.checks)
+def _too_wide(found: LackOfFit) -> str:
+    """What HAC deviations are in those of the noise; nothing where they are about the same."""
+    ratios = sorted(found.hac_excess.values())
+    if ratios[0] < _MIN_HAC_EXCESS or ratios[-1] == np.inf:  # without noise there is no ratio
+        return ""
+    low, high = f"{ratios[0]:.2g}", f"{ratios[-1]:.2g}"
+    times = low if low == high else f"{low} to {high}"
+    return (
+        f"; HAC deviations are {times} times those of that noise, and say nothing of how far the "
+        "model's error moves the parameters"
+    )
 
 
-def by_weight(checks: Sequence[Check]) -> list[Check]:
-    """Checks by what it means for the numbers that they fail, the gravest first."""
-    return sorted(checks, key=lambda check: kind_of(check.name).rank)
+def following(preferred: Estimate, rest: float) -> Check | Missing:
+    """The simulation error of an estimate; `rest` is the part of its samples at which it stands."""
+    error, simulated = preferred.simulation_error_percent, preferred.simulated
+    if isinstance(simulated, NotSimulated) and simulated.by_estimate:
+        return Check(
+            name="simulation",
+            status="fail",
+            source="an axis that was recorded can be simulated",
+            meaning="the loop cannot be simulated with the estimate, as that of an axis that was "
+            f"recorded can: {str(simulated).removesuffix('.')}",
+        )
+    if isinstance(simulated, NotSimulated) or error is None:
+        unknown = Missing("the closed loop could not be simulated")
+        return simulated if isinstance(simulated, NotSimulated) else unknown
+    good, form = error < MAX_SIMULATION_ERROR.value, preferred.form
+    but = f" but for {error:.2g} %" * (error >= _MAX_CLOSE_SIMULATION_ERROR)
+    units = form.axis.axis.coordinate.unit, form.axis.axis.drive.unit
+    noise = "".join(f" ({chain.told(*units)})" for chain in preferred.inference.chains[:1])
+    blamed = rests_first(rest) or (
+        f"check the law, signs and units, or see whether the record is noise{noise}, or a motion "
+        "that the model does not have"
+    )
+    lost = f"the simulated loop leaves {error:.3g} % of the {form.left} unexplained; "
+    said = "the simulated loop follows the record" + but if good else f"{lost}{blamed}"
+    return Check(
+        name="simulation",
+        status=status_of(good),
+        figure=error,
+        threshold=MAX_SIMULATION_ERROR.value,
+        source="simulation error in percent of the left side; at 50 the loop explains three "
+        "quarters of its power, at 100 nothing",
+        meaning=said,
+    )

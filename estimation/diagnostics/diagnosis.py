@@ -268,11 +268,9 @@ class Case:
     @cached_property
     def alignment(self) -> Alignment | Missing:
         """The delay of the force, by instruments where there are any, or why it is not measured."""
-        scores = self.scores
-        alone = not isinstance(scores, Missing) and not scores.by_loop
-        if alone and self.preferred.Z is not None:
-            scores = scores_at(self.data, self.preferred, by_loop=True)
-        return alignment_of(scores)
+        judged = self.preferred
+        by_loop = judged.Z is not None and not judged.inference.chains
+        return alignment_of(scores_at(self.data, judged, by_loop=True) if by_loop else self.scores)
 
     @cached_property
     def motions(self) -> Mapping[str, ColumnComparison | Missing]:
@@ -292,9 +290,9 @@ class Case:
     @cached_property
     def lacking(self) -> tuple[Misspecification, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
+        half = np.ptp([v.interval for v in self.preferred.parameters.values()], axis=1) / 2
         records = len((self.whole or self).problem.data)
-        half = [np.ptp(value.interval) / 2 for value in self.preferred.parameters.values()]
-        return find_misspecification(self.scores, np.array(half), records, self.levels)
+        return find_misspecification(self.scores, half, records, self.levels)
 
     @cached_property
     def steps(self) -> Mapping[str, float]:

@@ -6,19 +6,25 @@ rows. What it has at a bound is held, the others are identified anew with it, un
 its bound. What a bound holds is not known, so the others are as unsure as its parameter lets them
 be: they have the covariance that they have without bounds. The bounded estimate is, by that
 covariance, nearer to whatever is within the bounds than the free one is, so that it is enough.
+
+A drive's lag or delay makes the force act where the motion shows it: the loop is simulated with it,
+and the delay that the alignment finds beside it is added, until there is none. A lag, a delay and
+the half sample of the hold move the force alike at the frequencies of a motion: a record shows
+their sum, so that at most one of them can be estimated, and the others are to be known.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.special import stdtrit
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated, build
-from axisid.estimation.checks import DEFAULT_LEVELS, Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels, unless_faulty
 from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, check_among, is_output_error
 from axisid.estimation.diagnostics import Case
-from axisid.estimation.estimates import COVARIANCES, Estimate
+from axisid.estimation.estimates import COVARIANCES, Estimate, student_interval
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
 from axisid.estimation.parameters import KnownValue, bounded_quadratic_minimum
 from axisid.estimation.problems import ParameterAtBound, Problem, check_has_rows
@@ -27,12 +33,18 @@ from axisid.estimation.regression import LoopDataError, covariance_root
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.twins import DEFAULT_COUNT, check_count
-from axisid.modeling.declaration import Axis, leave_out
-from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError
+from axisid.modeling.declaration import HIDDEN_FROM, Axis, leave_out
+from axisid.modeling.quantities import Parameter
+from axisid.support.errors import AxisidError, EstimationError, Missing, ModelError, UsageError
 
-from .drive_time import identified_with_time
-from .result import Identification
+from .result import DriveTime, Identification
 from .shared import shared_records
+
+_MAX_TIMING_STEP = 0.05  # deviations, below which a step of a drive's lag or delay has settled
+_STEPS = 10  # of that search
+
+#: Identifies an axis by methods; None for all that axis and record allow.
+Identify = Callable[[GeneratedAxis, Sequence[str] | None], Identification]
 
 
 def identify(
@@ -362,3 +374,131 @@ def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> P
         deviation=value.deviation,
         reach=max(bound, reach) if is_lower else min(bound, reach),
     )
+
+
+def at_time(axis: GeneratedAxis, name: str, value: float) -> GeneratedAxis:
+    """The axis with another lag or delay of its drive, s, which is then known.
+
+    To compile its loop takes less than a search without does.
+    """
+    declared = axis.declared
+    drive = declared.drive.with_time(name, value)
+    return build(replace(declared, drive=drive), native=axis.native.enabled)
+
+
+def identified_with_time(
+    axis: GeneratedAxis,
+    records: Sequence[Record],
+    run: Identify,
+    methods: Sequence[str] | None,
+) -> Identification:
+    """Identify an axis whose drive has a lag or a delay that is estimated too.
+
+    Every deviation of the parameters has in it what that of the time adds: the estimates are made
+    once more with the time a deviation longer.
+
+    Raises
+    ------
+    UsageError
+        There are several records, or the control was recorded where nothing shows the time.
+    EstimationError
+        The record does not show it, or the force acts before its command.
+    """
+    declared = axis.declared
+    name, parameter = declared.drive.estimated or ("lag", Parameter("lag", "s"))
+    if len(records) > 1:
+        raise UsageError(
+            f"axis {declared.name!r}: the drive's {name} is to be estimated, which one record "
+            f"tells, and {len(records)} are given; identify it from one of them, and declare it as "
+            "a number for all.",
+            code="drive-time",
+        )
+    value, deviation = _searched(axis, records[0], name, run)
+    result = run(at_time(axis, name, value), methods)
+    moved = run(at_time(axis, name, value + deviation), [*result.estimates])
+    freedom = float(len(result.preferred.y) - len(result.preferred.theta))
+    low, high = student_interval(value, deviation, freedom)
+    return replace(
+        result,
+        estimates={n: _widened(e, moved.estimates[n]) for n, e in result.estimates.items()},
+        drive_time=DriveTime(
+            name=name,
+            parameter=parameter,
+            value=value,
+            deviation=deviation,
+            interval=(max(low, 0.0), high),
+        ),
+    )
+
+
+def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> tuple[float, float]:
+    """The lag or the delay with which force and motion are aligned, and its deviation, s."""
+    declared, period = axis.declared, record.period
+    check_time(declared, record, name)
+    value = float(getattr(declared.drive, name))
+    for _ in range(_STEPS):
+        result = run(at_time(axis, name, value), ["idm-iv"])
+        found = unless_faulty(partial(getattr, result.case.parts[0], "alignment"))
+        if isinstance(found, Missing) or found.at_the_end:
+            why = "the record tells no delay between force and motion"
+            raise EstimationError(
+                f"axis {declared.name!r}: the drive's {name} cannot be estimated: "
+                f"{found if isinstance(found, Missing) else why}.",
+                code="drive-time",
+            )
+        step, deviation = (found.best - result.data.hold_delay) * period, found.deviation * period
+        near = max(_MAX_TIMING_STEP * deviation, 1e-9 * period)  # which rounding does not reach
+        if abs(step) < near or (value == 0 and step <= 0):
+            break
+        value = max(value + step, 0.0)
+    else:
+        raise EstimationError(
+            f"axis {declared.name!r}: the estimate of the drive's {name} does not settle; it is "
+            f"about {value:.3g} s. See whether the law and the model are right.",
+            code="no-convergence",
+        )
+    if step < -2 * deviation:
+        raise EstimationError(
+            f"axis {declared.name!r}: the force acts {-step:.3g} s before its command, so there is "
+            f"no {name} to estimate; see whether the control is logged late, and its hold.",
+            code="drive-time",
+        )
+    return value, deviation
+
+
+def _widened(estimate: Estimate, moved: Estimate) -> Estimate:
+    """An estimate whose covariances have in them that a time may be a deviation longer."""
+    away = {
+        "covariances": moved.physical - estimate.physical,
+        "ddm_covariances": moved.theta_ddm - estimate.theta_ddm,
+    }
+    return estimate.with_inference(
+        **{
+            which: {n: each + np.outer(by, by) for n, each in getattr(estimate, which).items()}
+            for which, by in away.items()
+        }
+    )
+
+
+def check_time(declared: Axis, record: Record, name: str, *, by_law: bool = True) -> None:
+    """Refuse a time that a record cannot show, of a loop under a law or of one without.
+
+    Raises
+    ------
+    UsageError
+        The control was recorded where nothing shows it.
+    """
+    law = declared.control
+    unsampled = by_law and (law is None or law.continuous)
+    if unsampled or record.force is not None or record.control is None:
+        raise UsageError(
+            f"axis {declared.name!r}: the drive's {name} is told by a recorded control"
+            f"{' of a sampled law' * by_law}, and by no force that was measured.",
+            code="drive-time",
+        )
+    if declared.drive.logged in HIDDEN_FROM[name]:
+        raise UsageError(
+            f"axis {declared.name!r}: the control was recorded behind the drive's {name} "
+            f"(logged={declared.drive.logged!r}), so that the motion does not show it.",
+            code="drive-time",
+        )

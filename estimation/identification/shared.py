@@ -1,5 +1,6 @@
 """The records that are used, under their filters as one problem: what they share, their weights."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -143,18 +144,13 @@ def check_bad(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
     """
     if not bad or (skip_bad and len(bad) < count):
         return
-    reasons = "; ".join(f"{name}: {_unnamed(name, note)}" for name, note in bad.items())
+    # A reason may begin with the record's name.
+    own = {name: f"^({re.escape(name)}|{re.escape(Path(name).name)})[:,] " for name in bad}
+    reasons = "; ".join(f"{name}: {re.sub(own[name], '', note)}" for name, note in bad.items())
     said = f"{len(bad)} of {count} records cannot be used: {reasons}"
     if len(bad) < count:
         said += " Mend them, or go on without them: skip-bad."
     raise DataError(said, code="record")
-
-
-def _unnamed(name: str, note: str) -> str:
-    """A reason that does not begin with the record's name once more."""
-    for said in (name, Path(name).name):
-        note = note.removeprefix(f"{said}: ").removeprefix(f"{said}, ")
-    return note
 
 
 def known_without(

@@ -268,11 +268,10 @@ def scores_of(
         quiet = noise_free_record(data, loops)
         # Without rows near rests and reversals of the loop, if rows are left then.
         moving = data.also_turning_as(quiet.record.position)
-        enough = len(moving.row_numbers) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1)
-        data = moving if enough else data
-        twins += [] if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)
-        if 2 * len(twins) < DEFAULT_COUNT:
-            twins = []
+        if len(moving.row_numbers) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1):
+            data = moving
+        drawn = [] if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)
+        twins = [*drawn] if 2 * len(drawn) >= DEFAULT_COUNT else twins
         moved = Signals(
             position=quiet.record.position,
             velocity=np.concatenate([loop.velocity for loop in loops]),

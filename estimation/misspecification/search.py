@@ -32,15 +32,10 @@ from .terms import TERMS, Along, Term, said_of
 #: What stands for a parameter where it is the drive's gain that changes.
 GAIN = "the drive gain"
 
-_TIMES = 15  # of a change, in the middle 70 % of the record
-_TRIMMED = 0.15
-_LONGEST = 0.5  # s, of a signal's delay
-_DELAYS = 14  # of either sign
 _STEP = 1e-3  # of a factor
 _FINER = 65  # places between those of a grid, once it is told
 
 _PULSE = 1e-4  # of a signal's size: so small that it moves no sign
-_PLACES = 5  # from one row to the next but one
 # residuals less the filter's own, by the left side, up to which their look is a note: measured,
 # at most 4e-7 without noise, 5e-3 and more on wrong models that residuals tell
 _NEGLIGIBLE_RESIDUAL = 1e-4
@@ -168,7 +163,7 @@ def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
     if commanded:
         of[GAIN, "times"] = scores.along.reduce(scores.along.force)
     times = scores.data.times_of_rows
-    places = times[0] + (times[-1] - times[0]) * np.linspace(_TRIMMED, 1 - _TRIMMED, _TIMES)
+    middle = times[0] + (times[-1] - times[0]) * np.linspace(0.15, 0.85, 15)
     return [
         hypothesis
         for (name, unit), column in of.items()
@@ -185,7 +180,7 @@ def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
                 parameter=name,
                 unit=unit,
                 columns=partial(_from, column, times),
-                places=places,
+                places=middle,
                 between=_between,
             ),
         )
@@ -217,9 +212,8 @@ def _between(grid: Array, at: float) -> Array:
 def _of_signals(scores: RecordScores) -> list[Hypothesis]:
     """Each recorded signal that makes a force, late or early, and of another size."""
     by, record = _by_change(scores, scores.quiet), scores.quiet.record
-    longest = min(_LONGEST / scores.data.period, 0.1 * len(scores.data))
-    late = np.unique(np.round(np.geomspace(1.0, max(longest, 2.0), _DELAYS)))
-    delays = np.concatenate([-late[::-1], late])
+    longest = min(0.5 / scores.data.period, 0.1 * len(scores.data))  # half a second
+    late = np.unique(np.round(np.geomspace(1.0, max(longest, 2.0), 14)))
     scaled = {name: (1 + _STEP) * values for name, values in record.channels().items()}
     return [
         hypothesis
@@ -229,7 +223,7 @@ def _of_signals(scores: RecordScores) -> list[Hypothesis]:
                 kind="late signal",
                 parameter=name,
                 columns=partial(_of_late, by, record, name),
-                places=delays,
+                places=np.concatenate([-late[::-1], late]),
                 between=_between,
                 is_whole=True,
             ),
@@ -254,16 +248,14 @@ def _of_late(by: Callable[[str, Array], Array], record: Record, name: str, delay
 
 def _by_change(scores: RecordScores, data: FilteredRecord) -> Callable[[str, Array], Array]:
     """What rows leave more, (n,), where a record has other values of a column, by its role."""
-    columns = data.record.channels()
 
-    def left(changed: dict[str, Array]) -> Array:
-        other = replace(data, record=data.record.with_channels({**columns, **changed}))
-        rows = scores.form.equations(other.signals).reduced(scores.data)
-        found = rows.left - rows.intercept - rows.regressor @ scores.physical
-        return np.asarray(found, dtype=float)
+    def left(**changed: Array) -> Array:
+        record = data.record.with_channels({**data.record.channels(), **changed})
+        rows = scores.form.equations(replace(data, record=record).signals).reduced(scores.data)
+        return rows.left - rows.intercept - rows.regressor @ scores.physical
 
-    whole = left({})
-    return lambda role, values: left({role: values}) - whole
+    whole = left()
+    return lambda role, values: left(**{role: values}) - whole
 
 
 def outliers_of(scores: RecordScores) -> list[Hypothesis]:
@@ -274,15 +266,13 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
     if not scores.twins:
         return []
     data = scores.data
-    rows = data.row_numbers.astype(np.int64)
     left = np.abs(scores.nets)
     worst, (largest, *of_twins) = int(np.argmax(left[:, 0])), left.max(axis=0)
     # That noise leaves as much: by Gumbel's law of the twins' largest.
     spread = np.std(of_twins, ddof=1) * math.sqrt(6 * (1 + 1 / len(of_twins))) / math.pi
     beyond = (largest - np.mean(of_twins)) / spread + np.euler_gamma if spread else np.inf
     width = data.prefilter.decimate
-    near = np.round(np.linspace(-width, width, _PLACES if width > 1 else 3))
-    places = np.clip(rows[worst] + near, 0, len(data.record) - 1)
+    near = data.row_numbers[worst] + np.round(np.linspace(-width, width, 5 if width > 1 else 3))
     by, columns = _by_change(scores, data), data.record.channels()
     hidden = {"control"} if data.record.force is not None else set()
     return [
@@ -291,7 +281,7 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
             parameter=role,
             unit=expected_units(role, data.axis.axis)[0],
             columns=partial(_pulses, by, columns[role], role),
-            places=np.unique(places),
+            places=np.unique(np.clip(near, 0, len(data.record) - 1)),
             least=-math.expm1(-math.exp(-beyond)),
             between=_every_sample,
         )
@@ -393,9 +383,8 @@ def scores_at(
     data: FilteredRecord, preferred: Estimate, *, by_loop: bool = False
 ) -> RecordScores | Missing:
     """Residuals of a record and of its twins at the judged estimate, as by `scores_of`."""
-    chains = preferred.inference.chains
-    at = preferred.corrected if chains else preferred.physical
-    chain = chains[0] if chains else None
+    chain = next(iter(preferred.inference.chains), None)
+    at = preferred.physical if chain is None else preferred.corrected
     return scores_of(data, at, chain, range(len(at)), by_loop=by_loop)
 
 
@@ -462,8 +451,7 @@ def _tested(
     told = p_values <= sure
     best = int(np.argmax(np.where(told, taken, -np.inf)) if told.any() else np.argmin(p_values))
     moved = np.abs(scores.moved_by(columns[:, best], tested.values[best]))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        far = np.nan_to_num(moved / half, nan=0.0, posinf=0.0)
+    far = np.divide(moved, half, out=np.zeros_like(moved), where=half > 0)
     return TestedHypothesis(
         hypothesis=hypothesis,
         at=float(hypothesis.places[best]),
@@ -516,9 +504,9 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
     if parameter == GAIN:  # what it makes is on the other side
         values, before = -values, 1.0
     elif parameter in names:
-        moved = np.zeros(len(names))
-        moved[scores.free] = scores.moved_by(columns, factors)
-        before = float((scores.physical + moved)[names.index(parameter)] + begun)
+        estimate = scores.physical.copy()
+        estimate[scores.free] += scores.moved_by(columns, factors)
+        before = float(estimate[names.index(parameter)] + begun)
     size, made_by = float(np.linalg.norm(values)), columns @ factors
     return Misspecification(
         kind=kind,
@@ -537,14 +525,12 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
 def sentence(lack: Misspecification, axis: GeneratedAxis, record: Record) -> str:
     """What is missing, changes or is logged wrongly, how much of it, and what to do about it."""
     size, deviation, unit = lack.size, lack.deviation, lack.unit
-    kind, name, part = lack.kind, lack.parameter, "this is more than the force"
-    if lack.share <= 1:
-        part = f"{100 * lack.share:.2g} % of the force is this"
+    kind, name, whole = lack.kind, lack.parameter, "this is more than the force"
+    part = whole if lack.share > 1 else f"{100 * lack.share:.2g} % of the force is this"
     by = f"{size:+.3g} +- {deviation:.1g} {unit}".rstrip()
     if not name:
         what, advice = said_of(TERMS[kind], lack.at, axis.axis, size)
         return f"{what}{f', {by}' * bool(unit)}: {advice} ({part})"
-    held_by = f"{abs(size):.3g} +- {deviation:.1g} {unit}".rstrip()
     changed = by + (f" ({100 * size / lack.before:+.2g} %)" if lack.before else "")
     sample = int(lack.at) if kind == "outlier" else 0
     return first_case(
@@ -565,7 +551,7 @@ def sentence(lack: Misspecification, axis: GeneratedAxis, record: Record) -> str
         ),
         (
             kind == "held",
-            f"another {name} than was given, {held_by} {'more' if size > 0 else 'less'}",
+            f"another {name} than was given, {by[1:]} {'more' if size > 0 else 'less'}",
         ),
         (
             kind == "drift",
