@@ -1,6 +1,5 @@
 """Estimates within declared bounds: those of the bounded least squares, with what is held told."""
 
-import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -11,7 +10,6 @@ from scipy.optimize import lsq_linear
 from scipy.stats import t as student
 
 from axisid import (
-    Axis,
     Prefilter,
     build,
     identify,
@@ -34,13 +32,9 @@ def _record() -> Record:
 
 
 def _bounded(**lower: float) -> GeneratedAxis:
-    axis: Axis = load_axis("emps2015")
-    changed = tuple(
-        replace(p, lower=lower[p.name], nominal=max(lower[p.name], p.nominal))
-        if p.name in lower
-        else p
-        for p in axis.parameters
-    )
+    axis = load_axis("emps2015")
+    ends = ((p, lower.get(p.name, p.lower)) for p in axis.parameters)
+    changed = tuple(replace(p, lower=end, nominal=max(end, p.nominal)) for p, end in ends)
     return build(replace(axis, parameters=changed))
 
 
@@ -63,14 +57,9 @@ def test_least_squares_are_those_of_the_same_rows_within_the_bounds(
     bounds = ([-np.inf, *lower.values()], np.inf)
     y = free.y + free.X @ (free.corrected - free.physical)
     wanted = lsq_linear(free.X, y, bounds=bounds, method="bvls", tol=1e-14)
-    held = {each.name: each.bound for each in result.held}
-    assert set(held) == {
-        n for n, at in zip(("M", "Fv", "Fc"), wanted.active_mask, strict=True) if at
-    }
-    names = ["M", "Fv", "Fc"]
-    at, left = [names.index(n) for n in held], [i for i, n in enumerate(names) if n not in held]
-    rest = free.y - free.X[:, at] @ [*held.values()]
-    found = np.linalg.lstsq(free.X[:, left], rest)[0]
+    at = wanted.active_mask != 0
+    assert [held.name for held in result.held] == [*np.array(["M", "Fv", "Fc"])[at]]
+    found = np.linalg.lstsq(free.X[:, ~at], free.y - free.X[:, at] @ wanted.x[at])[0]
     assert result.preferred.physical == pytest.approx(found, rel=1e-9)
 
 
@@ -90,17 +79,14 @@ def test_a_bound_that_the_record_contradicts_fails_and_one_by_chance_is_told(
     assert ends[1] - ends[0] == pytest.approx(room, rel=1e-6, abs=1e-12)
     (check,) = (each for each in result.verdict if each.name == "bounds")
     assert (check.status, check.figure) == (status, pytest.approx(held.distance))
-    path = tmp_path / "result.json"
-    path.write_text(json.dumps(result.to_dict()))
-    written = result.to_dict()["held"]["Fc"]
-    assert (written["bound"], written["free"]) == (held.bound, held.free)
-    assert load_result(path, axis=axis.axis).summary() == result.summary()
+    saved = load_result(result.save(tmp_path / "result.json"), axis=axis.axis)
+    assert saved.summary() == result.summary()
 
 
 @pytest.mark.slow
 def test_intervals_hold_the_truth_where_chance_takes_a_parameter_to_its_bound() -> None:
     """As if the bound were the truth, the intervals of Fc hold in none of these."""
-    axis, truth = build(load_axis("emps2015")), {"M": 100.2, "Fv": 0.4, "Fc": 24.8}
+    axis, truth = _bounded(), {"M": 100.2, "Fv": 0.4, "Fc": 24.8}
     whole, held, misses = _record(), 0, 0
     for seed in range(30):
         noise = np.random.default_rng(seed).normal(scale=3.8e-6, size=len(whole))
@@ -110,9 +96,8 @@ def test_intervals_hold_the_truth_where_chance_takes_a_parameter_to_its_bound() 
         record = replace(whole, position=loop.measured_position, control=loop.control)
         result = identify(axis, record, methods=["didim"], bounded=True)
         held += bool(result.held)
-        if result.held:
-            found = {name: value.interval for name, value in result.preferred.parameters.items()}
-            misses += sum(not low <= truth[name] <= high for name, (low, high) in found.items())
+        for name, value in result.preferred.parameters.items() if result.held else ():
+            misses += not value.interval[0] <= truth[name] <= value.interval[1]
     assert held >= 3
     assert misses <= 1
 

@@ -6,8 +6,6 @@ from typing import Any
 import pytest
 
 from axisid import (
-    Axis,
-    Identification,
     Parameter,
     build,
     identify,
@@ -19,15 +17,12 @@ from tests.axes.lagging import TRUTH, lagging, noisy
 from tests.refusals import refuses
 
 
-def _short(**timing: float) -> Axis:
-    """The axis with a short experiment."""
+def _record(seed: int = 1, **timing: float) -> Record:
+    """The twin of a short experiment."""
     moves = back_and_forth(speeds=(0.06, 0.12), acceleration=0.8, seconds=0.4)
     axis = lagging(**timing)
-    return replace(axis, experiment=replace(axis.experiment, moves=moves))
-
-
-def _record(seed: int = 1, noise: float = 1e-6, **timing: float) -> Record:
-    return twin_record(build(_short(**timing)), position_noise=noise, seed=seed)
+    short = replace(axis, experiment=replace(axis.experiment, moves=moves))
+    return twin_record(build(short), position_noise=1e-6, seed=seed)
 
 
 @pytest.mark.slow
@@ -78,20 +73,16 @@ CASES = [
     {"lag": 8e-4, "delay": 3.5e-4, "logged": "current"},
 ]
 PATH = {"rate_limit": 300.0, "quantisation": 0.05, "deadband": 0.3}
+METHODS = ["idm-ls", "idm-iv", "didim"]
 MOST_ERROR = 1e-5  # of the corrected values
 MOST_BIAS = 9e-4  # of a filter beside reversals
-
-
-def _identified(axis: Axis, record: Record | None = None) -> Identification:
-    made = build(axis)
-    record = twin_record(made) if record is None else record
-    return identify(made, record, methods=["idm-ls", "idm-iv", "didim"])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("timing", CASES)
 def test_declared_lag_and_delay_leave_no_error(timing: dict[str, float]) -> None:
-    result = _identified(lagging(**timing))
+    axis = build(lagging(**timing))
+    result = identify(axis, twin_record(axis), methods=METHODS)
     for estimate in result.estimates.values():
         for name, true in TRUTH.items():
             value = estimate.parameters[name]
@@ -120,7 +111,7 @@ def test_a_declared_path_leaves_parameters_within_their_deviations(timing: dict[
 @pytest.mark.slow
 def test_an_undeclared_dead_band_is_taken_for_friction_and_named_with_its_width() -> None:
     record = twin_record(build(noisy(lagging(deadband=0.05), 1e-6)))
-    result = _identified(lagging(), record)
+    result = identify(lagging(), record, methods=METHODS)
     assert result.estimates["idm-iv"].parameters["Fc"].corrected > 1.05 * TRUTH["Fc"]
     (failing,) = (check for check in result.verdict if check.status == "fail")
     assert failing.name == "missing terms"

@@ -8,7 +8,6 @@ import sympy
 
 from axisid import (
     Constant,
-    Coordinate,
     EstimationError,
     Parameter,
     Prefilter,
@@ -20,40 +19,12 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd
-from axisid.elements import Drive, coulomb, viscous
-from axisid.modeling import Experiment, back_and_forth
-from axisid.modeling.declaration.axis import Axis
 from axisid.support.arrays import relative_error_percent
-from tests.axes.bodies import Fc, Fv, body
 from tests.refusals import refuses
 
-z = Coordinate("z")
-METRE, UNIT = Constant(1.0, "m"), Constant(1.0, "N")
-M = Parameter("M", "kg", nominal=90.0, lower=0.0)
-EXPERIMENT = Experiment(
-    moves=back_and_forth(speeds=(0.05, 0.1, 0.15), acceleration=0.75, seconds=0.3, repeat=2),
-    truth={"M": 100.2, "Fv": 236.9, "Fc": 24.8},
-    position_noise=1e-7,
-)
-
-
-def vertical(weight: sympy.Expr) -> Axis:
-    """A vertical axis whose weight is declared in one way or another."""
-    return body(
-        viscous(Fv, z),
-        coulomb(Fc, z),
-        weight,
-        coordinate=z,
-        inertia=M,
-        parameters=(Fv, Fc),
-        name="vertical",
-        drive=Drive(gain=100.0, limit=30.0),
-        control=cascade_pd(kp=160.18, kv=85.0, period=1e-3),
-        experiment=EXPERIMENT,
-    )
-
-
-BY_MASS, BY_NUMBER = vertical(9.81 * M), vertical(sympy.Float(982.962))
+#: The position by a metre, and a force.
+X = load_axis("emps2015").coordinate.symbol / Constant(1.0, "m").symbol
+NEWTON = Constant(1.0, "N").symbol
 EVERY_ROW = Prefilter(decimate=1, drop=(0, 0), hold="raw", reversals="keep")
 ALIGNED = Prefilter(cutoff=100.0, decimate=5, hold="zoh", drop=(50, 50))
 
@@ -147,12 +118,11 @@ def test_settings_that_mislead_are_remarked(
     assert any(remark in r for r in estimate.remarks)
 
 
-@pytest.mark.parametrize(
-    "term", [UNIT * sympy.log(z / METRE - 5), UNIT * sympy.sqrt(-1 - (z / METRE) ** 2)]
-)
-def test_known_terms_that_are_not_finite_are_refused(term: sympy.Expr) -> None:
+@pytest.mark.parametrize("term", [sympy.log(X - 5), sympy.sqrt(-1 - X**2)])
+def test_known_terms_that_are_not_finite_are_refused(term: sympy.Expr, twin: Record) -> None:
+    axis = load_axis("emps2015")
     with refuses("not-finite"):
-        identify(vertical(term), twin_record(BY_MASS), methods="idm-ls")
+        identify(replace(axis, force=axis.force + NEWTON * term), twin, methods="idm-ls")
 
 
 def test_methods_and_parameters_are_found_as_they_are_printed(

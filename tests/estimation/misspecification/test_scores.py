@@ -1,6 +1,6 @@
 """Columns beside a model are tested as Hotelling has it, by twins; else by the HAC score test."""
 
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ import statsmodels.api as sm
 from scipy.stats import kstest
 
 from axisid.estimation.misspecification.scores import RecordScores
-from axisid.estimation.signals import FilteredRecord, RowTimes
+from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array
 
 ROWS, PARAMETERS = 300, 3
@@ -23,7 +23,6 @@ def coloured(random: np.random.Generator, several: int) -> Array:
 def scores_of(errors: Array, X: Array) -> RecordScores:
     """Of least squares, errors (n, 1 + R) of a record and its twins."""
     basis = np.linalg.qr(X)[0]
-    nothing = cast(FilteredRecord, None)
     return RecordScores(
         basis=basis,
         columns=X,
@@ -31,13 +30,13 @@ def scores_of(errors: Array, X: Array) -> RecordScores:
         regressor=X,
         residuals=errors - basis @ (basis.T @ errors),
         force=np.ones(len(X)),
-        form=None,  # type: ignore[arg-type]
+        form=cast(Any, None),
         physical=np.zeros(X.shape[1]),
-        signals=None,  # type: ignore[arg-type]
-        along=None,  # type: ignore[arg-type]
-        measured=None,  # type: ignore[arg-type]
-        data=nothing,
-        quiet=nothing,
+        signals=cast(Any, None),
+        along=cast(Any, None),
+        measured=cast(Any, None),
+        data=cast(Any, None),
+        quiet=cast(Any, None),
         neighbours=RowTimes.consecutive(len(X)),
     )
 
@@ -52,17 +51,16 @@ def test_values_are_those_of_least_squares_with_the_columns_in_the_model(
     rng: np.random.Generator, X: Array, width: int
 ) -> None:
     columns, y = rng.standard_normal((ROWS, 4, width)), rng.standard_normal(ROWS)
-    scores = scores_of(y[:, None], X)
+    scores, alone = scores_of(y[:, None], X), sm.OLS(y, X).fit()
     tested = scores.test(columns)
     for place in range(4):
         both = sm.OLS(y, np.hstack([X, columns[:, place]])).fit()
-        alone = sm.OLS(y, X).fit()
         assert tested.values[place] == pytest.approx(both.params[PARAMETERS:])
         assert tested.powers[place] == pytest.approx((alone.ssr - both.ssr) / ROWS)
         moved = scores.moved_by(columns[:, place], tested.values[place])
         assert moved == pytest.approx(both.params[:PARAMETERS] - alone.params)
-        assert scores.beside(columns[:, place]).nets[:, 0] == pytest.approx(both.resid)
         then, more = scores.beside(columns[:, place]), columns[:, (place + 1) % 4]
+        assert then.nets[:, 0] == pytest.approx(both.resid)
         three = sm.OLS(y, np.hstack([X, columns[:, place], more])).fit()
         moved = then.moved_by(more, then.test(more[:, None]).values[0])
         assert moved == pytest.approx(three.params[:PARAMETERS] - both.params[:PARAMETERS])

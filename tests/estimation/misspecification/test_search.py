@@ -3,11 +3,10 @@
 import json
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
-from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +16,12 @@ import pytest
 from axisid import (
     Record,
     build,
-    compare,
     fit,
     fix,
     identify,
     leave_out,
     load_axis,
     load_result,
-    monte_carlo,
-    sweep,
     twin_record,
 )
 from axisid.codegen.artefacts import GeneratedAxis
@@ -40,13 +36,14 @@ field: Any = import_module("field")
 
 AXIS = load_axis("emps2015")
 Q = AXIS.coordinate
+PLACED = "friction place"
 ADDED: dict[str, tuple[object, float, float]] = {
     "direction": (asymmetric_viscous(20.0, -20.0, Q), 40.0, 0.1),
     "quadratic": (quadratic(1000.0, Q), 1000.0, 0.1),
     "stribeck": (stribeck(8.0, Q, velocity=0.02, exponent=1), 8.0, 0.5),
     "slope": (spring(200.0, Q), 200.0, 0.1),
     "constant": (Constant(5.0, "N", "F0").symbol, 5.0, 0.05),
-    "friction place": (periodic_coulomb(2.5, 1.0, Q, period=0.03), np.hypot(2.5, 1.0), 0.1),
+    PLACED: (periodic_coulomb(2.5, 1.0, Q, period=0.03), np.hypot(2.5, 1.0), 0.1),
 }
 
 
@@ -81,13 +78,16 @@ def test_a_loop_that_follows_by_a_velocity_of_no_record_is_not_searched(bootstra
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ADDED)
-def test_a_term_that_is_missing_is_the_first_that_is_found(kind: str) -> None:
-    first, (_, size, near) = found(of_plant(kind))[0], ADDED[kind]
+@pytest.mark.parametrize(
+    ("kind", "has_loop"), [*((k, True) for k in ADDED), ("direction", False), (PLACED, False)]
+)
+def test_a_term_that_is_missing_is_the_first_that_is_found(kind: str, has_loop: bool) -> None:
+    """Without a loop away from reversals."""
+    record, (_, size, near) = of_plant(kind), ADDED[kind]
+    first = found(record if has_loop else replace(record, reference=None))[0]
     assert first.kind == kind
-    assert first.size == pytest.approx(size, rel=near)
-    if kind == "friction place":
-        assert first.at == pytest.approx(0.03, rel=0.02)
+    assert first.size == pytest.approx(size, rel=near if has_loop else 0.5)
+    assert kind != PLACED or first.at == pytest.approx(0.03, rel=0.02)
 
 
 @pytest.mark.parametrize(("name", "kind"), [("Fc", "coulomb"), ("Fv", "viscous")])
@@ -139,13 +139,6 @@ def test_of_an_axis_with_a_known_value_the_friction_that_is_not_declared_is_told
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["direction", "friction place"])
-def test_without_a_loop_a_term_is_found_away_from_reversals(kind: str) -> None:
-    record = replace(of_plant(kind), reference=None)
-    assert found(record)[0].kind == kind
-
-
-@pytest.mark.slow
 def test_a_delay_is_found_and_said_by_one_check() -> None:
     late = replace(AXIS, name="late", drive=replace(AXIS.drive, delay=1e-3))
     result = identify(AXIS, twin_record(late), methods=["idm-ls", "idm-iv"])
@@ -191,15 +184,10 @@ def test_a_parameter_that_changes_is_found_with_how_much_and_when(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["emps2015", "pendulum", "belt_axis", "rotary_table", "crank"])
+@pytest.mark.parametrize("name", ["pendulum", "belt_axis", "rotary_table", "crank"])
 def test_nothing_is_lacking_in_right_models_of_other_axes(name: str) -> None:
     axis = build(load_axis(name))
     assert identify(axis, twin_record(axis, seed=1), methods=["idm-iv"]).case.lacking == ()
-
-
-@pytest.mark.parametrize("judge", [identify, fit, sweep, compare, monte_carlo])
-def test_whatever_judges_takes_levels(judge: Callable[..., object]) -> None:
-    assert {*signature(judge).parameters} >= {"level", "least_share"}
 
 
 def _coarse(name: str, spikes: int = 0) -> Record:
@@ -220,18 +208,14 @@ def _outliers(name: str, record: Record, **options: str) -> Check:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["emps", "pendulum", "rotary_table"])
-def test_a_right_log_with_a_coarse_velocity_has_none(name: str) -> None:
+def test_outliers_are_told_with_their_sample_and_steps_of_a_velocity_are_none(name: str) -> None:
     assert _outliers(name, _coarse(name)).status == "pass"
-
-
-@pytest.mark.slow
-def test_several_are_named_with_their_sample_and_no_more_than_a_note_with_a_bounded_loss() -> None:
-    record = _coarse("emps", spikes=3)
-    check = _outliers("emps", record)
-    assert check.status == "fail"
-    for sample in (3001, 3501, 4001):
-        assert f"at sample {sample}, " in check.meaning
-    assert _outliers("emps", record, loss="huber").status != "fail"
+    if name == "emps":
+        record = _coarse(name, spikes=3)
+        check = _outliers(name, record)
+        assert check.status == "fail"
+        assert re.findall(r"at sample (\d+), ", check.meaning) == ["3001", "3501", "4001"]
+        assert _outliers(name, record, loss="huber").status != "fail"
 
 
 @cache
@@ -265,10 +249,21 @@ def _check(kind: str, *, known: bool = False, late: int = 0, factor: float = 1.0
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("kind", "known"), [("pressure", False), ("supply", False), ("pressure", True)]
+    ("kind", "known", "changed", "said"),
+    [
+        *((kind, known, {}, "") for kind, known in (("pressure", False), ("supply", False))),
+        ("pressure", True, {}, ""),
+        ("pressure", True, {"factor": 1e-5}, "columns pressure=NAME:bar"),
+        ("pressure", True, {"factor": 1e-3}, "columns pressure=NAME:kPa"),
+        ("pressure", True, {"factor": 1.05}, "columns pressure=NAME:UNIT*0.95"),
+    ],
 )
-def test_a_right_signal_passes(kind: str, known: bool) -> None:
-    assert _check(kind, known=known).status == "pass"
+def test_a_right_signal_passes_and_one_in_another_unit_is_told_where_its_coefficient_is_known(
+    kind: str, known: bool, changed: dict[str, float], said: str
+) -> None:
+    found = _check(kind, known=known, **changed)  # type: ignore[arg-type]
+    assert found.status == ("fail" if said else "pass")
+    assert said in found.meaning
 
 
 @pytest.mark.slow
@@ -280,20 +275,3 @@ def test_a_late_signal_is_told_with_its_delay(kind: str, samples: int) -> None:
     (amount,) = re.findall(rf"shift\.{kind} = ([-\d.]+)", found.meaning)
     assert float(amount) == pytest.approx(-samples, abs=1.0)
     assert ("late" if samples > 0 else "early") in found.meaning
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("factor", "said"),
-    [
-        (1e-5, "columns pressure=NAME:bar"),
-        (1e-3, "columns pressure=NAME:kPa"),
-        (1.05, "columns pressure=NAME:UNIT*0.95"),
-    ],
-)
-def test_a_signal_in_another_unit_is_told_where_its_coefficient_is_known(
-    factor: float, said: str
-) -> None:
-    found = _check("pressure", known=True, factor=factor)
-    assert found.status == "fail"
-    assert said in found.meaning
