@@ -29,7 +29,7 @@ Status = Literal["pass", "note", "fail", "not evaluated"]
 
 Found = TypeVar("Found")
 Else = TypeVar("Else")
-_WORST: tuple[Status, ...] = ("fail", "note", "pass")
+WORST_FIRST: tuple[Status, ...] = ("fail", "note", "pass")
 _UNMADE: Status = "not evaluated"
 
 
@@ -196,7 +196,7 @@ def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | Non
     made = [(name, each) for name, each in every if each.status != _UNMADE]
     if not made:
         return every[0][1] if every else None
-    status = min((each.status for _, each in made), key=_WORST.index)
+    status = min((each.status for _, each in made), key=WORST_FIRST.index)
     worst = [(n, each) for n, each in made if each.status == status]
     first = max((each for _, each in worst), key=_distance)
     same = [n for n, each in worst if each.meaning == first.meaning]

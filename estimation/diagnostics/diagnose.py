@@ -48,12 +48,7 @@ from .excitation import (
 from .method import forms_check, method_check
 from .records_alike import alike_check, repeated_check
 
-_LESS = (
-    '; empty such cells and read with resample="auto", or let such rows count for '
-    'less, loss="huber"'
-)
 _MAX_CLOSE_SIMULATION_ERROR = 10.0  # %, below which nothing is said of the simulation
-_SAME_UNIT = 0.02  # distance of a factor from that of another unit, up to which it is that
 # HAC deviations by those of noise alone; from there on they are too wide for it
 _MIN_HAC_EXCESS = 1.5
 
@@ -345,7 +340,10 @@ def lacks_check(
     if own and name == "recorded signals":
         advice = f": {_advice(axis, record, own[0])}"
     elif own and name == "outliers" and not bounded:
-        advice = _LESS
+        advice = (
+            '; empty such cells and read with resample="auto", or let such rows count for '
+            'less, loss="huber"'
+        )
     said = "; ".join(sentence(lack, axis, record) for lack in own) or _NOTHING[name]
     return Check(
         name=name,
@@ -367,7 +365,8 @@ def _advice(axis: GeneratedAxis, record: Record, found: Misspecification) -> str
         return advised_shift(name, value, max(MIN_DISTANCE_FROM_NOISE.value * deviation, 0.5))
     column = record.provenance.columns.get(name, "NAME")
     (declared,) = (s for s in axis.axis.signals if s.name == name)
-    vague = _SAME_UNIT + MIN_DISTANCE_FROM_NOISE.value * deviation / abs(value)
+    # A factor within 2 % of that of another unit is that.
+    vague = 0.02 + MIN_DISTANCE_FROM_NOISE.value * deviation / abs(value)
     if known := scale_remedy(name, column, str(declared.unit), 1 / value, vague):
         return known
     scaled = f"columns {name}={column}:UNIT*{value:.4g}"
@@ -383,6 +382,13 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
     noise, again = f"{found.noise:.2g} {unit} is noise", "repeats wherever a move does"
     if found.period is not None:
         again = f"repeats every {found.period:.4g} s"
+    # Without noise there is no ratio of the deviations.
+    low, high = min(found.hac_excess.values()), max(found.hac_excess.values())
+    times = f"{low:.2g}" if f"{low:.2g}" == f"{high:.2g}" else f"{low:.2g} to {high:.2g}"
+    too_wide = (
+        f"; HAC deviations are {times} times those of that noise, and say nothing of how far the "
+        "model's error moves the parameters"
+    ) * (low >= _MIN_HAC_EXCESS and high < np.inf)
     return Check(
         name="lack of fit",
         status=status_of(not found.is_mostly_model, matters=False),
@@ -394,7 +400,7 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
         "row to row",
         meaning=f"{100 * found.share:.0f} % of what the model leaves is the model: "
         f"{found.repeated:.2g} {unit} ({100 * found.repeated / found.left:.2g} % of the "
-        f"{preferred.form.left}) {again}, {noise}{_too_wide(found)}"
+        f"{preferred.form.left}) {again}, {noise}{too_wide}"
         if found.is_mostly_model
         else f"{found.repeated:.2g} {unit} of what the model leaves {again} but jumps from "
         f"row to row, as the steps of an encoder do, {noise}"
@@ -402,19 +408,6 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
         else f"most of what the model leaves is noise: {found.repeated:.2g} {unit} {again}, {noise}"
         if found.is_there
         else f"what the model leaves is noise: nothing of it {again}, {noise}",
-    )
-
-
-def _too_wide(found: LackOfFit) -> str:
-    """What HAC deviations are in those of the noise; nothing where they are about the same."""
-    ratios = sorted(found.hac_excess.values())
-    if ratios[0] < _MIN_HAC_EXCESS or ratios[-1] == np.inf:  # without noise there is no ratio
-        return ""
-    low, high = f"{ratios[0]:.2g}", f"{ratios[-1]:.2g}"
-    times = low if low == high else f"{low} to {high}"
-    return (
-        f"; HAC deviations are {times} times those of that noise, and say nothing of how far the "
-        "model's error moves the parameters"
     )
 
 

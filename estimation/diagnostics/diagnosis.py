@@ -149,9 +149,8 @@ class Case:
         apart = self._less("idm-iv", "didim")
         if isinstance(apart, Missing):
             return by_law
-        iv, didim = self.estimates[first], self.estimates[by_law]
-        less_sure = vaguer(significant_differences(apart, self.levels.level), iv, didim)
-        return first if less_sure else by_law
+        moved = significant_differences(apart, self.levels.level)
+        return first if vaguer(moved, self.estimates[first], self.estimates[by_law]) else by_law
 
     @cached_property
     def laws(self) -> tuple[LawCheck | Missing, ...]:

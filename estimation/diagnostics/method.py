@@ -12,6 +12,7 @@ import numpy as np
 
 from axisid.estimation.checks import (
     DEFAULT_LEVELS,
+    WORST_FIRST,
     Check,
     Levels,
     Status,
@@ -34,22 +35,6 @@ from axisid.support.arrays import Array, MaybeInfinite, MaybeNan
 from axisid.support.errors import Missing, of_found
 
 _FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
-_WORST: tuple[Status, ...] = ("fail", "note", "pass")
-_HAUSMAN = (
-    "largest difference of two estimates in deviations of the other; counts where a HAC test of "
-    "all differences at once (Hausman, Hotelling, the p-value) rejects at {level:g} %; a failure "
-    "where it is more than {share:g} % of the value and more than either 95 % interval allows for"
-)
-_STEPS = (
-    "what as much noise again as the steps of the position make moves least squares by, in "
-    "deviations; a failure where it is more than {share:g} % of the value"
-)
-_BY_OPEN_LOOP = (
-    "; take a fit of the position under the recorded control, which no noise of a "
-    f"derivative moves: {OPEN_LOOP_FIT}"
-)
-_TWINS = "bias of least squares, as its twins tell, in deviations"
-
 #: Between two methods of which estimates are compared, the one less the other.
 LESS = " less "
 SECOND_OPINION = f"idm-iv{LESS}didim"
@@ -58,7 +43,6 @@ FORMS = f"ddm-ls{LESS}idm-ls"
 
 
 Compared = Mapping[str, Mapping[str, HausmanTest] | Missing]
-_NOTHING = 1e-9  # of the column
 
 
 def method_check(
@@ -114,7 +98,7 @@ def method_check(
     if not found:
         why = (each for each in compared.values() if isinstance(each, Missing))
         return next(why, Missing(f"nothing is compared with {judged.method}"))
-    worst = min(found, key=lambda each: (_WORST.index(each.status), -(each.figure or 0.0)))
+    worst = min(found, key=lambda each: (WORST_FIRST.index(each.status), -(each.figure or 0.0)))
     told = "; ".join(each.meaning for each in found if each.status == worst.status)
     lead = f"{judged.method} is judged: " if worst.status == "pass" else ""
     return replace(worst, meaning=f"{lead}{told}")
@@ -156,7 +140,10 @@ def _by_difference(
         status="fail" if is_large else "note" if moved else "pass",
         meaning=apart(moved, ", ".join(listed)) if moved else same,
         figure=worst.shift,
-        source=_HAUSMAN.format(level=100 * levels.level, share=100 * levels.least_share),
+        source="largest difference of two estimates in deviations of the other; counts where a HAC "
+        "test of all differences at once (Hausman, Hotelling, the p-value) rejects at "
+        f"{100 * levels.level:g} %; a failure where it is more than {100 * levels.least_share:g} % "
+        "of the value and more than either 95 % interval allows for",
         p_value=worst.joint_p_value,
     )
 
@@ -201,11 +188,16 @@ def _least_squares_judged(
     moved = steps if bias is None else dict(zip(values, map(float, bias), strict=True))
     if judged.Z is not None or not moved:
         return None
-    what, whose, source = "noise moves", ", as its twins tell", _TWINS
+    what, whose = "noise moves", ", as its twins tell"
+    source = "bias of least squares, as its twins tell, in deviations"
     told = f"its intervals are less that: identify by instruments ({instruments_of(judged.method)})"
     if bias is None:
         what, whose = "the steps of the logged position move", ""
-        source = _STEPS.format(share=100 * levels.least_share)
+        source = (
+            "what as much noise again as the steps of the position make moves least squares by, in "
+            f"deviations; a failure where it is more than {100 * levels.least_share:g} % of the "
+            "value"
+        )
         told = (
             "its intervals miss for it: log the position as finely as the drive measures it, "
             "record the reference, from which instruments are made, or lower the cut-off"
@@ -267,7 +259,10 @@ def forms_check(
     )
     if not isinstance(check, Check):
         return check
-    advice = _BY_OPEN_LOOP * (check.status == "fail")
+    advice = (
+        "; take a fit of the position under the recorded control, which no noise of a derivative "
+        f"moves: {OPEN_LOOP_FIT}"
+    ) * (check.status == "fail")
     return replace(check, name="inverse against direct", meaning=check.meaning + advice)
 
 
@@ -321,9 +316,7 @@ def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
 
     Beside an estimate by output error, which rests on the loop's own rows, weak ones are a note.
     """
-    names = [q.label for q in judged.form.quantities]
-    weakest = min(range(len(names)), key=lambda j: tests.columns[j].conditional_f)
-    f = tests.weakest
+    f, j = tests.weakest, int(np.argmin([column.conditional_f for column in tests.columns]))
     strong = f >= MIN_FIRST_STAGE_F.value
     return Check(
         name="instrument strength",
@@ -334,8 +327,8 @@ def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
         "other columns as in Sanderson and Windmeijer (2016)",
         meaning="the simulated loop explains every column of the regressor"
         if strong
-        else f"the simulated loop hardly explains the column of {names[weakest]}: its estimate "
-        "by instruments cannot be believed",
+        else "the simulated loop hardly explains the column of "
+        f"{judged.form.quantities[j].label}: its estimate by instruments cannot be believed",
     )
 
 
@@ -373,7 +366,7 @@ def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTest
     # Of each column what the others, by two-stage least squares, leave; they take k - 1 of the
     # k instruments.
     beside = unseen @ (seen.inverse @ seen.inverse.T / projected).astype(float)
-    is_exact = unexplained <= (_NOTHING * regressor.scale) ** 2
+    is_exact = unexplained <= (1e-9 * regressor.scale) ** 2
     told = np.where(is_exact, 0.0, np.sum(beside**2, axis=0)) / (n - k)
     with np.errstate(divide="ignore"):
         columns = zip(

@@ -195,26 +195,24 @@ def identify_problem(
     levels: Levels = DEFAULT_LEVELS,
 ) -> Identification:
     """`identify` from records that are filtered already, by the prefilter that was asked for."""
-    estimates: dict[str, Estimate] = {}
-    skipped: dict[str, str] = {}
-    failed: dict[str, str] = {}
+    estimates, skipped, failed = dict[str, Estimate](), dict[str, str](), dict[str, str]()
     lost: EstimationError | None = None
     chosen = [*METHODS] if requested is None else requested
-    twins = None
-    if bootstrap:
-        twins = Bootstrap(
-            problem=problem,
-            count=bootstrap,
-            methods=chosen,
-            has_laws=lambda: Case(problem=problem, estimates={}).laws_hold,
-            loss=loss,
-        )
+    twins = Bootstrap(
+        problem=problem,
+        count=bootstrap,
+        methods=chosen,
+        has_laws=lambda: Case(problem=problem, estimates={}).laws_hold,
+        loss=loss,
+    )
     for method in dict.fromkeys(chosen):
         started = replace(METHODS[method], start=start, loss=loss)
         try:
             # What is not finite is refused by name; NumPy's own warnings would only repeat it.
             with np.errstate(all="ignore"):
-                estimates[method] = estimate_by(problem, started, lags, covariance, twins)
+                estimates[method] = estimate_by(
+                    problem, started, lags, covariance, twins if bootstrap else None
+                )
         except (ModelError, LoopDataError) as error:
             if requested is not None:
                 raise
@@ -381,9 +379,8 @@ def at_time(axis: GeneratedAxis, name: str, value: float) -> GeneratedAxis:
 
     To compile its loop takes less than a search without does.
     """
-    declared = axis.declared
-    drive = declared.drive.with_time(name, value)
-    return build(replace(declared, drive=drive), native=axis.native.enabled)
+    drive = axis.declared.drive.with_time(name, value)
+    return build(replace(axis.declared, drive=drive), native=axis.native.enabled)
 
 
 def identified_with_time(

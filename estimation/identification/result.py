@@ -249,10 +249,9 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
         What a record leaves of the model can be looked at in its part as of a record by itself; the
         parameters are those of all records. One record is its own part.
         """
-        if not self.case.has_parts:
-            return (self,)
-        parts = self.case.parts
-        return tuple(replace(self, problem=p.problem, estimates=p.estimates) for p in parts)
+        parts = self.case.parts if self.case.has_parts else ()
+        whole = (replace(self, problem=p.problem, estimates=p.estimates) for p in parts)
+        return tuple(whole) or (self,)
 
     def part(self, number: int) -> "Identification":
         """The result as one of its records has it, by its number from 1; see `parts`.

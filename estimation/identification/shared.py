@@ -72,8 +72,7 @@ def bound_records(
     if reversals is None and axes[0].has_direction and not searches_friction(axes[0]):
         little = show_too_little([data.without_turns(fastest) for data in moving], into)
         reversals = "keep" if little else "leave-out"
-    every = tuple((a, r, replace(f, reversals=reversals)) for a, r, f in every)
-    return tuple(bound_record(a, r, f, fastest) for a, r, f in every)
+    return tuple(bound_record(a, r, replace(f, reversals=reversals), fastest) for a, r, f in every)
 
 
 def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
@@ -121,17 +120,15 @@ def usable_records(
     if len(records) == 1 or as_given is None:
         return [*range(len(records))], {}
     filters = prefilters_of(as_given, records[0].period, [record.period for record in records])
-    usable, bad = [], dict[str, str]()
-    pairs = zip(record_labels(records), records, filters, strict=True)
-    for i, (name, record, prefilter) in enumerate(pairs):
+    names, bad = record_labels(records), dict[str, str]()
+    for name, record, prefilter in zip(names, records, filters, strict=True):
         try:
             with np.errstate(all="ignore"):
                 _ = FilteredRecord.bind(axis, record, prefilter).force
-            usable.append(i)
         except AxisidError as error:
             bad[name] = str(error)
     check_bad(bad, len(records), skip_bad=skip_bad)
-    return usable, bad
+    return [i for i, name in enumerate(names) if name not in bad], bad
 
 
 def check_bad(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
@@ -200,7 +197,7 @@ class JointRecords:
         """
         if axis is self.axis:
             return self.own_layout
-        declared = [p.name for p in axis.declared.parameters]
+        declared = {p.name for p in axis.declared.parameters}
         own = [name for name in self.local if name in declared]
         return layout_for(axis, len(self.records), own, self.known, commanded=self.commanded)
 

@@ -132,12 +132,8 @@ class RecordScores:
         own = columns - self.basis @ (self.basis.T @ columns)
         sizes, least = np.linalg.norm(own, axis=0), _RANK * np.linalg.norm(columns, axis=0)
         shown = sizes > least  # none of a column that the model spans, or that no row shows
-        extra = np.linalg.qr(own[:, shown] / sizes[shown])[0]
-        return replace(
-            self,
-            basis=np.hstack([self.basis, extra]),
-            columns=np.hstack([self.columns, columns]),
-        )
+        basis = np.hstack([self.basis, np.linalg.qr(own[:, shown] / sizes[shown])[0]])
+        return replace(self, basis=basis, columns=np.hstack([self.columns, columns]))
 
     def nearest(self, instruments: Array, columns: Array) -> int:
         """The place of columns (n, m, g) that fits the residuals best, by their instruments.
@@ -201,9 +197,8 @@ class RecordScores:
         spread = np.einsum("mgr,mhr->mgh", apart, apart) / (count - 1)
         spread = np.where(is_own[:, None, None], spread, np.eye(g))
         square = np.einsum("mg,mg->m", away, np.linalg.solve(spread, away[:, :, None])[:, :, 0])
-        square *= count / (count + 1)
-        rest = count - g
-        return np.asarray(fdtrc(g, rest, square * rest / (g * (count - 1)))), spread
+        square *= count / (count + 1) * (count - g) / (g * (count - 1))
+        return np.asarray(fdtrc(g, count - g, square)), spread
 
     def _by_hac(
         self, columns: Array, values: Array, own: Array, powers: Array
@@ -214,14 +209,11 @@ class RecordScores:
         nearly all of the residuals.
         """
         m, g = values.shape
-        p_values, spread = np.ones(m), np.zeros((m, g, g))
-        place = int(np.argmax(powers))
+        p_values, spread, place = np.ones(m), np.zeros((m, g, g)), int(np.argmax(powers))
         if not powers[place] > 0:
             return p_values, spread
         block = columns[:, place] - self.basis @ (self.basis.T @ columns[:, place])
-        residuals = self.nets[:, 0]
-        away = own[place] @ values[place]
-        chances = []
+        residuals, away, chances = self.nets[:, 0], own[place] @ values[place], []
         for left in (residuals - block @ values[place], residuals):
             scores = partial(score_products, block * left[:, None], self.neighbours)
             run = Hac().long_run(scores, len(left))

@@ -144,8 +144,7 @@ class Term:
 
 def wave_periods(s: Along) -> Array:
     """Periods of waves over the position; longer ones are slopes and bends."""
-    moving = np.abs(s.velocity[s.velocity != 0])
-    usual = float(np.median(moving)) if len(moving) else 0.0
+    usual = float(np.median(np.abs(s.velocity[s.velocity != 0]))) if s.velocity.any() else 0.0
     shortest = usual * max(1 / _FASTEST_WAVE, _SAMPLES_IN_A_WAVE * s.row_period)
     most = min(_MOST_WAVES, s.travel / shortest) if shortest > 0 else 0.0
     return np.asarray(s.travel / np.arange(1.0, most, _WAVES_APART), dtype=float)
@@ -209,8 +208,7 @@ def _pushes(s: Along) -> Array:
     """Which way the axis is pushed, the last one where it hardly is, (N,)."""
     size = np.abs(s.acceleration)
     sign = np.where(size > 0.05 * size.max(), np.sign(s.acceleration), 0.0)
-    last = np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), 0))
-    return np.asarray(sign[last])
+    return np.asarray(sign[np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), 0))])
 
 
 def _after(
@@ -219,9 +217,8 @@ def _after(
     """What dies away after a sign changes, in each time, s; with the sign, and without if asked."""
 
     def columns(s: Along, _: Array) -> Array:
-        signs = sign(s)
+        signs, number = sign(s), np.arange(len(s.time))
         turns = np.concatenate([[True], signs[1:] != signs[:-1]])
-        number = np.arange(len(signs))
         since = s.period * (number - np.maximum.accumulate(np.where(turns, number, 0)))
         made = [signs * np.exp(-since / time) for time in times]
         made += [np.exp(-since / time) for time in times if signed]
@@ -417,10 +414,8 @@ def said_of(term: Term, at: float, axis: Axis, size: float = 0.0) -> tuple[str, 
         How much of it there is; of a dead band the force beyond the declared one.
     """
     q, drive = axis.coordinate, axis.drive
-    words: dict[str, object] = {"q": q.name, "unit": q.unit, "drive": drive.unit, "at": at}
-    words["rigid"] = at / 3  # of an antiresonance
-    if term.kind == "dead band":
-        words["band"] = drive.deadband + size / abs(drive.gain)
+    words = {"q": q.name, "unit": q.unit, "drive": drive.unit, "at": at, "rigid": at / 3}
+    words["band"] = drive.deadband + size / abs(drive.gain) if term.kind == "dead band" else 0.0
     what, advice = term.opposite if term.opposite and size < 0 else (term.what, term.declare)
     if term.kind == "stribeck" and axis.has_stribeck:
         advice = "another velocity or exponent of stribeck"

@@ -90,17 +90,29 @@ def test_a_term_that_is_missing_is_the_first_that_is_found(kind: str, has_loop: 
     assert kind != PLACED or first.at == pytest.approx(0.03, rel=0.02)
 
 
-@pytest.mark.parametrize(("name", "kind"), [("Fc", "coulomb"), ("Fv", "viscous")])
+@pytest.mark.parametrize(
+    ("known", "name", "kind"),
+    [
+        ("", "Fc", "coulomb"),
+        ("", "Fv", "viscous"),
+        ("M", "Fc", "coulomb"),
+        ("Fc", "Fv", "viscous"),
+        ("Fc", "", ""),
+    ],
+)
 @pytest.mark.parametrize("method", ["idm-iv", "didim"])
 def test_friction_that_is_not_declared_is_told_as_what_it_is(
-    twin: Record, name: str, kind: str, method: str
+    twin: Record, known: str, name: str, kind: str, method: str
 ) -> None:
-    result = identify(leave_out(AXIS, name), twin, methods=[method])
-    first = result.case.lacking[0]
-    assert first.kind == kind
-    assert first.size == pytest.approx(twin.provenance.truth[name], rel=0.1)
-    surer = replace(result.case, levels=Levels(level=first.p_value / 1e9))
-    assert not any(lack.kind == kind for lack in surer.lacking)
+    """Of an axis with a known value too."""
+    truth = twin.provenance.truth
+    declared = leave_out(fix(AXIS, **{n: truth[n] for n in (known,) if n}), *filter(None, [name]))
+    result = identify(declared, twin, methods=[method])
+    assert [lack.kind for lack in result.case.lacking[:1]] == [*filter(None, [kind])]
+    for first in result.case.lacking[:1]:
+        assert first.size == pytest.approx(truth[name], rel=0.1)
+        surer = replace(result.case, levels=Levels(level=first.p_value / 1e9))
+        assert not any(lack.kind == kind for lack in surer.lacking)
 
 
 @pytest.mark.parametrize("given", [0, 1, 2.0, -0.1, math.nan, "0.01", True, None])
@@ -125,17 +137,6 @@ def test_levels_are_those_of_the_checks_and_of_the_file(twin: Record, tmp_path: 
     del document["levels"], document["belief"]  # as earlier versions wrote it
     (tmp_path / "earlier.json").write_text(json.dumps(document), encoding="utf-8")
     assert load_result(tmp_path / "earlier.json").levels == Levels()
-
-
-@pytest.mark.parametrize(
-    ("known", "name", "kind"), [("M", "Fc", "coulomb"), ("Fc", "Fv", "viscous"), ("Fc", "", "")]
-)
-def test_of_an_axis_with_a_known_value_the_friction_that_is_not_declared_is_told(
-    twin: Record, known: str, name: str, kind: str
-) -> None:
-    declared = fix(AXIS, **{known: twin.provenance.truth[known]})
-    result = identify(leave_out(declared, *[name] * bool(name)), twin, methods=["idm-iv"])
-    assert [lack.kind for lack in result.case.lacking[:1]] == ([kind] if kind else [])
 
 
 @pytest.mark.slow
