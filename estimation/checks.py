@@ -308,7 +308,7 @@ def conclusion(checks: Sequence[Check]) -> str:
     """Whether the numbers can be believed, from the checks of a result."""
     failed = [check.name for check in by_weight(checks) if check.status == "fail"]
     # What could not be asked of the model: what it lacks, and whether the law is the drive's.
-    skipped = [check.name for check in checks if check.status == "not evaluated"]
+    skipped = {check.name for check in checks if check.status == "not evaluated"}
     names = lines_of(name for name in _OF_THE_MODEL if name in skipped)
     unchecked = f"; not checked: {', '.join(names)}" if names else ""
     lines, how = lines_of(failed), belief(failed)

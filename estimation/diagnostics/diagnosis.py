@@ -28,7 +28,12 @@ from axisid.estimation.misspecification import (
     find_misspecification,
     scores_at,
 )
-from axisid.estimation.problems import Problem, noise_free_record
+from axisid.estimation.problems import (
+    Problem,
+    moved_by_rounding,
+    noise_free_record,
+    position_step,
+)
 from axisid.estimation.records import record_labels
 from axisid.estimation.regression import DirectForm, recorded_loops
 from axisid.estimation.signals import FilteredRecord
@@ -40,12 +45,12 @@ from .alignment import Alignment, ForceTiming, alignment_of, force_timing, law_i
 from .column_comparison import ColumnComparison, compared_motion
 from .excitation import Excitation, excitation
 from .method import (
+    FEWEST_STEPS,
     FORMS,
     LESS,
     LS_LESS_IV,
     SECOND_OPINION,
     InstrumentTests,
-    moved_by_steps,
     strength_check,
     tests_of_instruments,
     vaguer,
@@ -295,13 +300,20 @@ class Case:
 
     @cached_property
     def steps(self) -> Mapping[str, float]:
-        """What the steps of a logged position move a judged least squares by; empty for none.
+        """What the steps of a logged position, that no control answers to, move least squares by.
 
-        So where loops tell it, and of several records.
+        By parameter; infinite where there are too few of them to be noise; empty where none are
+        known, where loops tell it, and of several records.
         """
-        ls, is_alone = self.preferred, self.whole is None and not self.has_parts
-        without_loops = ls.Z is None and ls.filter_bias is None
-        return moved_by_steps(self.data, ls) if is_alone and without_loops else {}
+        ls, record = self.preferred, self.data.record
+        by_loops = ls.Z is not None or ls.filter_bias is not None
+        step = 0.0 if self.whole or self.has_parts or by_loops else position_step(record)
+        if not step or ls.is_direct:
+            return {}
+        if float(np.ptp(record.position)) < FEWEST_STEPS * step:
+            return dict.fromkeys(ls.parameters, np.inf)
+        by = moved_by_rounding(ls.form, self.data, step, ls.physical)
+        return dict(zip(ls.parameters, map(float, by), strict=True))
 
     @cached_property
     def lack_of_fit(self) -> LackOfFit | None:

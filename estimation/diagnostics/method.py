@@ -27,14 +27,13 @@ from axisid.estimation.estimates import (
     HausmanTest,
     significant_differences,
 )
-from axisid.estimation.problems import moved_by_rounding, position_step
 from axisid.estimation.regression import factor
-from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
 from axisid.support.arrays import Array, MaybeInfinite, MaybeNan
 from axisid.support.errors import Missing, of_found
 
-_FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
+#: Of a logged position: fewer are no noise.
+FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
 #: Between two methods of which estimates are compared, the one less the other.
 LESS = " less "
 SECOND_OPINION = f"idm-iv{LESS}didim"
@@ -64,7 +63,7 @@ def method_check(
     compared : mapping of str to mapping of str to HausmanTest, or Missing
         By parameter, of one estimate less another; by what is compared, see `SECOND_OPINION`.
     steps : mapping of str to float
-        What the steps of a logged position move a judged least squares by, see `moved_by_steps`.
+        What the steps of a logged position move a judged least squares by, see `Case.steps`.
     levels : Levels
     law_passed : bool or None
         Whether the recorded control is the declared law's; None where that cannot be checked.
@@ -207,7 +206,7 @@ def _least_squares_judged(
     worst = max(shifts.values(), default=0.0)
     by = ", ".join(f"{n} by about {by:+.2g} {values[n].unit}" for n, by in far.items())
     if not np.all(np.isfinite([*far.values()])):
-        by = f"by what none tells, as there are fewer than {_FEWEST_STEPS} in the whole motion"
+        by = f"by what none tells, as there are fewer than {FEWEST_STEPS} in the whole motion"
     said = f"{what} least squares by less than half a deviation{whose}"
     if far:
         said = f"{what} least squares, {by}{whose}, and {told}"
@@ -216,26 +215,6 @@ def _least_squares_judged(
     )
     status: Status = "fail" if large else "note" if far else "pass"
     return _method(status=status, meaning=said, figure=worst, source=source)
-
-
-def moved_by_steps(data: FilteredRecord, ls: Estimate) -> dict[str, float]:
-    """What the steps of a logged position, that no control answers to, move least squares by.
-
-    By parameter; infinite where there are too few of them to be noise; empty where the position has
-    no steps that are known.
-
-    Raises
-    ------
-    AxisidError
-        Noise of that size leaves no estimate.
-    """
-    step = position_step(data.record)
-    if not step or ls.is_direct:
-        return {}
-    if float(np.ptp(data.record.position)) < _FEWEST_STEPS * step:
-        return dict.fromkeys(ls.parameters, np.inf)
-    by = moved_by_rounding(ls.form, data, step, ls.physical)
-    return {name: float(each) for name, each in zip(ls.parameters, by, strict=True)}
 
 
 def forms_check(

@@ -237,11 +237,6 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
         """The same with records that could not even be read."""
         return replace(self, set_aside={**unread, **self.set_aside}) if unread else self
 
-    def without_signals(self) -> "Identification":
-        """The same without what was computed of it, of which many results would keep many."""
-        data = tuple(replace(each) for each in self.problem.data)
-        return replace(self, problem=replace(self.problem, data=data))
-
     @cached_property
     def parts(self) -> "tuple[Identification, ...]":
         """The result as each record has it: its rows, and the parameters of its own axis.

@@ -105,32 +105,6 @@ def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
     return replace(problem, weights=tuple(float(unit / each) for each in noise))
 
 
-def usable_records(
-    axis: GeneratedAxis, records: Sequence[Record], as_given: Prefilter | None, *, skip_bad: bool
-) -> tuple[list[int], dict[str, str]]:
-    """Which of several records the filter serves, and why not the others.
-
-    One is refused later; without a filter all serve.
-
-    Raises
-    ------
-    DataError
-        Some cannot be used, and are not to be skipped; or none is left.
-    """
-    if len(records) == 1 or as_given is None:
-        return [*range(len(records))], {}
-    filters = prefilters_of(as_given, records[0].period, [record.period for record in records])
-    names, bad = record_labels(records), dict[str, str]()
-    for name, record, prefilter in zip(names, records, filters, strict=True):
-        try:
-            with np.errstate(all="ignore"):
-                _ = FilteredRecord.bind(axis, record, prefilter).force
-        except AxisidError as error:
-            bad[name] = str(error)
-    check_bad(bad, len(records), skip_bad=skip_bad)
-    return [i for i, name in enumerate(names) if name not in bad], bad
-
-
 def check_bad(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
     """Refuse records that cannot be used, all of them at once, each with its reason.
 
@@ -256,7 +230,17 @@ def shared_records(
     # A known force may tell the gain of the drive, where nothing measures its force.
     commanded = gain == "identified" and all(record.force is None for record in records)
     layout = layout_for(axis, len(records), own, known, commanded=commanded)
-    used, aside = usable_records(axis, records, prefilter, skip_bad=skip_bad)
+    names, aside = record_labels(records), dict[str, str]()
+    if len(records) > 1 and prefilter is not None:  # one is refused later
+        filters = prefilters_of(prefilter, records[0].period, [each.period for each in records])
+        for name, record, own_filter in zip(names, records, filters, strict=True):
+            try:
+                with np.errstate(all="ignore"):
+                    _ = FilteredRecord.bind(axis, record, own_filter).force
+            except AxisidError as error:
+                aside[name] = str(error)
+        check_bad(aside, len(records), skip_bad=skip_bad)
+    used = [i for i, name in enumerate(names) if name not in aside]
     known = known_without(used, known)
     if aside:
         own = own if len(used) > 1 else ()

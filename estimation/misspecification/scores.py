@@ -12,6 +12,7 @@ from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import orth
 from scipy.special import fdtrc
 
 from axisid.estimation.problems import noise_free_record
@@ -142,8 +143,7 @@ class RecordScores:
         are of the loop.
         """
         span = instruments.reshape(len(instruments), -1)
-        u, cut, _ = np.linalg.svd(span - self.basis @ (self.basis.T @ span), full_matrices=False)
-        u = u[:, cut > _SPAN * cut[0]]
+        u = orth(span - self.basis @ (self.basis.T @ span), _SPAN)
         left, taken = u.T @ self.nets[:, 0], list[float]()
         for own in np.moveaxis(columns, 1, 0):
             seen = u.T @ (own - self.basis @ (self.basis.T @ own))
@@ -280,8 +280,7 @@ def scores_of(
     clean = form.equations(quiet.signals).reduced(data)
     instruments = clean.regressor[:, free]
     sizes = np.linalg.norm(instruments, axis=0)
-    basis, cut, _ = np.linalg.svd(instruments[:, sizes > 0] / sizes[sizes > 0], full_matrices=False)
-    basis = basis[:, cut > _RANK * cut.max(initial=0.0)]
+    basis = orth(instruments[:, sizes > 0] / sizes[sizes > 0], _RANK)
     every = (rows, *(form.equations(twin.signals).reduced(data) for twin in twins))
     found = [_residuals(each, physical, free, basis) for each in every]
     if moved is not None:

@@ -27,7 +27,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing, of_found, quoted
 
 from .scores import RecordScores, scores_of
-from .terms import TERMS, Along, Term, said_of
+from .terms import TERMS, Along, Term
 
 #: What stands for a parameter where it is the drive's gain that changes.
 GAIN = "the drive gain"
@@ -529,8 +529,19 @@ def sentence(lack: Misspecification, axis: GeneratedAxis, record: Record) -> str
     part = whole if lack.share > 1 else f"{100 * lack.share:.2g} % of the force is this"
     by = f"{size:+.3g} +- {deviation:.1g} {unit}".rstrip()
     if not name:
-        what, advice = said_of(TERMS[kind], lack.at, axis.axis, size)
-        return f"{what}{f', {by}' * bool(unit)}: {advice} ({part})"
+        term, drive = TERMS[kind], axis.axis.drive
+        what, advice = term.opposite if term.opposite and size < 0 else (term.what, term.declare)
+        if kind == "stribeck" and axis.axis.has_stribeck:
+            advice = "another velocity or exponent of stribeck"
+        words = {
+            "q": axis.axis.coordinate.name,
+            "unit": axis.axis.coordinate.unit,
+            "drive": drive.unit,
+            "at": lack.at,
+            "rigid": lack.at / 3,  # of an antiresonance
+            "band": drive.deadband + size / abs(drive.gain) if kind == "dead band" else 0.0,
+        }
+        return f"{what}{f', {by}' * bool(unit)}: {advice} ({part})".format(**words)
     changed = by + (f" ({100 * size / lack.before:+.2g} %)" if lack.before else "")
     sample = int(lack.at) if kind == "outlier" else 0
     return first_case(

@@ -7,13 +7,12 @@ antiresonances), says what it is, and which element declares it.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.signals import Span
-from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError, quoted
 
@@ -164,21 +163,15 @@ def antiresonances(s: Along) -> Array:
 
 def behind_spring(s: Along, frequencies: Array) -> Array:
     """Acceleration of a load behind a spring, less that of the axis, (N, m)."""
-    from scipy.signal import lfilter
+    from scipy.signal import bilinear, lfilter
 
     found = []
     for rate in 2 * np.pi * frequencies:
-        # By the bilinear transform, s = c (1 - 1/z) / (1 + 1/z), exact at the frequency.
-        # The damping is wide enough to be seen between places.
+        # Exact at the frequency; its damping is wide enough to be seen between places.
         c, damped = rate / np.tan(rate * s.period / 2), 2 * 0.1 * rate
-        b = [damped * c + rate**2, 2 * rate**2, rate**2 - damped * c]
-        a = [c**2 + b[0], 2 * (rate**2 - c**2), c**2 + b[2]]
-
-        def beside(own: Array, b: Sequence[float] = b, a: Sequence[float] = a) -> Array:
-            return np.asarray(lfilter(b, a, own) - own, dtype=float)
-
-        found.append(s.by_stretch(beside, s.acceleration))
-    return np.stack(found, axis=1)
+        b, a = bilinear([damped, rate**2], [1.0, damped, rate**2], fs=c / 2)
+        found.append(s.by_stretch(partial(lfilter, b, a), s.acceleration))
+    return np.stack(found, axis=1) - s.by_stretch(np.asarray, s.acceleration)[:, None]
 
 
 def _one(shape: Callable[[Along], Array]) -> Callable[[Along, Array], Array]:
@@ -212,19 +205,15 @@ def _pushes(s: Along) -> Array:
 
 
 def _after(
-    sign: Callable[[Along], Array], times: Sequence[float], *, signed: bool = False
-) -> Callable[[Along, Array], Array]:
+    sign: Callable[[Along], Array], times: Sequence[float], signed: bool, s: Along, _: Array
+) -> Array:
     """What dies away after a sign changes, in each time, s; with the sign, and without if asked."""
-
-    def columns(s: Along, _: Array) -> Array:
-        signs, number = sign(s), np.arange(len(s.time))
-        turns = np.concatenate([[True], signs[1:] != signs[:-1]])
-        since = s.period * (number - np.maximum.accumulate(np.where(turns, number, 0)))
-        made = [signs * np.exp(-since / time) for time in times]
-        made += [np.exp(-since / time) for time in times if signed]
-        return s.reduce(np.stack(made, axis=1))[:, None]
-
-    return columns
+    signs, number = sign(s), np.arange(len(s.time))
+    turns = np.concatenate([[True], signs[1:] != signs[:-1]])
+    since = s.period * (number - np.maximum.accumulate(np.where(turns, number, 0)))
+    made = [signs * np.exp(-since / time) for time in times]
+    made += [np.exp(-since / time) for time in times if signed]
+    return s.reduce(np.stack(made, axis=1))[:, None]
 
 
 _TERMS = (
@@ -375,14 +364,14 @@ _TERMS = (
         what="friction that is less or more just after a reversal (presliding)",
         declare="declare a bristle (dahl or lugre), or leave out more of the reversals",
         unit="",
-        columns=_after(lambda s: s.direction, (0.02,), signed=True),
+        columns=partial(_after, lambda s: s.direction, (0.02,), True),
     ),
     Term(
         kind="backlash",
         what="a force that is late where it changes its sign (backlash, play)",
         declare="mend the play, or identify motions in which the force keeps its sign",
         unit="",
-        columns=_after(_pushes, (0.01, 0.03)),
+        columns=partial(_after, _pushes, (0.01, 0.03), False),
         is_of_force=True,
     ),
     Term(
@@ -399,24 +388,3 @@ _TERMS = (
 
 #: What is looked for, by kind; a row that is added is looked for too.
 TERMS: dict[str, Term] = {term.kind: term for term in _TERMS}
-
-
-def said_of(term: Term, at: float, axis: Axis, size: float = 0.0) -> tuple[str, str]:
-    """What a term is, and what to do about it.
-
-    Parameters
-    ----------
-    term : Term
-    at : float
-        Its place on the grid.
-    axis : Axis
-    size : float
-        How much of it there is; of a dead band the force beyond the declared one.
-    """
-    q, drive = axis.coordinate, axis.drive
-    words = {"q": q.name, "unit": q.unit, "drive": drive.unit, "at": at, "rigid": at / 3}
-    words["band"] = drive.deadband + size / abs(drive.gain) if term.kind == "dead band" else 0.0
-    what, advice = term.opposite if term.opposite and size < 0 else (term.what, term.declare)
-    if term.kind == "stribeck" and axis.has_stribeck:
-        advice = "another velocity or exponent of stribeck"
-    return what.format(**words), advice.format(**words)

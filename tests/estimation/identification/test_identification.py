@@ -31,21 +31,23 @@ CONTINUOUS = cascade_pd(kp=160.18, kv=243.45, period=1e-3, continuous=True)
 ALIGNED = Prefilter(cutoff=100.0, decimate=5, hold="zoh", drop=(50, 50))
 
 
-def test_simulated_left_side_is_that_of_the_simulated_loop(emps2015: GeneratedAxis) -> None:
-    record = twin_record(emps2015)
-    estimate = identify(emps2015, record, EVERY_ROW, ["idm-iv"])["idm-iv"]
-    loop = simulate(emps2015, estimate.physical, record.reference, 1e-3, start=record.position[0])
+def test_simulated_left_side_is_that_of_the_simulated_loop(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    estimate = identify(emps2015, twin, EVERY_ROW, ["idm-iv"])["idm-iv"]
+    loop = simulate(emps2015, estimate.physical, twin.reference, 1e-3, start=twin.position[0])
     assert estimate.simulated == pytest.approx(loop.force, rel=1e-3, abs=0.05)
     assert estimate.simulation_error_percent == pytest.approx(
         relative_error_percent(estimate.y - loop.force, estimate.y), rel=1e-2
     )
 
 
-def test_force_column_is_taken_instead_of_the_control(emps2015: GeneratedAxis) -> None:
-    record = twin_record(emps2015)
-    doubled = replace(record, force=2 * 35.15 * record.control)
+def test_force_column_is_taken_instead_of_the_control(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    doubled = replace(twin, force=2 * 35.15 * twin.control)
     raw = Prefilter(hold="raw", reversals="keep")
-    whole = identify(emps2015, record, raw, methods="idm-ls")["idm-ls"]
+    whole = identify(emps2015, twin, raw, methods="idm-ls")["idm-ls"]
     twice = identify(emps2015, doubled, raw, methods="idm-ls")["idm-ls"]
     assert twice.physical == pytest.approx(2 * whole.physical)
     assert "force column" in identify(emps2015, doubled, methods="idm-ls").summary(every=True)
