@@ -1,26 +1,26 @@
-"""Forces along a motion have the shapes that they are named for, and are declared as advised."""
+"""Forces along a motion, as they are declared, and tests of columns beside a model."""
 
 import math
 import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
+import statsmodels.api as sm
+from scipy.stats import kstest
 
 from axisid import Coordinate, Record, load_axis
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.misspecification import sentence
+from axisid.estimation.misspecification.scores import RecordScores
 from axisid.estimation.misspecification.search import Misspecification
-from axisid.estimation.misspecification.terms import (
-    TERMS,
-    Along,
-    Term,
-    behind_spring,
-)
+from axisid.estimation.misspecification.terms import TERMS, Along, Term, behind_spring
+from axisid.estimation.signals import RowTimes
 from axisid.modeling.declaration import ELEMENTS, Drive
+from axisid.support.arrays import Array
 
 _PERIOD = 1e-3
 
@@ -154,3 +154,118 @@ def test_the_element_that_a_missing_term_names_is_declared(
     assert "declare" in said
     (call,) = _CALL.findall(said)
     _declared(tmp_path, q, call, term.unit.format(force=q.force_unit, unit=q.unit))
+
+
+ROWS, PARAMETERS = 300, 3
+
+
+def coloured(random: np.random.Generator, several: int) -> Array:
+    """Noise with a memory of three rows, (n, several)."""
+    noise = random.standard_normal((ROWS + 3, several))
+    return noise[3:] + 0.8 * noise[2:-1] + 0.5 * noise[1:-2] + 0.2 * noise[:-3]
+
+
+def scores_of(errors: Array, X: Array) -> RecordScores:
+    """Of least squares, errors (n, 1 + R) of a record and its twins."""
+    basis = np.linalg.qr(X)[0]
+    return RecordScores(
+        basis=basis,
+        columns=X,
+        free=np.arange(X.shape[1]),
+        regressor=X,
+        residuals=errors - basis @ (basis.T @ errors),
+        force=np.ones(len(X)),
+        form=cast(Any, None),
+        physical=np.zeros(X.shape[1]),
+        signals=cast(Any, None),
+        along=cast(Any, None),
+        measured=cast(Any, None),
+        data=cast(Any, None),
+        quiet=cast(Any, None),
+        neighbours=RowTimes.consecutive(len(X)),
+    )
+
+
+@pytest.fixture(name="X")
+def regressor(rng: np.random.Generator) -> Array:
+    return rng.standard_normal((ROWS, PARAMETERS))
+
+
+@pytest.mark.parametrize("width", [1, 2, 3])
+def test_values_are_those_of_least_squares_with_the_columns_in_the_model(
+    rng: np.random.Generator, X: Array, width: int
+) -> None:
+    columns, y = rng.standard_normal((ROWS, 4, width)), rng.standard_normal(ROWS)
+    scores, alone = scores_of(y[:, None], X), sm.OLS(y, X).fit()
+    tested = scores.test(columns)
+    for place in range(4):
+        both = sm.OLS(y, np.hstack([X, columns[:, place]])).fit()
+        assert tested.values[place] == pytest.approx(both.params[PARAMETERS:])
+        assert tested.powers[place] == pytest.approx((alone.ssr - both.ssr) / ROWS)
+        moved = scores.moved_by(columns[:, place], tested.values[place])
+        assert moved == pytest.approx(both.params[:PARAMETERS] - alone.params)
+        then, more = scores.beside(columns[:, place]), columns[:, (place + 1) % 4]
+        assert then.nets[:, 0] == pytest.approx(both.resid)
+        three = sm.OLS(y, np.hstack([X, columns[:, place], more])).fit()
+        moved = then.moved_by(more, then.test(more[:, None]).values[0])
+        assert moved == pytest.approx(three.params[:PARAMETERS] - both.params[:PARAMETERS])
+
+
+@pytest.mark.parametrize("width", [1, 2, 3])
+def test_by_twins_right_records_have_p_values_that_are_uniform(
+    rng: np.random.Generator, X: Array, width: int
+) -> None:
+    """Whatever the colour of their noise."""
+    columns, found = rng.standard_normal((ROWS, 1, width)), []
+    for _ in range(300):
+        scores = scores_of(coloured(rng, 25), X)
+        found.append(float(scores.test(columns).p_values[0]))
+    assert kstest(found, "uniform").pvalue > 1e-3
+
+
+def test_what_every_twin_has_too_is_no_lack(rng: np.random.Generator, X: Array) -> None:
+    column = rng.standard_normal(ROWS)
+    errors = coloured(rng, 33)
+    alike = scores_of(errors + 5 * column[:, None], X)
+    own = scores_of(errors + 5 * np.outer(column, np.arange(33) == 0), X)
+    assert alike.test(column[:, None, None]).p_values[0] > 1e-3
+    assert own.test(column[:, None, None]).p_values[0] < 1e-9
+
+
+def test_without_twins_a_column_is_told_from_coloured_noise(
+    rng: np.random.Generator, X: Array
+) -> None:
+    column, alarms = np.repeat(rng.standard_normal(ROWS // 10), 10)[:, None, None], 0
+    for _ in range(100):
+        scores = scores_of(coloured(rng, 1), X)
+        alarms += scores.test(column).p_values[0] < 0.05
+    assert alarms <= 15
+    there = scores_of(coloured(rng, 1) + 4 * column[:, 0], X)
+    tested = there.test(column)
+    assert tested.p_values[0] < 1e-4
+    assert abs(tested.values[0, 0] - 4) < 4 * np.sqrt(tested.covariances[0, 0, 0])
+
+
+def test_what_the_model_spans_is_not_tested(rng: np.random.Generator, X: Array) -> None:
+    own = (X @ [1.0, 2.0, -1.0])[:, None, None]
+    other = rng.standard_normal((ROWS, 1, 1))
+    scores = scores_of(coloured(rng, 17), X)
+    for columns in (own, np.zeros((ROWS, 1, 1)), np.concatenate([other, other], axis=2)):
+        tested = scores.test(columns)
+        assert tested.p_values[0] == 1
+        assert not tested.values.any()
+
+
+def test_a_place_is_told_by_the_measured_columns_through_their_instruments(
+    rng: np.random.Generator, X: Array
+) -> None:
+    """Noise in the columns, or another phase of the loop's, does not mislead it."""
+    time = np.linspace(0, 20, ROWS)[:, None]
+    places = np.linspace(1.0, 3.0, 41)
+    seen = np.sin(places * time)
+    loop = np.sin(places * time + 0.4)
+    errors = 3 * np.sin(2.0 * time) + 0.3 * rng.standard_normal((ROWS, 1))
+    scores = scores_of(errors, X)
+    noisy = seen + 0.2 * rng.standard_normal(seen.shape)
+    found = places[scores.nearest(loop[:, :, None], noisy[:, :, None])]
+    assert found == pytest.approx(2.0, abs=0.06)
