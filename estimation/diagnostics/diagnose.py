@@ -86,16 +86,14 @@ class Diagnostic:
 def _method(case: Case) -> Check | Missing | None:
     if len(case.estimates) == 1 and case.preferred.Z is not None:
         return None  # nothing is beside it
-    laws = [part.law for part in case.parts]
-    checked = [law for law in laws if not isinstance(law, Missing)]
-    law_passed = all(law.passed for law in checked) if len(checked) == len(laws) else None
+    unknown = any(isinstance(law, Missing) for law in case.laws)
     return method_check(
         case.preferred,
         case.estimates,
         case.compared,
         case.steps,
         case.levels,
-        law_passed=law_passed,
+        law_passed=None if unknown else case.laws_hold,
     )
 
 
@@ -114,8 +112,6 @@ def _lacks(name: str, case: Case, *, bounded: bool = False) -> Check | Missing:
 
 
 def _alignment(case: Case) -> Check | Missing:
-    if case.weak:
-        return Missing("the instruments are too weak to measure a delay")
     return alignment_check(
         case.alignment, case.data, late=_delay(case), law=case.law, timing=case.timing
     )
@@ -413,19 +409,18 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
 
 def following(preferred: Estimate, rest: float) -> Check | Missing:
     """The simulation error of an estimate; `rest` is the part of its samples at which it stands."""
-    error, simulated = preferred.simulation_error_percent, preferred.simulated
-    if isinstance(simulated, NotSimulated) and simulated.by_estimate:
-        return Check(
+    simulated, form = preferred.simulated, preferred.form
+    if isinstance(simulated, NotSimulated):
+        failed = Check(
             name="simulation",
             status="fail",
             source="an axis that was recorded can be simulated",
             meaning="the loop cannot be simulated with the estimate, as that of an axis that was "
             f"recorded can: {str(simulated).removesuffix('.')}",
         )
-    if isinstance(simulated, NotSimulated) or error is None:
-        unknown = Missing("the closed loop could not be simulated")
-        return simulated if isinstance(simulated, NotSimulated) else unknown
-    good, form = error < MAX_SIMULATION_ERROR.value, preferred.form
+        return failed if simulated.by_estimate else simulated
+    error = preferred.simulation_error_percent or 0.0  # none but where nothing was simulated
+    good = error < MAX_SIMULATION_ERROR.value
     but = f" but for {error:.2g} %" * (error >= _MAX_CLOSE_SIMULATION_ERROR)
     units = form.axis.axis.coordinate.unit, form.axis.axis.drive.unit
     noise = "".join(f" ({chain.told(*units)})" for chain in preferred.inference.chains[:1])

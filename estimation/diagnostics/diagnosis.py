@@ -239,8 +239,6 @@ class Case:
     @cached_property
     def timing(self) -> ForceTiming | Missing:
         """Whole samples between where the force is recorded and where it acts."""
-        if self.weak:
-            return Missing("the instruments are too weak to measure a delay")
         return force_timing(self.alignment, self.data)
 
     @cached_property
@@ -253,11 +251,6 @@ class Case:
     def strength(self) -> Check | Missing:
         """Whether those instruments are strong, or why that cannot be told."""
         return strength_check(self.instruments, self.preferred)
-
-    @property
-    def weak(self) -> bool:
-        """Whether the instruments of the judged estimate tell nothing."""
-        return isinstance(self.strength, Check) and self.strength.status == "fail"
 
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
@@ -272,6 +265,8 @@ class Case:
     @cached_property
     def alignment(self) -> Alignment | Missing:
         """The delay of the force, by instruments where there are any, or why it is not measured."""
+        if isinstance(self.strength, Check) and self.strength.status == "fail":
+            return Missing("the instruments are too weak to measure a delay")
         judged = self.preferred
         by_loop = judged.Z is not None and not judged.inference.chains
         return alignment_of(scores_at(self.data, judged, by_loop=True) if by_loop else self.scores)
@@ -334,9 +329,10 @@ class Case:
         """Estimates against each other, or why they cannot be; none that are not there both."""
         instruments = any(each.Z is not None for each in self.estimates.values())
         is_weak = isinstance(self.strength, Check) and self.strength.status != "pass"
-        weak = Missing("the instruments are too weak to tell")
         return {
-            pair: weak if instruments and is_weak else (self.whole or self)._less(*pair.split(LESS))
+            pair: Missing("the instruments are too weak to tell")
+            if is_weak
+            else (self.whole or self)._less(*pair.split(LESS))
             for pair in ([SECOND_OPINION, *LS_LESS_IV] if instruments else [FORMS])
             if {*pair.split(LESS)} <= {*self.estimates}
         }

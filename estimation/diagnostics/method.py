@@ -355,11 +355,12 @@ def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTest
             1 / projected / told,
             strict=True,
         )
-    product = (Z / np.linalg.norm(Z, axis=0)).T @ (X / regressor.scale)
     return InstrumentTests(
         columns=tuple(
             Strength(r_squared=float(r), shea=float(shea), f=float(f), conditional_f=float(c))
             for r, shea, f, c in columns
         ),
-        condition_number=float(np.linalg.cond(product)),
+        condition_number=float(
+            np.linalg.cond((Z / np.linalg.norm(Z, axis=0)).T @ (X / regressor.scale))
+        ),
     )

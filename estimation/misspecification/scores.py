@@ -327,5 +327,6 @@ def _along(s: Signals, data: FilteredRecord) -> Along:
         spans=sampling.spans,
         rows=rows,
         reduce=sampling.reduce,
+        period=sampling.period,
         row_period=sampling.period * sampling.prefilter.decimate,
     )

@@ -40,8 +40,8 @@ class Along:
         Samples of the rows; of all where there are none.
     reduce : callable
         What rows make of values (N,) or (N, m).
-    row_period : float
-        s, between rows.
+    period, row_period : float
+        s, of the samples and between rows.
     middle : float
         Of the positions, which a spring is not about.
     """
@@ -53,20 +53,11 @@ class Along:
     direction: Array
     force: Array
     spans: Sequence[Span]
+    period: float
     row_period: float
     rows: NDArray[np.int64] | None = None
     reduce: Callable[[Array], Array] = field(default_factory=lambda: np.asarray)
     middle: float = 0.0
-
-    @property
-    def period(self) -> float:
-        """Sampling period, s."""
-        return float(self.time[1] - self.time[0])
-
-    @property
-    def travel(self) -> float:
-        """The way from one end to the other."""
-        return float(np.ptp(self.place))
 
     @cached_property
     def place(self) -> Array:
@@ -143,10 +134,11 @@ class Term:
 
 def wave_periods(s: Along) -> Array:
     """Periods of waves over the position; longer ones are slopes and bends."""
+    travel = float(np.ptp(s.place))
     usual = float(np.median(np.abs(s.velocity[s.velocity != 0]))) if s.velocity.any() else 0.0
     shortest = usual * max(1 / _FASTEST_WAVE, _SAMPLES_IN_A_WAVE * s.row_period)
-    most = min(_MOST_WAVES, s.travel / shortest) if shortest > 0 else 0.0
-    return np.asarray(s.travel / np.arange(1.0, most, _WAVES_APART), dtype=float)
+    most = min(_MOST_WAVES, travel / shortest) if shortest > 0 else 0.0
+    return np.asarray(travel / np.arange(1.0, most, _WAVES_APART), dtype=float)
 
 
 def _periods_near(periods: Array, at: float) -> Array:
