@@ -30,7 +30,6 @@ Status = Literal["pass", "note", "fail", "not evaluated"]
 Found = TypeVar("Found")
 Else = TypeVar("Else")
 WORST_FIRST: tuple[Status, ...] = ("fail", "note", "pass")
-_UNMADE: Status = "not evaluated"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -193,7 +192,7 @@ def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | Non
     if len(records) == 1:
         return found[0]
     every = [(name, each) for name, each in zip(records, found, strict=True) if each is not None]
-    made = [(name, each) for name, each in every if each.status != _UNMADE]
+    made = [(name, each) for name, each in every if each.status != "not evaluated"]
     if not made:
         return every[0][1] if every else None
     status = min((each.status for _, each in made), key=WORST_FIRST.index)
@@ -201,7 +200,7 @@ def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | Non
     first = max((each for _, each in worst), key=_distance)
     same = [n for n, each in worst if each.meaning == first.meaning]
     others = [n for n, each in worst if n not in same]
-    unmade = [n for n, each in every if each.status == _UNMADE]
+    unmade = [n for n, each in every if each.status == "not evaluated"]
     also = "fails" if status == "fail" else "is noted"
     before, after = first_case(
         (status != "pass", (f"{' and '.join(same)}: ", f"; it {also} of {_listed(others)} too")),

@@ -48,10 +48,6 @@ from .excitation import (
 from .method import forms_check, method_check
 from .records_alike import alike_check, repeated_check
 
-_MAX_CLOSE_SIMULATION_ERROR = 10.0  # %, below which nothing is said of the simulation
-# HAC deviations by those of noise alone; from there on they are too wide for it
-_MIN_HAC_EXCESS = 1.5
-
 #: By check of what is lacking: what is said where there is nothing.
 _NOTHING: Mapping[str, str] = {
     "missing terms": "nothing that was looked for is in the residuals",
@@ -269,11 +265,10 @@ def diagnose(case: Case) -> Diagnosis:
         )
         for i, part in enumerate(case.parts)
     ]
-    alone = len(case.names) == 1
     checks = (
         joined(by_record[name], case.names) if d.by_record else made(name, partial(d.check, case))
         for name, d in DIAGNOSTICS.items()
-        if not (d.several and alone)
+        if not (d.several and len(case.names) == 1)
     )
     law, alignment, velocity = (
         records[_first_failing(by_record[name])]
@@ -378,13 +373,13 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
     noise, again = f"{found.noise:.2g} {unit} is noise", "repeats wherever a move does"
     if found.period is not None:
         again = f"repeats every {found.period:.4g} s"
-    # Without noise there is no ratio of the deviations.
+    # From half as large again they are too wide for noise; without any there is no ratio.
     low, high = min(found.hac_excess.values()), max(found.hac_excess.values())
     times = f"{low:.2g}" if f"{low:.2g}" == f"{high:.2g}" else f"{low:.2g} to {high:.2g}"
     too_wide = (
         f"; HAC deviations are {times} times those of that noise, and say nothing of how far the "
         "model's error moves the parameters"
-    ) * (low >= _MIN_HAC_EXCESS and high < np.inf)
+    ) * (low >= 1.5 and high < np.inf)
     return Check(
         name="lack of fit",
         status=status_of(not found.is_mostly_model, matters=False),
@@ -421,7 +416,7 @@ def following(preferred: Estimate, rest: float) -> Check | Missing:
         return failed if simulated.by_estimate else simulated
     error = preferred.simulation_error_percent or 0.0  # none but where nothing was simulated
     good = error < MAX_SIMULATION_ERROR.value
-    but = f" but for {error:.2g} %" * (error >= _MAX_CLOSE_SIMULATION_ERROR)
+    but = f" but for {error:.2g} %" * (error >= 10.0)  # less is not said
     units = form.axis.axis.coordinate.unit, form.axis.axis.drive.unit
     noise = "".join(f" ({chain.told(*units)})" for chain in preferred.inference.chains[:1])
     blamed = rests_first(rest) or (

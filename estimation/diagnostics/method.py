@@ -103,9 +103,6 @@ def method_check(
     return replace(worst, meaning=f"{lead}{told}")
 
 
-_method = partial(Check, name="method", threshold=NOTICEABLE)
-
-
 def _by_difference(
     pair: str,
     compared: Compared,
@@ -135,7 +132,9 @@ def _by_difference(
         percent = f"{100 * by / value.value:+.2g} %, " if value.value else ""
         listed.append(f"{name} by {by:+.2g} {value.unit} ({percent}{each.shift:.2g} deviations)")
     worst = max((moved or found).values(), key=lambda each: each.shift)
-    return _method(
+    return Check(
+        name="method",
+        threshold=NOTICEABLE,
         status="fail" if is_large else "note" if moved else "pass",
         meaning=apart(moved, ", ".join(listed)) if moved else same,
         figure=worst.shift,
@@ -214,7 +213,14 @@ def _least_squares_judged(
         abs(by) > levels.least_share * abs(values[n].value) for n, by in far.items()
     )
     status: Status = "fail" if large else "note" if far else "pass"
-    return _method(status=status, meaning=said, figure=worst, source=source)
+    return Check(
+        name="method",
+        threshold=NOTICEABLE,
+        status=status,
+        meaning=said,
+        figure=worst,
+        source=source,
+    )
 
 
 def forms_check(

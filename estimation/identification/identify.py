@@ -40,9 +40,6 @@ from axisid.support.errors import AxisidError, EstimationError, Missing, ModelEr
 from .result import DriveTime, Identification
 from .shared import shared_records
 
-_MAX_TIMING_STEP = 0.05  # deviations, below which a step of a drive's lag or delay has settled
-_STEPS = 10  # of that search
-
 #: Identifies an axis by methods; None for all that axis and record allow.
 Identify = Callable[[GeneratedAxis, Sequence[str] | None], Identification]
 
@@ -433,7 +430,7 @@ def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> 
     declared, period = axis.declared, record.period
     check_time(declared, record, name)
     value = float(getattr(declared.drive, name))
-    for _ in range(_STEPS):
+    for _ in range(10):
         result = run(at_time(axis, name, value), ["idm-iv"])
         found = unless_faulty(partial(getattr, result.case.parts[0], "alignment"))
         if isinstance(found, Missing) or found.at_the_end:
@@ -444,7 +441,8 @@ def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> 
                 code="drive-time",
             )
         step, deviation = (found.best - result.data.hold_delay) * period, found.deviation * period
-        near = max(_MAX_TIMING_STEP * deviation, 1e-9 * period)  # which rounding does not reach
+        # It has settled within a twentieth of its deviation, or what rounding does not reach.
+        near = max(0.05 * deviation, 1e-9 * period)
         if abs(step) < near or (value == 0 and step <= 0):
             break
         value = max(value + step, 0.0)

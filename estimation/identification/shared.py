@@ -22,9 +22,6 @@ from axisid.estimation.signals import (
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, DataError, UsageError
 
-# of the noisiest record; less noise is rounding, and tells nothing of a record's worth
-_MIN_NOISE_RATIO = 1e-6
-
 
 def layout_for(
     axis: GeneratedAxis,
@@ -98,7 +95,8 @@ def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
     if not all(map(len, parts)):
         return problem
     noise = np.array([np.sqrt(np.mean(e**2)) if of_squares else scale_of(e) for e in parts])
-    if not (np.all(np.isfinite(noise)) and noise.min() > _MIN_NOISE_RATIO * noise.max()):
+    # Less noise than a millionth of another's is rounding, and tells nothing of a record's worth.
+    if not (np.all(np.isfinite(noise)) and noise.min() > 1e-6 * noise.max()):
         return problem
     # In the unit of the rows: the residuals of all keep their mean square.
     unit = 1 / np.sqrt(np.average(noise**-2.0, weights=[*map(len, parts)]))

@@ -32,12 +32,8 @@ from axisid.support.errors import Missing
 
 from .terms import Along
 
-_OWN_PART = 0.05  # of a column, below which the model's own span it: twenty times the deviation
 _FEWEST_ROWS = 20  # for each column
-_MOSTLY = 0.8  # of the residuals' power: beyond it their covariance is that of the term itself
-_CONFIRMED = 0.01  # by the score test
 _RANK = 1e-9
-_SPAN = 1e-3  # of the largest: directions in which instruments of near places differ
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,7 +139,8 @@ class RecordScores:
         are of the loop.
         """
         span = instruments.reshape(len(instruments), -1)
-        u = orth(span - self.basis @ (self.basis.T @ span), _SPAN)
+        # Instruments of near places differ by less.
+        u = orth(span - self.basis @ (self.basis.T @ span), 1e-3)
         left, taken = u.T @ self.nets[:, 0], list[float]()
         for own in np.moveaxis(columns, 1, 0):
             seen = u.T @ (own - self.basis @ (self.basis.T @ own))
@@ -169,7 +166,8 @@ class RecordScores:
         is_there = np.all(sizes > 0, axis=1)
         sizes = np.where(is_there[:, None], sizes, 1.0)
         alike = own / sizes[:, :, None] / sizes[:, None, :]
-        is_own = is_there & (np.linalg.eigvalsh(alike)[:, 0] > _OWN_PART**2)
+        # A twentieth of a column is its own: beside less its deviation is twenty times as large.
+        is_own = is_there & (np.linalg.eigvalsh(alike)[:, 0] > 0.05**2)
         own = np.where(is_own[:, None, None], own, np.eye(g))
         away = scores[:, :, 0]
         if self.twins:
@@ -220,8 +218,9 @@ class RecordScores:
             square = float(away @ np.linalg.solve(run.matrix, away))
             chances.append((joint_p(square, g, float(np.min(run.freedom))), run.matrix))
         (wald, spread[place]), (score, _) = chances
-        mostly = powers[place] > _MOSTLY * np.mean(residuals**2)
-        p_values[place] = wald if mostly or score <= _CONFIRMED else max(wald, score)
+        # Where it is most of the residuals, their covariance is that of the term itself.
+        mostly = powers[place] > 0.8 * np.mean(residuals**2)
+        p_values[place] = wald if mostly or score <= 0.01 else max(wald, score)
         return p_values, spread
 
 

@@ -33,13 +33,10 @@ from .terms import TERMS, Along, Term
 GAIN = "the drive gain"
 
 _STEP = 1e-3  # of a factor
-_FINER = 65  # places between those of a grid, once it is told
 
-_PULSE = 1e-4  # of a signal's size: so small that it moves no sign
 # residuals less the filter's own, by the left side, up to which their look is a note: measured,
 # at most 4e-7 without noise, 5e-3 and more on wrong models that residuals tell
 _NEGLIGIBLE_RESIDUAL = 1e-4
-_MOST = 3  # that are told
 #: By kind of what is no term: the check that tells it.
 _CHECKS = {
     "late signal": "recorded signals",
@@ -206,7 +203,7 @@ def _from(column: Array, times: Array, places: Array) -> Array:
 def _between(grid: Array, at: float) -> Array:
     """Places about one of a grid."""
     place = int(np.argmin(np.abs(grid - at)))
-    return np.linspace(grid[max(place - 1, 0)], grid[min(place + 1, len(grid) - 1)], _FINER)
+    return np.linspace(grid[max(place - 1, 0)], grid[min(place + 1, len(grid) - 1)], 65)
 
 
 def _of_signals(scores: RecordScores) -> list[Hypothesis]:
@@ -274,7 +271,6 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
     width = data.prefilter.decimate
     near = data.row_numbers[worst] + np.round(np.linspace(-width, width, 5 if width > 1 else 3))
     by, columns = _by_change(scores, data), data.record.channels()
-    hidden = {"control"} if data.record.force is not None else set()
     return [
         Hypothesis(
             kind="outlier",
@@ -286,7 +282,7 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
             between=_every_sample,
         )
         for role in ("position", "velocity", "acceleration", "force", "control")
-        if role in columns.keys() - hidden
+        if role in columns and (role != "control" or data.record.force is None)
     ]
 
 
@@ -297,7 +293,7 @@ def _every_sample(grid: Array, at: float) -> Array:
 
 def _pulses(by: Callable[[str, Array], Array], values: Array, role: str, samples: Array) -> Array:
     """By a pulse of one in each sample of a column, (n, m, 1)."""
-    pulse = _PULSE * (float(np.std(values)) or 1.0)
+    pulse = 1e-4 * (float(np.std(values)) or 1.0)  # so small that it moves no sign
     alone = (pulse * (np.arange(len(values)) == sample) for sample in samples)
     return np.stack([by(role, values + each) / pulse for each in alone], axis=1)[:, :, None]
 
@@ -410,7 +406,7 @@ def find_misspecification(
     # Without twins nothing tells what the filter itself moves the parameters by.
     half = half_widths[scores.free] if scores.twins else np.full(len(scores.free), np.inf)
     level, named, beside = levels.level / records, list[Misspecification](), scores
-    while len(named) < _MOST:
+    while len(named) < 3:
         single = [(each, each.columns(each.places)) for each in outliers_of(beside)]
         sure = level / max(len(lasting) + len(single), 1)
         every = [_tested(beside, *each, half, sure) for each in (*lasting, *single)]

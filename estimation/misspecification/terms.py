@@ -16,14 +16,10 @@ from axisid.estimation.signals import Span
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError, quoted
 
-_MOST_WAVES, _WAVES_APART = 60, 0.75  # in the travel
-_FASTEST_WAVE = 25.0  # Hz, at the usual speed
-_SAMPLES_IN_A_WAVE = 4.0
+_WAVES_APART = 0.75  # in the travel
 _SLOWEST, _FASTEST = 3.0, 120.0  # Hz, of an antiresonance
 _APART = 1.25  # from one antiresonance to the next
 _BETWEEN = 97  # frequencies, or speeds, among which it is told
-_SAMPLES_IN_A_SWING = 7.0
-_NUMBERS = ("at", "rigid", "band")  # that texts of a term may have
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -119,7 +115,9 @@ class Term:
     is_of_force: bool = False
 
     def __post_init__(self) -> None:
-        words = dict.fromkeys(("q", "unit", "drive", "force"), "") | dict.fromkeys(_NUMBERS, 0.0)
+        words = dict.fromkeys(("q", "unit", "drive", "force"), "") | dict.fromkeys(
+            ("at", "rigid", "band"), 0.0
+        )
         try:
             for text in (self.what, self.declare, self.unit, *(self.opposite or ())):
                 text.format(**words)
@@ -136,8 +134,8 @@ def wave_periods(s: Along) -> Array:
     """Periods of waves over the position; longer ones are slopes and bends."""
     travel = float(np.ptp(s.place))
     usual = float(np.median(np.abs(s.velocity[s.velocity != 0]))) if s.velocity.any() else 0.0
-    shortest = usual * max(1 / _FASTEST_WAVE, _SAMPLES_IN_A_WAVE * s.row_period)
-    most = min(_MOST_WAVES, travel / shortest) if shortest > 0 else 0.0
+    shortest = usual * max(1 / 25.0, 4.0 * s.row_period)  # 25 Hz, and four rows
+    most = min(60, travel / shortest) if shortest > 0 else 0.0
     return np.asarray(travel / np.arange(1.0, most, _WAVES_APART), dtype=float)
 
 
@@ -148,7 +146,7 @@ def _periods_near(periods: Array, at: float) -> Array:
 
 def antiresonances(s: Along) -> Array:
     """Frequencies of loads behind springs that the samples can follow, Hz."""
-    last = min(_FASTEST, 1 / (_SAMPLES_IN_A_SWING * s.period))
+    last = min(_FASTEST, 1 / (7.0 * s.period))  # seven samples in a swing
     many = int(np.log(last / _SLOWEST) / np.log(_APART)) + 1 if last > _SLOWEST else 0
     return np.asarray(_SLOWEST * _APART ** np.arange(many), dtype=float)
 
