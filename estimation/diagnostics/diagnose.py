@@ -109,27 +109,24 @@ def _lacks(name: str, case: Case, *, bounded: bool = False) -> Check | Missing:
 
 def _alignment(case: Case) -> Check | Missing:
     return alignment_check(
-        case.alignment, case.data, late=_delay(case), law=case.law, timing=case.timing
+        case.alignment, case.data, late=_delay(case.lacking, case), law=case.law, timing=case.timing
     )
 
 
-def _delay(case: Case) -> Misspecification | Missing | None:
+@of_found
+def _delay(lacking: Sequence[Misspecification], case: Case) -> Misspecification | Missing | None:
     """The delay that the model lacks, which twins tell from noise."""
-    if isinstance(case.lacking, Missing):
-        return case.lacking
     if isinstance(case.scores, Missing) or not case.scores.twins:
         return Missing("there are no twins")
-    return next((lack for lack in case.lacking if lack.kind == "delay"), None)
+    return next((lack for lack in lacking if lack.kind == "delay"), None)
 
 
 def _measured(role: str, case: Case) -> Check | Missing | None:
     return motion_check(case.data.axis, case.data.record, role, case.motions.get(role))
 
 
-def _missing_terms(case: Case) -> Check | Missing:
-    lacking = case.lacking
-    if isinstance(lacking, Missing):
-        return lacking
+@of_found
+def _missing_terms(lacking: Sequence[Misspecification], case: Case) -> Check | Missing:
     aligned = _alignment(case)  # which says how late, where it fails
     told = [lack for lack in lacking if not (lack.kind == "delay" and _fails(aligned))]
     found = lacks_check(told, "missing terms", case.data.axis, case.data.record, case.levels)
@@ -221,7 +218,11 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
             check=lambda case: limit_check(case.data.axis, case.data.record),
             by_record=True,
         ),
-        Diagnostic(name="missing terms", check=_missing_terms, by_record=True),
+        Diagnostic(
+            name="missing terms",
+            check=lambda case: _missing_terms(case.lacking, case),
+            by_record=True,
+        ),
         Diagnostic(
             name="lack of fit",
             check=lambda case: lack_of_fit_check(case.lack_of_fit, case.preferred),
@@ -335,7 +336,6 @@ def lacks_check(
             '; empty such cells and read with resample="auto", or let such rows count for '
             'less, loss="huber"'
         )
-    said = "; ".join(sentence(lack, axis, record) for lack in own) or _NOTHING[name]
     return Check(
         name=name,
         status=status_of(not own, matters=not bounded),
@@ -346,7 +346,8 @@ def lacks_check(
         f"than those of twins (Hotelling's test, {100 * levels.level:g} % over all that is looked "
         f"for, by Holm's rule) and it is more than {100 * levels.least_share:g} % of the force "
         "beside what the parameters make of it, or moves one by more than its interval",
-        meaning=said + advice,
+        meaning=("; ".join(sentence(lack, axis, record) for lack in own) or _NOTHING[name])
+        + advice,
     )
 
 

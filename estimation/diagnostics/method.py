@@ -206,9 +206,8 @@ def _least_squares_judged(
     by = ", ".join(f"{n} by about {by:+.2g} {values[n].unit}" for n, by in far.items())
     if not np.all(np.isfinite([*far.values()])):
         by = f"by what none tells, as there are fewer than {FEWEST_STEPS} in the whole motion"
-    said = f"{what} least squares by less than half a deviation{whose}"
-    if far:
-        said = f"{what} least squares, {by}{whose}, and {told}"
+    little = f"{what} least squares by less than half a deviation{whose}"
+    said = f"{what} least squares, {by}{whose}, and {told}" if far else little
     large = bias is None and any(
         abs(by) > levels.least_share * abs(values[n].value) for n, by in far.items()
     )

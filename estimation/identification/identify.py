@@ -342,8 +342,8 @@ def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
     declared = [p if p.name in names else None for p in estimate.form.declared]
     if all(p is None or p.allows(x) for p, x in zip(declared, free, strict=True)):
         return {}
-    ends = [(-np.inf, np.inf) if p is None else (p.lower, p.upper) for p in declared]
-    lower, upper = np.transpose(ends)
+    lower = np.array([-np.inf if p is None else p.lower for p in declared])
+    upper = np.array([np.inf if p is None else p.upper for p in declared])
     covariance = estimate.covariances["iid"]
     scale = np.sqrt(np.diag(covariance))
     rows = np.linalg.pinv(covariance_root(covariance) / scale[:, None]) / scale
@@ -434,10 +434,10 @@ def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> 
         result = run(at_time(axis, name, value), ["idm-iv"])
         found = unless_faulty(partial(getattr, result.case.parts[0], "alignment"))
         if isinstance(found, Missing) or found.at_the_end:
-            why = "the record tells no delay between force and motion"
+            unseen = "the record tells no delay between force and motion"
+            why = found if isinstance(found, Missing) else unseen
             raise EstimationError(
-                f"axis {declared.name!r}: the drive's {name} cannot be estimated: "
-                f"{found if isinstance(found, Missing) else why}.",
+                f"axis {declared.name!r}: the drive's {name} cannot be estimated: {why}.",
                 code="drive-time",
             )
         step, deviation = (found.best - result.data.hold_delay) * period, found.deviation * period

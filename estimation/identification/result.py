@@ -8,9 +8,9 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.choices import INSTRUMENT_STARTS
-from axisid.estimation.diagnostics import Case, Checked, Diagnosis, diagnose
+from axisid.estimation.diagnostics import Case, Diagnosis, diagnose
 from axisid.estimation.estimates import (
     Estimate,
     Physical,
@@ -292,8 +292,8 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
     @property
     def shared_as(self) -> dict[str, Any]:
         """Where instruments started, and what was said of records, as `identify` takes it."""
-        started = (estimate.started for estimate in self.estimates.values())
-        start = next((each for each in started if each), INSTRUMENT_STARTS[0])
+        every = self.estimates.values()
+        start = next((each.started for each in every if each.started), INSTRUMENT_STARTS[0])
         layout = self.problem.layout
         if layout is None:
             return {"start": start}

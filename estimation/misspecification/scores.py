@@ -169,15 +169,14 @@ class RecordScores:
         # A twentieth of a column is its own: beside less its deviation is twenty times as large.
         is_own = is_there & (np.linalg.eigvalsh(alike)[:, 0] > 0.05**2)
         own = np.where(is_own[:, None, None], own, np.eye(g))
-        away = scores[:, :, 0]
-        if self.twins:
-            away = away - scores[:, :, 1:].mean(axis=2)
+        away = scores[:, :, 0] - (scores[:, :, 1:].mean(axis=2) if self.twins else 0.0)
         values = np.asarray(np.linalg.solve(own, away[:, :, None])[:, :, 0], dtype=float)
         powers = np.where(is_own, np.einsum("mg,mg->m", away, values) / n, 0.0)
-        if self.twins:
-            p_values, spread = self._by_twins(away, scores[:, :, 1:], is_own)
-        else:
-            p_values, spread = self._by_hac(columns, values, own, powers)
+        p_values, spread = (
+            self._by_twins(away, scores[:, :, 1:], is_own)
+            if self.twins
+            else self._by_hac(columns, values, own, powers)
+        )
         inverse = np.linalg.inv(own)
         return ColumnTests(
             p_values=np.where(is_own, p_values, 1.0),
@@ -281,10 +280,9 @@ def scores_of(
     sizes = np.linalg.norm(instruments, axis=0)
     basis = orth(instruments[:, sizes > 0] / sizes[sizes > 0], _RANK)
     every = (rows, *(form.equations(twin.signals).reduced(data) for twin in twins))
-    found = [_residuals(each, physical, free, basis) for each in every]
-    if moved is not None:
-        left = _residuals(clean, physical, free, basis)
-        found = [each - left for each in found]
+    # What the filter itself leaves of a loop.
+    left = 0.0 if moved is None else _residuals(clean, physical, free, basis)
+    found = [_residuals(each, physical, free, basis) - left for each in every]
     return RecordScores(
         basis=basis,
         columns=rows.regressor[:, free],

@@ -211,10 +211,10 @@ def _of_signals(scores: RecordScores) -> list[Hypothesis]:
     by, record = _by_change(scores, scores.quiet), scores.quiet.record
     longest = min(0.5 / scores.data.period, 0.1 * len(scores.data))  # half a second
     late = np.unique(np.round(np.geomspace(1.0, max(longest, 2.0), 14)))
-    scaled = {name: (1 + _STEP) * values for name, values in record.channels().items()}
     return [
         hypothesis
-        for name in (signal.name for signal in scores.data.axis.axis.signals)
+        for name, values in record.signals.items()
+        if name in {signal.name for signal in scores.data.axis.axis.signals}
         for hypothesis in (
             Hypothesis(
                 kind="late signal",
@@ -227,7 +227,7 @@ def _of_signals(scores: RecordScores) -> list[Hypothesis]:
             Hypothesis(
                 kind="scaled signal",
                 parameter=name,
-                columns=partial(_once, -by(name, scaled[name])[:, None] / _STEP),
+                columns=partial(_once, -by(name, (1 + _STEP) * values)[:, None] / _STEP),
             ),
         )
     ]
@@ -412,12 +412,11 @@ def find_misspecification(
         every = [_tested(beside, *each, half, sure) for each in (*lasting, *single)]
         every.sort(key=lambda each: each.p_value)
         holm = zip(every, level / np.arange(len(every), 0, -1), strict=True)
-        there = (each for each, _ in takewhile(lambda pair: pair[0].p_value <= pair[1], holm))
         # Any part of the force, or more than rounding and moves a parameter.
         most = max(
             (
                 each
-                for each in there
+                for each, _ in takewhile(lambda pair: pair[0].p_value <= pair[1], holm)
                 if each.share > levels.least_share
                 or (each.moved > 1 and each.share > _NEGLIGIBLE_RESIDUAL)
             ),

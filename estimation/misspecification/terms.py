@@ -183,8 +183,8 @@ def _peaks(s: Along, widths: Array) -> Array:
 
 def _loss(s: Along, _: Array) -> Array:
     """Force times the sign of the power, and its size."""
-    sizes = np.stack([np.sign(s.force * s.velocity) * s.force, np.abs(s.force)], axis=1)
-    return s.reduce(sizes)[:, None]
+    sizes = np.sign(s.force * s.velocity) * s.force, np.abs(s.force)
+    return s.reduce(np.stack(sizes, axis=1))[:, None]
 
 
 def _pushes(s: Along) -> Array:

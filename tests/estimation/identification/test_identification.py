@@ -27,9 +27,8 @@ from axisid.support.arrays import relative_error_percent
 from tests.axes.recorded import MOVES, PERIOD_S, TRUTH, recorded_axis, recorded_values
 from tests.refusals import refuses
 
-#: The position by a metre, and a force.
+#: The position by a metre.
 X = load_axis("emps2015").coordinate.symbol / Constant(1.0, "m").symbol
-NEWTON = Constant(1.0, "N").symbol
 EVERY_ROW = Prefilter(decimate=1, drop=(0, 0), hold="raw", reversals="keep")
 CONTINUOUS = cascade_pd(kp=160.18, kv=243.45, period=1e-3, continuous=True)
 ALIGNED = Prefilter(cutoff=100.0, decimate=5, hold="zoh", drop=(50, 50))
@@ -136,7 +135,11 @@ def test_settings_that_mislead_are_remarked(
 def test_known_terms_that_are_not_finite_are_refused(term: sympy.Expr, twin: Record) -> None:
     axis = load_axis("emps2015")
     with refuses("not-finite"):
-        identify(replace(axis, force=axis.force + NEWTON * term), twin, methods="idm-ls")
+        identify(
+            replace(axis, force=axis.force + Constant(1.0, "N").symbol * term),
+            twin,
+            methods="idm-ls",
+        )
 
 
 def test_methods_and_parameters_are_found_as_they_are_printed(

@@ -101,10 +101,6 @@ _OTHERS = (
 )
 
 
-#: Of which no term says anything.
-RECORD = cast(Record, None)
-
-
 def _lack(term: Term) -> Misspecification:
     two = "place" in term.kind or term.kind == "turn"
     return Misspecification(
@@ -151,7 +147,9 @@ def test_the_element_that_a_missing_term_names_is_declared(
     tmp_path: Path, term: Term, q: Coordinate
 ) -> None:
     declared = SimpleNamespace(coordinate=q, drive=Drive(gain=1.0), has_stribeck=False)
-    said = sentence(_lack(term), cast(GeneratedAxis, SimpleNamespace(axis=declared)), RECORD)
+    said = sentence(
+        _lack(term), cast(GeneratedAxis, SimpleNamespace(axis=declared)), cast(Record, None)
+    )
     assert "declare" in said
     (call,) = _CALL.findall(said)
     _declared(tmp_path, q, call, term.unit.format(force=q.force_unit, unit=q.unit))
