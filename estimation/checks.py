@@ -1,4 +1,4 @@
-"""One check of a result: a figure held against a threshold, and what it means; where it is run.
+"""One check of a result: a figure held against a threshold, and what it means; what several do.
 
 In: a figure, what it is held against, what that means. Out: `Check`. Knows nothing of what is
 checked.
@@ -201,9 +201,14 @@ def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | Non
     same = [n for n, each in worst if each.meaning == first.meaning]
     others = [n for n, each in worst if n not in same]
     unmade = [n for n, each in every if each.status == "not evaluated"]
-    also = "fails" if status == "fail" else "is noted"
     before, after = first_case(
-        (status != "pass", (f"{' and '.join(same)}: ", f"; it {also} of {_listed(others)} too")),
+        (
+            status != "pass",
+            (
+                f"{' and '.join(same)}: ",
+                f"; it {'fails' if status == 'fail' else 'is noted'} of {_listed(others)} too",
+            ),
+        ),
         (True, ("", f" (not evaluated of {_listed(unmade)})")),
     )
     more = after if (unmade if status == "pass" else others) else ""

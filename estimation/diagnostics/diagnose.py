@@ -1,4 +1,4 @@
-"""Every diagnostic, in the order of the verdict, and what it is worth.
+"""Every diagnostic, in the order of the verdict, and checks of what a model leaves.
 
 No check passes silently: one that could not be made says so. None is a universal gate; each names
 where its threshold comes from.
@@ -25,7 +25,7 @@ from axisid.estimation.diagnostics.law import law_check
 from axisid.estimation.estimates import Estimate, NotSimulated
 from axisid.estimation.lack_of_fit import LackOfFit
 from axisid.estimation.misspecification import Misspecification, sentence
-from axisid.estimation.records import Record, advised_shift
+from axisid.estimation.records import Record, advised_shift, record_labels
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds import (
     MAX_SIMULATION_ERROR,
@@ -99,12 +99,14 @@ def _outliers(case: Case) -> Check | Missing:
         return Missing(
             "single samples are held against twins of the record, of which there are none"
         )
-    return _lacks("outliers", case, bounded=case.preferred.counts is not None)
-
-
-def _lacks(name: str, case: Case, *, bounded: bool = False) -> Check | Missing:
-    data = case.data
-    return lacks_check(case.lacking, name, data.axis, data.record, case.levels, bounded=bounded)
+    return lacks_check(
+        case.lacking,
+        "outliers",
+        case.data.axis,
+        case.data.record,
+        case.levels,
+        bounded=case.preferred.counts is not None,
+    )
 
 
 def _alignment(case: Case) -> Check | Missing:
@@ -119,10 +121,6 @@ def _delay(lacking: Sequence[Misspecification], case: Case) -> Misspecification 
     if isinstance(case.scores, Missing) or not case.scores.twins:
         return Missing("there are no twins")
     return next((lack for lack in lacking if lack.kind == "delay"), None)
-
-
-def _measured(role: str, case: Case) -> Check | Missing | None:
-    return motion_check(case.data.axis, case.data.record, role, case.motions.get(role))
 
 
 @of_found
@@ -141,165 +139,8 @@ def _missing_terms(lacking: Sequence[Misspecification], case: Case) -> Check | M
     return found
 
 
-def _fixed(case: Case) -> Check | Missing | None:
-    return fixed_check(case.preferred, case.levels.level)
-
-
 def _fails(found: Check | Missing | None) -> bool:
     return isinstance(found, Check) and found.status == "fail"
-
-
-#: By name, in the order of the verdict.
-DIAGNOSTICS: dict[str, Diagnostic] = {
-    row.name: row
-    for row in (
-        Diagnostic(name="control law", check=lambda case: law_check(case.law), by_record=True),
-        Diagnostic(
-            name="instrument strength",
-            check=lambda case: case.strength if {"idm-iv", "ddm-iv"} & {*case.estimates} else None,
-        ),
-        Diagnostic(name="method", check=_method),
-        Diagnostic(
-            name="inverse against direct",
-            check=lambda case: forms_check(case.compared, case.estimates, case.levels),
-        ),
-        Diagnostic(name="precision", check=lambda case: precision(case.preferred, case.excitation)),
-        Diagnostic(
-            name="bounds",
-            check=lambda case: within_bounds(
-                case.preferred, rests_first(case.problem.rest), case.problem.held
-            ),
-        ),
-        Diagnostic(
-            name=NOMINAL_VALUES,
-            check=lambda case: nominal_check(
-                (
-                    p,
-                    case.preferred.parameters[p.name].corrected,
-                    case.preferred.parameters[p.name].interval,
-                )
-                for p in case.preferred.form.declared
-                if p.name in case.preferred.parameters
-            ),
-        ),
-        Diagnostic(
-            name="simulation",
-            check=lambda case: following(case.preferred, case.data.rest),
-            by_record=True,
-        ),
-        Diagnostic(name="outliers", check=_outliers, by_record=True),
-        Diagnostic(name="alignment", check=_alignment, by_record=True),
-        Diagnostic(
-            name="fixed values",
-            check=lambda case: _fixed(case) if case.data.axis.base.known else None,
-        ),
-        Diagnostic(
-            name="physical parameters",
-            check=lambda case: None if case.data.axis.base.known else _fixed(case),
-        ),
-        Diagnostic(
-            name="force against control",
-            check=lambda case: force_check(case.data.axis, case.data.record),
-            by_record=True,
-        ),
-        Diagnostic(name="measured velocity", check=partial(_measured, "velocity"), by_record=True),
-        Diagnostic(
-            name="measured acceleration", check=partial(_measured, "acceleration"), by_record=True
-        ),
-        Diagnostic(
-            name="recorded signals",
-            check=lambda case: (
-                _lacks("recorded signals", case) if case.data.axis.axis.signals else None
-            ),
-            by_record=True,
-        ),
-        Diagnostic(
-            name="control against limit",
-            check=lambda case: limit_check(case.data.axis, case.data.record),
-            by_record=True,
-        ),
-        Diagnostic(
-            name="missing terms",
-            check=lambda case: _missing_terms(case.lacking, case),
-            by_record=True,
-        ),
-        Diagnostic(
-            name="lack of fit",
-            check=lambda case: lack_of_fit_check(case.lack_of_fit, case.preferred),
-            by_record=True,
-        ),
-        Diagnostic(
-            name="drive gain",
-            check=lambda case: gain_check(case.preferred, case.problem.axis.axis.drive),
-            several=True,
-        ),
-        Diagnostic(
-            name="records alike",
-            check=lambda case: alike_check(case.alike, case.names, case.levels),
-            several=True,
-        ),
-        Diagnostic(
-            name="repeated records",
-            check=lambda case: repeated_check([data.record for data in case.problem.data]),
-            several=True,
-        ),
-    )
-}
-
-
-def diagnose(case: Case) -> Diagnosis:
-    """What every diagnostic finds in a result."""
-    by_record = {
-        d.name: [made(d.name, partial(d.check, part)) for part in case.parts]
-        for d in DIAGNOSTICS.values()
-        if d.by_record
-    }
-    alike = unless_faulty(lambda: case.alike)
-    records = [
-        RecordDiagnosis(
-            law=unless_faulty(partial(getattr, part, "law")),
-            alignment=unless_faulty(partial(getattr, part, "alignment")),
-            motions=told_or({}, partial(getattr, part, "motions")),
-            lack_of_fit=told_or(None, partial(getattr, part, "lack_of_fit")),
-            verdict=tuple(check for found in by_record.values() if (check := found[i]) is not None),
-            apart=alike if isinstance(alike, Missing) else alike.records[i],
-        )
-        for i, part in enumerate(case.parts)
-    ]
-    checks = (
-        joined(by_record[name], case.names) if d.by_record else made(name, partial(d.check, case))
-        for name, d in DIAGNOSTICS.items()
-        if not (d.several and len(case.names) == 1)
-    )
-    law, alignment, velocity = (
-        records[_first_failing(by_record[name])]
-        for name in ("control law", "alignment", "measured velocity")
-    )
-    return Diagnosis(
-        preferred=case.method,
-        law=law.law,
-        instruments=told_or(None, lambda: case.instruments),
-        excitation=told_or((), lambda: case.excitation),
-        alignment=alignment.alignment,
-        motions=velocity.motions,
-        verdict=tuple(check for check in checks if check is not None),
-        lack_of_fit=None if case.has_parts else records[0].lack_of_fit,
-        bands={} if case.has_parts else told_or({}, lambda: case.bands),
-        records=tuple(records) if len(records) > 1 else (),
-        differences=told_or(
-            {},
-            lambda: {n: e for n, e in case.compared.items() if not isinstance(e, Missing)},
-        ),
-    )
-
-
-def _first_failing(found: Sequence[Check | None]) -> int:
-    """The record whose law or alignment is told of: the first that fails, else the first.
-
-    A check that faults fails too, and measures nothing: one that does comes before it.
-    """
-    fails = [(each.figure is None, i) for i, each in enumerate(found) if each and _fails(each)]
-    return min(fails, default=(False, 0))[1]
 
 
 @of_found
@@ -363,6 +204,188 @@ def _advice(axis: GeneratedAxis, record: Record, found: Misspecification) -> str
         return known
     scaled = f"columns {name}={column}:UNIT*{value:.4g}"
     return f"check its unit and its scale ({scaled}), and what is declared as known of its force"
+
+
+#: By name, in the order of the verdict.
+DIAGNOSTICS: dict[str, Diagnostic] = {
+    row.name: row
+    for row in (
+        Diagnostic(name="control law", check=lambda case: law_check(case.law), by_record=True),
+        Diagnostic(
+            name="instrument strength",
+            check=lambda case: case.strength if {"idm-iv", "ddm-iv"} & {*case.estimates} else None,
+        ),
+        Diagnostic(name="method", check=_method),
+        Diagnostic(
+            name="inverse against direct",
+            check=lambda case: forms_check(case.compared, case.estimates, case.levels),
+        ),
+        Diagnostic(name="precision", check=lambda case: precision(case.preferred, case.excitation)),
+        Diagnostic(
+            name="bounds",
+            check=lambda case: within_bounds(
+                case.preferred, rests_first(case.problem.rest), case.problem.held
+            ),
+        ),
+        Diagnostic(
+            name=NOMINAL_VALUES,
+            check=lambda case: nominal_check(
+                (
+                    p,
+                    case.preferred.parameters[p.name].corrected,
+                    case.preferred.parameters[p.name].interval,
+                )
+                for p in case.preferred.form.declared
+                if p.name in case.preferred.parameters
+            ),
+        ),
+        Diagnostic(
+            name="simulation",
+            check=lambda case: following(case.preferred, case.data.rest),
+            by_record=True,
+        ),
+        Diagnostic(name="outliers", check=_outliers, by_record=True),
+        Diagnostic(name="alignment", check=_alignment, by_record=True),
+        Diagnostic(
+            name="fixed values",
+            check=lambda case: (
+                fixed_check(case.preferred, case.levels.level)
+                if case.data.axis.base.known
+                else None
+            ),
+        ),
+        Diagnostic(
+            name="physical parameters",
+            check=lambda case: (
+                None
+                if case.data.axis.base.known
+                else fixed_check(case.preferred, case.levels.level)
+            ),
+        ),
+        Diagnostic(
+            name="force against control",
+            check=lambda case: force_check(case.data.axis, case.data.record),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="measured velocity",
+            check=lambda case: motion_check(
+                case.data.axis, case.data.record, "velocity", case.motions.get("velocity")
+            ),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="measured acceleration",
+            check=lambda case: motion_check(
+                case.data.axis, case.data.record, "acceleration", case.motions.get("acceleration")
+            ),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="recorded signals",
+            check=lambda case: (
+                lacks_check(
+                    case.lacking,
+                    "recorded signals",
+                    case.data.axis,
+                    case.data.record,
+                    case.levels,
+                )
+                if case.data.axis.axis.signals
+                else None
+            ),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="control against limit",
+            check=lambda case: limit_check(case.data.axis, case.data.record),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="missing terms",
+            check=lambda case: _missing_terms(case.lacking, case),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="lack of fit",
+            check=lambda case: lack_of_fit_check(case.lack_of_fit, case.preferred),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="drive gain",
+            check=lambda case: gain_check(case.preferred, case.problem.axis.axis.drive),
+            several=True,
+        ),
+        Diagnostic(
+            name="records alike",
+            check=lambda case: alike_check(
+                case.alike, record_labels([data.record for data in case.problem.data]), case.levels
+            ),
+            several=True,
+        ),
+        Diagnostic(
+            name="repeated records",
+            check=lambda case: repeated_check([data.record for data in case.problem.data]),
+            several=True,
+        ),
+    )
+}
+
+
+def diagnose(case: Case) -> Diagnosis:
+    """What every diagnostic finds in a result."""
+    by_record = {
+        d.name: [made(d.name, partial(d.check, part)) for part in case.parts]
+        for d in DIAGNOSTICS.values()
+        if d.by_record
+    }
+    alike = unless_faulty(lambda: case.alike)
+    names = record_labels([data.record for data in case.problem.data])
+    records = [
+        RecordDiagnosis(
+            law=unless_faulty(partial(getattr, part, "law")),
+            alignment=unless_faulty(partial(getattr, part, "alignment")),
+            motions=told_or({}, partial(getattr, part, "motions")),
+            lack_of_fit=told_or(None, partial(getattr, part, "lack_of_fit")),
+            verdict=tuple(check for found in by_record.values() if (check := found[i]) is not None),
+            apart=alike if isinstance(alike, Missing) else alike.records[i],
+        )
+        for i, part in enumerate(case.parts)
+    ]
+    checks = (
+        joined(by_record[name], names) if d.by_record else made(name, partial(d.check, case))
+        for name, d in DIAGNOSTICS.items()
+        if not (d.several and len(names) == 1)
+    )
+    law, alignment, velocity = (
+        records[_first_failing(by_record[name])]
+        for name in ("control law", "alignment", "measured velocity")
+    )
+    return Diagnosis(
+        preferred=case.method,
+        law=law.law,
+        instruments=told_or(None, lambda: case.instruments),
+        excitation=told_or((), lambda: case.excitation),
+        alignment=alignment.alignment,
+        motions=velocity.motions,
+        verdict=tuple(check for check in checks if check is not None),
+        lack_of_fit=None if case.has_parts else records[0].lack_of_fit,
+        bands={} if case.has_parts else told_or({}, lambda: case.bands),
+        records=tuple(records) if len(records) > 1 else (),
+        differences=told_or(
+            {},
+            lambda: {n: e for n, e in case.compared.items() if not isinstance(e, Missing)},
+        ),
+    )
+
+
+def _first_failing(found: Sequence[Check | None]) -> int:
+    """The record whose law or alignment is told of: the first that fails, else the first.
+
+    A check that faults fails too, and measures nothing: one that does comes before it.
+    """
+    fails = [(each.figure is None, i) for i, each in enumerate(found) if each and _fails(each)]
+    return min(fails, default=(False, 0))[1]
 
 
 def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | None:

@@ -34,7 +34,6 @@ from axisid.estimation.problems import (
     noise_free_record,
     position_step,
 )
-from axisid.estimation.records import record_labels
 from axisid.estimation.regression import DirectForm, recorded_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
@@ -190,11 +189,6 @@ class Case:
         """The record; of several the first, see `parts`."""
         return self.problem.data[0]
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the records."""
-        return record_labels([data.record for data in self.problem.data])
-
     @cached_property
     def parts(self) -> "tuple[Case, ...]":
         """What there is of each of several records by itself; one record is its own part."""
@@ -278,8 +272,11 @@ class Case:
         if record.integrated and record.reference is not None:
             loops = partial(recorded_loops, self.data, self.preferred.physical)
             velocities = tuple(loop.velocity for loop in told_or((), loops))
-        measured = (role for role in record.motion if role != "position")
-        return {role: compared_motion(record, role, velocities) for role in measured}
+        return {
+            role: compared_motion(record, role, velocities)
+            for role in record.motion
+            if role != "position"
+        }
 
     @cached_property
     def scores(self) -> RecordScores | Missing:

@@ -99,8 +99,9 @@ def method_check(
         return next(why, Missing(f"nothing is compared with {judged.method}"))
     worst = min(found, key=lambda each: (WORST_FIRST.index(each.status), -(each.figure or 0.0)))
     told = "; ".join(each.meaning for each in found if each.status == worst.status)
-    lead = f"{judged.method} is judged: " if worst.status == "pass" else ""
-    return replace(worst, meaning=f"{lead}{told}")
+    return replace(
+        worst, meaning=f"{judged.method} is judged: {told}" if worst.status == "pass" else told
+    )
 
 
 def _by_difference(

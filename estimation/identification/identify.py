@@ -242,9 +242,8 @@ def requested_methods(methods: str | Iterable[object] | None) -> tuple[str, ...]
     UsageError
         There is none, or none of that name.
     """
-    if methods is None:
-        return None
-    listed = (methods,) if isinstance(methods, str) else tuple(map(str, methods))
+    given = "all" if methods is None else methods
+    listed = (given,) if isinstance(given, str) else tuple(map(str, given))
     if "all" in listed:
         return None
     check_among(*(("method", method, METHODS) for method in listed))
@@ -356,8 +355,7 @@ def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> P
     """A parameter at its bound, and what it is in an estimate that has it free."""
     value = estimate.parameters[name]
     is_lower = any((p.name, p.lower) == (name, bound) for p in axis.declared.parameters)
-    place = [q.name for q in estimate.quantities].index(name)
-    freedom = float(estimate.freedom[estimate.chosen][place])
+    freedom = dict(zip(estimate.parameters, estimate.freedom[estimate.chosen], strict=True))[name]
     away = float(stdtrit(freedom, INTERVAL_LEVEL.value)) * value.deviation
     reach = value.corrected + (away if is_lower else -away)
     return ParameterAtBound(
@@ -410,8 +408,8 @@ def identified_with_time(
     value, deviation = _searched(axis, records[0], name, run)
     result = run(at_time(axis, name, value), methods)
     moved = run(at_time(axis, name, value + deviation), [*result.estimates])
-    freedom = float(len(result.preferred.y) - len(result.preferred.theta))
-    low, high = student_interval(value, deviation, freedom)
+    judged = result.preferred
+    low, high = student_interval(value, deviation, float(len(judged.y) - len(judged.theta)))
     return replace(
         result,
         estimates={n: _widened(e, moved.estimates[n]) for n, e in result.estimates.items()},

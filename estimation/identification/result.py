@@ -300,8 +300,12 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
         known = {
             each.name: [*zip(each.values, each.deviations, strict=True)] for each in layout.known
         }
-        gain = "declared" if layout.gain is None else "identified"
-        return {"start": start, "local": tuple(layout.local), "known": known, "gain": gain}
+        return {
+            "start": start,
+            "local": tuple(layout.local),
+            "known": known,
+            "gain": "declared" if layout.gain is None else "identified",
+        }
 
     @property
     def declared_gain(self) -> float | None:

@@ -67,8 +67,8 @@ def bound_records(
     fastest = max(float(np.abs(data.motion[1]).max()) for data in moving)
     reversals = asked.reversals
     if reversals is None and axes[0].has_direction and not searches_friction(axes[0]):
-        little = show_too_little([data.without_turns(fastest) for data in moving], into)
-        reversals = "keep" if little else "leave-out"
+        turned = [data.without_turns(fastest) for data in moving]
+        reversals = "keep" if show_too_little(turned, into) else "leave-out"
     return tuple(bound_record(a, r, replace(f, reversals=reversals), fastest) for a, r, f in every)
 
 
@@ -169,8 +169,7 @@ class JointRecords:
         """
         if axis is self.axis:
             return self.own_layout
-        declared = {p.name for p in axis.declared.parameters}
-        own = [name for name in self.local if name in declared]
+        own = [n for n in self.local if n in {p.name for p in axis.declared.parameters}]
         return layout_for(axis, len(self.records), own, self.known, commanded=self.commanded)
 
     def axes(self, axis: GeneratedAxis, layout: JointForm | None) -> list[GeneratedAxis]:

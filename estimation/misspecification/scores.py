@@ -159,8 +159,9 @@ class RecordScores:
         of_place = np.ascontiguousarray(np.moveaxis(columns, 0, 1))
         whole, within = of_place.transpose(0, 2, 1) @ of_place, flat.T @ self.basis
         own = whole - (by_place := within.reshape(m, g, -1)) @ by_place.transpose(0, 2, 1)
-        in_basis = self.basis.T @ self.residuals
-        scores = (flat.T @ self.residuals - within @ in_basis).reshape(m, g, -1)
+        scores = (flat.T @ self.residuals - within @ (self.basis.T @ self.residuals)).reshape(
+            m, g, -1
+        )
         # Of which the model's columns do not span a block, nor its own each other.
         sizes = np.sqrt(np.einsum("mgg->mg", whole))
         is_there = np.all(sizes > 0, axis=1)
@@ -212,8 +213,8 @@ class RecordScores:
         block = columns[:, place] - self.basis @ (self.basis.T @ columns[:, place])
         residuals, away, chances = self.nets[:, 0], own[place] @ values[place], []
         for left in (residuals - block @ values[place], residuals):
-            scores = partial(score_products, block * left[:, None], self.neighbours)
-            run = Hac().long_run(scores, len(left))
+            products = partial(score_products, block * left[:, None], self.neighbours)
+            run = Hac().long_run(products, len(left))
             square = float(away @ np.linalg.solve(run.matrix, away))
             chances.append((joint_p(square, g, float(np.min(run.freedom))), run.matrix))
         (wald, spread[place]), (score, _) = chances

@@ -176,17 +176,6 @@ def _ones(s: Along) -> Array:
     return np.ones_like(s.velocity)
 
 
-def _peaks(s: Along, widths: Array) -> Array:
-    peaks = s.direction[:, None] * np.exp(-np.abs(s.velocity)[:, None] / widths)
-    return s.reduce(peaks)[:, :, None]
-
-
-def _loss(s: Along, _: Array) -> Array:
-    """Force times the sign of the power, and its size."""
-    sizes = np.sign(s.force * s.velocity) * s.force, np.abs(s.force)
-    return s.reduce(np.stack(sizes, axis=1))[:, None]
-
-
 def _pushes(s: Along) -> Array:
     """Which way the axis is pushed, the last one where it hardly is, (N,)."""
     size = np.abs(s.acceleration)
@@ -258,7 +247,9 @@ _TERMS = (
         what="friction that is higher or lower at speeds of about {at:.1g} {unit}/s and less",
         declare="declare stribeck(Fs, {q}, velocity={at:.1g}, exponent=1) beside coulomb",
         unit="{force}",
-        columns=_peaks,
+        columns=lambda s, widths: s.reduce(
+            s.direction[:, None] * np.exp(-np.abs(s.velocity)[:, None] / widths)
+        )[:, :, None],
         places=lambda s: np.geomspace(0.015, 0.5, 8) * np.abs(s.velocity).max(),
         between=lambda grid, _: np.geomspace(grid[0], grid[-1], _BETWEEN),
     ),
@@ -346,7 +337,10 @@ _TERMS = (
         what="a loss by the load: less force from the drive where it drives, more where it brakes",
         declare="no element has it; its part of the force is said here",
         unit="",
-        columns=_loss,
+        # The force with the sign of its power, and its size.
+        columns=lambda s, _: s.reduce(
+            np.stack([np.sign(s.force * s.velocity) * s.force, np.abs(s.force)], axis=1)
+        )[:, None],
         is_of_force=True,
     ),
     Term(
