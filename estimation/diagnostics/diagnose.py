@@ -82,14 +82,13 @@ class Diagnostic:
 def _method(case: Case) -> Check | Missing | None:
     if len(case.estimates) == 1 and case.preferred.Z is not None:
         return None  # nothing is beside it
-    unknown = any(isinstance(law, Missing) for law in case.laws)
     return method_check(
         case.preferred,
         case.estimates,
         case.compared,
         case.steps,
         case.levels,
-        law_passed=None if unknown else case.laws_hold,
+        law_passed=None if any(isinstance(law, Missing) for law in case.laws) else case.laws_hold,
     )
 
 
@@ -384,7 +383,7 @@ def _first_failing(found: Sequence[Check | None]) -> int:
 
     A check that faults fails too, and measures nothing: one that does comes before it.
     """
-    fails = [(each.figure is None, i) for i, each in enumerate(found) if each and _fails(each)]
+    fails = ((each.figure is None, i) for i, each in enumerate(found) if each and _fails(each))
     return min(fails, default=(False, 0))[1]
 
 
@@ -394,9 +393,8 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
         return None
     coordinate = preferred.form.axis.axis.coordinate
     unit = coordinate.acceleration_unit if preferred.is_direct else coordinate.force_unit
-    noise, again = f"{found.noise:.2g} {unit} is noise", "repeats wherever a move does"
-    if found.period is not None:
-        again = f"repeats every {found.period:.4g} s"
+    noise, where = f"{found.noise:.2g} {unit} is noise", "wherever a move does"
+    again = f"repeats {where if found.period is None else f'every {found.period:.4g} s'}"
     # From half as large again they are too wide for noise; without any there is no ratio.
     low, high = min(found.hac_excess.values()), max(found.hac_excess.values())
     times = f"{low:.2g}" if f"{low:.2g}" == f"{high:.2g}" else f"{low:.2g} to {high:.2g}"
@@ -447,8 +445,7 @@ def following(preferred: Estimate, rest: float) -> Check | Missing:
         f"check the law, signs and units, or see whether the record is noise{noise}, or a motion "
         "that the model does not have"
     )
-    lost = f"the simulated loop leaves {error:.3g} % of the {form.left} unexplained; "
-    said = "the simulated loop follows the record" + but if good else f"{lost}{blamed}"
+    lost = f"the simulated loop leaves {error:.3g} % of the {form.left} unexplained; {blamed}"
     return Check(
         name="simulation",
         status=status_of(good),
@@ -456,5 +453,5 @@ def following(preferred: Estimate, rest: float) -> Check | Missing:
         threshold=MAX_SIMULATION_ERROR.value,
         source="simulation error in percent of the left side; at 50 the loop explains three "
         "quarters of its power, at 100 nothing",
-        meaning=said,
+        meaning="the simulated loop follows the record" + but if good else lost,
     )

@@ -203,12 +203,15 @@ def identify_problem(
         loss=loss,
     )
     for method in dict.fromkeys(chosen):
-        started = replace(METHODS[method], start=start, loss=loss)
         try:
             # What is not finite is refused by name; NumPy's own warnings would only repeat it.
             with np.errstate(all="ignore"):
                 estimates[method] = estimate_by(
-                    problem, started, lags, covariance, twins if bootstrap else None
+                    problem,
+                    replace(METHODS[method], start=start, loss=loss),
+                    lags,
+                    covariance,
+                    twins if bootstrap else None,
                 )
         except (ModelError, LoopDataError) as error:
             if requested is not None:

@@ -319,8 +319,10 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
         return {name: tuple(values[each] for each in own) for name, own in self.local_names.items()}
 
     def __repr__(self) -> str:
-        source = " and ".join(self.record_names)
-        return f"identification of {self.axis.axis.name} from {source}: {', '.join(self.estimates)}"
+        return (
+            f"identification of {self.axis.axis.name} from {' and '.join(self.record_names)}: "
+            f"{', '.join(self.estimates)}"
+        )
 
     @cached_property
     def physical(self) -> PhysicalByMethod[Physical]:

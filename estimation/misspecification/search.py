@@ -32,8 +32,6 @@ from .terms import TERMS, Along, Term
 #: What stands for a parameter where it is the drive's gain that changes.
 GAIN = "the drive gain"
 
-_STEP = 1e-3  # of a factor
-
 # residuals less the filter's own, by the left side, up to which their look is a note: measured,
 # at most 4e-7 without noise, 5e-3 and more on wrong models that residuals tell
 _NEGLIGIBLE_RESIDUAL = 1e-4
@@ -227,7 +225,7 @@ def _of_signals(scores: RecordScores) -> list[Hypothesis]:
             Hypothesis(
                 kind="scaled signal",
                 parameter=name,
-                columns=partial(_once, -by(name, (1 + _STEP) * values)[:, None] / _STEP),
+                columns=partial(_once, -by(name, 1.001 * values)[:, None] / 1e-3),
             ),
         )
     ]

@@ -63,8 +63,8 @@ class Along:
     def waves(self, factor: Array, periods: Array) -> Array:
         """Cosine and sine over the position, of each period, by what rows make of a factor."""
         angle = 2 * np.pi * self.place[:, None] / periods
-        both = np.stack([np.cos(angle), np.sin(angle)], axis=2)
-        return np.asarray(self.reduce(factor)[:, None, None] * both, dtype=float)
+        waves = np.stack([np.cos(angle), np.sin(angle)], axis=2)
+        return np.asarray(self.reduce(factor)[:, None, None] * waves, dtype=float)
 
     def by_stretch(self, change: Callable[[Array], Array], values: Array) -> Array:
         """What is made of values (N,) in each stretch by itself; zero outside of them."""
