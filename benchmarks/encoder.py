@@ -205,7 +205,8 @@ def _case(
 
 def _figures(found: MonteCarlo | None, method: str, size: int) -> MethodFigures:
     """Of a method, in percent of the true values; NaN of too few estimates to tell anything."""
-    estimated = found.estimated(method) if found else Share(0, 1)
+    runs = [each.runs for each in found or () if each.method == method]
+    estimated = Share(max(runs, default=0), len(found) if found else 1)
     figures = [
         each
         for each in (found.figures if found else ())
@@ -214,7 +215,7 @@ def _figures(found: MonteCarlo | None, method: str, size: int) -> MethodFigures:
     if found is None or estimated.count < _FEWEST or len(figures) < size:
         unknown = np.full(size, np.nan)
         return MethodFigures(estimated=estimated.value, bias=unknown, scatter=unknown, held=unknown)
-    stated = stated_by(method, found.plan.chosen)
+    stated = stated_by(method, found.chosen)
     truth = np.array([each.truth for each in figures])
     return MethodFigures(
         estimated=estimated.value,

@@ -59,7 +59,7 @@ class Figures:
         pairs = zip(values, TRUTH.values(), strict=True)
         self.held.append([v.interval[0] <= truth <= v.interval[1] for v, truth in pairs])
         self.checks.update(c.name for c in result.checks if c.status == "fail")
-        self.steps.append(len(result.steps))
+        self.steps.append(len(result.best.steps))
 
     def written(self) -> dict[str, object]:
         """Percent of the truth, and shares of the runs."""
@@ -131,7 +131,7 @@ def on_record(file: str) -> dict[str, dict[str, object]]:
             "values": {n: v.value for n, v in result.parameters.items()},
             "deviations": {n: v.deviation for n, v in result.parameters.items()},
             "error": result.error,
-            "jacobians": len(result.steps),
+            "jacobians": len(result.best.steps),
             "seconds": min(seconds),
             "seconds_of_checks": time.process_time() - begin,
         }

@@ -30,10 +30,10 @@ _LOOP = "codegen/printers/loop"
 _VIRTUAL = "codegen/runtime/virtual_loop.py"
 _COVARIANCE = "estimation/regression/covariance.py"
 _SIM, _REG = "tests/estimation/simulation", "tests/estimation/regression"
-_CLOCKS = f"{_SIM}/test_two_clocks.py"
+_CLOCKS = "tests/estimation/loops/test_two_clocks.py"
 _PUSHED = f"{_SIM}/test_recorded.py::test_a_"
 _PULSE = f"{_PUSHED}pulse_that_turns_the_velocity_back_within_a_sample_is_followed"
-_MOVED = f"{_SIM}/test_moved_places.py::test_"
+_MOVED = f"{_SIM}/test_recorded.py::test_"
 _PLACE = f"{_SIM}/test_position_events.py::test_"
 _SWING = f"{_SIM}/test_states.py::test_a_light_stack_swings_within_a_sample_as_small_leaps_have_it"
 _LINEAR, _SANDWICH = f"{_REG}/test_linear.py", f"{_REG}/test_covariance.py"
@@ -94,10 +94,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         f"{_LOOP}/events.c",
         "#if SIGNALS\n                mode->direction = at_rest(*q, held, mode, p);\n",
         "#if SIGNALS\n",
-        (
-            f"{_PUSHED}stuck_axis_leaves_rest_within_a_sample_when_a_straight_signal_overcomes_"
-            "friction[True]",
-        ),
+        (f"{_PULSE}[from rest-signal-True]",),
     ),
     "rounding moves an axis from rest": (
         f"{_LOOP}/events.c",
@@ -179,7 +176,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         (f"{_SANDWICH}::test_classical_and_robust_are_those_of_statsmodels",),
     ),
     "the published variance of a lane is over n": (
-        "estimation/batched/identify_lanes.py",
+        "estimation/batched/iteration.py",
         "fits.power[:, None] / (n - 1)",
         "fits.power[:, None] / n",
         (
@@ -285,8 +282,8 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "a law remembers what it measures now": (
         "estimation/loops/law_run.py",
-        "return np.hstack(pieces)[:, :-1]",
-        "return np.hstack(pieces)[:, 1:]",
+        "return np.vstack([start, after[:-1]])",
+        "return after",
         (f"{_ALONG}::test_a_late_law_with_an_integral_is_the_sum_by_hand",),
     ),
     "what is added to a late law is in time": (

@@ -106,7 +106,7 @@ def run(count: int, noise: float, *, free_mass: bool) -> dict[str, object]:
         "claimed_percent": dict(zip(names, percent * claimed.mean(axis=0), strict=True)),
         "coverage": dict(zip(names, inside.mean(axis=0), strict=True)),
         "checks_failed": dict(checks),
-        "steps": max(len(r.steps) for r in results),
+        "steps": max(len(r.best.steps) for r in results),
         "seconds": float(np.median(took)),
     }
 

@@ -41,7 +41,6 @@ from .regression import (
 from .signals import FilteredRecord as FilteredRecord, SampledFilter as SampledFilter
 from .simulation import (
     BatchSimulation as BatchSimulation,
-    LaneBlock as LaneBlock,
     Simulation as Simulation,
     simulate_batch as simulate_batch,
 )

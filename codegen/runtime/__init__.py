@@ -6,7 +6,6 @@ Knows nothing of SymPy and of compilers.
 
 from .arguments import (
     FunctionShape as FunctionShape,
-    along_samples as along_samples,
     by_sample as by_sample,
     checked_arguments as checked_arguments,
     is_continuous as is_continuous,

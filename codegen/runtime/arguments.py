@@ -42,21 +42,6 @@ def by_sample(values: Array, samples: int) -> Array:
     return columns.reshape(samples, height * width)
 
 
-def along_samples(function: Any, samples: int) -> Any:
-    """What a function remembers after each of so many samples.
-
-    Its ``state`` before the first comes first, (m,), the others follow in their order, of each
-    sample side by side; of the results only ``next_state`` is given, (m, N).
-    """
-    names = list(function.name_in())
-    state = names.index("state")
-    # The state comes first in and first out, so that the function can be run along the samples.
-    read = [state, *(place for place in range(len(names)) if place != state)]
-    return function.slice("along", read, [function.name_out().index("next_state")]).mapaccum(
-        samples
-    )
-
-
 @dataclass(frozen=True, slots=True)
 class FunctionShape:
     """What goes into a function and what comes out; asked of CasADi once, since asking takes long.

@@ -9,9 +9,10 @@ as after one of the last that the forward pass made.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,8 @@ from axisid.estimation.simulation import LoopInputs, simulate_lanes
 from axisid.estimation.thresholds import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 #: How a lane was identified: among others, or as `identify` does it alone.
 SIDE_BY_SIDE, ALONE, FAILED = "side by side", "alone", "failed"
@@ -125,45 +128,6 @@ class LaneEstimates(Exact):
     errors: Mapping[int, str]
 
 
-def lane_starts(
-    axis: GeneratedAxis,
-    reference: Array,
-    position: Array,
-    control: Array,
-    period: float,
-    record: Callable[[int], Record],
-) -> tuple[LoopStart, NDArray[np.bool_]]:
-    """Starts as `loop_starts` has them of each, and of which lanes that is so.
-
-    Lanes begin with what the law declares for an axis at rest; those whose first controls say
-    otherwise are the others.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-        With a sampled law, whose drive acts at once.
-    reference : (N,) array
-    position, control : (N, L) array
-    period : float
-        s
-    record : callable
-        Gives a lane as a record.
-    """
-    velocity = first_velocities(position, period)
-    start = LoopStart(position=position[0].copy(), velocity=velocity, memory=None)
-    rests = np.ones(len(velocity), dtype=bool)
-    law = axis.axis.control
-    if law is None or not law_memory(axis):
-        return start, rests
-    if law.balanced or law.takes_velocity:
-        found = [loop_starts(axis, record(lane))[0].memory for lane in range(len(velocity))]
-        return start, np.array([memory is None for memory in found])
-    first = control[:START_SAMPLES]
-    off = first - _at_rest(axis, reference, position, len(first))
-    power = np.mean(control**2, axis=0)
-    return start, np.asarray(~at_rest_misses(off, below_limit(axis, first), power))
-
-
 def _at_rest(axis: GeneratedAxis, reference: Array, position: Array, samples: int) -> Array:
     """The first controls of the law of an axis that rested before, (samples, L)."""
     lanes = position.shape[1]
@@ -181,53 +145,6 @@ _Modes = NDArray[np.complex128]
 _Filter = tuple[_Modes, _Modes, _Modes, float]
 
 Chosen = NDArray[np.bool_]
-
-
-def _decimation_of(sampled: SampledFilter, samples: int) -> Decimation:
-    """Which rows a filter keeps of so many samples, and by what sums.
-
-    Parameters
-    ----------
-    sampled : SampledFilter
-    samples : int
-    """
-    every = sampled.settings.decimate
-    start, end = sampled.cut
-    kept = samples - start - end
-    ends = sampled.weightless_ends(samples)
-    low, high = (ends[0][1], ends[1][0]) if ends else (0, kept)
-    rows = sampled.rows(samples) - start
-    first = int(rows[0])
-    padding = DECIMATION_PADDING if every > 1 else 0
-    skipped = max(0, math.ceil((first - every + padding) / every))
-    begin = first - every * skipped
-    last = kept - 1 + padding
-    blocks = math.ceil((last - begin) / every) + 1
-    beyond = begin + every * (blocks - 1) - last
-    poles, residues, gains, direct = _modes(sampled) if every > 1 else _ALL_PASS
-    powers = poles ** np.arange(every + 1)[:, None]
-    return Decimation(
-        sizes=np.array(
-            [
-                start,
-                kept,
-                low,
-                high,
-                padding,
-                every,
-                begin,
-                skipped,
-                blocks,
-                len(rows),
-            ],
-            dtype=np.int64,
-        ),
-        powers=_pairs(powers),
-        gains=_pairs(2 * gains.conj()),  # the real part of a product
-        settled=_pairs(1 / (1 - poles)),
-        ends=_ends(poles, residues, gains, beyond),
-        direct=direct,
-    )
 
 
 #: No filter: modes without memory, which have a quarter of each value.
@@ -293,11 +210,6 @@ class Block:
     lanes: RecordLanes
     template: FilteredRecord
 
-    @property
-    def filter(self) -> SampledFilter:
-        """What the prefilter does to a lane."""
-        return self.template.sampling.filter
-
     @cached_property
     def motion(self) -> Motion:
         """The measured motion, filtered, (N, L) each."""
@@ -313,16 +225,53 @@ class Block:
     @cached_property
     def decimation(self) -> Decimation:
         """Which rows are kept, and by what sums."""
-        return _decimation_of(self.filter, len(self.lanes.reference))
+        sampled, samples = self.template.sampling.filter, len(self.lanes.reference)
+        every = sampled.settings.decimate
+        start, end = sampled.cut
+        kept = samples - start - end
+        ends = sampled.weightless_ends(samples)
+        low, high = (ends[0][1], ends[1][0]) if ends else (0, kept)
+        rows = sampled.rows(samples) - start
+        first = int(rows[0])
+        padding = DECIMATION_PADDING if every > 1 else 0
+        skipped = max(0, math.ceil((first - every + padding) / every))
+        begin = first - every * skipped
+        last = kept - 1 + padding
+        blocks = math.ceil((last - begin) / every) + 1
+        beyond = begin + every * (blocks - 1) - last
+        poles, residues, gains, direct = _modes(sampled) if every > 1 else _ALL_PASS
+        powers = poles ** np.arange(every + 1)[:, None]
+        return Decimation(
+            sizes=np.array(
+                [
+                    start,
+                    kept,
+                    low,
+                    high,
+                    padding,
+                    every,
+                    begin,
+                    skipped,
+                    blocks,
+                    len(rows),
+                ],
+                dtype=np.int64,
+            ),
+            powers=_pairs(powers),
+            gains=_pairs(2 * gains.conj()),  # the real part of a product
+            settled=_pairs(1 / (1 - poles)),
+            ends=_ends(poles, residues, gains, beyond),
+            direct=direct,
+        )
 
     def filtered(self, position: Array) -> Motion:
         """Motions as measured ones are filtered, (N, L) each."""
         q, dq, ddq = np.empty((3, *position.shape))
-        sampled, low_pass = self.filter, self.filter.low_pass
+        sampled = self.template.sampling.filter
         self.library.motion(
             position,
-            low_pass.sections,
-            low_pass.settled,
+            sampled.low_pass.sections,
+            sampled.low_pass.settled,
             sampled.padding,
             self.lanes.period,
             (q, dq, ddq),
@@ -338,22 +287,6 @@ class Block:
         intercept = found[:, p] if found.shape[1] > p + 1 else np.zeros(1)
         return Equations(left=found[:, -1], intercept=intercept, regressor=found[:, :p])
 
-    def simulated_rows(
-        self,
-        loops: dict[str, Array],
-        physical: Array,
-        excluded: Chosen | None,
-        rows: Chosen | None,
-    ) -> tuple[Array, Array | float]:
-        """Regressor, (n, p, L), and known part, (n, L) or nothing, of simulated loops."""
-        names = ("position", "velocity", "acceleration", "force", "direction")
-        signals = tuple(loops[name] for name in names)
-        held = self.template.prefilter.hold == "zoh"
-        before = loops["direction_before"] if held else None
-        found = self.library.simulated(signals, before, physical, excluded, self.decimation)
-        found, p = _kept(found, rows), len(self.axis.parameters)
-        return found[:, :p], found[:, p] if found.shape[1] > p else 0.0
-
     def rows_of(self, excluded: Chosen | None) -> Chosen | None:
         """Which rows lanes have, (n, L), without excluded samples; None for all."""
         if excluded is None:
@@ -363,34 +296,90 @@ class Block:
 
     def turns(self, motion: Motion) -> Chosen:
         """Samples near reversals and rests of filtered motions, (N, L)."""
-        return self.library.turns(motion[1], REST_SPEED.value, self.filter.turn_reach)
-
-    def information(self, near: Chosen, slow: Array) -> tuple[Array, Array]:
-        """Products of the regressor's columns over samples that are kept, (L, p, p) each.
-
-        Of those faster than lanes' slow speeds, (L,), and of those that are not near reversals.
-        """
-        moving, left = self.library.information(self.motion, self.template.kept, near, slow)
-        return moving.transpose(2, 0, 1), left.transpose(2, 0, 1)
+        reach = self.template.sampling.filter.turn_reach
+        return self.library.turns(motion[1], REST_SPEED.value, reach)
 
     @cached_property
     def starts(self) -> tuple[LoopStart, Chosen]:
-        """Where the loops start, and of which lanes that is as of one alone."""
-        lanes = self.lanes
-        columns = (lanes.reference, lanes.position, lanes.control)
-        return lane_starts(self.axis, *columns, lanes.period, lanes.record)
+        """Starts of the loops, and of which lanes they are as `loop_starts` has them.
 
-    def simulated(self, physical: Array, chosen: Chosen) -> tuple[dict[str, Array], Chosen]:
-        """Loops of some lanes with parameters (B, p), and which of them went well."""
-        start, _ = self.starts
+        Lanes begin with what the law declares for an axis at rest; those whose first controls say
+        otherwise are the others.
+        """
+        axis, lanes, law = self.axis, self.lanes, self.axis.axis.control
+        velocity = first_velocities(lanes.position, lanes.period)
+        start = LoopStart(position=lanes.position[0].copy(), velocity=velocity, memory=None)
+        if law is None or not law_memory(axis):
+            return start, np.ones(len(lanes), dtype=bool)
+        if law.balanced or law.takes_velocity:
+            found = [loop_starts(axis, lanes.record(lane))[0].memory for lane in range(len(lanes))]
+            return start, np.array([memory is None for memory in found])
+        first = lanes.control[:START_SAMPLES]
+        off = first - _at_rest(axis, lanes.reference, lanes.position, len(first))
+        power = np.mean(lanes.control**2, axis=0)
+        return start, np.asarray(~at_rest_misses(off, below_limit(axis, first), power))
+
+    def loops(
+        self, physical: Array, chosen: Chosen, excluded: Chosen | None, rows: Chosen | None
+    ) -> "LaneLoops":
+        """Chosen lanes simulated with parameters (L, p), as rows without what is excluded."""
+        lanes = np.flatnonzero(chosen)
+        physical, start = physical[lanes], self.starts[0]
         inputs = LoopInputs(
             reference=self.lanes.reference,
             period=self.lanes.period,
-            start=LoopStart(position=start.position[chosen], velocity=start.velocity[chosen]),
+            start=LoopStart(position=start.position[lanes], velocity=start.velocity[lanes]),
         )
         made = simulate_lanes(self.axis, physical, inputs, wanted=SIGNALS, threads=1)
-        well = np.array([lane not in made.failures for lane in range(len(physical))])
-        return made.signals, well
+        well = chosen.copy()
+        well[lanes[[*made.failures]]] = False
+        names = ("position", "velocity", "acceleration", "force", "direction")
+        held = self.template.prefilter.hold == "zoh"
+        found = self.library.simulated(
+            tuple(made.signals[name] for name in names),
+            made.signals["direction_before"] if held else None,
+            physical,
+            some_lanes(excluded, lanes),
+            self.decimation,
+        )
+        found, p = _kept(found, some_lanes(rows, lanes)), len(self.axis.parameters)
+        return LaneLoops(
+            lanes=lanes,
+            position=made.signals["position"],
+            Z=found[:, :p],
+            intercept=found[:, p] if found.shape[1] > p else 0.0,
+            well=well,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LaneLoops:
+    """Loops of some of the lanes L, one estimate each.
+
+    Attributes
+    ----------
+    lanes : (l,) array of int
+        Which ones.
+    position : (N, l) array
+        Simulated.
+    Z : (n, p, l) array
+        Reduced.
+    intercept : (n, l) array or float
+        Known part of the rows, reduced.
+    well : (L,) array of bool
+        Which loops there are and went well.
+    """
+
+    lanes: NDArray[np.intp]
+    position: Array
+    Z: Array
+    intercept: Array | float
+    well: Chosen
+
+
+def some_lanes(values: NDArray[Scalar] | None, lanes: NDArray[np.intp]) -> NDArray[Scalar] | None:
+    """Some lanes, by number, of values (..., L) that there may be, in contiguous memory."""
+    return None if values is None else np.ascontiguousarray(values[..., lanes])
 
 
 def _kept(found: Array, rows: Chosen | None) -> Array:

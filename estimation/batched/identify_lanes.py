@@ -1,5 +1,6 @@
 """`identify` of many records of one reference, side by side."""
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -9,15 +10,12 @@ from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.identification import identify
 from axisid.estimation.records import is_same_period
-from axisid.estimation.regression import CovarianceEstimate, Hac, Solution, most_lags
-from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
-from axisid.estimation.thresholds import FEW_SCORES
+from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
-from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
 from .block import ALONE, FAILED, SIDE_BY_SIDE, Block, LaneEstimates, RecordLanes
-from .iteration import LaneFits, combined, fitted_lanes, inverse_products
+from .iteration import fitted_lanes, lane_numbers
 
 #: The method of which lanes go side by side.
 METHOD = "idm-iv"
@@ -93,12 +91,16 @@ def identify_lanes(
     served = not (settings or lanes.resolution) and is_served(generated, lanes.period, method)
     for first in range(0, len(lanes), _BLOCK):
         part = lanes.part(slice(first, first + _BLOCK))
-        block = _block(generated, part, asked) if served else None
         well = np.zeros(len(part), dtype=bool)
-        if block is not None:
-            with np.errstate(all="ignore"):  # what is not finite goes alone, and is told there
+        template = None
+        with suppress(AxisidError):  # what it refuses goes alone, and is told there
+            keep = replace(asked, reversals="keep")
+            template = FilteredRecord.bind(generated, part.record(0), keep) if served else None
+        if template is not None:
+            block = Block(axis=generated, lanes=part, template=template)
+            with np.errstate(all="ignore"):  # what is not finite goes alone too
                 fits = fitted_lanes(block, asked)
-                made = _lane_numbers(block, fits, lags)
+                made = lane_numbers(block, fits, lags)
             well = fits.sound & block.starts[1]
             beside = first + np.flatnonzero(well)
             numbers[beside], iterations[beside] = made[well], fits.iterations[well]
@@ -121,58 +123,4 @@ def identify_lanes(
         iterations=iterations,
         how=tuple(how),
         errors=errors,
-    )
-
-
-def _block(axis: GeneratedAxis, part: RecordLanes, asked: Prefilter) -> Block | None:
-    """Lanes behind a filter; None where it does not serve the first, whom it is told alone."""
-    try:
-        template = FilteredRecord.bind(axis, part.record(0), replace(asked, reversals="keep"))
-    except AxisidError:
-        return None
-    return Block(axis=axis, lanes=part, template=template)
-
-
-def _lane_numbers(block: Block, fits: LaneFits, lags: int | None) -> Array:
-    """Values, deviations and their degrees of freedom, (L, 1 + 2 c, p), of lanes that ended well.
-
-    Of no meaning for the others.
-    """
-    (rows, k), shape = fits.instruments.shape[:2], fits.theta.shape
-    n, model = fits.counts[:, None], Hac(lags)
-    inverse = inverse_products(block.library, fits.instruments)
-    scores = combined(fits.instruments, fits.mixing) * fits.residuals[:, None]
-    most = (most_lags(rows) if lags is None else lags) + 2
-    lagged = block.library.lagged(scores, min(most, rows - 1))
-    variances = {
-        "iid": fits.power[:, None] / (n - 1) * np.diagonal(inverse, axis1=1, axis2=2),
-        "robust": n / (n - k) * lagged[0].T,
-        "hac": np.full(shape, np.nan),
-    }
-    freedom = {name: np.broadcast_to(n - k, shape).copy() for name in variances}
-    for lane in map(int, np.flatnonzero(fits.sound)):
-        applied = _by_products(model, lagged[:, :, lane], int(n[lane, 0]))
-        if lags is None and applied.freedom.min() < FEW_SCORES.value:
-            applied = model.applied(_lane_solution(block, fits, lane, inverse[lane]))
-        variances["hac"][lane], freedom["hac"][lane] = np.diag(applied.matrix), applied.freedom
-    deviations = [np.sqrt(np.maximum(variances[name], 0.0)) for name in COVARIANCES]
-    return np.stack([fits.theta, *deviations, *(freedom[name] for name in COVARIANCES)], axis=1)
-
-
-def _by_products(model: Hac, lagged: Array, rows: int) -> CovarianceEstimate:
-    k = lagged.shape[1]
-    products = lagged[:, :, None] * np.eye(k)
-    return model.of_scores(lambda lags: products[: lags + 1], (rows, k))
-
-
-def _lane_solution(block: Block, fits: LaneFits, lane: int, inverse: Array) -> Solution:
-    """A lane's solution as if it were alone; `inverse` are ``(Z'Z)^-1``."""
-    own = slice(None) if fits.rows is None else fits.rows[:, lane]
-    places = block.template.row_numbers.astype(np.int64)[own]
-    return Solution(
-        theta=fits.theta[lane],
-        residuals=np.ascontiguousarray(fits.residuals[own, lane]),
-        inverse_factor=np.asarray(np.linalg.cholesky(inverse), dtype=np.float64),
-        influence=fits.instruments[own, :, lane] @ fits.mixing[lane].T,
-        neighbours=RowTimes.of(places, block.template.prefilter.decimate),
     )

@@ -3,21 +3,22 @@
 Instrumental variables and least squares are by normal equations that are refined. Columns are
 scaled to unit norm; the equations of the residuals are solved once more, which leaves the digits
 that a factorisation has as long as the columns are not nearly dependent. Lanes of which that is not
-so are told, and solved elsewhere.
+so are told, and solved elsewhere. Whoever calls silences NumPy of what is not finite.
 """
 
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.native import LaneLibrary
+from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.methods import StepControl
 from axisid.estimation.problems import SignalRanges, shown_up_to
-from axisid.estimation.regression import Equations, InverseForm
+from axisid.estimation.regression import Equations, Hac, InverseForm, Solution, most_lags
 from axisid.estimation.signals import (
     Prefilter,
+    RowTimes,
     Signals,
     drive_force,
     remaining_information,
@@ -26,6 +27,7 @@ from axisid.estimation.signals import (
 )
 from axisid.estimation.thresholds import (
     CONVERGED,
+    FEW_SCORES,
     MAX_SIMULATION_ERROR,
     MIN_DISTANCE_FROM_NOISE,
     MIN_INFORMATION_LEFT,
@@ -33,15 +35,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.support.arrays import Array
 
-from .block import Block, Chosen
-
-Scalar = TypeVar("Scalar", bound=np.generic)
-
-
-def some_lanes(values: NDArray[Scalar] | None, chosen: NDArray[np.intp]) -> NDArray[Scalar] | None:
-    """Some lanes, by number, of values (..., L) that there may be, in contiguous memory."""
-    return None if values is None else np.ascontiguousarray(values[..., chosen])
-
+from .block import Block, Chosen, LaneLoops
 
 _MOST_CONDITION = 1e6  # of the scaled products: digits are lost beyond
 
@@ -79,13 +73,6 @@ def row_counts(rows: NDArray[np.bool_] | None, shape: tuple[int, ...]) -> Array:
     return np.full(shape[1], float(shape[0])) if rows is None else rows.sum(axis=0).astype(float)
 
 
-def combined(columns: Array, matrices: Array) -> Array:
-    """Columns (n, p, L), each a sum of all by the matrices of the lanes (L, p, p), (n, p, L)."""
-    every = range(columns.shape[1])
-    made = [sum(columns[:, j] * matrices[:, i, j] for j in every) for i in every]
-    return np.stack(made, axis=1)
-
-
 def fitted(regressor: Array, theta: Array) -> Array:
     """``X theta`` of lanes, (n, L), for parameters (L, p)."""
     every = range(theta.shape[1])
@@ -106,14 +93,12 @@ def solved(
     together = products(library, instruments, regressor)
     aside = products(library, instruments, left[:, None])[:, :, 0]
     by, scale = norms(library, instruments), norms(library, regressor)
-    with np.errstate(all="ignore"):
-        scaled = together / by[:, :, None] / scale[:, None, :]
+    scaled = together / by[:, :, None] / scale[:, None, :]
     finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(aside).all(axis=1)
     scaled[~finite] = np.eye(scaled.shape[1])
     sound = finite & (np.linalg.cond(scaled) < _MOST_CONDITION)
     scaled[~sound] = np.eye(scaled.shape[1])
-    with np.errstate(all="ignore"):
-        mixing = np.linalg.inv(scaled) / scale[:, :, None] / by[:, None, :]
+    mixing = np.linalg.inv(scaled) / scale[:, :, None] / by[:, None, :]
     theta = _applied(mixing, aside)
     residuals = left - fitted(regressor, theta)
     step = products(library, instruments, residuals[:, None])[:, :, 0]
@@ -130,12 +115,11 @@ def solved(
 
 def inverse_products(library: LaneLibrary, columns: Array) -> Array:
     """``(Z'Z)^-1`` of columns (n, p, L), (L, p, p); of no meaning where there is none."""
-    with np.errstate(all="ignore"):
-        raw = products(library, columns, columns)
-        scale = np.sqrt(np.diagonal(raw, axis1=1, axis2=2))
-        scaled = raw / scale[:, :, None] / scale[:, None, :]
-        scaled[~np.isfinite(scaled).all(axis=(1, 2))] = np.eye(scaled.shape[1])
-        return np.asarray(np.linalg.pinv(scaled) / scale[:, :, None] / scale[:, None, :])
+    raw = products(library, columns, columns)
+    scale = np.sqrt(np.diagonal(raw, axis1=1, axis2=2))
+    scaled = raw / scale[:, :, None] / scale[:, None, :]
+    scaled[~np.isfinite(scaled).all(axis=(1, 2))] = np.eye(scaled.shape[1])
+    return np.asarray(np.linalg.pinv(scaled) / scale[:, :, None] / scale[:, None, :])
 
 
 def _applied(matrices: Array, vectors: Array) -> Array:
@@ -168,76 +152,46 @@ class LaneFits(LaneSolutions):
     instruments: Array
     iterations: NDArray[np.int64]
 
-    @property
-    def counts(self) -> Array:
-        """Rows of each lane, (L,)."""
-        return row_counts(self.rows, self.residuals.shape)
-
-
-@dataclass(slots=True, kw_only=True)
-class _Loops:
-    """Loops of some lanes, one estimate each, their reduced right sides, and which went well."""
-
-    lanes: NDArray[np.intp]
-    position: Array
-    Z: Array
-    intercept: Array | float
-    well: Chosen
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _FirstFit:
-    """Least squares of lanes.
-
-    Attributes
-    ----------
-    measured : Equations
-    theta : (L, p) array
-    loops : _Loops
-        Simulated with it.
-    follows : (L,) array of bool
-        Which loops move as the records do.
-    shown : (L,) array of bool
-        Which lanes show every parameter by far.
-    """
-
-    measured: Equations
-    theta: Array
-    loops: _Loops
-    follows: Chosen
-    shown: Chosen
-
 
 def fitted_lanes(block: Block, asked: Prefilter) -> LaneFits:
     """Lanes from their samples to where the instruments' iteration ends."""
     excluded = _near_reversals(block, asked)
     shown = np.ones(len(block.lanes), dtype=bool)
     if excluded is not None:
-        first = _first_fit(block, excluded, block.rows_of(excluded))
-        again = block.turns(block.filtered(first.loops.position))
+        _, _, loops, follows, shown = _first_fit(block, excluded, block.rows_of(excluded))
+        again = block.turns(block.filtered(loops.position))
         # Where the loop does not follow, the record's own reversals stay.
-        excluded = np.where(first.follows & excluded.any(axis=0), again, excluded)
-        shown = first.shown
+        excluded = np.where(follows & excluded.any(axis=0), again, excluded)
     rows = block.rows_of(excluded)
-    first = _first_fit(block, excluded, rows)
-    active = first.follows & first.shown & shown
-    return _iterated(block, first.measured, excluded, rows, first.theta, active, first.loops)
+    measured, theta, loops, follows, clear = _first_fit(block, excluded, rows)
+    return _iterated(block, measured, excluded, rows, theta, follows & clear & shown, loops)
 
 
-def _first_fit(block: Block, excluded: Chosen | None, rows: Chosen | None) -> _FirstFit:
+def _first_fit(
+    block: Block, excluded: Chosen | None, rows: Chosen | None
+) -> tuple[Equations, Array, LaneLoops, Chosen, Chosen]:
+    """Least squares of lanes.
+
+    Returns
+    -------
+    measured : Equations
+    theta : (L, p) array
+    loops : LaneLoops
+        Simulated with it.
+    follows : (L,) array of bool
+        Which loops move as the records do.
+    shown : (L,) array of bool
+        Which lanes show every parameter by far.
+    """
     measured = block.rows(excluded, rows)
     left = measured.left - measured.intercept
     found = solved(block.library, left, measured.regressor, measured.regressor)
     every = np.ones(len(block.lanes), dtype=bool)
-    loops = _loops_of(block, found.theta, every, excluded, rows)
-    error = _unexplained(measured.left, fitted(loops.Z, found.theta) + loops.intercept)
-    return _FirstFit(
-        measured=measured,
-        theta=found.theta,
-        loops=loops,
-        follows=loops.well & found.sound & (error < MAX_SIMULATION_ERROR.value),
-        shown=_clearly_shown(block, measured, rows, found),
-    )
+    loops = block.loops(found.theta, every, excluded, rows)
+    off = measured.left - (fitted(loops.Z, found.theta) + loops.intercept)
+    error = 100 * (np.linalg.norm(off, axis=0) / np.linalg.norm(measured.left, axis=0))
+    follows = loops.well & found.sound & (error < MAX_SIMULATION_ERROR.value)
+    return measured, found.theta, loops, follows, _clearly_shown(block, measured, rows, found)
 
 
 def _near_reversals(block: Block, asked: Prefilter) -> Chosen | None:
@@ -247,17 +201,16 @@ def _near_reversals(block: Block, asked: Prefilter) -> Chosen | None:
         return None
     near = block.turns(block.motion)
     if asked.reversals is None and not searches_friction(axis):
-        near &= ~_show_too_little(block, near)
+        # But for lanes that would hardly show a parameter.
+        slow = MIN_MOVING_SPEED.value * np.abs(block.motion[1]).max(axis=0)
+        pairs = block.library.information(block.motion, block.template.kept, near, slow)
+        moving, left = (each.transpose(2, 0, 1) for each in pairs)
+        counts = takes_robust_loss(axis)
+        remaining = [
+            remaining_information(counts, *lane) for lane in zip(moving, left, strict=True)
+        ]
+        near &= ~(np.array(remaining) < MIN_INFORMATION_LEFT.value)
     return near if near.any() else None
-
-
-def _show_too_little(block: Block, near: Chosen) -> Chosen:
-    """Which lanes hardly show a parameter without what is near reversals, (L,)."""
-    slow = MIN_MOVING_SPEED.value * np.abs(block.motion[1]).max(axis=0)
-    moving, left = block.information(near, slow)
-    counts = takes_robust_loss(block.axis)
-    remaining = [remaining_information(counts, *lane) for lane in zip(moving, left, strict=True)]
-    return np.asarray(np.array(remaining) < MIN_INFORMATION_LEFT.value)
 
 
 def _clearly_shown(
@@ -280,30 +233,9 @@ def _clearly_shown(
     most: Array = shown_up_to(block.axis, reach)
     sizes = norms(block.library, measured.regressor)
     freedom = row_counts(rows, measured.left.shape) - sizes.shape[1]
-    with np.errstate(all="ignore"):
-        noise = np.maximum(np.sqrt(first.power / freedom), _ROUNDING * reach.force)
-        needed = MIN_DISTANCE_FROM_NOISE.value * noise[:, None] / sizes
+    noise = np.maximum(np.sqrt(first.power / freedom), _ROUNDING * reach.force)
+    needed = MIN_DISTANCE_FROM_NOISE.value * noise[:, None] / sizes
     return np.asarray((needed < _CLEARLY * most).all(axis=1) & (freedom > 0))
-
-
-def _loops_of(
-    block: Block, physical: Array, chosen: Chosen, excluded: Chosen | None, rows: Chosen | None
-) -> _Loops:
-    """Simulate chosen lanes with parameters (L, p); what others have is of no meaning."""
-    raw, fine = block.simulated(physical[chosen], chosen)
-    lanes = np.flatnonzero(chosen)
-    own, there = some_lanes(excluded, lanes), some_lanes(rows, lanes)
-    Z, intercept = block.simulated_rows(raw, physical[chosen], own, there)
-    well = np.zeros(len(chosen), dtype=bool)
-    well[lanes[fine]] = True
-    return _Loops(lanes=lanes, position=raw["position"], Z=Z, intercept=intercept, well=well)
-
-
-def _unexplained(whole: Array, simulated: Array) -> Array:
-    """Percent of the left side (n, L) that simulated ones leave, (L,)."""
-    with np.errstate(all="ignore"):
-        error = np.linalg.norm(whole - simulated, axis=0) / np.linalg.norm(whole, axis=0)
-    return np.asarray(100 * error)
 
 
 def _iterated(
@@ -313,7 +245,7 @@ def _iterated(
     rows: Chosen | None,
     physical: Array,
     active: Chosen,
-    loops: _Loops,
+    loops: LaneLoops,
 ) -> LaneFits:
     """Iterate lanes from least squares (L, p), whose loops are known, until they stand still."""
     n, p, lanes = measured.regressor.shape
@@ -328,7 +260,7 @@ def _iterated(
         instruments=np.zeros((n, p, lanes)),
         iterations=np.zeros(lanes, dtype=np.int64),
     )
-    paces = [StepControl() for _ in range(lanes)]
+    paces, counts = [StepControl() for _ in range(lanes)], row_counts(rows, net.shape)
     physical, size = physical.copy(), np.full(lanes, np.inf)
     active = active.copy()
     for step in range(1, _MOST + 2):
@@ -347,7 +279,7 @@ def _iterated(
         Z = np.ascontiguousarray(loops.Z[..., np.searchsorted(loops.lanes, going)])
         found = solved(block.library, left, regressor, Z)
         inverse = inverse_products(block.library, Z)
-        sigma = found.power / (end.counts[going] - 1)
+        sigma = found.power / (counts[going] - 1)
         deviations = np.sqrt(sigma[:, None] * np.diagonal(inverse, axis1=1, axis2=2))
         end.theta[going], end.residuals[:, going] = found.theta, found.residuals
         end.mixing[going] = found.mixing
@@ -359,5 +291,47 @@ def _iterated(
         physical[going] = found.theta
         active[going[~found.sound]] = False
         if active.any():
-            loops = _loops_of(block, physical, active, excluded, rows)
+            loops = block.loops(physical, active, excluded, rows)
     return end
+
+
+def lane_numbers(block: Block, fits: LaneFits, lags: int | None) -> Array:
+    """Values, deviations and their degrees of freedom, (L, 1 + 2 c, p), of lanes that ended well.
+
+    Of no meaning for the others.
+    """
+    (rows, k), shape = fits.instruments.shape[:2], fits.theta.shape
+    n, model = row_counts(fits.rows, fits.residuals.shape)[:, None], Hac(lags)
+    inverse = inverse_products(block.library, fits.instruments)
+    # Each column a sum of all instruments, by the matrices of the lanes.
+    own = [sum(fits.instruments[:, j] * fits.mixing[:, i, j] for j in range(k)) for i in range(k)]
+    scores = np.stack(own, axis=1) * fits.residuals[:, None]
+    most = (most_lags(rows) if lags is None else lags) + 2
+    lagged = block.library.lagged(scores, min(most, rows - 1))
+    variances = {
+        "iid": fits.power[:, None] / (n - 1) * np.diagonal(inverse, axis1=1, axis2=2),
+        "robust": n / (n - k) * lagged[0].T,
+        "hac": np.full(shape, np.nan),
+    }
+    freedom = {name: np.broadcast_to(n - k, shape).copy() for name in variances}
+    for lane in map(int, np.flatnonzero(fits.sound)):
+        sums = lagged[:, :, lane, None] * np.eye(k)
+        applied = model.of_scores(lambda at: sums[: at + 1], (int(n[lane, 0]), k))  # noqa: B023
+        if lags is None and applied.freedom.min() < FEW_SCORES.value:
+            applied = model.applied(_lane_solution(block, fits, lane, inverse[lane]))
+        variances["hac"][lane], freedom["hac"][lane] = np.diag(applied.matrix), applied.freedom
+    deviations = [np.sqrt(np.maximum(variances[name], 0.0)) for name in COVARIANCES]
+    return np.stack([fits.theta, *deviations, *(freedom[name] for name in COVARIANCES)], axis=1)
+
+
+def _lane_solution(block: Block, fits: LaneFits, lane: int, inverse: Array) -> Solution:
+    """A lane's solution as if it were alone; `inverse` are ``(Z'Z)^-1``."""
+    own = slice(None) if fits.rows is None else fits.rows[:, lane]
+    places = block.template.row_numbers.astype(np.int64)[own]
+    return Solution(
+        theta=fits.theta[lane],
+        residuals=np.ascontiguousarray(fits.residuals[own, lane]),
+        inverse_factor=np.asarray(np.linalg.cholesky(inverse), dtype=np.float64),
+        influence=fits.instruments[own, :, lane] @ fits.mixing[lane].T,
+        neighbours=RowTimes.of(places, block.template.prefilter.decimate),
+    )

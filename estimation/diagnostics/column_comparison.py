@@ -28,7 +28,7 @@ from axisid.estimation.signals import (
     acting_control,
     recorded_signals,
 )
-from axisid.estimation.tables import label_unit
+from axisid.estimation.tables import exact_unit
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
     MAX_LIMIT_EXCESS,
@@ -224,11 +224,11 @@ def scale_remedy(role: str, column: str, declared: str, times: float, vague: flo
     str or None
         None for no usual unit.
     """
-    own = label_unit(declared)
+    own = exact_unit(declared)
     if own is None:
         return None
-    known = ((name, label_unit(name)) for name in _UNITS)
-    sizes = {name: unit[0] / own[0] for name, unit in known if unit and unit[1] == own[1]}
+    known = ((name, exact_unit(name)) for name in _UNITS)
+    sizes = {name: float(unit / own) for name, unit in known if unit and unit.unit == own.unit}
     found = (name for name, size in sizes.items() if abs(times * size - 1) <= vague < np.inf)
     return next((f"it is in columns {role}={column}:{name}" for name in found), None)
 

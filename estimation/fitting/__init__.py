@@ -4,7 +4,6 @@ In: an axis, records, an output. Out: `OutputFit`.
 Knows nothing of filters beyond those of its start, and nothing of how it is shown.
 """
 
-from axisid.estimation.searches import FitStep as FitStep
-
-from .fit import checked_horizon as checked_horizon, fit as fit
+from .fit import fit as fit
 from .result import OutputFit as OutputFit, RecordError as RecordError
+from .starting import checked_horizon as checked_horizon

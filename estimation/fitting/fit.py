@@ -1,12 +1,11 @@
 """Output error: a simulated output follows the recorded one, by whatever parameters are free."""
 
-import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
@@ -14,23 +13,21 @@ from axisid.estimation.choices import (
     FIT_STARTS,
     LOSSES,
     OPEN_LOOP,
-    OPEN_LOOP_FIT,
-    OUTPUTS,
     RESTS,
     SQUARES,
     check_among,
 )
 from axisid.estimation.diagnostics.law import LawCheck, check_law, first_failing
-from axisid.estimation.identification import at_time, records_of, shared_records
+from axisid.estimation.identification import at_time, bound_records, records_of, shared_records
 from axisid.estimation.parameters import (
     End,
+    ExtendedForm,
     KnownValue,
     Unknowns,
-    are_starts,
     check_enough,
+    least_sizes,
     moved_layouts,
     unknowns_of,
-    with_time,
 )
 from axisid.estimation.predictions import (
     LoopPredictions,
@@ -50,32 +47,31 @@ from axisid.estimation.searches import (
     cost_of,
     robust_deviation,
 )
+from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.estimation.twins import DEFAULT_COUNT, check_count
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
-from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, UsageError, is_real, is_whole, quoted
+from axisid.support.arrays import Array, covered
+from axisid.support.errors import AxisidError, EstimationError, UsageError, is_whole, quoted
 from axisid.support.progress import Progress
 
-from .judgement import judged
-from .rests import Rests
+from .checks_of_fit import judged
 from .result import OutputFit
-from .solution import Doubt
+from .solution import FitSearch
 from .spread import scores_of, unseen_directions
 from .starting import (
     FitStart,
-    Searched,
     StartLike,
     check_remembered,
-    searched,
+    checked_horizon,
+    checked_outputs,
+    checked_weights,
+    searched_form,
     split_free,
     starts_from,
     with_free,
 )
-
-# 1/unit of the output, or the inverse; with more, rounding hides what another output tells
-_MAX_WEIGHT = 1e20
 
 _MOST_STARTS = 1000
 # periods from the loop's own drive time, where the output is a straight line of it and the loop
@@ -187,7 +183,7 @@ def fit(
     ----------
     [Ljung1999]_, [Gautier2013]_, [Whittle1963]_.
     """
-    outputs = _outputs(output)
+    outputs = checked_outputs(output)
     check_among(("loss", loss, LOSSES), ("choice of rests", rests, RESTS))
     for number, least, most, what in (
         (starts, 1, _MOST_STARTS, "starts"),
@@ -205,7 +201,7 @@ def fit(
         _searched,
         records=tuple(given),
         outputs=outputs,
-        weights=_weights(weights, outputs),
+        weights=checked_weights(weights, outputs),
         local=local,
         known=known or {},
         gain=gain,
@@ -219,24 +215,25 @@ def fit(
         seed=seed,
         keeps_rests=rests == RESTS[1] or OPEN_LOOP in outputs,
         progress=progress,
-        levels=Levels(level=level, least_share=least_share),
     )
+    levels, asked = Levels(level=level, least_share=least_share), checked_horizon(horizon, outputs)
     if time is None:
-        solution = _in_steady_windows(search, generated, start, checked_horizon(horizon, outputs))
+        first, last = _in_steady_windows(search, generated, start, asked)
     else:
-        at_time = partial(search, horizon=checked_horizon(horizon, outputs))
-        solution = _with_time_found(generated, time, start, at_time, given[0].period)
-    return solution.evaluated()
+        in_windows = partial(search, horizon=asked)
+        first, last = _with_time_found(generated, time, start, in_windows, given[0].period)
+    told = replace(last, start=first.start, started=first.started, remarks=first.remarks)
+    return OutputFit.of(told, judged, levels)
 
 
 def _with_time_found(
     axis: GeneratedAxis,
     time: Parameter,
     start: StartLike,
-    search: Callable[[GeneratedAxis, StartLike, Parameter], OutputFit],
+    search: Callable[[GeneratedAxis, StartLike, Parameter], FitSearch],
     period: float,
-) -> OutputFit:
-    """Where a search ends whose loop has the time that it finds.
+) -> tuple[FitSearch, FitSearch]:
+    """The first search, and the one that ends where its loop has the time that it finds.
 
     The period is that of the records, s: an open loop has no law with one.
 
@@ -246,16 +243,15 @@ def _with_time_found(
         The time does not settle.
     """
     value = float(getattr(axis.declared.drive, time.name))
-    began: OutputFit | None = None
+    first: FitSearch | None = None
     for _ in range(_ROUNDS):
-        solution = search(at_time(axis, time.name, value), start, time)
-        began = began or solution
-        found = solution.best.physical
-        moved = float(np.clip(found[-1] - value, -_FURTHEST * period, _FURTHEST * period))
-        start = dict(zip(solution.unknowns.names, map(float, found), strict=True))
+        last = search(at_time(axis, time.name, value), start, time)
+        first = first or last
+        moved = float(last.best.physical[-1]) - value
+        moved = float(np.clip(moved, -_FURTHEST * period, _FURTHEST * period))
         if abs(moved) < _MAX_TIME_STEP * period:
-            return solution.begun_as(began)
-        value = max(value + moved, 0.0)
+            return first, last
+        start, value = last.ended, max(value + moved, 0.0)
     raise EstimationError(
         f"the drive's {time.name} does not settle; it is about {value:.3g} s. See whether the law "
         "and the model are right.",
@@ -264,27 +260,25 @@ def _with_time_found(
 
 
 def _in_steady_windows(
-    search: Callable[..., OutputFit],
+    search: Callable[..., FitSearch],
     generated: GeneratedAxis,
     start: StartLike,
     asked: float | None,
-) -> OutputFit:
-    """Search from a start, in windows of the length that is asked for, s, or else steady ones.
+) -> tuple[FitSearch, FitSearch]:
+    """The first and the last search, in windows as long as asked for, s, or else steady ones.
 
     How long the windows of an open loop may be is told by parameters that are right. From a poor
     start they are shorter, in which a search comes nearer, or too long; then it goes on from its
     end with those that are steady there.
     """
-    solution = began = search(generated, start, None, horizon=asked)
-    is_given = asked is not None or solution.horizon is None
+    first = last = search(generated, start, None, horizon=asked)
+    is_given = asked is not None or last.horizon is None
     for _ in range(0 if is_given else _HORIZONS):
-        horizon = _steady_horizon(solution.whose, solution.records, solution.best.physical)
-        if horizon in (None, solution.horizon):
+        horizon = _steady_horizon(last.form, last.records, last.best.physical)
+        if horizon in (None, last.horizon):
             break
-        found = map(float, solution.best.physical)
-        start = dict(zip(solution.unknowns.names, found, strict=True))
-        solution = search(generated, start, None, horizon=horizon)
-    return solution.begun_as(began)
+        last = search(generated, last.ended, None, horizon=horizon)
+    return first, last
 
 
 def _searched(
@@ -309,55 +303,41 @@ def _searched(
     seed: int,
     keeps_rests: bool,
     progress: Progress | None,
-    levels: Levels,
-) -> OutputFit:
+) -> FitSearch:
     """Search from a start with the loop of an axis, and about its time; others as `fit` has them.
 
     Weights are NaN where they are found.
     """
     shared = shared_records(generated, records, None, local, known, gain, skip_bad=False)
-    model, records = searched(shared).form, shared.records
-    asked = (free, outputs, known, records)
-    whose = with_free(searched(shared), *asked)
-    if time is not None:
-        whose = replace(whose, form=with_time(whose.form, whose.axes, time))
-    unknowns = unknowns_of(whose.form, whose.local, bounds, prior, fixed)
-    begins, why = starts_from(start, shared, whose.form, model, gain)
+    records, asked = shared.records, (free, outputs, known, shared.records)
+    form = with_free(searched_form(shared, shared.own_layout), *asked)
+    form = form if time is None else replace(form, time=(time,))
+    unknowns = unknowns_of(form, bounds, prior, fixed)
+    begins, why = starts_from(start, shared, form, gain)
     first_at = begins[0].physical
-    predictions = _predictions(whose, records, outputs, first_at, horizon)
+    predictions = _predictions(form, records, outputs, first_at, horizon)
     horizon = predictions.horizon
-    doubts = list[Doubt]()
+    doubts = list[tuple[ExtendedForm, Predictions]]()
     for layout in moved_layouts(generated, shared.own_layout):
-        moved = with_free(searched(replace(shared, own_layout=layout)), *asked)
-        others = _predictions(moved, records, outputs, first_at, horizon)
-        doubts.append((moved.form, others))
+        moved = with_free(searched_form(shared, layout), *asked)
+        doubts.append((moved, _predictions(moved, records, outputs, first_at, horizon)))
     check_enough(predictions.counted, predictions.spans, unknowns)
     check_remembered(generated.axis.states, unknowns, begins)
     if time is not None:
         value = float(getattr(generated.declared.drive, time.name))
         step = _TIME_STEP * records[0].period
-        axes = tuple(at_time(axis, time.name, value + step) for axis in whose.axes)
-        others = _predictions(replace(whose, axes=axes), records, outputs, first_at, horizon)
+        axes = tuple(at_time(axis, time.name, value + step) for axis in form.axes)
+        others = _predictions(replace(form, axes=axes), records, outputs, first_at, horizon)
         at = unknowns.inside(first_at, unknowns.scale(first_at, begins[0].size))
         predictions.follow_time(others, at, value, step)
-    into = [*map(model.slopes, range(len(records)))]
-    run = _FitRun(
-        whose.axes,
-        records,
-        predictions,
-        unknowns,
-        loss,
-        weights,
-        are_starts(whose.form),
-        progress,
-        Rests() if keeps_rests else Rests.of(whose.axes, records, into),
-    )
+    rests = Rests() if keeps_rests else Rests.of(form, records)
+    run = _FitRun(form, records, predictions, unknowns, loss, weights, progress, rests)
     first, begun, lost = run.first(begins)
     ends = run.searches(first, begun, starts, np.random.default_rng(seed))
-    return OutputFit(
+    return FitSearch(
         axis=generated,
         records=records,
-        whose=whose,
+        form=form,
         outputs=outputs,
         loss=loss,
         unknowns=unknowns,
@@ -373,15 +353,13 @@ def _searched(
         seed=seed,
         known=tuple(known),
         doubts=tuple(doubts),
-        rests=run.rests,
+        rests_count=rests.count,
         alone=run.alone,
-        judge=judged,
-        levels=levels,
     )
 
 
 def _predictions(
-    whose: Searched,
+    form: ExtendedForm,
     records: Sequence[Record],
     outputs: Sequence[str],
     physical: Array,
@@ -389,45 +367,112 @@ def _predictions(
 ) -> Predictions:
     """What is predicted; windows of an open loop are such that errors do not grow in them."""
     if OPEN_LOOP not in outputs:
-        return LoopPredictions(whose.form, whose.axes, records, outputs)
-    horizon = horizon or _steady_horizon(whose, records, physical) or default_horizon(records)
-    return WindowPredictions(whose.form, whose.axes, records, horizon)
+        return LoopPredictions(form, form.axes, records, outputs)
+    horizon = horizon or _steady_horizon(form, records, physical) or default_horizon(records)
+    return WindowPredictions(form, form.axes, records, horizon)
 
 
-def _steady_horizon(whose: Searched, records: Sequence[Record], physical: Array) -> float | None:
+def _steady_horizon(form: ExtendedForm, records: Sequence[Record], physical: Array) -> float | None:
     """Length of windows, s, in which errors do not grow at parameters (P,).
 
     None where they cannot be simulated, which the search and the check of the windows tell.
     """
     longest = default_horizon(records)
     try:
-        whole = WindowPredictions(whose.form, whose.axes, records, longest)
-        return whole.steady_horizon(physical)
+        return WindowPredictions(form, form.axes, records, longest).steady_horizon(physical)
     except EstimationError:
         return None
+
+
+@dataclass(frozen=True, slots=True)
+class Rests:
+    """What is near a rest or a reversal of records, or of their simulated loops.
+
+    A fit leaves it out as regressions leave out rows. At rest friction takes any force, so that
+    such samples tell nothing of the parameters; under a law with an integral the control is
+    undetermined there. Behind an encoder they mislead: it is silent at rest, and record and loop
+    come to rest and leave it at different times.
+
+    Attributes
+    ----------
+    data : mapping of int to FilteredRecord
+        By record, under the default filter, which says how near; none of records whose samples are
+        all kept.
+    """
+
+    data: Mapping[int, FilteredRecord] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, form: ExtendedForm, records: Sequence[Record]) -> "Rests":
+        """Those of records; none where these together show too little without them.
+
+        Friction that remembers is shown near reversals alone,
+        and records that are too short for the filter are kept whole.
+        """
+        served = list[int]()
+        for i, (axis, record) in enumerate(zip(form.axes, records, strict=True)):
+            if not axis.states:
+                with suppress(AxisidError):
+                    FilteredRecord.bind(axis, record, Prefilter(reversals="keep"))
+                    served.append(i)
+        if not served:
+            return cls()
+        own, of_all = [form.axes[i] for i in served], [form.of_model.slopes(i) for i in served]
+        data = bound_records(own, [records[i] for i in served], Prefilter(), of_all)
+        return cls(dict(zip(served, data, strict=True)))
+
+    @property
+    def count(self) -> bool:
+        """Whether samples near rests count, as without them a parameter is hardly shown."""
+        kept = [data for data in self.data.values() if not data.excluded]
+        return any(data.rows_near_turns.any() for data in kept)
+
+    def counted(self, predictions: Predictions, physical: Array | None = None) -> Array:
+        """1 for rows that count, 0 near rests of the records, and of their loops there, (n,).
+
+        Parameters
+        ----------
+        predictions : Predictions
+        physical : (P,) array, optional
+            Of the loops; without it rests are those of the records. A loop that never moves is none
+            of a record that does.
+        """
+        if not any(data.excluded for data in self.data.values()):
+            return predictions.counted
+        with np.errstate(all="ignore"):
+            loops = () if physical is None else predictions.velocities(physical)
+        every = []
+        for r, samples in enumerate(predictions.samples):
+            near, data = np.zeros(len(samples), dtype=bool), self.data.get(r)
+            if data is not None:
+                near = covered(data.excluded, len(data))[samples]
+            if data is not None and data.excluded and loops:
+                velocity = np.zeros(len(data))
+                velocity[samples] = loops[r]
+                turns = data.excluded + data.sampling.turns(velocity, data.fastest)
+                either = covered(turns, len(data))[samples]
+                near = near if either.all() else either
+            every.append(near)
+        near = np.repeat(np.concatenate(every), len(predictions.units))
+        return np.where(near, 0.0, predictions.counted)
 
 
 @dataclass
 class _FitRun:
     """The searches of one fit."""
 
-    axes: Sequence[GeneratedAxis]
+    form: ExtendedForm
     records: Sequence[Record]
     predictions: Predictions
     unknowns: Unknowns
     loss: str
     given: tuple[float, ...]  # weights of the outputs, NaN where they are found
-    of_start: NDArray[np.bool_]  # (P,)
     progress: Progress | None
     rests: Rests
-
-    def __post_init__(self) -> None:
-        self.alone: SearchResult | None = None
-        self.scale = np.ones(len(self.unknowns.names))
-        self.counted = self.predictions.counted
-        self.weighing = WeightedLoss(
-            weights=self.counted, loss=LOSS_FUNCTIONS[self.loss], tuning=1.0
-        )
+    scale: Array = field(init=False)
+    counted: Array = field(init=False)
+    weighing: WeightedLoss = field(init=False)
+    alone: SearchResult | None = None
 
     def first(self, begins: Sequence[FitStart]) -> tuple[FitStart, Array, list[str]]:
         """The start that leaves least, where it is, and why those before it cannot be simulated."""
@@ -441,56 +486,56 @@ class _FitRun:
                 why.append(f"from {begin.named} values {lanes.failures[0]}")
             else:
                 tried.append((begin, at, lanes.errors[:, 0], scale, [*why]))
-        if tried:
-            self.counted = self.rests.counted(self.predictions)
-            self._weigh(tried[0][2])
-            costs = [cost_of(at, left, self.unknowns, self.weighing) for _, at, left, *_ in tried]
-            first, at, left, self.scale, before = tried[int(np.argmin(costs))]
-            self._weigh(left)
-            return first, at, before
-        signs, law = self._signs(begins[0]), _law_fault(self.axes, self.records)
-        said = f"the fit cannot start: {why[0]}{signs}{law}"
-        raise EstimationError(said, code="fit")
+        if not tried:
+            said = f"the fit cannot start: {why[0]}{self._suspects(begins[0])}"
+            raise EstimationError(said, code="fit")
+        self.counted = self.rests.counted(self.predictions)
+        self._weigh(tried[0][2])
+        costs = [cost_of(at, left, self.unknowns, self.weighing) for _, at, left, *_ in tried]
+        first, at, left, self.scale, before = tried[int(np.argmin(costs))]
+        self._weigh(left)
+        return first, at, before
 
-    def _signs(self, begin: FitStart) -> str:
-        """What of a start's estimate is below its bounds, as where a sign is flipped."""
+    def _suspects(self, begin: FitStart) -> str:
+        """What may be wrong where no loop can start: what of it is below its bounds, or the law."""
         quantities, low = self.unknowns.quantities, begin.physical < self.unknowns.lower
-        below = [
+        below = ", ".join(
             f"{q.name} = {value:.6g} {q.unit}"
             for q, value, is_low in zip(quantities, begin.physical, low, strict=True)
             if is_low
-        ]
-        if not below:
-            return ""
-        return (
-            f" The {begin.named} estimate itself is {', '.join(below)}, below the bounds: "
+        )
+        signs = (
+            f" The {begin.named} estimate itself is {below}, below the bounds: "
             "check the signs of the control, of the positions and of the drive gain."
         )
+        every = zip(self.form.axes, self.records, strict=True)
+        law = first_failing([check_law(*each) for each in every])
+        said = signs if below else ""
+        if isinstance(law, LawCheck) and not law.passed:
+            said += f" The control law: {law.sentence}."
+        return said
 
     def searches(
         self, first: FitStart, begun: Array, count: int, random: np.random.Generator
     ) -> tuple[SearchResult, ...]:
         """The searches that come to an end: from the start, then from about it."""
-        found, lost = list[SearchResult](), list[EstimationError]()
+        found, lost, u = list[SearchResult](), list[EstimationError](), self.unknowns
         sizes = self._sizes(begun) if count > 1 else self.scale
         for k in range(count):
             try:
-                at = self._about(first, sizes, random) if k else begun
-                searched = self._run if found else self._search
-                found.append(searched(at))
+                if k:
+                    drawn = u.drawn_about(first.physical, sizes, random)
+                    drawn = np.where(least_sizes(self.form) > 0, first.physical, drawn)
+                    begun = u.inside(drawn, self.scale)
+                found.append(self._run(begun, u) if found else self._search(begun))
             except EstimationError as error:
                 lost.append(error)
         if not found:
             raise lost[0]
         left = [(each.physical, each.slopes.errors) for each in found]
         # By the last weights, which are the same for all.
-        costs = [cost_of(*each, self.unknowns, self.weighing) for each in left]
+        costs = [cost_of(*each, u, self.weighing) for each in left]
         return tuple(replace(e, cost=cost) for e, cost in zip(found, costs, strict=True))
-
-    def _about(self, first: FitStart, sizes: Array, random: np.random.Generator) -> Array:
-        drawn = self.unknowns.drawn_about(first.physical, sizes, random)
-        at = np.where(self.of_start, first.physical, drawn)
-        return self.unknowns.inside(at, self.scale)
 
     def _sizes(self, begun: Array) -> Array:
         """By how much each parameter has to change to change the outputs as much as any does, (P,).
@@ -507,64 +552,55 @@ class _FitRun:
         most = float(np.max(effect * np.abs(begun)))
         return np.where(effect > 0, most / np.where(effect > 0, effect, 1.0), self.scale)
 
-    def _run(self, begun: Array) -> SearchResult:
-        asked = self.predictions, self.unknowns, self.scale, self.weighing, self.progress
+    def _run(self, begun: Array, unknowns: Unknowns) -> SearchResult:
+        asked = self.predictions, unknowns, self.scale, self.weighing, self.progress
         return Search(*asked).run(begun)
 
     def _search(self, begun: Array) -> SearchResult:
         """Until the weights, by what the fit leaves, are those that it was made with.
 
-        What was known before is weighed by what the records leave without it: by what it makes
-        them leave itself, one that contradicts them would count for all the more.
+        What was known before is weighed by what the records leave without it, where they show every
+        parameter: by what it makes them leave itself, one that contradicts them would count for all
+        the more.
         """
-        if not self.unknowns.has_prior.any():
-            return self._settled(begun)
-        first = self.weighing
-        self.alone = self._without_prior(begun)
+        u, first = self.unknowns, self.weighing
+        if not u.has_prior.any():
+            return self._settled(begun, u)
+        with suppress(EstimationError):
+            alone = self._settled(begun, u.without_prior)
+            rows = self.weighing.weights[:, None] * alone.slopes.jacobian
+            unseen, _ = unseen_directions(rows, self.scale, u.free)
+            self.alone = alone if alone.converged and not len(unseen) else None
         if self.alone is None:
             self.weighing = first
-            return self._settled(begun)
+            return self._settled(begun, u)
         for _ in range(_PASSES):
-            self._weigh(self.alone.slopes.errors, self._effects(self.alone))
-        return self._run(begun)
+            self._weigh(self.alone.slopes.errors, self._effects(self.alone, u))
+        return self._run(begun, u)
 
-    def _without_prior(self, begun: Array) -> SearchResult | None:
-        """Where the records alone lead; None where they do not show every parameter."""
-        known, self.unknowns = self.unknowns, self.unknowns.without_prior
-        try:
-            found = self._settled(begun)
-        except EstimationError:
-            return None
-        finally:
-            self.unknowns = known
-        free = self.unknowns.free
-        rows = self.weighing.weights[:, None] * found.slopes.jacobian[:, free]
-        shown = not len(unseen_directions(rows, self.scale[free]).moves)
-        return found if shown and found.converged else None
-
-    def _settled(self, begun: Array) -> SearchResult:
-        found, u = self._run(begun), self.unknowns
+    def _settled(self, begun: Array, unknowns: Unknowns) -> SearchResult:
+        found, u = self._run(begun, unknowns), unknowns
         # Of one record by squares alone it does not matter how large the noise is.
         several = len(self.predictions.spans) * int(np.count_nonzero(np.isnan(self.given))) > 1
         needs_weights = several or self.loss != SQUARES or bool(u.has_prior.any())
         for _ in range(_PASSES):
             before, counted = self.weighing.weights, self.counted
             self.counted = self.rests.counted(self.predictions, found.physical)
-            self._weigh(found.slopes.errors, self._effects(found))
+            self._weigh(found.slopes.errors, self._effects(found, u))
             moved = np.abs(self.weighing.weights - before)
             settled = not needs_weights or bool(np.all(moved <= _SETTLED * before))
             if settled and np.array_equal(counted, self.counted):
                 return found
             inside = u.inside(found.physical, self.scale * _SETTLED)
-            found = self._run(inside).after(found)
+            found = self._run(inside, u).after(found)
         return found
 
-    def _effects(self, found: SearchResult) -> Array | None:
+    def _effects(self, found: SearchResult, unknowns: Unknowns) -> Array | None:
         """By how much each record's errors, as they are coloured, tell less of what was known."""
-        if not self.unknowns.has_prior.any():
+        if not unknowns.has_prior.any():
             return None
-        known = self.weighing, self.unknowns, self.predictions, self.records
-        return scores_of(found, *known, self.unknowns.free).effects()
+        known = self.weighing, unknowns, self.predictions, self.records
+        return scores_of(found, *known, unknowns.free).effects()
 
     def _weigh(self, errors: Array, effects: Array | None = None) -> None:
         """Weigh the rows of each output of each record by the inverse of what is left of them.
@@ -579,7 +615,10 @@ class _FitRun:
             for place, given in enumerate(self.given):
                 of_one = record_rows(spans, place, len(self.given))
                 own = errors[of_one][weights[of_one] > 0]
-                weights[of_one] *= self._weight(own) if np.isnan(given) else given
+                noise = float(np.sqrt(np.mean(own**2))) if len(own) else 0.0
+                if self.loss != SQUARES:
+                    noise = robust_deviation(own) or noise
+                weights[of_one] *= 1 / (noise or 1.0) if np.isnan(given) else given
             shares[record_rows(spans)] = 1.0 if effects is None else 1 / effects[r]
         self.weighing = WeightedLoss(
             weights=weights * np.sqrt(shares),
@@ -587,66 +626,3 @@ class _FitRun:
             tuning=1.0 if self.loss == SQUARES else HUBER_TUNING.value,
             shares=None if effects is None else shares,
         )
-
-    def _weight(self, errors: Array) -> float:
-        noise = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
-        if self.loss != SQUARES:
-            noise = robust_deviation(errors) or noise
-        return 1 / (noise or 1.0)
-
-
-def _law_fault(axes: Sequence[GeneratedAxis], records: Sequence[Record]) -> str:
-    """What the control law's check says, where it fails."""
-    law = first_failing([check_law(*each) for each in zip(axes, records, strict=True)])
-    if isinstance(law, LawCheck) and not law.passed:
-        return f" The control law: {law.sentence}."
-    return ""
-
-
-def _outputs(given: object) -> tuple[str, ...]:
-    """What is followed, once each."""
-    names = tuple(given) if isinstance(given, (tuple, list)) else (given,)
-    check_among(*(("output", name, OUTPUTS) for name in names))
-    found = tuple(dict.fromkeys(map(str, names)))
-    if not found:
-        raise UsageError(
-            f"there is no output to follow; choose from {', '.join(OUTPUTS)}.",
-            code="fit",
-        )
-    if OPEN_LOOP in found and len(found) > 1:
-        raise UsageError(
-            f"{', '.join(found)} cannot be followed together: an open loop has the recorded "
-            "control, and the others are of a loop with its law. Leave open-loop out, or fit it "
-            "by itself.",
-            code="fit",
-        )
-    return found
-
-
-def checked_horizon(given: object, outputs: Sequence[str]) -> float | None:
-    """Length of an open loop's windows, s, where it is asked for."""
-    if given is None:
-        return None
-    if not (is_real(given) and 0 < given < math.inf):
-        raise UsageError(f"the horizon is {quoted(given)}; give a positive time, s.", code="fit")
-    if OPEN_LOOP not in outputs:
-        raise UsageError(
-            f"a horizon is given, and the {' and '.join(outputs)} of a loop has no windows; "
-            f"leave it out, or follow {OPEN_LOOP_FIT}.",
-            code="fit",
-        )
-    return float(given)
-
-
-def _weights(given: Mapping[str, float] | None, outputs: Sequence[str]) -> tuple[float, ...]:
-    """Weights of the outputs, NaN where none is given."""
-    told, most = given or {}, _MAX_WEIGHT
-    for name, weight in told.items():
-        if not (name in outputs and is_real(weight) and 1 / most <= float(weight) <= most):
-            raise UsageError(
-                f"the weight of {quoted(name)} is {quoted(weight)}; the fit follows "
-                f"{' and '.join(outputs)}: give of one of these the inverse of the deviation that "
-                f"its errors have, a number from {1 / most:g} to {most:g}.",
-                code="fit",
-            )
-    return tuple(float(told.get(name, math.nan)) for name in outputs)

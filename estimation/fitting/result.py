@@ -4,38 +4,32 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import GeneratedAxis, Quantity
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, told_or, unless_faulty
 from axisid.estimation.choices import OPEN_LOOP
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
-from axisid.estimation.estimates import (
-    NamedValues,
-    SamplingDistribution,
-    Value,
-    degrees_of_freedom_of,
-    student_interval,
-)
+from axisid.estimation.estimates import SamplingDistribution, Value, degrees_of_freedom_of
 from axisid.estimation.methods import bound_record
 from axisid.estimation.misspecification import Misspecification, find_misspecification, scores_of
+from axisid.estimation.parameters import axis_at
 from axisid.estimation.predictions import record_rows
-from axisid.estimation.records import Record
-from axisid.estimation.searches import FitStep
+from axisid.estimation.searches import EquallyGoodPoint, Search
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.text import FunctionLike
 from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
 
-from .rests import Rests
-from .solution import FitSolution
-from .spread import noise_left
-from .twins import factors_in_twins, move_by_record, moves_per_percent
+from .solution import FitInference, FitSearch, inferred
+from .spread import unseen_in_words
+from .twins import PERCENT, move_by_record, outputs_by_noise
+
+_OF_POSITION = 16  # twins with noise of the position alone
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -58,6 +52,10 @@ class RecordError:
         Of the recorded output's.
     order : int
         Of the autoregression of the errors, of all outputs together.
+    noise : float
+        Root mean square of what is noise of the error, in the output's unit: what white noise of
+        the position makes in the loop, as the record has it, or what nothing before it tells of an
+        error, whichever is more.
     """
 
     output: str = ""
@@ -67,31 +65,17 @@ class RecordError:
     error: float
     percent: MaybeInfinite
     order: int
+    noise: float
 
-
-#: What a fit is judged by: evaluated once, where the predictions are as the search left them.
-_JUDGED_BY = (
-    "_told_at",
-    "chosen",
-    "covariances",
-    "values",
-    "of_records",
-    "axes",
-    "own",
-    "why_no_twins",
-    "influence",
-    "held",
-    "judged_scores",
-    "without_prior",
-    "moved",
-    "by_start",
-    "elsewhere",
-    "rests_count",
-)
+    @property
+    def percent_beyond_noise(self) -> float:
+        """What is left beyond noise, of the recorded output."""
+        share = 1 - (self.noise / self.error) ** 2 if self.error else 0.0
+        return self.percent * math.sqrt(max(share, 0.0))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class OutputFit(FitSolution, Checked, Presentable, Exact):
+class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     """Parameters with which a simulated output follows that of the records.
 
     Attributes
@@ -102,50 +86,69 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
         What is followed: ``control``, ``position``, ``force``, or ``open-loop`` alone.
     loss : str
         ``squares``, ``soft-l1`` or ``huber``.
+    parameters : NamedValues
+        With unit, deviations and 95 % interval, by name.
     start : (P,) array
     started : str
         Where it is from: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
     remarks : tuple of str
+    without_prior : mapping of str to (float, float)
+        What the records alone say of what was known before, with deviations, by name.
+    elsewhere : EquallyGoodPoint or None
+        A place as good as the end that is claimed to be far from it.
     judge : callable
         Gives the checks of a fit.
     levels : Levels
         From when on a check tells something of the model.
     """
 
+    without_prior: Mapping[str, tuple[float, float]] = field(repr=False, compare=False)
+    elsewhere: EquallyGoodPoint | None = field(repr=False, compare=False)
     judge: Callable[["OutputFit"], tuple[Check, ...]] = field(repr=False, compare=False)
     levels: Levels = DEFAULT_LEVELS
 
-    def evaluated(self) -> Self:
-        """The same, with what it is judged by."""
-        for name in _JUDGED_BY:
-            getattr(self, name)
-        return self
+    @classmethod
+    def of(
+        cls,
+        search: FitSearch,
+        judge: Callable[["OutputFit"], tuple[Check, ...]],
+        levels: Levels,
+    ) -> "OutputFit":
+        """What the searches of a fit come to."""
+        u, found, without = search.unknowns, inferred(search), dict[str, tuple[float, float]]()
+        if search.alone is not None:
+            alone = inferred(replace(search, unknowns=u.without_prior, best=search.alone))
+            for j in map(int, np.flatnonzero(u.has_prior)):
+                deviation = math.sqrt(max(float(alone.variances[j]), 0.0))
+                without[u.names[j]] = float(alone.physical[j]), deviation
+        told, independent = (np.diag(found.covariances[name]) for name in (found.chosen, "iid"))
+        again = Search(search.predictions, u, search.scale, search.weighing)
+        return cls(
+            **vars(search),
+            **vars(found),
+            without_prior=without,
+            elsewhere=again.equally_good_point(search.searches, told, independent),
+            judge=judge,
+            levels=levels,
+        )
 
     def __getstate__(self) -> dict[str, Any]:
         """With what twins tell, and without them: many times what the records hold."""
-        names = (*(each.name for each in fields(self)), *_JUDGED_BY, "chains", "lacks", "noise")
-        judged = self.evaluated()
-        kept = {name: getattr(judged, name) for name in names}
-        without = {"rests": Rests(), "doubts": ()}
-        return kept | without | {"judged_scores": replace(self.judged_scores, twins=None)}
+        names = (
+            *(each.name for each in fields(self)),
+            "law_shift",
+            "lacks",
+            "of_records",
+            "checks",
+        )
+        scores = replace(self.judged_scores, twins=None)
+        without = {"doubts": (), "loops": (), "judged_scores": scores}
+        return {name: getattr(self, name) for name in names} | without
 
     @cached_property
-    def values(self) -> Mapping[str, Value]:
-        """The parameters with deviations and intervals, by name; see `parameters`."""
-        found, chosen, freedom = {}, self.chosen, self.freedom
-        for j, q in enumerate(self.quantities):
-            value = float(self.physical[j])
-            # What is hardly shown may have a variance that rounding made negative.
-            variances = {n: float(c[j, j]) for n, c in self.covariances.items()}
-            deviations = {n: math.sqrt(v) if v >= 0 else math.inf for n, v in variances.items()}
-            if self.sides[j]:
-                interval = self.one_sided(j)
-            else:
-                interval = student_interval(value, deviations[chosen], float(freedom[j]))
-            found[q.name] = Value(
-                value=value, unit=q.unit, deviations=deviations, interval=interval, chosen=chosen
-            )
-        return found
+    def axes(self) -> tuple[GeneratedAxis, ...]:
+        """By record, under the law with the gains that were found."""
+        return tuple(axis_at(axis, self.form, self.physical) for axis in self.form.axes)
 
     @property
     def at_bound(self) -> Mapping[str, Literal["lower", "upper"]]:
@@ -153,8 +156,7 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
 
         The interval of one is on the side that is allowed.
         """
-        named = zip(self.names, self.sides, strict=True)
-        return {n: "lower" if side < 0 else "upper" for n, side in named if side}
+        return {each.name: "lower" if each.is_lower else "upper" for each in self.held}
 
     @property
     def bounds(self) -> Mapping[str, tuple[float, float]]:
@@ -180,17 +182,12 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
     @property
     def unseen(self) -> tuple[str, ...]:
         """Parameters, or sums of them, that no output shows, in words."""
-        return self.not_shown.texts(self.names)
+        return unseen_in_words(*self.not_shown, self.names)
 
     @property
     def local(self) -> Mapping[str, tuple[str, ...]]:
         """Names of each parameter that records have for themselves, by record."""
-        return self.whose.local
-
-    @property
-    def steps(self) -> tuple[FitStep, ...]:
-        """Where slopes were taken, the last at the end."""
-        return self.best.steps
+        return self.form.local
 
     @property
     def ends(self) -> tuple[tuple[float, Array], ...]:
@@ -200,25 +197,31 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
     @cached_property
     def of_records(self) -> tuple[RecordError, ...]:
         """What is left of each record, and in each of every output."""
-        errors, measured = self.best.slopes.errors, self.predictions.measured
-        counted, found = self.weighing.weights > 0, []
-        for spans, model in zip(
-            self.predictions.spans, self.judged_scores.autoregressions, strict=True
-        ):
-            for place, output in enumerate(self.outputs):
-                rows = record_rows(spans, place, len(self.outputs))
-                used = counted[rows]
-                e, y = errors[rows][used], measured[rows][used]
+        # A chain takes for forces what the model lacks, so that noise is that of the position.
+        alone = partial(outputs_by_noise, disturbed=False, paired=False)
+        there = self.best.physical, self.predictions, _OF_POSITION
+        weights, outputs, found = self.weighing.weights, self.outputs, []
+        shaken = told_or(np.zeros((len(weights), 1)), lambda: alone(self.loops, *there))
+        models = self.judged_scores.autoregressions
+        for spans, model in zip(self.predictions.spans, models, strict=True):
+            every = zip(outputs, self.predictions.units, np.diag(model.variance), strict=True)
+            for place, (output, unit, variance) in enumerate(every):
+                rows = record_rows(spans, place, len(outputs))
+                used, weight = weights[rows] > 0, float(weights[rows].max())
+                e, y = (x[rows][used] for x in (self.best.slopes.errors, self.predictions.measured))
                 left, size = float(np.linalg.norm(e)), float(np.linalg.norm(y))
+                by_twins = (weights[rows][used, None] * shaken[rows][used]) ** 2
+                noise = max(variance, float(by_twins.mean()) if len(e) else 0.0, 0.0)
                 found.append(
                     RecordError(
                         output=output,
-                        unit=self.units[place],
-                        weight=float(self.weighing.weights[rows].max()),
-                        rows=int(used.sum()),
+                        unit=unit,
+                        weight=weight,
+                        rows=len(e),
                         error=left / max(len(e), 1) ** 0.5,
                         percent=100 * left / size if size else float("inf") if left else 0.0,
                         order=model.order,
+                        noise=math.sqrt(noise) / (weight or 1.0),
                     )
                 )
         return tuple(found)
@@ -229,21 +232,6 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
         errors, count = self.best.slopes.errors, len(self.outputs)
         whole = (errors[record_rows(spans)] for spans in self.predictions.spans)
         return tuple(whole) if count == 1 else tuple(each.reshape(-1, count) for each in whole)
-
-    @property
-    def samples(self) -> tuple[NDArray[np.intp], ...]:
-        """Of the record, that the errors are at, (N,) by record."""
-        return self.predictions.samples
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """Of the outputs."""
-        return self.predictions.units
-
-    @property
-    def quantities(self) -> tuple[Quantity, ...]:
-        """The parameters, length P."""
-        return self.unknowns.quantities
 
     @cached_property
     def law(self) -> LawCheck | Missing:
@@ -266,57 +254,46 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
     @cached_property
     def law_shift(self) -> tuple[Array, Array] | Missing | None:
         """What the law as the records have it would move them by, with deviations, (P,) each."""
-
-        def moved() -> tuple[Array, Array] | None:
-            every = zip(self._laws, self.loops, strict=True)
-            twins = [factors_in_twins(law, loops, self.found_gains) for law, loops in every]
-            return move_by_record(self._moves_of_records, self._laws, twins)
-
-        return unless_faulty(moved)
+        return unless_faulty(
+            lambda: move_by_record(self._moves_of_records, self._laws, self.loops, self.found_gains)
+        )
 
     @cached_property
     def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:
-        return moves_per_percent(self.predictions, self.physical, self.influence)
+        """What each term of a record's law, 1 % larger, moves them by, (P,), by its gains."""
+        slopes = self.predictions.slopes_by_law(self.physical)
+        return tuple(
+            {name: -PERCENT * (self.influence[:, r] @ slope[r]) for name, slope in slopes.items()}
+            for r in map(record_rows, self.predictions.spans)
+        )
 
     @cached_property
     def lacks(self) -> tuple[tuple[Misspecification, ...] | Missing, ...]:
         """What the model lacks on each record, what explains most first."""
-        every = zip(self.axes, self.records, self.own, strict=True)
-        return tuple(unless_faulty(partial(self._lacks, i, *each)) for i, each in enumerate(every))
+        return tuple(unless_faulty(partial(self._lacks, i)) for i in range(len(self.records)))
 
-    def _lacks(
-        self, number: int, axis: GeneratedAxis, record: Record, own: Array
-    ) -> tuple[Misspecification, ...] | Missing:
+    def _lacks(self, number: int) -> tuple[Misspecification, ...] | Missing:
         """By the rows of a record, and of its twins, as identified ones.
 
         What a model lacks is no matter of what is followed: the residuals of instruments at the
         fit's parameters tell it, whatever output these are of.
         """
+        axis, loops = self.axes[number], self.loops[number]
         if axis.axis.states:
             return Missing("friction that remembers has no rows in which that could be looked for")
         locals_ = {name: names[number] for name, names in self.local.items()}
         names = [locals_.get(q.name, q.name) for q in axis.parameters]
-        data = bound_record(axis, record, Prefilter())
-        data = data.by_position or data
+        data = bound_record(axis, self.records[number], Prefilter())
         told = set(self.searched) - self.prior.keys()
         free = [j for j, name in enumerate(names) if name in told]
-        scores = scores_of(data, own, self.chains[number], free)
+        chain = None if isinstance(loops, Missing) else loops.chain
+        own = self.form.own(self.physical, number)
+        scores = scores_of(data.by_position or data, own, chain, free)
         half = [
-            float(np.ptp(self.values[n].interval)) / 2 if n in self.values else math.inf
+            float(np.ptp(self.parameters[n].interval)) / 2 if n in self.parameters else math.inf
             for n in names
         ]
         return find_misspecification(scores, np.array(half), len(self.records), self.levels)
-
-    @cached_property
-    def noise(self) -> tuple[float, ...]:
-        """Root mean square of what is noise in what is left, in the output's unit.
-
-        As in `of_records`.
-
-        What white noise of the position makes in the loop, as the record has it, or what nothing
-        before it tells of an error, whichever is more.
-        """
-        return noise_left(self.judged_scores, self.weighing.weights, self.by_position)
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:
@@ -341,7 +318,7 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
         names = () if law is None else tuple(name for name in law.gains if name in self.searched)
         places = [self.names.index(name) for name in names]
         freedom = min(
-            (degrees_of_freedom_of(self.values[name]) for name in names), default=math.inf
+            (degrees_of_freedom_of(self.parameters[name]) for name in names), default=math.inf
         )
         return FoundGains(names, self.covariance[np.ix_(places, places)], freedom)
 
@@ -349,11 +326,6 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
     def searched(self) -> tuple[str, ...]:
         """Names of what is neither held nor at a bound."""
         return tuple(n for n in self.names if n not in self.fixed and n not in self.at_bound)
-
-    @property
-    def parameters(self) -> NamedValues:
-        """The parameters with unit, deviations and 95 % interval, by name."""
-        return NamedValues(self.values)
 
     def __getitem__(self, name: str) -> Value:
         return self.parameters[name]
@@ -383,9 +355,9 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
         RuntimeWarning
             The function bends within the uncertainty, so that the delta method is not enough.
         """
-        freedom = np.array([degrees_of_freedom_of(value) for value in self.values.values()])
+        freedom = np.array([degrees_of_freedom_of(value) for value in self.parameters.values()])
         return SamplingDistribution(
-            quantities=self.quantities,
+            quantities=self.unknowns.quantities,
             theta=self.physical,
             covariances=self.covariances,
             freedom={self.chosen: freedom},
@@ -401,12 +373,12 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
     @property
     def deviations(self) -> Array:
         """Of the parameters, (P,)."""
-        return np.array([value.deviation for value in self.values.values()])
+        return np.array([value.deviation for value in self.parameters.values()])
 
     @property
     def names(self) -> tuple[str, ...]:
         """Of the parameters."""
-        return tuple(q.name for q in self.quantities)
+        return self.unknowns.names
 
     @property
     def output(self) -> str:
@@ -416,7 +388,7 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
     @property
     def unit(self) -> str:
         """Of the first output."""
-        return self.units[0]
+        return self.predictions.units[0]
 
     @property
     def error(self) -> float:
@@ -433,17 +405,4 @@ class OutputFit(FitSolution, Checked, Presentable, Exact):
     @property
     def percent_beyond_noise(self) -> float:
         """What is left beyond noise, of the recorded output; of several the largest."""
-        return max(self.percents_beyond_noise)
-
-    @property
-    def percents_beyond_noise(self) -> tuple[float, ...]:
-        """What is left beyond noise, of the recorded output, as in `of_records`."""
-        return tuple(
-            each.percent * math.sqrt(max(1 - (noise / each.error) ** 2, 0.0)) if each.error else 0.0
-            for each, noise in zip(self.of_records, self.noise, strict=True)
-        )
-
-    @property
-    def step(self) -> float:
-        """Of the coarsest encoder, SI; 0 where nothing is known of any."""
-        return self.predictions.step
+        return max(each.percent_beyond_noise for each in self.of_records)

@@ -1,64 +1,48 @@
-"""Where the searches of a fit ended: deviations, intervals, what noise and starts move."""
+"""Where the searches of a fit ended, and what that tells: deviations, and what noise moves."""
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
-from typing import Self
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import told_or, unless_faulty
+from axisid.estimation.checks import unless_faulty
 from axisid.estimation.choices import SQUARES
-from axisid.estimation.parameters import Unknowns, are_starts, axis_at, bounded_quadratic_minimum
+from axisid.estimation.estimates import NamedValues, Value, student_interval
+from axisid.estimation.parameters import (
+    ExtendedForm,
+    Unknowns,
+    bounded_quadratic_minimum,
+    least_sizes,
+)
 from axisid.estimation.predictions import Predictions
 from axisid.estimation.problems import ParameterAtBound
 from axisid.estimation.records import Record
-from axisid.estimation.regression import CovarianceEstimate, Form, widened
-from axisid.estimation.searches import (
-    EquallyGoodPoint,
-    Search,
-    SearchResult,
-    WeightedLoss,
-    equally_good_point,
-)
+from axisid.estimation.regression import CovarianceEstimate, widened
+from axisid.estimation.searches import SearchResult, WeightedLoss
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.estimation.twins import Chain
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
 
-from .rests import Rests
-from .spread import (
-    MovedByStart,
-    Scores,
-    Unseen,
-    moved_by_start,
-    scores_of,
-    unseen_directions,
-)
-from .starting import Searched
+from .spread import Scores, moved_by_start, scores_of, unseen_directions
 from .twins import RecordLoops, calibrated_covariance, outputs_by_noise
 
-_OF_POSITION = 16  # twins with noise of the position alone
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
 
 
-#: Of a value that is known with a deviation: form and predictions where it is larger by that.
-Doubt = tuple[Form, Predictions]
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FitSolution:
-    """Where the searches of a fit ended, and what follows of it for the parameters.
+class FitSearch:
+    """What a fit was asked for, and where its searches ended.
 
     Attributes
     ----------
     axis, records, outputs, loss, known, bootstrap, seed
         As `fit` takes them.
-    whose : Searched
+    form : ExtendedForm
     unknowns : Unknowns
     predictions : Predictions
     start, scale : (P,) array
@@ -70,15 +54,17 @@ class FitSolution:
     best : SearchResult
         The search that is told.
     searches : tuple of SearchResult
-    doubts : tuple of Doubt
-    rests : Rests
+    doubts : tuple of (ExtendedForm, Predictions)
+        Of each value that is known with a deviation: where it is larger by that.
+    rests_count : bool
+        Whether samples near rests count, as without them a parameter is hardly shown.
     alone : SearchResult or None
         The search without what was known before.
     """
 
     axis: GeneratedAxis
     records: tuple[Record, ...]
-    whose: Searched = field(repr=False, compare=False)
+    form: ExtendedForm = field(repr=False, compare=False)
     outputs: tuple[str, ...]
     loss: str
     unknowns: Unknowns = field(repr=False, compare=False)
@@ -93,8 +79,8 @@ class FitSolution:
     bootstrap: int
     seed: int
     known: tuple[str, ...]
-    doubts: tuple[Doubt, ...] = field(repr=False, compare=False)
-    rests: Rests = field(repr=False, compare=False)
+    doubts: tuple[tuple[ExtendedForm, Predictions], ...] = field(repr=False, compare=False)
+    rests_count: bool = field(repr=False, compare=False)
     alone: SearchResult | None = field(repr=False, compare=False)
 
     @property
@@ -102,402 +88,304 @@ class FitSolution:
         """Length of the windows of an open loop, s."""
         return self.predictions.horizon
 
-    def begun_as(self, other: Self) -> Self:
-        """The same, told to begin where another does, which led to it."""
-        return replace(self, start=other.start, started=other.started, remarks=other.remarks)
-
-    @cached_property
-    def axes(self) -> tuple[GeneratedAxis, ...]:
-        """By record, under the law with the gains that were found."""
-        form, physical = self.whose.form, self.physical
-        return tuple(axis_at(axis, form, physical) for axis in self.whose.axes)
-
-    @cached_property
-    def own(self) -> tuple[Array, ...]:
-        """Parameters of each record's axis, (p,)."""
-        form, physical = self.whose.form, self.physical
-        return tuple(form.own(physical, i) for i in range(len(self.records)))
-
-    @property
-    def inner(self) -> NDArray[np.bool_]:
-        """Which parameters are free and not at a bound, (P,)."""
-        return np.asarray(self.unknowns.free & (self.sides == 0))
-
-    @cached_property
-    def rows(self) -> Array:
-        """Slopes of the weighted errors by all free parameters, (n, P)."""
-        return np.asarray(self.weighing.weights[:, None] * self.best.slopes.jacobian)
-
-    @cached_property
-    def scores(self) -> Scores:
-        """Of the parameters that are free and not at a bound."""
-        return self._scores(self.inner)
-
-    def _scores(self, chosen: NDArray[np.bool_]) -> Scores:
-        return scores_of(
-            self.best,
-            self.weighing,
-            self.unknowns,
-            self.predictions,
-            self.records,
-            chosen,
-        )
-
-    @property
-    def twins(self) -> Array | None:
-        """What noise makes of the outputs where the search ended, (n, R); None without."""
-        return None if isinstance(self.twins_or_why, str) else self.twins_or_why
-
-    @cached_property
-    def twins_or_why(self) -> Array | str:
-        """With the noise of the records; or why there are none, empty where none were asked for.
-
-        Windows have the noise of what is measured alone: forces beside the control move their
-        errors in proportion, which is no bias, and what their parameters scatter by is seen from
-        window to window.
-        """
-        if not self.bootstrap:
-            return ""
-        if self.loss != SQUARES:
-            return "errors count by their size, and outliers are no noise of a loop"
-        disturbed = self.horizon is None
-        found = unless_faulty(
-            lambda: outputs_by_noise(*self._there, self.bootstrap, disturbed=disturbed, paired=True)
-        )
-        if isinstance(found, Missing):
-            return found.reason
-        return found if found.any() else "no noise that is measured reaches what is followed."
-
-    @cached_property
-    def by_position(self) -> Array:
-        """What noise of what is measured makes of the outputs, (n, B); 0 where it is not known.
-
-        A chain takes for forces what the model lacks.
-        """
-        none = np.zeros((len(self.weighing.weights), 1))
-        alone = partial(outputs_by_noise, disturbed=False, paired=False)
-        return told_or(none, lambda: alone(*self._there, _OF_POSITION))
-
-    @property
-    def _there(self) -> tuple[Sequence[RecordLoops | Missing], Array, Predictions]:
-        return self.loops, self.best.physical, self.predictions
-
-    @cached_property
-    def loops(self) -> tuple[RecordLoops | Missing, ...]:
-        """The loops of each record where the search ended, with its noise."""
-        form, physical = self.whose.form, self.best.physical
-        return tuple(
-            unless_faulty(
-                partial(
-                    RecordLoops.at, axis_at(axis, form, physical), record, form.own(physical, place)
-                )
-            )
-            for place, (axis, record) in enumerate(zip(self.whose.axes, self.records, strict=True))
-        )
-
-    @cached_property
-    def chains(self) -> tuple[Chain | None, ...]:
-        """The noise of each record; None where it cannot be measured."""
-        return tuple(None if isinstance(of, Missing) else of.chain for of in self.loops)
-
-    @cached_property
-    def why_no_twins(self) -> str:
-        """Empty where there are twins, or none were asked for."""
-        return self.twins_or_why if isinstance(self.twins_or_why, str) else ""
-
-    @cached_property
-    def rests_count(self) -> bool:
-        """Whether samples near rests count, as without them a parameter is hardly shown."""
-        return self.rests.count
-
     @property
     def of_start(self) -> NDArray[np.bool_]:
         """Which parameters are first positions and velocities of loops, (P,)."""
-        return are_starts(self.whose.form)
+        return least_sizes(self.form) > 0
 
     @property
-    def _scattered(self) -> Array | None:
-        """Twins that tell deviations; None where windows do, or nothing but the errors."""
-        return self.twins if self.horizon is None else None
+    def ended(self) -> dict[str, float]:
+        """Parameters where the best search ended, by name."""
+        return dict(zip(self.unknowns.names, map(float, self.best.physical), strict=True))
 
-    @property
-    def errors_in_common(self) -> Array | None:
-        """What noise makes of the errors in the mean, (n,), where twins tell it."""
-        return None if self.twins is None else self.twins.mean(axis=1)
+    def scores(self, chosen: NDArray[np.bool_]) -> Scores:
+        """Of the chosen parameters, (P,), where the best search ended."""
+        known = self.weighing, self.unknowns, self.predictions, self.records
+        return scores_of(self.best, *known, chosen)
 
-    @cached_property
-    def moved(self) -> Array | None:
-        """What noise in the loop moves the parameters by, (P,), where twins tell it."""
-        return None if self.twins is None else self.best.physical - self.physical
 
-    @property
-    def physical(self) -> Array:
-        """The parameters less what noise in the loop moves them by, (P,)."""
-        return self._told_at[0]
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class FitInference:
+    """What the end of a search tells of the parameters.
 
-    @property
-    def sides(self) -> NDArray[np.int8]:
-        """Which of them are at a bound, -1 at the lower, 1 at the upper one, (P,)."""
-        return self._told_at[1]
+    Attributes
+    ----------
+    physical : (P,) array
+        The parameters less what noise in the loop moves them by.
+    sides : (P,) array of int
+        Which of them are at a bound, -1 at the lower, 1 at the upper one.
+    chosen : str
+        The covariance that is told.
+    covariances : mapping of str to (P, P) array
+        0 of what is at a bound, infinite of what is not shown.
+    variances : (P,) array
+        By the chosen one as if no bound were there; infinite of what is held.
+    parameters : NamedValues
+        With unit, deviations and 95 % interval, by name.
+    held : tuple of ParameterAtBound
+        Parameters at their bounds, and what each would be without its own.
+    not_shown : (k, P) array, (k, P) array of bool
+        What neither outputs nor what was known before show, see `unseen_directions`.
+    influence : (P, n) array
+        Of the errors on the parameters.
+    judged_scores : Scores
+        Of the parameters that are free and not at a bound, less what noise makes in the mean.
+    loops : tuple of RecordLoops or Missing
+        Those of each record there, with its noise.
+    moved : (P,) array, Missing or None
+        What noise in the loop moves the parameters by, or why that is not known; None where it was
+        not asked for.
+    by_start : (P,) array, (P,) array
+        What other starts move all parameters by, where that matters, and in deviations.
+    """
 
-    @cached_property
-    def _told_at(self) -> tuple[Array, NDArray[np.int8]]:
-        """The parameters that are told, and which are at a bound.
+    physical: Array = field(repr=False)
+    sides: NDArray[np.int8] = field(repr=False)
+    chosen: str = field(repr=False)
+    covariances: Mapping[str, Array] = field(repr=False)
+    variances: Array = field(repr=False)
+    parameters: NamedValues = field(repr=False)
+    held: tuple[ParameterAtBound, ...] = field(repr=False)
+    not_shown: tuple[Array, NDArray[np.bool_]] = field(repr=False)
+    influence: Array = field(repr=False)
+    judged_scores: Scores = field(repr=False, compare=False)
+    loops: tuple[RecordLoops | Missing, ...] = field(repr=False, compare=False)
+    moved: Array | Missing | None = field(repr=False)
+    by_start: tuple[Array, Array] = field(repr=False)
 
-        What is taken off may lead one to its bound, or from there; the others are what they are
-        with it.
-        """
-        at, side, u = self.best.physical, self.best.at_bound, self.unknowns
-        common = self.errors_in_common
-        if common is None:
-            return at, side
-        scores = self.at_liberty
-        uphill = scores.jacobian.T @ (scores.curvature * self.weighing.weights * common)
-        # The search stands still but for what a bound holds.
-        held = scores.jacobian.T @ scores.errors + scores.known.T @ u.known_errors(at)
-        downhill = -uphill - np.where(side[u.free] != 0, held, 0.0)
-        physical = at.copy()
-        physical[u.free] += scores.inverse @ downhill
-        if not side.any() and np.all(((u.lower < physical) & (physical < u.upper))[u.free]):
-            return physical, side
-        rows = np.vstack([np.sqrt(scores.curvature)[:, None] * scores.jacobian, scores.known])
-        physical, side = at.copy(), np.zeros_like(side)
-        lower, upper, start = (each[u.free] for each in (u.lower, u.upper, at))
-        physical[u.free], side[u.free] = bounded_quadratic_minimum(
-            lower, upper, start, rows, downhill
-        )
+
+def inferred(of: FitSearch) -> FitInference:
+    """What the best end of a fit's searches tells.
+
+    Deviations are those of every free parameter as if no bound were there. What a bound holds is
+    not known: the others are as unsure as its parameter lets them be. A bounded estimate is nearer
+    to whatever is within the bounds than the free one is, so that the free one's deviations about
+    it are enough.
+    """
+    end, weights, free = of.best, of.weighing.weights, of.unknowns.free
+    every = zip(of.form.axes, of.records, strict=True)
+    loops = tuple(
+        unless_faulty(partial(RecordLoops.at, of.form, end.physical, i, *each))
+        for i, each in enumerate(every)
+    )
+    at_liberty, noise = of.scores(free), _noise(of, loops)
+    twins = None if isinstance(noise, Missing) else noise
+    common = None if twins is None else twins.mean(axis=1)
+    physical, sides = _corrected(of, at_liberty, common)
+    inner = free & (sides == 0)
+    judged, influence = of.scores(inner), np.zeros((len(free), len(weights)))
+    if inner.any():
+        influence[inner] = judged.influence(weights)
+    if common is not None:
+        # What noise makes by its square comes at every reversal alike, so that it scatters nothing.
+        beside = common - end.slopes.jacobian @ (influence @ common)
+        judged = replace(judged, errors=judged.errors + weights * beside)
+    starts = _slopes_by_start(of)
+    scattered = twins if of.horizon is None else None
+    coloured, found = _covariances(of, at_liberty, twins, judged.errors, starts)
+    freedom, chosen = coloured.freedom, "coloured"
+    if scattered is not None:
+        freedom, chosen = np.full(len(freedom), scattered.shape[1] / 2), "bootstrap"  # of pairs
+        judged = replace(judged, twins=judged.counts[:, None] * scattered)
+    variances, by_start = np.full(len(free), np.inf), np.zeros((2, len(free)))
+    variances[free] = np.diag(found[chosen])
+    by_start[:, free] = moved_by_start(at_liberty, starts, coloured.matrix)
+    rows = np.vstack([weights[:, None] * end.slopes.jacobian, of.unknowns.known_rows])
+    not_shown = unseen_directions(rows, of.scale, free)
+    covariances = {}
+    for name, matrix in found.items():
+        whole, lost = np.zeros((len(free), len(free))), np.flatnonzero(not_shown[1].any(axis=0))
+        whole[np.ix_(free, free)] = matrix
+        whole[lost, lost] = np.inf
+        covariances[name] = np.where(inner[:, None] & inner, whole, 0.0)
+    held = _held(of, physical, sides, common, judged.errors, starts, variances)
+    return FitInference(
+        physical=physical,
+        sides=sides,
+        chosen=chosen,
+        covariances=covariances,
+        variances=variances,
+        parameters=_parameters(of.unknowns, physical, held, covariances, chosen, freedom),
+        held=held,
+        not_shown=not_shown,
+        influence=influence,
+        judged_scores=judged,
+        loops=loops,
+        moved=noise if twins is None else end.physical - physical,
+        by_start=(by_start[0], by_start[1]),
+    )
+
+
+def _slopes_by_start(of: FitSearch) -> list[tuple[slice, Array]]:
+    """Rows of each stretch, and slopes of its weighted errors by its start, of one size, (m, 2)."""
+    found = []
+    with np.errstate(all="ignore"):
+        for rows, slopes in of.predictions.slopes_by_start(of.best.physical):
+            weighed = of.weighing.weights[rows, None] * slopes
+            size = np.linalg.norm(weighed, axis=0)
+            found.append((rows, weighed / np.where(size > 0, size, 1.0)))
+    return found
+
+
+def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Missing | None:
+    """What noise makes of the outputs where the search ended, (n, R); None where it is not asked.
+
+    Windows have the noise of what is measured alone: forces beside the control move their errors in
+    proportion, which is no bias, and what their parameters scatter by is seen from window to
+    window.
+    """
+    if not of.bootstrap:
+        return None
+    if of.loss != SQUARES:
+        return Missing("errors count by their size, and outliers are no noise of a loop")
+    there, count, disturbed = (of.best.physical, of.predictions), of.bootstrap, of.horizon is None
+    found = unless_faulty(
+        lambda: outputs_by_noise(loops, *there, count, disturbed=disturbed, paired=True)
+    )
+    if isinstance(found, Missing) or found.any():
+        return found
+    return Missing("no noise that is measured reaches what is followed.")
+
+
+def _corrected(
+    of: FitSearch, scores: Scores, common: Array | None
+) -> tuple[Array, NDArray[np.int8]]:
+    """The parameters less what noise moves them by, and which are at a bound, (P,) each.
+
+    What is taken off may lead one to its bound, or from there; the others are what they are with
+    it.
+
+    Parameters
+    ----------
+    of : FitSearch
+    scores : Scores
+        Of every free parameter.
+    common : (n,) array or None
+        What noise makes of the errors in the mean.
+    """
+    at, side, u = of.best.physical, of.best.at_bound, of.unknowns
+    if common is None:
+        return at, side
+    uphill = scores.jacobian.T @ (scores.curvature * of.weighing.weights * common)
+    # The search stands still but for what a bound holds.
+    held = scores.jacobian.T @ scores.errors + scores.known.T @ u.known_errors(at)
+    downhill = -uphill - np.where(side[u.free] != 0, held, 0.0)
+    physical = at.copy()
+    physical[u.free] += scores.inverse @ downhill
+    if not side.any() and np.all(((u.lower < physical) & (physical < u.upper))[u.free]):
         return physical, side
+    rows = np.vstack([np.sqrt(scores.curvature)[:, None] * scores.jacobian, scores.known])
+    physical, side = at.copy(), np.zeros_like(side)
+    lower, upper, start = (each[u.free] for each in (u.lower, u.upper, at))
+    physical[u.free], side[u.free] = bounded_quadratic_minimum(lower, upper, start, rows, downhill)
+    return physical, side
 
-    @cached_property
-    def at_liberty(self) -> Scores:
-        """Of every free parameter, as if no bound were there.
 
-        What a bound holds is not known: the others are as unsure as its parameter lets them be. A
-        bounded estimate is nearer to whatever is within the bounds than the free one is, so that
-        the free one's deviations about it are enough.
-        """
-        return self._scores(self.unknowns.free)
+def _covariances(
+    of: FitSearch,
+    scores: Scores,
+    twins: Array | None,
+    errors: Array,
+    starts: Sequence[tuple[slice, Array]],
+) -> tuple[CovarianceEstimate, dict[str, Array]]:
+    """By coloured errors alone, and by name with all else that leaves unsure, (k, k) each.
 
-    @cached_property
-    def errors_left(self) -> Array:
-        """Weighted errors, (n,), less what noise makes of them by its square.
-
-        That comes at every reversal alike, so that it scatters nothing.
-        """
-        common, errors = self.errors_in_common, self.scores.errors
-        if common is None:
-            return errors
-        beside = common - self.best.slopes.jacobian @ (self.influence @ common)
-        return errors + self.weighing.weights * beside
-
-    @cached_property
-    def not_shown(self) -> Unseen:
-        """What neither outputs nor what was known before show."""
-        chosen = self.unknowns.free
-        rows = np.vstack([self.rows, self.unknowns.known_rows])[:, chosen]
-        return unseen_directions(rows, self.scale[chosen]).among(chosen)
-
-    @cached_property
-    def covariances(self) -> dict[str, Array]:
-        """By name, (P, P) each: 0 of what is at a bound, infinite of what is not shown."""
-        inner, free = self.inner, self.unknowns.free
-        lost, found = np.flatnonzero(self.not_shown.parts.any(axis=0)), {}
-        for name, matrix in self.free_covariances.items():
-            whole = np.zeros((len(free), len(free)))
-            whole[np.ix_(free, free)] = matrix
-            whole[lost, lost] = np.inf
-            found[name] = np.where(inner[:, None] & inner, whole, 0.0)
-        return found
-
-    @cached_property
-    def free_covariances(self) -> dict[str, Array]:
-        """Of every free parameter, as if no bound were there, by name, (k, k) each."""
-        scores = self.at_liberty
-        found = {
-            "coloured": self._with_starts(self.coloured.matrix + self._by_mean(scores), scores),
-            "iid": scores.independent(),
-        }
-        if self._scattered is not None:
-            by_twins = self._by_twins(scores, self._scattered) + scores.by_known()
-            found["bootstrap"] = self._with_starts(by_twins, scores)
-        moved = self._influence(scores) @ self._by_doubts
-        return {name: matrix + moved @ moved.T for name, matrix in found.items()}
-
-    def _by_mean(self, scores: Scores) -> Array:
-        """What the mean of so many twins is unsure by, (k, k), where windows tell deviations.
-
-        Of two opposite twins it is what they do alike, which is what is taken off.
-        """
-        if self.twins is None or self._scattered is not None:
-            return np.zeros((len(scores.inverse), len(scores.inverse)))
-        moved = self._influence(scores) @ self.twins
-        alike = moved[:, : moved.shape[1] // 2 * 2].reshape(len(moved), -1, 2).mean(axis=2)
-        return np.asarray(np.cov(alike).reshape(len(moved), -1) / alike.shape[1])
-
-    @cached_property
-    def _by_doubts(self) -> Array:
-        """What a deviation of each value that is known with one changes the errors by, (n, d)."""
-        errors = self.best.slopes.errors[:, None]
-        there = dict(zip(self.unknowns.names, self.best.physical, strict=True))
-        moved = [errors[:, :0]]
-        for form, predictions in self.doubts:
-            at = np.array([there.get(q.name, 0.0) for q in form.physical_quantities])
-            predictions.settle(at)
-            lanes = predictions(at[None, :])
-            if lanes.failures:
-                raise EstimationError(lanes.failures[0], code="simulation")
-            moved.append(lanes.errors - errors)
-        return np.hstack(moved)
-
-    @cached_property
-    def coloured(self) -> CovarianceEstimate:
-        """By coloured errors, of every free parameter, as if no bound were there."""
-        scores = self.at_liberty
-        if self.horizon is None:
-            return scores.coloured()
-        found = scores.clustered()  # of few windows next to nothing, as a fit makes their sum 0
-        return replace(found, matrix=widened(found.matrix, np.diag(scores.independent())))
-
-    @property
-    def freedom(self) -> Array:
-        """Degrees of freedom of each variance that is told, (P,)."""
-        found, freedom = np.full(len(self.scale), np.inf), self.coloured.freedom
-        if self._scattered is not None:
-            freedom = np.full(len(freedom), self._scattered.shape[1] / 2)  # of pairs
-        found[self.unknowns.free] = freedom
-        return found
-
-    def _with_starts(self, covariance: Array, scores: Scores) -> Array:
-        """Covariance of the parameters of scores with what the starts of the loops add.
-
-        No error of a record tells that.
-        """
-        starts = self._slopes_by_start
-        moved = moved_by_start(scores, self.weighing.weights, starts, covariance).moved
-        return covariance + np.outer(moved, moved)
-
-    @cached_property
-    def _slopes_by_start(self) -> tuple[tuple[slice, Array], ...]:
-        with np.errstate(all="ignore"):
-            return self.predictions.slopes_by_start(self.best.physical)
-
-    @cached_property
-    def by_start(self) -> MovedByStart:
-        """What other starts move all parameters by, (P,), where that matters."""
-        at = self.at_liberty, self.weighing.weights, self._slopes_by_start
-        found = moved_by_start(*at, self.coloured.matrix)
-        moved, far = np.zeros((2, len(self.scale)))
-        moved[self.unknowns.free], far[self.unknowns.free] = found.moved, found.far
-        return MovedByStart(moved=moved, far=far)
-
-    @cached_property
-    def judged_scores(self) -> Scores:
-        """Of the parameters that are free and not at a bound, less what noise makes in the mean."""
-        scores, made = self.scores, self._scattered
-        twins = None if made is None else scores.counts[:, None] * made
-        return replace(scores, errors=self.errors_left, twins=twins)
-
-    @cached_property
-    def elsewhere(self) -> EquallyGoodPoint | None:
-        """A place as good as the end that is claimed to be far from it."""
-        told, independent = (np.diag(self.covariances[name]) for name in (self.chosen, "iid"))
-        search = Search(self.predictions, self.unknowns, self.scale, self.weighing)
-        return equally_good_point(self.searches, told, independent, search)
-
-    @cached_property
-    def without_prior(self) -> Mapping[str, tuple[float, float]]:
-        """What the records alone say of what was known before, with deviations, by name."""
-        if self.alone is None:
-            return {}
-        one, prior = self.alone, self.unknowns.has_prior
-        without = replace(self, unknowns=self.unknowns.without_prior, best=one, searches=(one,))
-        told = np.full(len(prior), np.inf)
-        told[self.unknowns.free] = np.diag(without.free_covariances[without.chosen])
-        return {
-            self.unknowns.names[j]: (float(without.physical[j]), math.sqrt(max(told[j], 0.0)))
-            for j in map(int, np.flatnonzero(prior))
-        }
-
-    def _by_twins(self, scores: Scores, twins: Array) -> Array:
-        """Covariance of the parameters of scores by twins, (k, k)."""
-        weights = self.weighing.weights[:, None]
+    Parameters
+    ----------
+    of : FitSearch
+    scores : Scores
+        Of every free parameter.
+    twins : (n, R) array or None
+        What noise makes of the outputs.
+    errors : (n,) array
+        Weighted, less what noise makes of them by its square.
+    starts : sequence of (slice, array)
+        Of `_slopes_by_start`.
+    """
+    weights, influence = of.weighing.weights, scores.influence(of.weighing.weights)
+    coloured = scores.coloured(clustered=of.horizon is not None)
+    found, iid = {"coloured": coloured.matrix}, scores.independent()
+    if of.horizon is None and twins is not None:
         apart = twins - twins.mean(axis=1, keepdims=True)
-        moved = -self._influence(scores) @ apart
-        left = weights * apart + scores.jacobian @ moved
-        return calibrated_covariance(scores, self.errors_left, moved, left)
+        moved = -influence @ apart
+        left = weights[:, None] * apart + scores.jacobian @ moved
+        by_twins = calibrated_covariance(scores, errors, moved, left)
+        found["bootstrap"] = by_twins + scores.by_known()
+    elif of.horizon is not None:
+        # Of few windows next to nothing, as a fit makes their sum 0.
+        matrix = widened(coloured.matrix, np.diag(iid))
+        coloured, found["coloured"] = replace(coloured, matrix=matrix), matrix
+        if twins is not None:
+            # Of two opposite twins it is what they do alike, which is what is taken off; the mean
+            # of so many is unsure.
+            moved = influence @ twins
+            alike = moved[:, : moved.shape[1] // 2 * 2].reshape(len(moved), -1, 2).mean(axis=2)
+            found["coloured"] = matrix + np.cov(alike).reshape(len(moved), -1) / alike.shape[1]
+    for name, matrix in found.items():  # no error of a record tells what the starts of loops add
+        by_start, _ = moved_by_start(scores, starts, matrix)
+        found[name] = matrix + np.outer(by_start, by_start)
+    errors_there, there = of.best.slopes.errors[:, None], of.ended
+    doubted = [errors_there[:, :0]]
+    for form, predictions in of.doubts:
+        at = np.array([there.get(q.name, 0.0) for q in form.physical_quantities])
+        predictions.settle(at)
+        lanes = predictions(at[None, :])
+        if lanes.failures:
+            raise EstimationError(lanes.failures[0], code="simulation")
+        doubted.append(lanes.errors - errors_there)
+    by_doubts = influence @ np.hstack(doubted)
+    every = {"coloured": found.pop("coloured"), "iid": iid, **found}
+    return coloured, {name: matrix + by_doubts @ by_doubts.T for name, matrix in every.items()}
 
-    @cached_property
-    def chosen(self) -> str:
-        """The covariance that is told."""
-        return "coloured" if self._scattered is None else "bootstrap"
 
-    @cached_property
-    def influence(self) -> Array:
-        """Of the errors on the parameters, (P, n)."""
-        found = np.zeros((len(self.scale), len(self.weighing.weights)))
-        chosen = self.inner
-        if chosen.any():
-            found[chosen] = self._influence(self.scores)
-        return found
+def _held(
+    of: FitSearch,
+    physical: Array,
+    sides: NDArray[np.int8],
+    common: Array | None,
+    errors: Array,
+    starts: Sequence[tuple[slice, Array]],
+    variances: Array,
+) -> tuple[ParameterAtBound, ...]:
+    """Parameters at their bounds, and what each would be without its own.
 
-    def _influence(self, scores: Scores) -> Array:
-        """Of the errors on the parameters of scores, (k, n)."""
-        weighed = scores.curvature[:, None] * scores.jacobian * self.weighing.weights[:, None]
-        return np.asarray(scores.inverse @ weighed.T)
-
-    @cached_property
-    def without_bounds(self) -> dict[int, tuple[float, float]]:
-        """What each parameter at a bound would be without it, with its deviation, by place."""
-        return {int(j): self._without_bound(int(j)) for j in np.flatnonzero(self.sides)}
-
-    def _without_bound(self, j: int) -> tuple[float, float]:
-        free = self.inner.copy()
+    The interval of one is that of a normal about the estimate without the bound, cut off there.
+    Other parameters at bounds may be elsewhere, so that the normal is as wide as without any, and
+    as many deviations beyond as with the others at theirs. Arguments as in `inferred`.
+    """
+    u, weights, found = of.unknowns, of.weighing.weights, []
+    for j in map(int, np.flatnonzero(sides)):
+        free = u.free & (sides == 0)
         free[j] = True
-        scores, place = self._scores(free), int(np.flatnonzero(np.flatnonzero(free) == j)[0])
-        told = replace(scores, errors=self.errors_left).coloured()
-        covariance = self._with_starts(told.matrix, scores)
-        off = self.unknowns.known_errors(self.physical)
-        errors, common = scores.errors, self.errors_in_common
+        scores, place = of.scores(free), int(np.count_nonzero(free[:j]))
+        matrix = replace(scores, errors=errors).coloured().matrix
+        by_start, _ = moved_by_start(scores, starts, matrix)
+        deviation = float(np.sqrt((matrix + np.outer(by_start, by_start))[place, place]))
+        left = scores.errors
         if common is not None:
-            moved = self.rows @ (self.physical - self.best.physical)
-            errors = errors + scores.curvature * (self.weighing.weights * common + moved)
-        downhill = -(scores.jacobian.T @ errors + scores.known.T @ off)
-        centre = float(self.physical[j]) + float((scores.inverse @ downhill)[place])
-        return centre, float(np.sqrt(covariance[place, place]))
-
-    def one_sided(self, j: int) -> tuple[float, float]:
-        """Interval at a bound: of a normal about the estimate without it, cut off there.
-
-        Other parameters at bounds may be elsewhere, so that the normal is as wide as without any,
-        and as many deviations beyond as with the others at theirs.
-        """
-        at, side = float(self.physical[j]), int(self.sides[j])
-        centre, deviation = self.without_bounds[j]
-        free = np.flatnonzero(self.unknowns.free)
-        place = int(np.flatnonzero(free == j)[0])
-        wide = max(math.sqrt(self.free_covariances[self.chosen][place, place]), deviation)
+            moved = (weights[:, None] * of.best.slopes.jacobian) @ (physical - of.best.physical)
+            left = left + scores.curvature * (weights * common + moved)
+        downhill = -(scores.jacobian.T @ left + scores.known.T @ u.known_errors(physical))
+        at, side = float(physical[j]), int(sides[j])
+        centre = at + float((scores.inverse @ downhill)[place])
+        wide = max(math.sqrt(variances[j]), deviation)
         beyond = (centre - at) / deviation if deviation > 0 else 0.0
-        return cut_interval(at, at + beyond * wide, wide, side)
-
-    @cached_property
-    def held(self) -> tuple[ParameterAtBound, ...]:
-        """Parameters at their bounds, and what each would be without its own."""
-        return tuple(
+        found.append(
             ParameterAtBound(
-                name=self.unknowns.names[j],
-                unit=self.unknowns.quantities[j].unit,
-                bound=float(self.physical[j]),
-                is_lower=bool(self.sides[j] < 0),
+                name=u.names[j],
+                unit=u.quantities[j].unit,
+                bound=at,
+                is_lower=side < 0,
                 free=centre,
                 deviation=deviation,
-                reach=self.one_sided(j)[int(self.sides[j] < 0)],
+                reach=reach_of_cut_normal(at, at + beyond * wide, wide, side),
             )
-            for j, (centre, deviation) in self.without_bounds.items()
         )
+    return tuple(found)
 
 
-def cut_interval(bound: float, centre: float, deviation: float, side: int) -> tuple[float, float]:
-    """95 % of a normal distribution that is cut off at a bound, from there on.
+def reach_of_cut_normal(bound: float, centre: float, deviation: float, side: int) -> float:
+    """Up to where 95 % are of a normal distribution that is cut off at a bound, from there on.
 
     Parameters
     ----------
@@ -506,12 +394,39 @@ def cut_interval(bound: float, centre: float, deviation: float, side: int) -> tu
         Of a lower or of an upper bound.
     """
     if not deviation > 0:
-        return bound, bound
+        return bound
     reach = side * (bound - centre) / deviation  # what lies beyond it, in deviations
     outside = np.log(1 - INTERVAL_LEVEL.value)
     if reach < -_EXPONENTIAL:
-        beside = outside / -reach
+        beside = float(outside) / -reach
     else:
         beside = float(ndtri_exp(outside + log_ndtr(reach))) - reach
-    width = side * deviation * beside
-    return (bound, bound + width) if side < 0 else (bound + width, bound)
+    return bound + side * deviation * beside
+
+
+def _parameters(
+    unknowns: Unknowns,
+    physical: Array,
+    held: Sequence[ParameterAtBound],
+    covariances: Mapping[str, Array],
+    chosen: str,
+    freedom: Array,
+) -> NamedValues:
+    """The parameters with unit, deviations and interval, by degrees of freedom (k,) of the free."""
+    at_bound = {e.name: (min(e.bound, e.reach), max(e.bound, e.reach)) for e in held}
+    every, found = np.full(len(physical), np.inf), {}
+    every[unknowns.free] = freedom
+    for j, q in enumerate(unknowns.quantities):
+        value = float(physical[j])
+        # What is hardly shown may have a variance that rounding made negative.
+        variances = {n: float(c[j, j]) for n, c in covariances.items()}
+        deviations = {n: math.sqrt(v) if v >= 0 else math.inf for n, v in variances.items()}
+        interval = student_interval(value, deviations[chosen], float(every[j]))
+        found[q.name] = Value(
+            value=value,
+            unit=q.unit,
+            deviations=deviations,
+            interval=at_bound.get(q.name, interval),
+            chosen=chosen,
+        )
+    return NamedValues(found)

@@ -10,7 +10,6 @@ as the prediction-error method has it for errors that are not white [Ljung1999]_
 errors that were under way before a stretch begins, so that short stretches count as long ones do.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -40,40 +39,10 @@ from axisid.support.arrays import Array
 _MIN_PART = 0.1
 
 
-@dataclass(frozen=True, slots=True)
-class Unseen:
-    """Directions in which parameters change and the outputs do not.
-
-    Attributes
-    ----------
-    changes : (k, P) array
-        What each parameter alone would change in the outputs, along each direction.
-    moves : (k, P) array
-        How the parameters move together.
-    """
-
-    changes: Array
-    moves: Array
-
-    @property
-    def parts(self) -> NDArray[np.bool_]:
-        """Which parameters are part of a direction, (k, P)."""
-        size = np.abs(self.changes)
-        return np.asarray(size > _MIN_PART * size.max(axis=1, keepdims=True, initial=0.0))
-
-    def among(self, chosen: NDArray[np.bool_]) -> "Unseen":
-        """The same of parameters of which these are the chosen ones."""
-        into = np.eye(len(chosen))[chosen]
-        return Unseen(self.changes @ into, self.moves @ into)
-
-    def texts(self, names: Sequence[str]) -> tuple[str, ...]:
-        """In words: ``Fc at all``, ``M and m apart (...)``."""
-        pairs = zip(self.moves, self.parts, strict=True)
-        return tuple(_said(moves, np.flatnonzero(parts), names) for moves, parts in pairs)
-
-
-def unseen_directions(jacobian: Array, scale: Array) -> Unseen:
-    """Directions in which the errors do not change.
+def unseen_directions(
+    jacobian: Array, scale: Array, free: NDArray[np.bool_]
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Directions in which parameters change and the errors do not.
 
     Parameters
     ----------
@@ -81,26 +50,40 @@ def unseen_directions(jacobian: Array, scale: Array) -> Unseen:
         Of weighted errors, and of what was known before.
     scale : (P,) array
         Of the parameters.
+    free : (P,) array of bool
+        Which are searched; columns of the others are 0.
+
+    Returns
+    -------
+    (k, P) array, (k, P) array of bool
+        How the parameters move together, and which of them are part of a direction, by what each
+        alone would change in the outputs.
     """
     scaled = jacobian * scale
     sizes = np.linalg.norm(scaled, axis=0)
     seen = sizes > MIN_SHOWN.value * sizes.max(initial=0.0)
-    alone = np.eye(len(sizes))[~seen]
-    if not seen.any():
-        return Unseen(alone, alone)
-    _, values, rows = np.linalg.svd(np.linalg.qr(scaled[:, seen] / sizes[seen], mode="r"))
-    lost = rows[values <= MIN_SHOWN.value * values[0]]
-    chosen = Unseen(lost, lost / sizes[seen] * scale[seen]).among(seen)
-    return Unseen(np.vstack([alone, chosen.changes]), np.vstack([alone, chosen.moves]))
+    moves = changes = np.eye(len(sizes))[free & ~seen]
+    if seen.any():
+        _, values, rows = np.linalg.svd(np.linalg.qr(scaled[:, seen] / sizes[seen], mode="r"))
+        lost, into = rows[values <= MIN_SHOWN.value * values[0]], np.eye(len(sizes))[seen]
+        changes = np.vstack([changes, lost @ into])
+        moves = np.vstack([moves, (lost / sizes[seen] * scale[seen]) @ into])
+    size = np.abs(changes)
+    return moves, size > _MIN_PART * size.max(axis=1, keepdims=True, initial=0.0)
 
 
-def _said(moves: Array, parts: NDArray[np.intp], names: Sequence[str]) -> str:
-    named = [names[int(j)] for j in parts]
-    if len(named) == 1:
-        return f"{named[0]} at all"
-    share = moves[parts] / moves[parts[0]]
-    told = ", ".join(f"{m:+.3g} of {n}" for m, n in zip(share, named, strict=True))
-    return f"{' and '.join(named)} apart ({told} together change nothing)"
+def unseen_in_words(
+    moves: Array, parts: NDArray[np.bool_], names: Sequence[str]
+) -> tuple[str, ...]:
+    """Directions that are not shown: ``Fc at all``, ``M and m apart (...)``."""
+    found = []
+    for move, part in zip(moves, parts, strict=True):
+        named = [names[int(j)] for j in np.flatnonzero(part)]
+        share = move[part] / move[part][0]
+        told = ", ".join(f"{m:+.3g} of {n}" for m, n in zip(share, named, strict=True))
+        apart = f"{' and '.join(named)} apart ({told} together change nothing)"
+        found.append(f"{named[0]} at all" if len(named) == 1 else apart)
+    return tuple(found)
 
 
 MIN_MOVED_BY_START = 1.0  # deviations by the start of a loop, were that free, which then count
@@ -163,6 +146,11 @@ class Scores:
         factor = np.linalg.pinv(triangle, rcond=_NOTHING) / size[:, None]
         return np.asarray(factor @ factor.T)
 
+    def influence(self, weights: Array) -> Array:
+        """Of errors that are weighted by these, (n,), on the parameters, (k, n)."""
+        weighed = self.curvature[:, None] * self.jacobian * weights[:, None]
+        return np.asarray(self.inverse @ weighed.T)
+
     @cached_property
     def autoregressions(self) -> tuple[Autoregression, ...]:
         """Of the errors, by record."""
@@ -176,32 +164,26 @@ class Scores:
             for spans, period in zip(self.spans, self.periods, strict=True)
         )
 
-    def coloured(self) -> CovarianceEstimate:
-        """Covariance for errors that follow autoregressions and, as twins', no less, (k, k)."""
-        columns, found = self.jacobian @ self.inverse, []
-        for r, rows in enumerate(map(record_rows, self.spans)):
+    def coloured(self, *, clustered: bool = False) -> CovarianceEstimate:
+        """Covariance for errors that follow autoregressions and, as twins', no less, (k, k).
+
+        Or by the scatter over stretches, which are windows of an open loop. What was known is sure.
+        """
+        columns, known, found = self.jacobian @ self.inverse, self.by_known(), []
+        if clustered:
+            windows = [rows for spans in self.spans for rows in spans]
+            found.append(clustered_covariance(columns, self.errors, windows))
+        for r, rows in enumerate(() if clustered else map(record_rows, self.spans)):
             curved = self.curvature[rows, None] * self.jacobian[rows]
             found.append(self._of_record(columns, r, float(np.sum(columns[rows] * curved))))
-        return self._with_known(*found)
+        sure = CovarianceEstimate(matrix=known, freedom=np.full(len(known), np.inf))
+        return sum_covariances([*found, sure])
 
     def _of_record(self, columns: Array, r: int, taken: float) -> CovarianceEstimate:
         """Of columns (n, j) and a record's errors, of which a fit took so many degrees."""
         used = int(self.counted[record_rows(self.spans[r])].sum())
         model = self.autoregressions[r]
         return autoregressive_covariance(columns, model, self.spans[r], used, taken)
-
-    def clustered(self) -> CovarianceEstimate:
-        """Covariance by the scatter over stretches that are windows of an open loop, (k, k)."""
-        windows = [rows for spans in self.spans for rows in spans]
-        columns = self.jacobian @ self.inverse
-        return self._with_known(clustered_covariance(columns, self.errors, windows))
-
-    def _with_known(self, *found: CovarianceEstimate) -> CovarianceEstimate:
-        """Independent covariances with that of what was known, which is sure."""
-        known = self.by_known()
-        return sum_covariances(
-            [*found, CovarianceEstimate(matrix=known, freedom=np.full(len(known), np.inf))]
-        )
 
     def independent(self) -> Array:
         """Covariance for independent errors, of each record its own variance, (k, k)."""
@@ -243,8 +225,7 @@ class Scores:
             if (told := covariance_of_twins(moved, columns.shape[1])) is not None:
                 return change, told.matrix + wide.by_known(), told.freedom
         left = self.errors + self.curvature * (wide.jacobian @ change)
-        wide = replace(wide, errors=left)
-        found = wide.clustered() if clustered else wide.coloured()
+        found = replace(wide, errors=left).coloured(clustered=clustered)
         return change, found.matrix, found.freedom
 
     def _independent(self, spans: Sequence[slice]) -> Array:
@@ -281,76 +262,32 @@ def scores_of(
     )
 
 
-def noise_left(scores: Scores, weights: Array, by_position: Array) -> tuple[float, ...]:
-    """Root mean square of what is noise in what is left, by record and output, in its unit.
-
-    What errors of the measured position make in the loop, or what nothing before it tells of an
-    error: the more of both.
-
-    Parameters
-    ----------
-    scores : Scores
-    weights : (n,) array
-    by_position : (n, B) array
-        What noise of the position makes of the outputs.
-    """
-    twins, found = weights[:, None] * by_position, []
-    for model, spans in zip(scores.autoregressions, scores.spans, strict=True):
-        for place, variance in enumerate(np.diag(model.variance)):
-            rows = record_rows(spans, place, scores.outputs)
-            used = scores.counted[rows]
-            weight = float(weights[rows][used].max(initial=0.0)) or 1.0
-            by_twins = float(np.mean(twins[rows][used] ** 2)) if used.any() else 0.0
-            found.append(math.sqrt(max(variance, by_twins, 0.0)) / weight)
-    return tuple(found)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MovedByStart:
+def moved_by_start(
+    scores: Scores, starts: Sequence[tuple[slice, Array]], covariance: Array
+) -> tuple[Array, Array]:
     """What parameters would move by if first positions and velocities were free with them.
 
-    Attributes
-    ----------
-    moved, far : (P,) array
-        In their units, and in their deviations; 0 where that matters to none.
-    """
-
-    moved: Array
-    far: Array
-
-
-def moved_by_start(
-    scores: Scores, weights: Array, starts: Sequence[tuple[slice, Array]], covariance: Array
-) -> MovedByStart:
-    """What first positions and velocities move parameters by that are free with them, (k,).
-
-    To first order, by the errors; nothing where that is within a deviation of each.
+    To first order, by the errors, in their units and in their deviations, (k,) each; 0 where that
+    is within a deviation of each.
 
     Parameters
     ----------
     scores : Scores
-    weights : (n,) array
     starts : sequence of (slice, array)
-        Rows of a stretch, and slopes of its errors by its start, (m, 2).
+        Rows of a stretch, and slopes of its weighted errors by its start, of one size, (m, 2).
     covariance : (k, k) array
         Of the parameters, with starts as they are.
     """
-    together, gained, own = [], [], []
-    for rows, slopes in starts:
-        weighed = weights[rows, None] * slopes
-        size = np.linalg.norm(weighed, axis=0)
-        unit = weighed / np.where(size > 0, size, 1.0)
-        counted = scores.curvature[rows, None] * unit
-        together.append(scores.jacobian[rows].T @ counted)
-        gained.append(unit.T @ scores.errors[rows])
-        own.append(unit.T @ counted)
-    if not together:
-        return MovedByStart(*np.zeros((2, len(covariance))))
-    beside = scores.inverse @ np.hstack(together)
-    net = block_diag(*own) - np.hstack(together).T @ beside
-    downhill = beside.T @ (scores.jacobian.T @ scores.errors) - np.concatenate(gained)
+    if not starts:
+        return np.zeros(len(covariance)), np.zeros(len(covariance))
+    counted = [(rows, slopes, scores.curvature[rows, None] * slopes) for rows, slopes in starts]
+    together = np.hstack([scores.jacobian[rows].T @ each for rows, _, each in counted])
+    gained = np.concatenate([slopes.T @ scores.errors[rows] for rows, slopes in starts])
+    beside = scores.inverse @ together
+    net = block_diag(*(slopes.T @ each for _, slopes, each in counted)) - together.T @ beside
+    downhill = beside.T @ (scores.jacobian.T @ scores.errors) - gained
     moved = -beside @ (np.linalg.pinv(net, rcond=MIN_SHOWN.value) @ downhill)
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     far = np.divide(np.abs(moved), deviations, out=np.zeros(len(moved)), where=deviations > 0)
     matters = np.any(far > MIN_MOVED_BY_START)
-    return MovedByStart(moved=moved * matters, far=far * matters)
+    return moved * matters, far * matters

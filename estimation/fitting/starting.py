@@ -1,5 +1,6 @@
-"""Where a fit starts, and whose parameters it searches."""
+"""What a fit is asked for: where it starts, what it follows, and what is free."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -13,6 +14,9 @@ from axisid.estimation.choices import (
     LEAST_SQUARES_START,
     NOMINAL_START,
     OPEN_LOOP,
+    OPEN_LOOP_FIT,
+    OUTPUTS,
+    check_among,
 )
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import JointRecords, check_time, identify
@@ -20,14 +24,13 @@ from axisid.estimation.parameters import (
     GAIN,
     START,
     START_PARAMETERS,
+    ExtendedForm,
+    JointForm,
     Unknowns,
     least_sizes,
-    with_drive_gain,
-    with_gains,
-    with_starts,
 )
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Form, InverseForm
+from axisid.estimation.regression import InverseForm
 from axisid.modeling.declaration import HIDDEN_FROM
 from axisid.modeling.quantities import Parameter, State
 from axisid.support.arrays import Array
@@ -38,27 +41,11 @@ _GAIN = "gain"  # as it is asked for, beside its own name
 _LEAST = 0.1  # of a period, that a time of the drive is searched from
 _METHODS = {INSTRUMENTS_START: "idm-iv", LEAST_SQUARES_START: "idm-ls"}
 
+# 1/unit of the output, or the inverse; with more, rounding hides what another output tells
+_MAX_WEIGHT = 1e20
+
 #: As users give it: a name, parameters, or an estimate.
 StartLike = str | Mapping[str, float] | Estimate
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Searched:
-    """Whose parameters a fit searches.
-
-    Attributes
-    ----------
-    form : Form
-        In the parameters of all records.
-    axes : tuple of GeneratedAxis
-        By record.
-    local : mapping of str to tuple of str
-        Names of each parameter that records have for themselves, by record.
-    """
-
-    form: Form
-    axes: tuple[GeneratedAxis, ...]
-    local: Mapping[str, tuple[str, ...]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,13 +66,9 @@ class FitStart:
     named: str
 
 
-def searched(shared: JointRecords) -> Searched:
-    """The parameters of an axis that records share."""
-    axis, layout = shared.axis, shared.own_layout
-    axes = tuple(shared.axes(axis, layout))
-    if layout is None:
-        return Searched(form=InverseForm(axis), axes=axes, local={})
-    return Searched(form=layout, axes=axes, local=layout.local)
+def searched_form(shared: JointRecords, layout: JointForm | None) -> ExtendedForm:
+    """The parameters of an axis that records share by a layout."""
+    return ExtendedForm.of(layout or InverseForm(shared.axis), shared.axes(shared.axis, layout))
 
 
 def split_free(
@@ -133,12 +116,12 @@ def split_free(
 
 
 def with_free(
-    whose: Searched,
+    form: ExtendedForm,
     names: Sequence[str],
     outputs: Sequence[str],
     known: Mapping[str, object],
     records: Sequence[Record],
-) -> Searched:
+) -> ExtendedForm:
     """The same with the gains of drive and law that are free, and with the starts of the loops.
 
     Raises
@@ -147,12 +130,22 @@ def with_free(
         The law has no gains that could change, or the drive none that a fit could search.
     UsageError
         They are none of the law's gains, or known of the records; or the output is one without a
-        law.
+        law, or of a force column.
     """
-    names, whose = _with_drive_gain(whose, names, outputs, records)
-    if not names:
-        return whose
-    if OPEN_LOOP in outputs:
+    law = form.axes[0].axis.control
+    of_law = () if law is None else tuple(law.gains)
+    if {_GAIN, GAIN} & {*names} - {*of_law}:
+        by_force = OPEN_LOOP in outputs and any(r.control is None for r in records)
+        if FORCE in outputs or by_force:
+            raise UsageError(
+                "the drive gain cannot be free where a fit follows, or is driven by, a force "
+                "column, which is behind it; follow the control or the position, or see what "
+                "identify says of that column.",
+                code="free",
+            )
+        form = form.with_drive_gain()
+        names = [n for n in names if n in of_law or n not in (_GAIN, GAIN)]
+    if names and OPEN_LOOP in outputs:
         raise UsageError(
             f"{', '.join(names)} cannot be free in an open loop, which has no law, and a start of "
             "its own in each window; follow the control or the position.",
@@ -164,43 +157,17 @@ def with_free(
             "out.",
             code="free",
         )
-    law = whose.axes[0].axis.control
-    gains = () if law is None else tuple(law.gains)
-    if starts := [n for n in names if n in (START, *START_PARAMETERS) and n not in gains]:
-        others = [n for n in names if n not in starts]
-        found = with_free(whose, others, outputs, known, records)
-        form = with_starts(found.form, found.axes, records, starts)
-        return replace(found, form=form, local={**found.local, **form.local})
-    if law is not None and law.gains and (others := [n for n in names if n not in law.gains]):
+    starts = [n for n in names if n in (START, *START_PARAMETERS) and n not in of_law]
+    gains = [n for n in names if n not in starts]
+    if law is not None and of_law and (others := [n for n in gains if n not in of_law]):
         raise UsageError(
             f"there is no gain {quoted(others[0])} to be free; control law {law.name!r} has "
-            f"{', '.join(law.gains)}. Beside gains of the law there are {_GAIN}, lag and delay of "
-            f"the drive, {START}, "
-            f"{' and '.join(START_PARAMETERS)}.",
+            f"{', '.join(of_law)}. Beside gains of the law there are {_GAIN}, lag and delay of "
+            f"the drive, {START}, {' and '.join(START_PARAMETERS)}.",
             code="free",
         )
-    return replace(whose, form=with_gains(whose.form, whose.axes, names))
-
-
-def _with_drive_gain(
-    whose: Searched, names: Sequence[str], outputs: Sequence[str], records: Sequence[Record]
-) -> tuple[Sequence[str], Searched]:
-    """What else is free, and the same with the gain of the drive if that is among what is asked."""
-    law = whose.axes[0].axis.control
-    of_law = () if law is None else tuple(law.gains)
-    asked = [n for n in names if n in (_GAIN, GAIN) and n not in of_law]
-    if not asked:
-        return names, whose
-    by_force = OPEN_LOOP in outputs and any(r.control is None for r in records)
-    if FORCE in outputs or by_force:
-        raise UsageError(
-            "the drive gain cannot be free where a fit follows, or is driven by, a force column, "
-            "which is behind it; follow the control or the position, or see what identify says of "
-            "that column.",
-            code="free",
-        )
-    form = with_drive_gain(whose.form, whose.axes)
-    return [n for n in names if n not in asked], replace(whose, form=form)
+    form = form.with_gains(gains) if gains else form
+    return form.with_starts(records, starts) if starts else form
 
 
 def check_remembered(
@@ -213,23 +180,21 @@ def check_remembered(
     UsageError
         A parameter of a state's equation starts at 0, and nothing tells how large it is.
     """
-    laws = [law for state in states for law in state.laws]
-    inside = {str(symbol) for law in laws for symbol in law.free_symbols}
-    for begun in begins:
-        known = np.where(unknowns.has_prior, unknowns.prior, 0.0)
-        largest = np.max(np.abs([begun.physical, begun.size, known]), axis=0)
-        lost = unknowns.free & (largest == 0)
-        if names := [n for n, at in zip(unknowns.names, lost, strict=True) if at and n in inside]:
-            raise UsageError(
-                f"{names[0]} starts at 0, and what the friction remembers follows by it, so that "
-                "nothing tells its size; give its parameter a nominal value of about that size, or "
-                "a prior.",
-                code="fit",
-            )
+    inside = {str(each) for state in states for law in state.laws for each in law.free_symbols}
+    known = np.where(unknowns.has_prior, unknowns.prior, 0.0)
+    sizes = np.abs([[begun.physical, begun.size, known] for begun in begins]).max(axis=1)
+    lost = unknowns.free & (sizes.min(axis=0) == 0)
+    if names := [n for n, at in zip(unknowns.names, lost, strict=True) if at and n in inside]:
+        raise UsageError(
+            f"{names[0]} starts at 0, and what the friction remembers follows by it, so that "
+            "nothing tells its size; give its parameter a nominal value of about that size, or "
+            "a prior.",
+            code="fit",
+        )
 
 
 def starts_from(
-    asked: StartLike, shared: JointRecords, form: Form, model: Form, gain: str
+    asked: StartLike, shared: JointRecords, form: ExtendedForm, gain: str
 ) -> tuple[list[FitStart], list[str]]:
     """Starts in the order in which they are tried, and why others came to nothing.
 
@@ -238,10 +203,8 @@ def starts_from(
     asked : str, mapping of str to float or Estimate
         Of a name of `FIT_STARTS`: that, and those that follow it.
     shared : JointRecords
-    form : Form
+    form : ExtendedForm
         Of all that is searched.
-    model : Form
-        Of the parameters without gains of the law.
     gain : str
         As `identify` takes it.
 
@@ -250,7 +213,7 @@ def starts_from(
     UsageError
         What is asked for is none of them, or parameters are none of the fit's.
     """
-    names = [q.name for q in model.physical_quantities]
+    names = [q.name for q in form.of_model.physical_quantities]
     size = np.maximum(np.abs(form.start), least_sizes(form))
     others = form.start[len(names) :], size[len(names) :]
     nominal = FitStart(physical=form.start, size=size, named=NOMINAL_START)
@@ -306,7 +269,7 @@ def _of_estimate(
     )
 
 
-def _given(asked: Mapping[str, float], form: Form) -> Array:
+def _given(asked: Mapping[str, float], form: ExtendedForm) -> Array:
     found, names = form.start.copy(), [q.name for q in form.physical_quantities]
     for name, value in asked.items():
         if name not in names or not (is_real(value) and np.isfinite(value)):
@@ -317,3 +280,52 @@ def _given(asked: Mapping[str, float], form: Form) -> Array:
             )
         found[names.index(name)] = value
     return found
+
+
+def checked_outputs(given: object) -> tuple[str, ...]:
+    """What is followed, once each."""
+    names = tuple(given) if isinstance(given, (tuple, list)) else (given,)
+    check_among(*(("output", name, OUTPUTS) for name in names))
+    found = tuple(dict.fromkeys(map(str, names)))
+    if not found:
+        raise UsageError(
+            f"there is no output to follow; choose from {', '.join(OUTPUTS)}.",
+            code="fit",
+        )
+    if OPEN_LOOP in found and len(found) > 1:
+        raise UsageError(
+            f"{', '.join(found)} cannot be followed together: an open loop has the recorded "
+            "control, and the others are of a loop with its law. Leave open-loop out, or fit it "
+            "by itself.",
+            code="fit",
+        )
+    return found
+
+
+def checked_horizon(given: object, outputs: Sequence[str]) -> float | None:
+    """Length of an open loop's windows, s, where it is asked for."""
+    if given is None:
+        return None
+    if not (is_real(given) and 0 < given < math.inf):
+        raise UsageError(f"the horizon is {quoted(given)}; give a positive time, s.", code="fit")
+    if OPEN_LOOP not in outputs:
+        raise UsageError(
+            f"a horizon is given, and the {' and '.join(outputs)} of a loop has no windows; "
+            f"leave it out, or follow {OPEN_LOOP_FIT}.",
+            code="fit",
+        )
+    return float(given)
+
+
+def checked_weights(given: Mapping[str, float] | None, outputs: Sequence[str]) -> tuple[float, ...]:
+    """Weights of the outputs, NaN where none is given."""
+    told, most = given or {}, _MAX_WEIGHT
+    for name, weight in told.items():
+        if not (name in outputs and is_real(weight) and 1 / most <= float(weight) <= most):
+            raise UsageError(
+                f"the weight of {quoted(name)} is {quoted(weight)}; the fit follows "
+                f"{' and '.join(outputs)}: give of one of these the inverse of the deviation that "
+                f"its errors have, a number from {1 / most:g} to {most:g}.",
+                code="fit",
+            )
+    return tuple(float(told.get(name, math.nan)) for name in outputs)

@@ -18,6 +18,7 @@ from scipy.special import ndtri, stdtrit
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law
+from axisid.estimation.parameters import ExtendedForm, axis_at
 from axisid.estimation.predictions import Predictions, record_rows
 from axisid.estimation.problems import noise_free_record
 from axisid.estimation.records import Record
@@ -50,14 +51,17 @@ class RecordLoops:
     quiet: Record
 
     @classmethod
-    def at(cls, axis: GeneratedAxis, record: Record, physical: Array) -> "RecordLoops":
-        """Simulate the loops of a record, and measure its noise.
+    def at(
+        cls, form: ExtendedForm, found: Array, place: int, axis: GeneratedAxis, record: Record
+    ) -> "RecordLoops":
+        """Simulate the loops of the record at a place with parameters (P,), and measure its noise.
 
         Raises
         ------
         EstimationError
             There are too few rows, or its loops cannot be simulated.
         """
+        axis, physical = axis_at(axis, form, found), form.own(found, place)
         # Friction that remembers has no rows near turns that others would do without.
         prefilter = Prefilter(reversals="keep" if axis.states else None)
         data = FilteredRecord.bind(axis, record, prefilter)
@@ -154,39 +158,14 @@ def calibrated_covariance(scores: Scores, errors: Array, moved: Array, left: Arr
     return np.asarray(np.cov((apart * own).T).reshape(len(own), -1))
 
 
-_PERCENT = 0.01
+PERCENT = 0.01
 _TWINS = 8
 _LEVEL = 0.975  # at which eight twins are as sure as the normal law has it
 
 
-def moves_per_percent(
-    predictions: Predictions, physical: Array, influence: Array
-) -> tuple[Mapping[str, Array], ...]:
-    """What each term of a record's law, 1 % larger, moves the parameters by, (P,), by its gains.
-
-    Parameters
-    ----------
-    predictions : Predictions
-    physical : (P,) array
-        The estimate.
-    influence : (P, n) array
-        Of the errors on the estimate.
-
-    Returns
-    -------
-    tuple of mapping of str to (P,) array
-        By record.
-    """
-    slopes = predictions.slopes_by_law(physical)
-    return tuple(
-        {name: -_PERCENT * (influence[:, rows] @ slope[rows]) for name, slope in slopes.items()}
-        for rows in map(record_rows, predictions.spans)
-    )
-
-
 def factors_in_twins(
     law: LawCheck | Missing, loops: RecordLoops | Missing, found: FoundGains
-) -> list[Mapping[str, float]]:
+) -> Sequence[Mapping[str, float]]:
     """Factors that the law has in twins, which are under the declared one; none without twins.
 
     A control that answers to noise within a sample is no sum of its terms, and HAC deviations know
@@ -199,21 +178,21 @@ def factors_in_twins(
         Of the record.
     found : FoundGains
     """
-    if not isinstance(law, LawCheck) or not law.factors:
-        return []
-    if isinstance(loops, Missing) or loops.chain.is_silent:
+    told = {} if isinstance(law, Missing) else law.factors
+    if not told or isinstance(loops, Missing) or loops.chain.is_silent:
         return []
     twins = loops.twins(loops.chain, _TWINS, paired=False)
     checked = (check_found_law(loops.data.axis, twin, found) for twin in twins)
     every = [each.factors for each in checked if isinstance(each, LawCheck)]
-    told: list[Mapping[str, float]] = [f for f in every if f.keys() == law.factors.keys()]
-    return told if 2 * len(told) >= _TWINS else []
+    same = [factors for factors in every if factors.keys() == told.keys()]
+    return same if 2 * len(same) >= _TWINS else []
 
 
 def move_by_record(
     of_records: Sequence[Mapping[str, Array]],
     laws: Sequence[LawCheck | Missing],
-    in_twins: Sequence[Sequence[Mapping[str, float]]] = (),
+    every: Sequence[RecordLoops | Missing],
+    found: FoundGains,
 ) -> tuple[Array, Array] | None:
     """What the law as the records have it, less the declared one, moves the parameters by, (P,).
 
@@ -223,10 +202,11 @@ def move_by_record(
     Parameters
     ----------
     of_records : sequence of mapping of str to (P,) array
-        As `moves_per_percent` has it.
+        Of each term, 1 % larger, by its gains.
     laws : sequence of LawCheck or Missing
-    in_twins : sequence of sequence of mapping of str to float
-        Factors in each record's twins; by HAC where there are none.
+    every : sequence of RecordLoops or Missing
+        Of the records, whose twins tell how sure the factors are; HAC does where there are none.
+    found : FoundGains
 
     Returns
     -------
@@ -243,22 +223,18 @@ def move_by_record(
         return None
     mean = {name: float(np.mean([each[name] for each in telling])) for name in names}
     moved, variances = [], []
-    every = zip(of_records, told, laws, in_twins or [[]] * len(laws), strict=True)
-    for moves, factors, law, twins in every:
-        of_twins = [_moved_by(moves, each) for each in twins]
-        by_chance = np.mean(of_twins, axis=0) if twins else 0.0
-        moved.append(_moved_by(moves, factors or mean) - by_chance)
+    for moves, factors, law, loops in zip(of_records, told, laws, every, strict=True):
+        twins = factors_in_twins(law, loops, found)
+        every_factor = np.array([[f[n] for n in names] for f in (factors or mean, *twins)])
+        slopes = np.array([moves[n] for n in names]) / PERCENT
+        own, *of_twins = (every_factor - 1) @ slopes
         if twins:
             count = len(twins)
+            own = own - np.mean(of_twins, axis=0)
             widened = (1 + 1 / count) * (stdtrit(count - 1, _LEVEL) / ndtri(_LEVEL)) ** 2
             variances.append(widened * np.var(of_twins, axis=0, ddof=1))
         elif isinstance(law, LawCheck):
-            sure = [moves[n] * law.deviations.get(n, 0.0) / _PERCENT for n in names]
-            variances.append(np.sum(np.square(sure), axis=0))
+            sure = np.array([law.deviations.get(n, 0.0) for n in names])
+            variances.append(sure**2 @ slopes**2)
+        moved.append(own)
     return np.asarray(np.sum(moved, axis=0)), np.sqrt(np.sum(variances, axis=0))
-
-
-def _moved_by(moves: Mapping[str, Array], factors: Mapping[str, float]) -> Array:
-    return np.asarray(
-        np.sum([moves[name] * (factors[name] - 1) / _PERCENT for name in moves], axis=0)
-    )

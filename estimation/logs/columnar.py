@@ -12,10 +12,12 @@ JSON may be arrays by name, a list of records, rows of cells, or one record in a
 import io
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from axisid.estimation.logs.text import NoStampsError, is_stamp, stamp_seconds
@@ -31,8 +33,8 @@ from axisid.estimation.tables import (
 from axisid.support.errors import DataError, UsageError
 from axisid.support.memory import Room
 
-_UNIT_KEYS = (b"unit", b"units", b"Unit")
-_BATCH = 65_536  # rows that are unfolded before they are counted
+#: Cells and unit of a column.
+_Cells = tuple[Sequence[Any], str]
 
 
 def read_npz(file: Path, content: bytes, room: Room) -> Table:
@@ -52,21 +54,13 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         code="log-file",
     )
     with refusing(damaged), np.load(io.BytesIO(content), allow_pickle=False) as archive:
-        units = _units(archive)
+        units = {}
+        with suppress(KeyError, ValueError):
+            units = msgspec.json.decode(str(archive[UNITS_ENTRY]), type=dict[str, str])
         for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
             room.take(entry.file_size)
             _add_entry(found, name, archive, units)
     return found.table(str(file), advice="save vectors of them with numpy.savez")
-
-
-def _units(archive: Any) -> Mapping[str, str]:
-    """Units by name, where the archive has them as JSON, as those that axisid writes."""
-    try:
-        told = json.loads(str(archive[UNITS_ENTRY])) if UNITS_ENTRY in archive.files else {}
-    except ValueError:
-        return {}
-    pairs = told.items() if isinstance(told, dict) else ()
-    return {name: unit for name, unit in pairs if isinstance(unit, str)}
 
 
 def _add_entry(found: TableBuilder, name: str, archive: Any, units: Mapping[str, str]) -> None:
@@ -96,18 +90,16 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
     batches = []
     damaged = DataError(f"{file} cannot be read as a Parquet file", code="log-file")
     with refusing(damaged), parquet.ParquetFile(io.BytesIO(content)) as opened:
-        for batch in opened.iter_batches(batch_size=_BATCH):
+        for batch in opened.iter_batches():
             room.take(2 * batch.nbytes)  # its columns are put together anew
             batches.append(batch)
         table = arrow.Table.from_batches(batches, opened.schema_arrow).flatten()
     found = TableBuilder(room=room)
     split = split_labels(table.schema.names)
     for field, values, (name, unit) in zip(table.schema, table.columns, split, strict=True):
-        metadata = field.metadata or {}
-        own = next(
-            (metadata[k].decode(errors="replace") for k in _UNIT_KEYS if k in metadata), unit
-        )
-        found.add(name, values.to_numpy(), unit=own, label=field.name)
+        told = {**(field.metadata or {})}
+        own = told.get(b"unit") or told.get(b"units") or told.get(b"Unit") or unit.encode()
+        found.add(name, values.to_numpy(), unit=own.decode(errors="replace"), label=field.name)
     return found.table(str(file))
 
 
@@ -121,16 +113,17 @@ def read_frame(frame: object) -> Table:
     DataError
         Names occur twice.
     """
-    source = f"a {type(frame).__name__}"
     if isinstance(frame, Mapping):
         arrays = [(str(name), _array(str(name), values)) for name, values in frame.items()]
     else:
         arrays = _frame_arrays(frame)
-    labels = [label for label, _ in arrays]
     found = TableBuilder()
-    for (name, unit), (label, values) in zip(split_labels(labels), arrays, strict=True):
+    split = split_labels([label for label, _ in arrays])
+    for (name, unit), (label, values) in zip(split, arrays, strict=True):
         found.add(name, values, unit=unit, label=label)
-    return found.table(source, missing=_index(frame))
+    index = [str(name) for name in getattr(getattr(frame, "index", None), "names", ()) if name]
+    said = f"Its index {', '.join(index)} is no column; give log.reset_index()." if index else ""
+    return found.table(f"a {type(frame).__name__}", missing=said)
 
 
 def _array(name: str, values: object) -> np.ndarray[Any, Any]:
@@ -170,17 +163,8 @@ def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:
         ) from error
 
 
-def _index(frame: object) -> str:
-    """What is said of the index of a pandas dataframe, which is no column."""
-    names = [str(name) for name in getattr(getattr(frame, "index", None), "names", ()) if name]
-    if not names:
-        return ""
-    return f"Its index {', '.join(names)} is no column; give log.reset_index()."
-
-
 #: Bytes that a byte of JSON takes as Python's objects, in arrays and in records of short numbers.
 _UNFOLDED, _UNFOLDED_RECORDS = 12, 28
-_ADVICE = "give arrays by name, or a list of records with a name for each number"
 _DEEPEST = 8  # names below one another
 
 
@@ -194,8 +178,7 @@ def read_json(file: Path, content: bytes, room: Room) -> Table:
     """
     records = content.count(b"{") > 1 + content.count(b"[")
     room.take((_UNFOLDED_RECORDS if records else _UNFOLDED) * len(content))
-    found = _decoded(file, content)
-    return _table(file, _columns(found), room)
+    return _table(file, _decoded(file, content), room)
 
 
 def read_json_lines(file: Path, content: bytes, room: Room) -> Table:
@@ -207,9 +190,8 @@ def read_json_lines(file: Path, content: bytes, room: Room) -> Table:
         A line is no JSON: which; or as `read_json`.
     """
     room.take(_UNFOLDED_RECORDS * len(content))
-    lines = [(n, line) for n, line in enumerate(content.splitlines(), 1) if line.strip()]
-    records = [_decoded(file, line, number) for number, line in lines]
-    return _table(file, _columns(records), room)
+    lines = enumerate(content.splitlines(), 1)
+    return _table(file, [_decoded(file, line, n) for n, line in lines if line.strip()], room)
 
 
 def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
@@ -227,96 +209,70 @@ def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
         ) from error
 
 
-def _columns(found: Any) -> dict[str, tuple[Sequence[Any], str]]:
-    """Cells and unit by name; empty where there are none."""
-    if isinstance(found, Mapping):
-        names, lists = found.get("columns"), found.get("data")
-        if isinstance(names, list) and isinstance(lists, list):
-            return _of_lists([names, *lists])
-        return dict(_of_arrays(found))
-    if not isinstance(found, list) or not found:
-        return {}
-    return dict(_of_arrays({"": found})) if _are(Mapping, found) else _of_lists(found)
+def _columns(found: Any, name: str = "") -> Iterable[tuple[str, _Cells]]:
+    """Columns by name of what JSON holds, with a dot between names below one another."""
+    if isinstance(found, list) and found and all(isinstance(each, Mapping) for each in found):
+        records = [dict(_leaves(record)) for record in found]
+        for own in dict.fromkeys(own for record in records for own in record):
+            yield f"{name}.{own}".lstrip("."), ([record.get(own) for record in records], "")
+    elif isinstance(found, list) and name:
+        yield name, (found, "")
+    elif isinstance(found, list) and found and isinstance(found[0], list):
+        yield from _of_lists(found)
+    elif isinstance(found, Mapping) and name.count(".") < _DEEPEST:
+        names, cells = found.get("columns"), found.get("values", found.get("data"))
+        if isinstance(names, list) and isinstance(cells, list):
+            yield from _of_lists([names, *cells])
+        elif name and isinstance(cells, list):  # an array with its unit
+            yield name, (cells, str(found.get("unit") or ""))
+        elif (
+            name and found and all(str(place).isdecimal() for place in found)
+        ):  # as pandas writes them
+            yield name, ([*found.values()], "")
+        else:
+            for key, value in found.items():
+                yield from _columns(value, f"{name}.{key}".lstrip("."))
 
 
-def _are(kind: type, found: Any) -> bool:
-    return isinstance(found, list) and bool(found) and all(isinstance(e, kind) for e in found)
-
-
-def _of_arrays(found: Mapping[str, Any]) -> Iterable[tuple[str, tuple[Sequence[Any], str]]]:
-    """Arrays by name; of records those of their names, where what a record lacks is empty."""
-    for name, value in _leaves(found, is_leaf=_is_column):
-        if _are(Mapping, value):
-            flat = [dict(_leaves(record)) for record in value]
-            for own in dict.fromkeys(own for record in flat for own in record):
-                yield f"{name}.{own}".lstrip("."), ([record.get(own) for record in flat], "")
-        elif isinstance(value, list):
-            yield name, (value, "")
-        elif isinstance(value, Mapping) and _is_column(value):
-            inner = value.get("values", value.get("data"))
-            unit = str(value.get("unit") or "") if isinstance(inner, list) else ""
-            yield name, (inner if isinstance(inner, list) else [*value.values()], unit)
-
-
-def _is_column(value: Mapping[str, Any]) -> bool:
-    """Whether it is an array with its unit, or cells by their numbers, as pandas writes them."""
-    numbered = bool(value) and all(str(place).isdecimal() for place in value)
-    return numbered or isinstance(value.get("values", value.get("data")), list)
-
-
-def _leaves(
-    found: Mapping[str, Any],
-    above: str = "",
-    depth: int = 0,
-    is_leaf: Callable[[Mapping[str, Any]], bool] = lambda _: False,
-) -> Iterable[tuple[str, Any]]:
-    """What lies below names, with a dot between these."""
+def _leaves(found: Mapping[str, Any], above: str = "") -> Iterable[tuple[str, Any]]:
+    """What lies below the names of a record, with a dot between these."""
     for key, value in found.items():
-        nested = isinstance(value, Mapping) and depth < _DEEPEST
-        if nested and not is_leaf(value):
-            yield from _leaves(value, f"{above}{key}.", depth + 1, is_leaf)
+        if isinstance(value, Mapping) and above.count(".") < _DEEPEST:
+            yield from _leaves(value, f"{above}{key}.")
         else:
             yield f"{above}{key}", value
 
 
-def _of_lists(lists: Sequence[Any]) -> dict[str, tuple[Sequence[Any], str]]:
+def _of_lists(lists: Sequence[Any]) -> Iterable[tuple[str, _Cells]]:
     """Columns of rows of cells, whose first may be their names."""
-    first = lists[0] if isinstance(lists[0], list) else []
+    first = lists[0]
     named = bool(first) and all(isinstance(c, str) and not is_stamp(c) for c in first)
     names = first if named else [f"#{k}" for k in range(1, len(first) + 1)]
     body = lists[1:] if named else lists
-    if not all(isinstance(row, list) and len(row) == len(names) for row in body):
-        return {}
-    return {name: ([row[k] for row in body], "") for k, name in enumerate(names)}
+    if all(isinstance(row, list) and len(row) == len(names) for row in body):
+        yield from ((name, ([row[k] for row in body], "")) for k, name in enumerate(names))
 
 
-def _table(file: Path, columns: Mapping[str, tuple[Sequence[Any], str]], room: Room) -> Table:
-    found = TableBuilder(room=room)
+def _table(file: Path, document: Any, room: Room) -> Table:
+    found, columns = TableBuilder(room=room), dict(_columns(document))
     for label, (name, written) in zip(columns, split_labels([*columns]), strict=True):
         cells, unit = columns[label]
-        stamps = _stamps(cells)
-        values, note = (_values(cells), "") if stamps is None else stamps
-        found.add(name, values, unit="s" if note else unit or written, label=label)
-        found.note(name, f"{name}: {note}" if note else "")
-    return found.table(str(file), advice=_ADVICE)
+        values, note = _values(cells)
+        said = f"{name}: {note}" if note else ""
+        found.add(name, values, unit="s" if note else unit or written, label=label, note=said)
+    advice = "give arrays by name, or a list of records with a name for each number"
+    return found.table(str(file), advice=advice)
 
 
-def _values(cells: Sequence[Any]) -> np.ndarray[Any, Any]:
-    """Numbers, nan where there is none; else the cells as texts."""
+def _values(cells: Sequence[Any]) -> tuple[np.ndarray[Any, Any], str]:
+    """Numbers, nan where there is none, or seconds of time stamps with what was assumed of them.
+
+    Else the cells as texts.
+    """
     if all(cell is None or isinstance(cell, (int, float)) for cell in cells):
-        try:
-            return np.array([math.nan if cell is None else float(cell) for cell in cells])
-        except OverflowError:
-            pass
-    return np.array(["" if cell is None else str(cell) for cell in cells])
-
-
-def _stamps(cells: Sequence[Any]) -> tuple[np.ndarray[Any, Any], str] | None:
-    """Seconds of time stamps and what was assumed; None for what are none."""
-    if not all(cell is None or (isinstance(cell, str) and is_stamp(cell)) for cell in cells):
-        return None
-    texts = [cell or "" for cell in cells]
-    try:
-        return stamp_seconds(texts) if any(texts) else None
-    except NoStampsError:
-        return None
+        with suppress(OverflowError):
+            return np.array([math.nan if cell is None else float(cell) for cell in cells]), ""
+    elif any(cells) and all(cell is None or isinstance(cell, str) for cell in cells):
+        with suppress(NoStampsError):
+            return stamp_seconds([cell or "" for cell in cells])
+    return np.array(["" if cell is None else str(cell) for cell in cells]), ""

@@ -1,28 +1,31 @@
-"""The formats of logs, and what packs them: a row for each.
+"""A log of any format as a table: the formats, and what packs them, a row for each.
 
 A new format is a reader in a file of its own and a row.
 """
 
 import gzip
 import io
+import os
+import re
+import stat
 from collections.abc import Callable
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from axisid.estimation.tables import Table, library, refusing
+from axisid.estimation.logs.text import read_text
+from axisid.estimation.tables import Repair, Table, library, refusing
 from axisid.support.errors import DataError
-from axisid.support.memory import Room
+from axisid.support.files import changed, digest_of, read_whole, stamps
+from axisid.support.memory import SHORTER_FILES, Room, room_for
 
-from .columnar import read_json, read_json_lines, read_npz, read_parquet
+from .columnar import read_frame, read_json, read_json_lines, read_npz, read_parquet
 from .matlab import read_matlab
-from .measurement import read_bag, read_mdf, read_tdms
-
-_PIECE = 1 << 20  # bytes that are unpacked before they are counted
+from .measurement import bag_of, is_bag, read_bag, read_mdf, read_tdms
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Packing:
+class Packing(NamedTuple):
     """A way to pack a file.
 
     Attributes
@@ -42,24 +45,21 @@ class Packing:
 
 def _zstd(file: Path, content: Any) -> Any:
     """By Python itself from 3.14 on, else by one of two libraries."""
+    every_frame = {"read_across_frames": True}
     ways: tuple[tuple[str, Callable[[Any], Any]], ...] = (
         ("compression.zstd", lambda m: m.open(content)),
-        ("zstandard", lambda m: m.ZstdDecompressor().stream_reader(content, **_EVERY_FRAME)),
+        ("zstandard", lambda m: m.ZstdDecompressor().stream_reader(content, **every_frame)),
         ("pyarrow", lambda m: m.CompressedInputStream(m.PythonFile(content, "r"), "zstd")),
     )
     for name, opened in ways:
-        try:
+        with suppress(DataError):
             return opened(library(name, "zstd", file))
-        except DataError:
-            continue
     raise DataError(
         f"{file} is compressed by zstd, which needs the library zstandard or pyarrow; run: pip "
         "install zstandard (or axisid with the extra zstd), or unpack it first.",
         code="missing-library",
     )
 
-
-_EVERY_FRAME = {"read_across_frames": True}
 
 PACKINGS = (
     Packing(
@@ -74,8 +74,7 @@ PACKINGS = (
 
 def packing_of(file: Path) -> Packing | None:
     """Return the packing that a file has by its ending."""
-    ending = file.suffix.lower()
-    return next((packing for packing in PACKINGS if packing.ending == ending), None)
+    return next((packing for packing in PACKINGS if packing.ending == file.suffix.lower()), None)
 
 
 def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: bool) -> bytes:
@@ -100,7 +99,7 @@ def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: 
     pieces = []
     damaged = DataError(f"{file} cannot be unpacked (unpack or compress it anew)", code="log-file")
     with refusing(damaged), packing.opened(file, io.BytesIO(content)) as stream:
-        while piece := stream.read(_PIECE):
+        while piece := stream.read(1 << 20):
             room.take(2 * len(piece))  # by itself and joined
             if text:
                 room.take_text(piece)
@@ -222,21 +221,160 @@ FORMATS = (
         extra="rosbags",
     ),
 )
-_TEXT = FORMATS[0]
 
 
 def format_of(file: Path) -> Format:
     """Return the format that a file has by its ending; any that no other has is text's."""
-    ending = file.suffix.lower()
-    return next((each for each in FORMATS if ending in each.endings), _TEXT)
+    return next((each for each in FORMATS if file.suffix.lower() in each.endings), FORMATS[0])
 
 
 def log_endings() -> tuple[str, ...]:
     """Return the endings by which a file is known to be a log."""
-    packed = (packing.ending for packing in PACKINGS)
-    return (*(ending for each in FORMATS for ending in each.endings), *packed)
+    own = (ending for each in FORMATS for ending in each.endings)
+    return (*own, *(packing.ending for packing in PACKINGS))
 
 
 def format_endings() -> str:
     """Return the endings of what is no text, one of each format, for a sentence."""
     return ", ".join(each.endings[0] for each in FORMATS if not each.is_text)
+
+
+_ASK = "give the file the ending "
+_JSON = rb'(\xef\xbb\xbf)?\s*(\{\s*"|\[\s*[\[{])'
+#: What first bytes are like of what is no log, what such a file is, and what to do.
+_NO_LOGS: tuple[tuple[bytes, str, str], ...] = (
+    (rb"PK\x03\x04.*\bxl/", "an Excel workbook", "save the sheet of the log as CSV"),
+    (rb"\x93NUMPY", "a NumPy array", "save the columns with numpy.savez, as .npz"),
+    (rb"\xd0\xcf\x11\xe0", "an old Excel or Office file", "save its sheet as CSV"),
+    (rb"%PDF", "a PDF document", "give the log itself"),
+    (rb"\x89PNG|\xff\xd8\xff", "a picture", "give the log itself"),
+    (rb"7z\xbc\xaf|Rar!", "an archive", "unpack it and give the log"),
+    (rb"BZh|\xfd7zXZ\0", "compressed by bzip2 or xz", "unpack it first"),
+    (rb"\{\\rtf", "a word processor's document", "save the table as CSV"),
+    (rb"(\xef\xbb\xbf)?\s*<(!doctype )?html", "a page in HTML", "export the log itself as CSV"),
+    (rb"(\xef\xbb\xbf)?\s*<\?xml", "an XML document", "export the log as CSV"),
+    (_JSON + rb'.*"axisid\.', "a result of axisid in JSON", "give the log that it was found from"),
+)
+
+
+def read_table(
+    log: str | Path | object, *, drop_tail: bool = False, max_memory: float | None = None
+) -> Table:
+    """Read all columns of a log, whatever its format; see `read_record` and `Repairs.tail`."""
+    if isinstance(log, (str, Path)):
+        table = _read_file(Path(log), room_for(log, max_memory), drop_tail=drop_tail)
+        table = replace(table, source=str(log))
+    else:
+        table = read_frame(log)
+    if drop_tail and not table.repairs:
+        said = "nothing left out at the end: that is done in delimited text alone"
+        table = replace(table, repairs=(Repair(kind="tail", count=0, text=said),))
+    return table
+
+
+def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
+    bag = is_bag(file)
+    _check_regular(file, folder=bag)
+    reader = read_bag if bag else format_of(file).read_file
+    try:
+        _check_kind(file)
+        if reader is not None:
+            whole = bag_of(file) if reader is read_bag else file
+            before = stamps(whole)
+            table = reader(file, room)
+            sha256 = digest_of(list(before))
+            if stamps(whole) != before:
+                raise changed(file)
+        else:
+            room.take(file.stat().st_size)
+            content, sha256 = read_whole(file)
+            table = _parsed(file, content, room, drop_tail=drop_tail)
+    except OSError as error:
+        raise DataError(f"{file} cannot be read: {error.strerror}. Check the path.") from error
+    except MemoryError as error:
+        raise DataError(
+            f"{file} cannot be read: there is not enough memory for it. {SHORTER_FILES}.",
+            code="memory",
+        ) from error
+    return replace(table, sha256=sha256, path=os.path.abspath(file))
+
+
+def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table:
+    """The table of a file's content, unpacked where it is compressed."""
+    packing = packing_of(file)
+    log_format = format_of(Path(file.stem) if packing else file)
+    if packing is not None:
+        if log_format.read_file is not None:
+            raise DataError(f"{file} is read from a file of its own; unpack it first.")
+        content = unpacked(packing, file, content, room, text=log_format.is_text)
+    elif log_format.is_text:
+        room.take_text(content)
+    if log_format.read is None:
+        table = read_text(str(file), content, drop_tail=drop_tail, endings=format_endings())
+    else:
+        table = log_format.read(file, content, room)
+    notes = (f"unpacked by {packing.name}",) if packing else ()
+    return replace(table, notes=(*notes, *table.notes))
+
+
+def _check_regular(file: Path, *, folder: bool) -> None:
+    """Refuse what is there but is no file with an end, such as a pipe, and no folder that may be.
+
+    Raises
+    ------
+    DataError
+        It is not a regular file or a folder, or there is none.
+    """
+    try:
+        mode = file.stat().st_mode
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else str(error)
+        where = "" if file.is_absolute() else f" ({Path.cwd() / file})"
+        raise DataError(
+            f"{file} cannot be read: {why}{where}. Check the path.", code="log-file"
+        ) from error
+    is_folder = stat.S_ISDIR(mode)
+    if not (stat.S_ISREG(mode) or (folder and is_folder)):
+        what = "a folder, and no ROS 2 bag" if is_folder else "a pipe, a device or a socket"
+        raise DataError(
+            f"{file} is no regular file but {what}; give the file of the log.", code="log-file"
+        )
+
+
+def _check_kind(file: Path) -> None:
+    """Refuse a file whose first bytes are those of another format than its ending says.
+
+    Raises
+    ------
+    DataError
+        It says what the file is, and what to do.
+    """
+    if file.is_file():
+        with file.open("rb") as stream:
+            found = _kind(file, stream.read(4096))
+        if found is not None:
+            kind, advice = found
+            raise DataError(f"{file} is {kind} by its content; {advice}.", code="log-file")
+
+
+def _kind(file: Path, head: bytes) -> tuple[str, str] | None:
+    """What a file is and what to do, where that is surely not what its ending says."""
+    named, packing = format_of(file), packing_of(file)
+    for pattern, kind, advice in _NO_LOGS:
+        if re.match(pattern, head, re.DOTALL | re.IGNORECASE):
+            return kind, advice
+    for log_format in FORMATS:
+        for signature in log_format.signatures:
+            if head.startswith(signature.start):
+                advice = f"{_ASK}{log_format.endings[0]}{signature.provided}"
+                return None if log_format is named else (signature.kind, advice)
+    packed = next((each for each in PACKINGS if head.startswith(each.start)), None)
+    if packed is not None and packed is not packing:
+        return f"compressed by {packed.name}", f"{_ASK}{packed.ending}, as in .csv{packed.ending}"
+    if packing is not None:
+        return None if packed else (f"not compressed by {packing.name}", f"{_ASK}of what it is")
+    if named.is_text and re.match(_JSON, head):
+        return "a JSON document", f"{_ASK}.json, or .jsonl for a record in each line"
+    # A table in text is printable and has lines.
+    is_text = b"\n" in head and all(byte >= 0x20 or byte in b"\t\n\r\f" for byte in head)
+    return ("text", f"{_ASK}.csv") if named.signatures and is_text else None

@@ -16,14 +16,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.estimation.tables import Table, TableBuilder, library, numbered, one_line, refusing
 from axisid.support.errors import DataError
 from axisid.support.memory import Room
-
-_UNITS = ("unit_string", "NI_UnitDescription")
-_LONGEST = 100  # of a warning
-_DOUBLE = 8  # bytes
 
 
 def read_mdf(file: Path, room: Room) -> Table:
@@ -67,7 +64,7 @@ def _mdf_columns(mdf: Any, room: Room) -> TableBuilder:
     found = TableBuilder(room=room)
     for name, group, index in _mdf_names(mdf):
         # Its samples and its times are made before they are seen.
-        room.take(2 * _DOUBLE * mdf.groups[group].channel_group.cycles_nr)
+        room.take(2 * 8 * mdf.groups[group].channel_group.cycles_nr)
         try:
             signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
         except Exception as error:
@@ -77,9 +74,9 @@ def _mdf_columns(mdf: Any, room: Room) -> TableBuilder:
         if invalid is not None and values.dtype.kind in "fiub":
             values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
         clock = np.asarray(signal.timestamps, dtype=np.float64)
-        found.add(name, values, unit=signal.unit or "", clock=clock)
-        if count := 0 if invalid is None else np.count_nonzero(invalid):
-            found.note(name, f"{name}: {count} samples are marked as invalid")
+        count = 0 if invalid is None else np.count_nonzero(invalid)
+        note = f"{name}: {count} samples are marked as invalid" if count else ""
+        found.add(name, values, unit=signal.unit or "", clock=clock, note=note)
     return found
 
 
@@ -112,30 +109,26 @@ def read_tdms(file: Path, room: Room) -> Table:
     DataError
         It is damaged, too large, or npTDMS is not installed.
     """
-    nptdms = library("nptdms", "tdms", file)
+    nptdms, log = library("nptdms", "tdms", file), library("nptdms.log", "tdms", file)
     found = TableBuilder(room=room)
     with refusing(DataError(f"{file} cannot be read as a TDMS file", code="log-file")):
         room.take(file.stat().st_size)
-        with _warnings("nptdms") as warned:
+        with _warnings(log.log_manager.console_handler) as warned:
             content = nptdms.TdmsFile.read(file)
         channels = [c for group in content.groups() for c in group.channels()]
-        starts = [start for channel in channels if (start := _tdms_start(channel)) is not None]
-        origin = np.min(starts) if starts else None
+        starts = (_waveform(channel)[0] for channel in channels)
+        origin = min((start for start in starts if start is not None), default=None)
         for channel in channels:
             _add_channel(found, channel, origin)
     warnings = tuple(f"npTDMS: {warning}" for warning in dict.fromkeys(warned))
     return found.table(str(file), warnings=warnings, advice="record channels of numbers")
 
 
-def _tdms_start(channel: Any) -> np.datetime64 | None:
-    """When a waveform began, if it says so."""
-    start = channel.properties.get("wf_start_time")
-    begun = isinstance(start, np.datetime64) and not np.isnat(start)
-    return start if begun and _increment(channel) > 0 else None
-
-
-def _increment(channel: Any) -> float:
-    return float(channel.properties.get("wf_increment", 0.0))
+def _waveform(channel: Any) -> tuple[np.datetime64 | None, float]:
+    """When a waveform began, if it says so, and its step, s; 0 for none."""
+    start, step = (channel.properties.get(f"wf_{each}") for each in ("start_time", "increment"))
+    begun = step and isinstance(start, np.datetime64) and not np.isnat(start)
+    return start if begun else None, float(step or 0)
 
 
 def _add_channel(found: TableBuilder, channel: Any, origin: np.datetime64 | None) -> None:
@@ -145,49 +138,36 @@ def _add_channel(found: TableBuilder, channel: Any, origin: np.datetime64 | None
     except Exception as error:
         found.pass_over(name, f"what npTDMS cannot read ({one_line(error)})")
         return
-    clock, start, step = None, _tdms_start(channel), _increment(channel)
+    said = channel.properties
+    clock, note, (start, step) = None, "", _waveform(channel)
     if step > 0 and len(channel):
-        begin = float(channel.properties.get("wf_start_offset", 0.0))
-        if start is not None and origin is not None:
+        begin = float(said.get("wf_start_offset", 0.0))
+        if start is not None:
             begin += (start - origin) / np.timedelta64(1, "s")
+        elif origin is not None:
+            note = f"{channel.name}: no wf_start_time, taken to begin with the first waveform"
         clock = begin + step * np.arange(len(channel), dtype=np.float64)
-    unit = next((str(channel.properties[k]) for k in _UNITS if k in channel.properties), "")
-    found.add(name, values, unit=unit, clock=clock)
-    if clock is not None and start is None and origin is not None:
-        said = "no wf_start_time, taken to begin with the first waveform"
-        found.note(name, f"{channel.name}: {said}")
+    unit = str(said.get("unit_string", said.get("NI_UnitDescription", "")))
+    found.add(name, values, unit=unit, clock=clock, note=note)
 
 
 @contextmanager
-def _warnings(name: str) -> Iterator[list[str]]:
+def _warnings(handler: logging.Handler) -> Iterator[list[str]]:
     """What a library logs of a file, which is the user's to know, in place of standard error."""
     found: list[str] = []
-    handler = logging.Handler()
-    handler.emit = lambda record: found.append(  # type: ignore[method-assign]
-        textwrap.shorten(record.getMessage(), _LONGEST)
-    )
-    parts = [own for own in logging.root.manager.loggerDict if own.startswith(f"{name}.")]
-    loggers = [logging.getLogger(own) for own in parts]
-    before = [(logger, logger.handlers[:], logger.propagate) for logger in loggers]
-    for logger in loggers:
-        logger.handlers, logger.propagate = [handler], False
+
+    def kept(record: logging.LogRecord) -> bool:
+        found.append(textwrap.shorten(record.getMessage(), 100))
+        return False
+
+    handler.addFilter(kept)
     try:
         yield found
     finally:
-        for logger, handlers, propagate in before:
-            logger.handlers, logger.propagate = handlers, propagate
+        handler.removeFilter(kept)
 
 
-_EPOCH = 10**17  # ns since 1970, below which a stamp is of a clock of its own: three years
 _JOINT_STATE = "sensor_msgs/msg/JointState"
-_KINDS = ("position", "velocity", "effort")
-_NANOSECOND = 1e-9
-_METADATA = "metadata.yaml"
-_HELD = 1500  # bytes that a message takes beside its own
-
-
-#: Time in ns by the topic's clock, None where the message does not give it; and the JointState.
-_Message = tuple[int | None, Any]
 
 
 def read_bag(path: Path, room: Room) -> Table:
@@ -203,14 +183,24 @@ def read_bag(path: Path, room: Room) -> Table:
         It is damaged, has no such messages or more than there is room for, or rosbags is not
         installed.
     """
-    topics, others = _read(path, room)
-    times = [time for messages, _ in topics.values() for time, _ in messages if time is not None]
-    origin = min(times, default=0)
+    highlevel = library("rosbags.highlevel", "rosbags", path)
+    stores = library("rosbags.typesys", "rosbags", path)
+    with refusing(DataError(f"{path} cannot be read as a ROS bag", code="log-file")):
+        usual = stores.get_typestore(stores.Stores.LATEST)
+        with highlevel.AnyReader([bag_of(path)], default_typestore=usual) as reader:
+            others = sorted({c.msgtype for c in reader.connections})
+            names = dict.fromkeys(c.topic for c in reader.connections if c.msgtype == _JOINT_STATE)
+            topics = {topic: _joints(reader, topic, room) for topic in names}
+    origin = min((int(time) for times, *_ in topics.values() for time in times), default=0)
     found = TableBuilder(room=room)
-    for topic, (messages, note) in topics.items():
+    for topic, (times, note, joints) in topics.items():
         before = f"{topic.strip('/')}." if len(topics) > 1 else ""
-        for name in _add_joints(found, before, messages, origin):
-            found.note(name, f"{topic}: {note}")
+        for name, values in joints.items():
+            rows = sorted(values, key=lambda row: times[row])
+            # Counted in integers first, or a double would lose the nanoseconds.
+            clock = (times[rows] - origin).astype(np.float64) * 1e-9
+            told = [values[row] for row in rows]
+            found.add(f"{before}{name}", told, clock=clock, note=f"{topic}: {note}")
     return found.table(
         str(path),
         notes=("ROS bag, JointState in SI",),
@@ -220,7 +210,7 @@ def read_bag(path: Path, room: Room) -> Table:
 
 def is_bag(path: Path) -> bool:
     """Whether a folder is a ROS 2 bag."""
-    return os.path.isfile(path / _METADATA)
+    return os.path.isfile(path / "metadata.yaml")
 
 
 def bag_of(path: Path) -> Path:
@@ -232,63 +222,26 @@ def bag_of(path: Path) -> Path:
     return path.parent if whole else path
 
 
-def _read(path: Path, room: Room) -> tuple[dict[str, tuple[list[_Message], str]], list[str]]:
-    """Messages by topic, each with what was assumed of their times, and the types of all."""
-    highlevel = library("rosbags.highlevel", "rosbags", path)
-    stores = library("rosbags.typesys", "rosbags", path)
-    topics = {}
-    with refusing(DataError(f"{path} cannot be read as a ROS bag", code="log-file")):
-        usual = stores.get_typestore(stores.Stores.LATEST)
-        with highlevel.AnyReader([bag_of(path)], default_typestore=usual) as reader:
-            others = sorted({c.msgtype for c in reader.connections})
-            for topic in dict.fromkeys(
-                c.topic for c in reader.connections if c.msgtype == _JOINT_STATE
-            ):
-                topics[topic] = _messages(reader, topic, room)
-    return topics, others
-
-
-def _messages(reader: Any, topic: str, room: Room) -> tuple[list[_Message], str]:
-    """Messages of a topic in the order of their times, and which times these are."""
+def _joints(
+    reader: Any, topic: str, room: Room
+) -> tuple[NDArray[np.int64], str, dict[str, dict[int, float]]]:
+    """Times of a topic's messages, ns, which times these are, and values by message and joint."""
     chosen = [c for c in reader.connections if c.topic == topic and c.msgtype == _JOINT_STATE]
-    recorded, stamps, found = [], [], []
-    for connection, time, raw in reader.messages(connections=chosen):
-        room.take(len(raw) + _HELD)
+    recorded, stamps = [], []
+    joints: dict[str, dict[int, float]] = {}
+    for row, (connection, time, raw) in enumerate(reader.messages(connections=chosen)):
+        room.take(len(raw) + 1500)  # which a message takes beside its own bytes
         message = reader.deserialize(raw, connection.msgtype)
-        stamp = message.header.stamp
         recorded.append(time)
-        stamps.append(stamp.sec * 10**9 + stamp.nanosec)
-        found.append(message)
+        stamps.append(message.header.stamp.sec * 10**9 + message.header.stamp.nanosec)
+        for k, joint in enumerate(message.name):
+            for kind in ("position", "velocity", "effort"):
+                for value in getattr(message, kind)[k : k + 1]:  # which may be empty
+                    joints.setdefault(f"{joint}.{kind}", {})[row] = value
     times, note = np.array(stamps, dtype=np.int64), "time of the messages' headers"
     if not times.any():
         times = np.array(recorded, dtype=np.int64)
         note = "its messages have no time, so that of their recording"
-    lost = times == 0
-    if lost.sum() == 1 and times.max() < _EPOCH:  # a clock that begins at zero
-        lost[:] = False
-    note += f"; {lost.sum()} of {len(times)} have none" if lost.any() else ""
-    places = np.maximum.accumulate(np.where(lost, 0, np.arange(len(times))))
-    order = times[places]  # one without a time stays behind the one before it
-    early = int(np.sum(order < np.maximum.accumulate(order)))
-    note += f"; {early} of {len(order)} came after later ones and were sorted" if early else ""
-    ranked = np.argsort(order, kind="stable")
-    return [(None if lost[k] else int(times[k]), found[k]) for k in ranked], note
-
-
-def _add_joints(
-    found: TableBuilder, before: str, messages: list[_Message], origin: int
-) -> Iterator[str]:
-    joints = dict.fromkeys(name for _, state in messages for name in state.name)
-    for joint in joints:
-        places = [(t, m, list(m.name).index(joint)) for t, m in messages if joint in m.name]
-        # Counted in integers first, or a double would lose the nanoseconds.
-        since = [np.nan if time is None else (time - origin) * _NANOSECOND for time, *_ in places]
-        for kind in _KINDS:
-            lists = [(getattr(m, kind), k) for _, m, k in places]  # which may be empty
-            if any(k < len(entries) for entries, k in lists):
-                values = np.array(
-                    [entries[k] if k < len(entries) else np.nan for entries, k in lists]
-                )
-                name = f"{before}{joint}.{kind}"
-                found.add(name, values, clock=np.array(since))
-                yield name
+    early = int(np.sum(times < np.maximum.accumulate(times)))
+    note += f"; {early} of {len(times)} came after later ones and were sorted" if early else ""
+    return times, note, joints

@@ -7,8 +7,7 @@ the law remembers at the start is free along with them.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
-from threading import get_ident
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,15 @@ from axisid.estimation.records import Record
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
-from .law_run import LawTicks, as_logged, commands_as_logged, late_in_log, least_step, limit_in_log
+from .law_run import (
+    LawTicks,
+    as_logged,
+    commands_as_logged,
+    late_in_log,
+    least_step,
+    limit_in_log,
+    run_law,
+)
 from .start import MIN_MEMORY_EFFECT
 
 # of the limit: a control that near may have been cut off, as the log has a converter's noise; a
@@ -31,7 +38,6 @@ _STILL = 1e-7  # relative change of what is left, at which they end
 _EXACT = 1e-9  # of the control, what may be left at most where they end too
 _LARGEST = 0.5  # step of the logarithm of a gain
 _SETTLED = 10  # samples in which the law's memory fills
-_BLOCK = 25  # evaluations that are one function: to call one takes longer than to evaluate it
 _CLEAR = 1e-8  # singular value of unit columns, by the largest, of what the record shows at all
 
 #: What is made of a control before it is compared: its rows, or a low-pass of them.
@@ -115,39 +121,33 @@ class LawAlong:
 
         A gain of 0 has no logarithm, and a slope of 0.
         """
-        ahead, behind = _either(point.gains, _STEP * np.abs(point.gains))
-        by_gain = [
-            self._change(replace(point, gains=ahead[i]), replace(point, gains=behind[i]))
-            * np.sign(point.gains[i])
-            for i in (range(len(point.gains)) if free is None else free)
-        ]
-        return self._columns(by_gain)
+        places = [*range(len(point.gains))] if free is None else [*free]
+        steps = np.diag(_STEP * np.abs(point.gains))[places]
+        ends = [[replace(point, gains=point.gains + s) for s in (step, -step)] for step in steps]
+        return self._slopes(ends) * np.sign(point.gains[places])
 
     def slopes_by_start(self, point: LawPoint) -> Array:
         """How that changes with each memory at the start, (N, m); by 0 where that hardly shows."""
-        sizes = self._sizes(point)
-        by_start = [
-            self._change(replace(point, start=ahead), replace(point, start=behind)) / size
-            for ahead, behind, size in zip(*_either(point.start, _STEP * sizes), sizes, strict=True)
-        ]
-        least = MIN_MEMORY_EFFECT * float(np.linalg.norm(self.control))
-        shown = [
-            slope if float(np.linalg.norm(slope[_SETTLED:])) * size > least else 0 * slope
-            for slope, size in zip(by_start, sizes, strict=True)
-        ]
-        return self._columns(shown)
+        sizes = np.abs(self._run(point)[0]).max(axis=0, initial=0.0)
+        sizes = np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
+        steps = np.diag(_STEP * sizes)
+        ends = [[replace(point, start=point.start + s) for s in (step, -step)] for step in steps]
+        slopes = self._slopes(ends) / sizes
+        shown = np.linalg.norm(slopes[_SETTLED:], axis=0) * sizes
+        slopes[:, shown <= MIN_MEMORY_EFFECT * float(np.linalg.norm(self.control))] = 0.0
+        return slopes
 
-    def _columns(self, slopes: Sequence[Array]) -> Array:
-        return np.column_stack([np.empty((len(self.control), 0)), *slopes])
-
-    def _change(self, ahead: LawPoint, behind: LawPoint) -> Array:
-        """The slope of the output between two points, by steps of `_STEP`, (N,)."""
-        more, less = (self.sloped(self._applied(point)) for point in (ahead, behind))
-        return (more - less) / (2 * _STEP)
+    def _slopes(self, ends: Sequence[Sequence[LawPoint]]) -> Array:
+        """Slopes of the output between two points each, by steps of `_STEP`, (N, k)."""
+        found = np.empty((len(self.control), len(ends)))
+        for column, pair in zip(found.T, ends, strict=True):
+            more, less = (self.sloped(self._applied(point)) for point in pair)
+            column[:] = (more - less) / (2 * _STEP)
+        return found
 
     def _applied(self, point: LawPoint) -> Array:
         """The output that is applied at each sample, before the drive, (N,)."""
-        output, _ = self._run(point)
+        _, output = self._run(point)
         return np.asarray(output[np.maximum(self.ticks.held - self.law.delay, 0)])
 
     def fitted(self, point: LawPoint, compared: Compared, free: Sequence[int]) -> LawPoint:
@@ -178,87 +178,26 @@ class LawAlong:
                 break
             columns = np.hstack([self.slopes_by_gain(point, chosen), self.slopes_by_start(point)])
             step = least_step(np.column_stack([*map(compared, columns.T)]), off, _CLEAR)[0]
-            found = self._shorter(point, step, chosen, wanted, compared, left)
-            if found is None:
+            for _ in range(_HALVINGS):  # where the whole step leaves no less
+                gains = point.gains.copy()
+                gains[chosen] *= np.exp(np.clip(step[: len(chosen)], -_LARGEST, _LARGEST))
+                end = LawPoint(gains, point.start + step[len(chosen) :])
+                rest = wanted - compared(self.output(end))
+                if np.all(np.isfinite(rest)) and float(rest @ rest) < left:
+                    break
+                step = step / 2
+            else:
                 break
-            (point, off), before = found, left
-            left = float(off @ off)
+            point, off, before, left = end, rest, left, float(rest @ rest)
         return point
 
-    def _shorter(
-        self,
-        point: LawPoint,
-        step: Array,
-        chosen: list[int],
-        wanted: Array,
-        compared: Compared,
-        left: float,
-    ) -> tuple[LawPoint, Array] | None:
-        """The end of a step, or of one that is shorter, which leaves less; None where none does."""
-        for _ in range(_HALVINGS):
-            gains = point.gains.copy()
-            gains[chosen] *= np.exp(np.clip(step[: len(chosen)], -_LARGEST, _LARGEST))
-            end = LawPoint(gains, point.start + step[len(chosen) :])
-            off = wanted - compared(self.output(end))
-            if np.all(np.isfinite(off)) and float(off @ off) < left:
-                return end, off
-            step = step / 2
-        return None
-
     def _run(self, point: LawPoint) -> tuple[Array, Array]:
-        """The output at each evaluation, (M,), and what is remembered after it, (M, m)."""
-        count, read = len(self.ticks), self._read
-        whole = len(read[0])
-        states, output = np.empty((whole, len(point.start))), np.empty(whole)
-        arguments = (point.start, *read, np.tile(point.gains, whole))
-        _along(self.functions["law_step"], whole // _BLOCK, get_ident())(
-            arguments, (states, output)
-        )
-        return output[:count], states[:count]
+        """What is remembered after each evaluation, (M, m), and the output there, (M,)."""
+        read = *self.ticks.signals, self._limits
+        return run_law(self.functions["law_step"], point.start, read, point.gains)
 
     @cached_property
-    def _read(self) -> tuple[Array, ...]:
-        """What the law reads at each evaluation and the limit of its output, to whole blocks."""
-        count = len(self.ticks)
-        shown = np.searchsorted(self.ticks.held, np.arange(count) + self.late)
-        limits = self.limit[np.minimum(shown, len(self.control) - 1)]
-        rest = (0, -count % _BLOCK)
-        every = (*self.ticks.signals, limits)
-        return tuple(np.pad(values.ravel(), rest, "edge") for values in every)
-
-    def _sizes(self, point: LawPoint) -> Array:
-        _, states = self._run(point)
-        sizes = np.abs(states).max(axis=0, initial=0.0)
-        return np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
-
-
-# A fit runs one law along one record many times; to make such a function takes as long as a run.
-@lru_cache(maxsize=16)
-def _along(
-    step: Any, blocks: int, _thread: int
-) -> Callable[[Sequence[Array], Sequence[Array]], None]:
-    """Runs a law over so many blocks of evaluations: from arguments into results.
-
-    One for each thread, by its number: places of arguments and results are set before a run.
-    """
-    last = step.n_in() - 1  # the memory comes first in and first out
-    one = step.slice("law", [last, *range(last)], [0, 1])
-    function = one.mapaccum(_BLOCK).expand().mapaccum(blocks)
-    # To make CasADi's matrices of arrays takes much longer than a run.
-    buffer, run = function.buffer()
-
-    def along(arguments: Sequence[Array], results: Sequence[Array]) -> None:
-        held = [np.ascontiguousarray(values, dtype=np.float64) for values in arguments]
-        for i, values in enumerate(held):
-            buffer.set_arg(i, values.data)
-        for i, values in enumerate(results):
-            buffer.set_res(i, values.data)
-        run()
-
-    return along
-
-
-def _either(values: Array, steps: Array) -> tuple[list[Array], list[Array]]:
-    """The values with each of them by its step larger, and smaller."""
-    each = np.diag(steps)
-    return [*(values + each)], [*(values - each)]
+    def _limits(self) -> Array:
+        """Of the output at each evaluation, (M,)."""
+        shown = np.searchsorted(self.ticks.held, np.arange(len(self.ticks)) + self.late)
+        return np.asarray(self.limit[np.minimum(shown, len(self.control) - 1)])

@@ -2,17 +2,17 @@
 
 import math
 import weakref
-from collections.abc import Hashable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
-from typing import Any, Generic, TypeVar
+from functools import lru_cache, wraps
+from threading import get_ident
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
-from axisid.codegen.runtime import along_samples
 from axisid.estimation.records import Record, at_times, clock_of, evaluations_per_sample
 from axisid.estimation.signals import (
     Prefilter,
@@ -22,37 +22,37 @@ from axisid.estimation.signals import (
     recorded_signals,
     through_path,
 )
-from axisid.estimation.simulation import TwoClocks, at_law, law_of
+from axisid.estimation.simulation import LoopInputs, TwoClocks, law_of
 from axisid.estimation.thresholds import COMPARISON_CUTOFF, MIN_PHASE_AGREEMENT
-from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
-K = TypeVar("K", bound=Hashable)
+P = ParamSpec("P")
 V = TypeVar("V")
 
 
-class RecordCache(Generic[K, V]):
-    """What is known of records that are alive, by their identity, asked for in every iteration."""
+def known_of_record(
+    function: Callable[Concatenate[GeneratedAxis, Record, P], V],
+) -> Callable[Concatenate[GeneratedAxis, Record, P], V]:
+    """A function of an axis and a record that is asked in every iteration, and computed once.
 
-    def __init__(self) -> None:
-        self._known: dict[int, tuple[weakref.ref[Record], dict[K, V]]] = {}
+    What it gives is kept as long as the record is alive.
+    """
+    known = dict[int, dict[tuple[object, ...], V]]()
 
-    def of(self, record: Record) -> dict[K, V]:
-        """What is known of a record, to be added to."""
-        found = self._known.get(id(record))
-        if found is None:
-            alive = weakref.ref(record, partial(self._forget, id(record)))
-            found = self._known[id(record)] = (alive, {})
-        return found[1]
+    @wraps(function)
+    def found(axis: GeneratedAxis, record: Record, /, *rest: P.args, **named: P.kwargs) -> V:
+        if id(record) not in known:
+            known[id(record)] = {}
+            weakref.finalize(record, known.pop, id(record), None)
+        own, key = known[id(record)], (axis, *rest)
+        if key not in own:
+            own[key] = function(axis, record, *rest, **named)
+        return own[key]
 
-    def _forget(self, record: int, _: object) -> None:
-        self._known.pop(record, None)
-
-
-#: With the reference that they took to the law's evaluations.
-_KNOWN: RecordCache[tuple[GeneratedAxis, tuple[int, int]], TwoClocks | None] = RecordCache()
+    return found
 
 
+@known_of_record
 def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:
     """When the law is evaluated along a segment of a record; None at each of its samples.
 
@@ -64,13 +64,6 @@ def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Tw
     span : tuple of int
         First row and the one after the last.
     """
-    known = _KNOWN.of(record)
-    if (axis, span) not in known:
-        known[axis, span] = _two_clocks(axis, record, span)
-    return known[axis, span]
-
-
-def _two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:
     law = law_of(axis)
     ratio = evaluations_per_sample(law, record.period, clock_of(record)) or 1.0
     if ratio == 1.0:
@@ -128,10 +121,9 @@ class LawTicks:
     recorded: tuple[Array, ...] = ()
 
     @property
-    def signals(self) -> list[Array]:
-        """What a law's function reads before its memory, (1, M) each."""
-        read = (self.reference, self.position, self.velocity, *self.recorded)
-        return [values[None, :] for values in read]
+    def signals(self) -> tuple[Array, ...]:
+        """What a law's function reads before its memory, (M,) each."""
+        return self.reference, self.position, self.velocity, *self.recorded
 
     @classmethod
     def at_samples(
@@ -174,6 +166,21 @@ class LawTicks:
         return np.where(late < 0, 0.0, self.added[np.maximum(late, 0)])
 
 
+def recorded_inputs(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], start: LoopStart
+) -> LoopInputs:
+    """What the loop of a segment of a record with a reference is simulated from."""
+    rows, added = slice(*span), record.added_control
+    signals = recorded_signals(axis, record.provenance.source, record.signals)
+    return LoopInputs(
+        reference=np.asarray(record.commanded)[rows],
+        period=record.period,
+        start=start,
+        injected=None if added is None else added[rows],
+        signals=tuple(values[rows] for values in signals),
+    ).at_law(axis, two_clocks(axis, record, span))
+
+
 def law_ticks(
     axis: GeneratedAxis, record: Record, span: tuple[int, int], *, noisy: bool = False
 ) -> LawTicks:
@@ -182,43 +189,30 @@ def law_ticks(
     An ideal velocity is of the low-passed positions, or noisy, of all that is in them: for what
     goes through that low-pass itself, twice through which is late where the motion has corners.
     """
-    law, rows = law_of(axis), slice(*span)
-    reference, position = np.asarray(record.commanded)[rows], record.position[rows]
-    velocity = _velocity(law, position, record.period, noisy=noisy)
-    added = record.added_control
-    added = np.zeros(len(position)) if added is None else added[rows]
-    signals = recorded_signals(axis, record.provenance.source, record.signals)
-    recorded = tuple(values[rows] for values in signals)
-    clocks = two_clocks(axis, record, span)
-    if clocks is None:
-        held = np.arange(len(position))
-    else:
-        reference, added, held = clocks.reference(reference), clocks.held(added), clocks.elapsed[0]
-        position, velocity = (
-            at_times(clocks.times, np.arange(float(len(values))), values, "spline")
-            for values in (position, velocity)
-        )
-        recorded = at_law(axis, recorded, clocks)
+    position = record.position[slice(*span)]
+    velocity = np.zeros_like(position)
+    # What an ideal sensor sees, of a law that reads one; it is in no log.
+    if law_of(axis).takes_velocity and noisy:
+        from scipy.interpolate import CubicSpline
+
+        samples = np.arange(len(position))
+        velocity = np.asarray(CubicSpline(samples, position)(samples, 1)) / record.period
+    elif law_of(axis).takes_velocity:
+        velocity = measured_velocity(position, record.period)
+    inputs = recorded_inputs(axis, record, span, LoopStart(position=position[0]))
+    clocks, held = inputs.clocks, np.arange(len(position))
+    if clocks is not None:
+        rows, held = held.astype(float), clocks.elapsed[0]
+        position = at_times(clocks.times, rows, position, "spline")
+        velocity = at_times(clocks.times, rows, velocity, "spline")
     return LawTicks(
-        reference=reference,
+        reference=inputs.reference,
         position=position,
         velocity=velocity,
-        added=added,
+        added=np.zeros(len(position)) if inputs.injected is None else inputs.injected,
         held=held,
-        recorded=recorded,
+        recorded=inputs.signals,
     )
-
-
-def _velocity(law: ControlLaw, position: Array, period: float, *, noisy: bool) -> Array:
-    """What an ideal sensor sees, of a law that reads one; it is in no log."""
-    if not law.takes_velocity:
-        return np.zeros_like(position)
-    if not noisy:
-        return measured_velocity(position, period)
-    from scipy.interpolate import CubicSpline
-
-    samples = np.arange(len(position))
-    return np.asarray(CubicSpline(samples, position)(samples, 1)) / period
 
 
 def measured_velocity(position: Array, period: float) -> Array:
@@ -293,50 +287,32 @@ def with_drive(
     start : LoopStart
         With what the law remembers; None of it for that of an axis at rest.
     """
-    response, row = axis.axis.response, span[0]
+    response, first = axis.axis.response, span[0]
     if response is None:
         return start
-    memory = start.memory
+    signals, memory = recorded_signals(axis, record.provenance.source, record.signals), start.memory
     if memory is None:
-        reference = start.position if record.commanded is None else record.commanded[row]
-        signals = recorded_signals(axis, record.provenance.source, record.signals)
-        at_rest = axis.functions["control_start"]
-        memory = at_rest(reference, start.position, *(values[row] for values in signals))
-        memory = memory.full().ravel()
+        reference = start.position if record.commanded is None else record.commanded[first]
+        read = reference, start.position, *(values[first] for values in signals)
+        memory = axis.functions["control_start"](*read).full().ravel()
         if record.control is None:
             return replace(start, memory=memory)
         memory = memory[: -len(response.remembered)]
-    drive = _first_remembered(axis, record, span, start)
-    return replace(start, memory=np.concatenate([memory, drive]))
-
-
-def _first_remembered(
-    axis: GeneratedAxis, record: Record, span: tuple[int, int], start: LoopStart
-) -> Array:
-    """What a drive remembers where a segment begins, in its order."""
-    response = axis.axis.response
-    assert response is not None  # noqa: S101  # whoever asks has one
     late = response.late if axis.axis.drive.logged == "applied" else 0
     pending = len(response.forces) - response.keeps_force
     # The newest first; those that act before the record are taken for the first that does in it.
     ahead = [max(late - 1 - i, 0) for i in range(pending)] + [0] * response.keeps_force
-    rows = np.minimum(span[0] + np.array(ahead, dtype=np.intp), span[1] - 1)
-    signals = recorded_signals(axis, record.provenance.source, record.signals)
-    still = np.full(len(rows), start.position), np.full(len(rows), start.velocity)
-    recorded = tuple(values[rows] for values in signals)
-    control, path = np.asarray(record.control), axis.axis.drive.path
-    controls, first = control[rows], float(control[span[0]])
+    rows = np.minimum(first + np.array(ahead, dtype=np.intp), span[1] - 1)
+    controls, path = np.asarray(record.control)[rows], axis.axis.drive.path
+    last = float(np.asarray(record.control)[first])
     if axis.axis.drive.logs_what_acts:
-        first = path.command(first)
+        last = path.command(last)
     else:
         controls = np.array([path.end(float(each)) for each in controls])
-    last = [first] * path.is_limited
-    made = drive_force(axis, controls, *still, recorded)
+    still = np.full(len(rows), start.position), np.full(len(rows), start.velocity)
+    made = drive_force(axis, controls, *still, tuple(values[rows] for values in signals))
     kept = np.append(controls[:-1], made[-1]) if response.holds_control else made
-    return np.concatenate([last, kept])
-
-
-_EVALUATIONS = 1 << 16  # of a law in one call; making a function of more takes longer than they do
+    return replace(start, memory=np.concatenate([memory, [last] * path.is_limited, kept]))
 
 
 def state_at_rest(axis: GeneratedAxis, ticks: LawTicks) -> Array:
@@ -375,8 +351,7 @@ def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
 
 def applied_terms(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """The same as the law gives them, before the drive, (N, terms)."""
-    read = (values[0] for values in ticks.signals)
-    (rows,) = axis.evaluate("control_terms", *read, states_along(axis, ticks, start).T)
+    (rows,) = axis.evaluate("control_terms", *ticks.signals, states_along(axis, ticks, start))
     # What was computed before the first evaluation is taken for that of the first.
     return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
 
@@ -388,16 +363,16 @@ def control_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
 
 def control_at_ticks(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """The same at each evaluation, (M,)."""
-    arguments = (*ticks.signals, states_along(axis, ticks, start))
-    return np.asarray(axis.functions["control_law"].call(arguments)[0].full().ravel())
+    return run_law(axis.functions["control_law"], start, ticks.signals)[1]
 
 
 def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     """How that control changes with what is remembered at the start, (N, m)."""
     law, size = axis.functions["control_law"], len(start)
     slopes = law.factory("slopes", law.name_in(), ["jac:control:state", "jac:next_state:state"])
-    by_state, onward = slopes.call([*ticks.signals, states_along(axis, ticks, start)])
     # Side by side as matrices, one for each evaluation.
+    read = (values[None, :] for values in ticks.signals)
+    by_state, onward = slopes.call([*read, states_along(axis, ticks, start).T])
     rows = by_state.full().reshape(len(ticks), size)
     steps = onward.full().reshape(size, len(ticks), size)
     change = np.eye(size)
@@ -408,22 +383,64 @@ def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
 
 
 def states_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
-    """What the drive remembers at each evaluation, (m, M)."""
+    """What the drive remembers at each evaluation, (M, m)."""
     if not len(start):
-        return np.zeros((0, len(ticks)))
-    pieces = [start[:, None]]
-    for begin in range(0, len(ticks), _EVALUATIONS):
-        part = [values[:, begin : begin + _EVALUATIONS] for values in ticks.signals]
-        along = _run_along(axis, part[0].shape[1])
-        pieces.append(along(pieces[-1][:, -1], *part).full())
-    return np.hstack(pieces)[:, :-1]
+        return np.zeros((len(ticks), 0))
+    after, _ = run_law(axis.functions["control_law"], start, ticks.signals)
+    return np.vstack([start, after[:-1]])
 
 
-# A check runs one law along one record many times; to make such a function takes as long as a run.
+_BLOCK = 25  # evaluations that are one function: to call one takes longer than to evaluate it
+
+
+def run_law(
+    step: Any, start: Array, read: Sequence[Array], gains: Array | None = None
+) -> tuple[Array, Array]:
+    """What a law remembers after each evaluation, (M, m), and its output there, (M,).
+
+    Parameters
+    ----------
+    step : casadi.Function
+        From what is read at an evaluation, the gains if any, and the memory.
+    start : (m,) array
+        What it remembers at the first.
+    read : sequence of (M,) array
+    gains : (g,) array, optional
+    """
+    count, rest = len(read[0]), -len(read[0]) % _BLOCK
+    columns = [np.append(values, np.full(rest, values[-1])) for values in read]
+    columns += [] if gains is None else [np.tile(gains, count + rest)]
+    states, output = np.empty((count + rest, len(start))), np.empty(count + rest)
+    along = _along(step, len(output) // _BLOCK, get_ident())
+    along((start, *columns), (states, output))
+    return states[:count], output[:count]
+
+
+# One law runs along one record many times; to make such a function takes as long as a run.
 @lru_cache(maxsize=16)
-def _run_along(axis: GeneratedAxis, evaluations: int) -> Any:
-    """What the drive remembers after each of so many evaluations, from what it did before."""
-    return along_samples(axis.functions["control_law"], evaluations)
+def _along(
+    step: Any, blocks: int, _thread: int
+) -> Callable[[Sequence[Array], Sequence[Array]], None]:
+    """Runs a law over so many blocks of evaluations: from arguments into results.
+
+    One for each thread, by its number: places of arguments and results are set before a run.
+    """
+    last = step.n_in() - 1
+    state = step.name_out().index("next_state")
+    one = step.slice("law", [last, *range(last)], [state, 1 - state])  # the memory comes first
+    function = one.mapaccum(_BLOCK).expand().mapaccum(blocks)
+    # To make CasADi's matrices of arrays takes much longer than a run.
+    buffer, run = function.buffer()
+
+    def along(arguments: Sequence[Array], results: Sequence[Array]) -> None:
+        held = [np.ascontiguousarray(values, dtype=np.float64) for values in arguments]
+        for i, values in enumerate(held):
+            buffer.set_arg(i, values.data)
+        for i, values in enumerate(results):
+            buffer.set_res(i, values.data)
+        run()
+
+    return along
 
 
 def least_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:

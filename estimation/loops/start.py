@@ -29,9 +29,9 @@ from axisid.support.arrays import Array, covered, frozen
 
 from .law_run import (
     LawTicks,
-    RecordCache,
     as_logged,
     control_along,
+    known_of_record,
     law_memory,
     law_ticks,
     least_step,
@@ -41,8 +41,6 @@ from .law_run import (
     states_along,
     with_drive,
 )
-
-_KNOWN: RecordCache[GeneratedAxis, tuple[LoopStart, ...]] = RecordCache()
 
 _STEP = 1e-6  # of the reference's range, for the slope
 
@@ -82,16 +80,14 @@ def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple
         Of the positions that the law reads, from those of the record; what it remembers of them is
         as far away.
     """
-    starts = _KNOWN.of(record)
-    if axis not in starts:
-        starts[axis] = tuple(_start(axis, record, span) for span in record.spans)
+    starts = tuple(_start(axis, record, span) for span in record.spans)
     if not away:
-        return starts[axis]
+        return starts
     reference = np.asarray(record.commanded)
     signals = recorded_signals(axis, record.provenance.source, record.signals)
     return tuple(
         moved_start(axis, start, float(reference[row]), [float(v[row]) for v in signals], away)
-        for (row, _), start in zip(record.spans, starts[axis], strict=True)
+        for (row, _), start in zip(record.spans, starts, strict=True)
     )
 
 
@@ -118,48 +114,33 @@ def moved_start(
     return replace(start, memory=start.memory + change.full().ravel())
 
 
+@known_of_record
 def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopStart:
-    record, rows = placed(axis, record, span), slice(*span)
-    position = record.position[rows]
-    if record.integrated:
+    rows = slice(*span)
+    if not record.integrated:
+        velocity = first_velocity(record.position[rows], record.period)
+    else:
         # Straight lines are fitted to velocities that were measured.
         velocity = _begun(np.asarray(record.velocity)[rows], degree=1, power=0)
-    else:
-        velocity = first_velocity(position, record.period)
+        if record.control is not None:
+            record = replace(record, position=record.position + _away(axis, record, span))
     start = LoopStart(
-        position=float(position[0]),
+        position=float(record.position[span[0]]),
         velocity=velocity,
         memory=first_memory(axis, record, span),
     )
     return with_drive(axis, record, span, start)
 
 
-def placed(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Record:
-    """The record with its position as far from the reference as its first controls say.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-        With a control law.
-    record : Record
-        With a reference.
-    span : tuple of int
-        The segment: first row and the one after the last.
-    """
-    if not record.integrated or record.control is None:
-        return record
-    away = _away(axis, record, span)
-    return replace(record, position=record.position + away) if away else record
-
-
 def _away(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> float:
-    """By how much the position is to be moved; 0 where the controls do not show it."""
+    """How far positions are from where the first controls say; 0 where they do not show it."""
     law, control = law_of(axis), np.asarray(record.control)[slice(*span)]
     ticks = law_ticks(axis, record, span).first(START_SAMPLES)
     seen = unlimited(axis, record, span)[: len(ticks.held)]
     wanted = control[: len(ticks.held)] - as_logged(axis, ticks.added_at_samples(law.delay))
     step = _STEP * float(np.ptp(np.asarray(record.reference))) or _STEP
-    given, moved = (_control(axis, ticks, away) for away in (0.0, step))
+    there = replace(ticks, position=ticks.position + step)
+    given, moved = (control_along(axis, at, state_at_rest(axis, at)) for at in (ticks, there))
     slope, off = ((moved - given) / step)[seen], (wanted - given)[seen]
     power = float(slope @ slope)
     if not (np.isfinite(power) and power > 0 and np.all(np.isfinite(off))):
@@ -168,12 +149,6 @@ def _away(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> float:
     left = off - away * slope
     deviation = float(np.sqrt(left @ left / max(len(off) - 1, 1) / power))
     return away if abs(away) > _MIN_START_DISTANCE * deviation else 0.0
-
-
-def _control(axis: GeneratedAxis, ticks: LawTicks, away: float) -> Array:
-    """What the law gives for positions that are so far from those that were integrated."""
-    there = replace(ticks, position=ticks.position + away)
-    return control_along(axis, there, state_at_rest(axis, there))
 
 
 def start_of_law(
@@ -280,7 +255,7 @@ def _state_in_motion(axis: GeneratedAxis, ticks: LawTicks) -> Array:
         np.full(len(before) + 1, ticks.velocity[0]),
         tuple(np.full(len(before) + 1, values[0]) for values in ticks.recorded),
     )
-    return states_along(axis, way, state_at_rest(axis, way))[:, -1]
+    return np.asarray(states_along(axis, way, state_at_rest(axis, way))[-1])
 
 
 def _solved(

@@ -226,7 +226,14 @@ class StudyFigures(_HasFigures, Checked):
     @property
     def biased(self) -> tuple[EstimandFigures, ...]:
         """Where the mean error is beyond its own standard error, and beyond rounding."""
-        return tuple(each for each in self.figures if _is_biased(each))
+        found = []
+        for each in self.figures:
+            # Of few runs the standard error is uncertain too: the distance is Student's.
+            furthest = stdtrit(each.runs - 1, ndtr(MIN_BIAS.value)) * each.bias.error
+            least = max(furthest, _ROUNDING * abs(each.truth))
+            if each.runs > 1 and abs(each.bias.value) > least:
+                found.append(each)
+        return tuple(found)
 
     def miscovered(self, *, narrow: bool) -> tuple[EstimandFigures, ...]:
         """Whose intervals hold the truth too rarely, or else are wider than they need be.
@@ -276,12 +283,3 @@ class StudyFigures(_HasFigures, Checked):
 
 def _listed(figures: Iterable[EstimandFigures]) -> str:
     return ", ".join(f"{each.method} {each.name}" for each in figures)
-
-
-def _is_biased(each: EstimandFigures) -> bool:
-    """Whether chance exceeds the mean error as seldom as it exceeds `MIN_BIAS` in many runs."""
-    if each.runs < 2 or abs(each.bias.value) <= _ROUNDING * abs(each.truth):
-        return False
-    # Of few runs the standard error is uncertain too: the distance is Student's.
-    furthest = stdtrit(each.runs - 1, ndtr(MIN_BIAS.value))
-    return bool(abs(each.bias.value) > furthest * each.bias.error)

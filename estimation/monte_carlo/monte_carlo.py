@@ -6,7 +6,7 @@ alone, so that their estimates have one bias, and deviations that lack as much.
 """
 
 import contextlib
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
@@ -17,7 +17,14 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, method_names
+from axisid.estimation.choices import (
+    INSTRUMENT_STARTS,
+    ROW_LOSSES,
+    check_among,
+    fit_names,
+    fitted_output,
+    method_names,
+)
 from axisid.estimation.identification import check_choices, identify, requested_methods
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
@@ -29,7 +36,7 @@ from axisid.support.errors import AxisidError, EstimationError, UsageError, is_w
 from axisid.support.jobs import Failure, pace, run_jobs
 from axisid.support.progress import Progress
 
-from .plan import MonteCarloPlan, noise_of, split_methods, twin_of, twins
+from .plan import MonteCarloPlan, noise_of, twin_of, twins
 from .result import MonteCarlo
 from .runs import (
     INTERVALS,
@@ -45,8 +52,8 @@ _RUNS = 16  # whose twins tell it
 _OF_HAC = 2 + 3 * INTERVALS.index("hac")
 
 
-#: Bias, and scales of the HAC deviation and of its interval, of what is estimated.
-Calibrations = Mapping[Estimand, tuple[float, float, float]]
+#: Bias, and scales of the HAC deviation and of its interval, (3,), of what is estimated.
+Calibrations = Mapping[Estimand, Array]
 
 
 def study_calibrations(plan: MonteCarloPlan) -> Calibrations:
@@ -55,10 +62,32 @@ def study_calibrations(plan: MonteCarloPlan) -> Calibrations:
     first = twins(plan, range(min(_RUNS, plan.runs))) if plan.bootstrap else ()
     for _, record in first:
         if isinstance(record, Record):
-            for estimand, of_one in _calibrations_of(plan, record).items():
+            for estimand, of_one in _calibrations_of(plan, record):
                 shown.setdefault(estimand, []).append(of_one)
-    means = {estimand: np.mean(of_each, axis=0) for estimand, of_each in shown.items()}
-    return {estimand: (float(b), float(sd), float(w)) for estimand, (b, sd, w) in means.items()}
+    return {estimand: np.mean(of_each, axis=0) for estimand, of_each in shown.items()}
+
+
+def _calibrations_of(
+    plan: MonteCarloPlan, record: Record
+) -> Iterator[tuple[Estimand, tuple[float, float, float]]]:
+    """Bias and scales of one run, without methods that have no twins."""
+    for method in plan.regressions:
+        try:
+            with_twins, without = (
+                identify(plan.axis, record, plan.prefilter, [method], **of)
+                for of in ({**plan.settings, "bootstrap": n} for n in (plan.bootstrap, 0))
+            )
+        except AxisidError:
+            continue
+        if with_twins[method].filter_bias is None:
+            continue
+        plain = dict(estimand_numbers(without))
+        for estimand, found in estimand_numbers(with_twins):
+            (one, low, high), (other, *ends) = (
+                own[_OF_HAC : _OF_HAC + 3] for own in (found, plain[estimand])
+            )
+            scales = (one / other, (high - low) / (ends[1] - ends[0])) if other > 0 else (1.0, 1.0)
+            yield estimand, (found[0] - found[1], *scales)
 
 
 def calibrated_runs(numbers: BlockNumbers, calibrations: Calibrations, judged: int) -> BlockNumbers:
@@ -76,34 +105,6 @@ def calibrated_runs(numbers: BlockNumbers, calibrations: Calibrations, judged: i
             ends[:] = own[:, 1:2] + (ends - own[:, 1:2]) * width
             changed[plain, place] = own
     return replace(numbers, numbers=changed)
-
-
-def _calibrations_of(
-    plan: MonteCarloPlan, record: Record
-) -> dict[Estimand, tuple[float, float, float]]:
-    """Bias and scales of one run, without methods that have no twins."""
-    made: dict[Estimand, tuple[float, float, float]] = {}
-    for method in plan.regressions:
-        try:
-            with_twins, without = (
-                identify(plan.axis, record, plan.prefilter, [method], **of)
-                for of in ({**plan.settings, "bootstrap": n} for n in (plan.bootstrap, 0))
-            )
-        except AxisidError:
-            continue
-        if with_twins[method].filter_bias is None:
-            continue
-        plain = dict(estimand_numbers(without))
-        for estimand, found in estimand_numbers(with_twins):
-            made[estimand] = (found[0] - found[1], *_ratios(found, plain[estimand]))
-    return made
-
-
-def _ratios(found: Array, plain: Array) -> tuple[float, float]:
-    """Of deviations, and of the widths of their intervals."""
-    sizes = ((own[_OF_HAC], own[_OF_HAC + 2] - own[_OF_HAC + 1]) for own in (found, plain))
-    (one, wide), (other, plain_wide) = sizes
-    return (float(one / other), float(wide / plain_wide)) if other > 0 else (1.0, 1.0)
 
 
 _MOST_REASONS = 3  # that are told where nothing came of any run
@@ -230,13 +231,17 @@ def monte_carlo(
         levels=Levels(level=level, least_share=least_share),
     )
     _check_spread(block, jobs, executor)
-    return _run(plan, _numbers_of(plan, block, jobs, executor), progress, keep)
+    return _run(plan, block, jobs, executor, progress, keep)
 
 
 def _methods(methods: object) -> tuple[str, ...]:
-    if methods is not None and (isinstance(methods, str) or not isinstance(methods, Iterable)):
-        methods = (methods,)
-    others, fits = split_methods(("all",) if methods is None else tuple(methods))
+    if methods is None:
+        methods = ("all",)
+    given = methods if isinstance(methods, Iterable) and not isinstance(methods, str) else [methods]
+    listed = [*given]
+    fits = [each for each in listed if isinstance(each, str) and fitted_output(each)]
+    check_among(*(("fit", each, fit_names()) for each in fits))
+    others = [each for each in listed if each not in fits]
     named = (requested_methods(others) or method_names()) if others or not fits else ()
     return tuple(dict.fromkeys((*named, *fits)))
 
@@ -248,58 +253,50 @@ def _check_spread(block: object, jobs: object, executor: object) -> None:
                 f"{what}={quoted(value)}; give a whole number of 1 or more.",
                 code="study",
             )
-    if executor is not None and jobs != 1:
-        raise UsageError("both jobs and an executor are given; give one of them.", code="study")
-    if executor is not None and not isinstance(executor, Executor):
+    if executor is not None and (jobs != 1 or not isinstance(executor, Executor)):
         raise UsageError(
-            f"the executor is {quoted(executor)}; give one of concurrent.futures, or what "
-            "Dask's Client.get_executor() gives.",
+            f"the executor is {quoted(executor)}, jobs={jobs}; give jobs, or an executor of "
+            "concurrent.futures, or what Dask's Client.get_executor() gives.",
             code="study",
         )
 
 
-def _numbers_of(
-    plan: MonteCarloPlan, block: int, jobs: int, executor: Executor | None
-) -> Generator[BlockNumbers, None, None]:
-    """The numbers of blocks of so many runs, as they come; they do not depend on who works.
+def _run(
+    plan: MonteCarloPlan,
+    block: int,
+    jobs: int,
+    executor: Executor | None,
+    progress: Progress | None,
+    keep: Keep | None,
+) -> MonteCarlo:
+    """The study by blocks of so many runs; its numbers do not depend on who works.
 
     Raises
     ------
     EstimationError
-        Something failed that no twin is to blame for.
+        Something failed that no twin is to blame for, or no twin gave an estimate.
     """
-    runs = range(plan.runs)
+    calibrations, runs = study_calibrations(plan), range(plan.runs)
     blocks = [runs[first : first + block] for first in runs[::block]]
-    jobs = min(jobs, len(blocks))
-    alone = executor is None and jobs == 1
+    alone = executor is None and min(jobs, len(blocks)) == 1
     # In one thread with others beside it: there are as many as processors can serve.
     work = partial(block_numbers, plan, threads=None if alone else 1)
-    jobs = 0 if alone else jobs
-    for place, made in run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=executor):
-        some = blocks[place]
-        if not isinstance(made, Failure):
-            yield made
-        elif made.kind == "error":
-            raise EstimationError(
-                f"the runs {some[0]} to {some[-1]} failed: {made.reason}.", code="study"
-            )
-        else:
-            yield lost_block(some, made.reason)  # whoever worked on it was killed
-
-
-def _run(
-    plan: MonteCarloPlan,
-    numbers: Generator[BlockNumbers, None, None],
-    progress: Progress | None,
-    keep: Keep | None,
-) -> MonteCarlo:
-    calibrations = study_calibrations(plan)
+    jobs = 0 if alone else min(jobs, len(blocks))
+    made = run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=executor)
     begin, done, count = monotonic(), list[BlockNumbers](), 0
     try:
-        with contextlib.closing(numbers) as blocks:
-            for block in blocks:
-                done.append(block)
-                count += len(block.runs)
+        with contextlib.closing(made):
+            for place, found in made:
+                some = blocks[place]
+                if not isinstance(found, Failure):
+                    done.append(found)
+                elif found.kind == "error":
+                    raise EstimationError(
+                        f"the runs {some[0]} to {some[-1]} failed: {found.reason}.", code="study"
+                    )
+                else:
+                    done.append(lost_block(some, found.reason))  # whoever worked on it was killed
+                count += len(some)
                 if progress is not None and count < plan.runs:
                     told = pace(count, plan.runs, monotonic() - begin)
                     progress(count, plan.runs, f"twins of {plan.twin.axis.name}, {told}")
@@ -308,9 +305,9 @@ def _run(
             numbers_so_far = calibrated_runs(joined(done), calibrations, plan.checks)
             keep(MonteCarlo(plan=plan, numbers=numbers_so_far))
         raise
-    found = joined(done)
-    if not found.estimands:
-        reasons = dict.fromkeys(f"{each.of}: {each.reason}" for each in found.failures)
+    numbers = joined(done)
+    if not numbers.estimands:
+        reasons = dict.fromkeys(f"{each.of}: {each.reason}" for each in numbers.failures)
         listed = "; ".join(reason.removesuffix(".") for reason in [*reasons][:_MOST_REASONS])
         raise EstimationError(f"no twin gave an estimate. {listed}.", code="no-twin-identified")
-    return MonteCarlo(plan=plan, numbers=calibrated_runs(found, calibrations, plan.checks))
+    return MonteCarlo(plan=plan, numbers=calibrated_runs(numbers, calibrations, plan.checks))

@@ -13,8 +13,6 @@ from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
     ROW_LOSSES,
-    check_among,
-    fit_names,
     fitted_output,
 )
 from axisid.estimation.records import Record
@@ -23,7 +21,14 @@ from axisid.estimation.simulation import Simulation, TwinPlan, simulate_batch, t
 from axisid.estimation.twins import Autoregressions, Chain, Draws
 from axisid.modeling.declaration import Experiment
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, ModelError, UsageError, is_whole, quoted
+from axisid.support.errors import (
+    AxisidError,
+    EstimationError,
+    ModelError,
+    UsageError,
+    is_whole,
+    quoted,
+)
 from axisid.support.mappings import FrozenMapping
 
 #: What the intervals of a fit are of: errors that follow an autoregression.
@@ -109,28 +114,10 @@ class MonteCarloPlan:
         """The methods that are fits of the output error."""
         return tuple(filter(fitted_output, self.methods))
 
-    @property
-    def chosen(self) -> str:
-        """Of `COVARIANCES`, what printed intervals are of; those of fits see `stated_by`."""
-        return str(self.settings["covariance"])
-
 
 def stated_by(method: str, chosen: str) -> str:
     """What the printed intervals of a method are of: those of identifications are chosen."""
     return COLOURED if fitted_output(method) else chosen
-
-
-def split_methods(methods: tuple[object, ...]) -> tuple[list[object], list[str]]:
-    """Methods of `identify`, unchecked, and fits.
-
-    Raises
-    ------
-    UsageError
-        There is no fit of such an output.
-    """
-    fits = [each for each in methods if isinstance(each, str) and fitted_output(each)]
-    check_among(*(("fit", each, fit_names()) for each in fits))
-    return [each for each in methods if each not in fits], fits
 
 
 def noise_of(given: object, twin: GeneratedAxis) -> Chain:
@@ -144,31 +131,34 @@ def noise_of(given: object, twin: GeneratedAxis) -> Chain:
     ModelError
         It disturbs what is logged.
     """
-    name = twin.axis.name
     noise = Chain.of_experiment(twin.axis) if given is None else given
     if not isinstance(noise, Chain):
         raise UsageError(
             f"the noise is {quoted(noise)}; give a Chain, or leave it out.",
             code="noise",
         )
-    if noise.jitter or not noise.is_measured_by_law:
-        raise UsageError(
-            f"the twins of {name!r} are sampled evenly and their law measures the logged position; "
-            "give noise without jitter, with is_measured_by_law=True.",
-            code="study",
-        )
-    if noise.disturbances and twin.axis.drive.logs_what_acts:
-        raise ModelError(
-            f"the twins of {name!r} log what acts, which a disturbance is part of; leave it out, "
-            "or declare a drive that logs its command.",
-            code="study",
-        )
-    if noise.anywhere and not noise.position_step:
-        raise UsageError(
-            f"the twins of {name!r} are to begin anywhere in a count, and their encoder has none; "
-            "give its resolution, or leave it out.",
-            code="study",
-        )
+    for is_wrong, kind, said in (
+        (
+            noise.jitter or not noise.is_measured_by_law,
+            UsageError,
+            "are sampled evenly and their law measures the logged position; give noise without "
+            "jitter, with is_measured_by_law=True",
+        ),
+        (
+            noise.disturbances and twin.axis.drive.logs_what_acts,
+            ModelError,
+            "log what acts, which a disturbance is part of; leave it out, or declare a drive that "
+            "logs its command",
+        ),
+        (
+            noise.anywhere and not noise.position_step,
+            UsageError,
+            "are to begin anywhere in a count, and their encoder has none; give its resolution, or "
+            "leave it out",
+        ),
+    ):
+        if is_wrong:
+            raise kind(f"the twins of {twin.axis.name!r} {said}.", code="study")
     return noise.likeliest
 
 
@@ -321,32 +311,10 @@ def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Reco
     """The record of each run, or why there is none; made when it is asked for."""
     made = twin_plan(plan.twin)
     for run in runs:
-        drawn = DrawnChain(chain=plan.noise, seed=plan.seed, run=run)
-        own = drawn.own(made)
         try:
-            loop = own.loop(drawn.position)
+            yield run, drawn_twin(made, plan.noise, plan.seed, run)
         except AxisidError as error:
             yield run, str(error)
-            continue
-        still = _at_rest(own, loop.position)
-        yield run, still if still else drawn.record(own, loop)
-
-
-def _at_rest(plan: TwinPlan, position: Array) -> str:
-    """Why a twin's record shows nothing: its axis stands still while its reference moves.
-
-    Parameters
-    ----------
-    plan : TwinPlan
-    position : (N,) array
-        Of the simulated axis, without noise.
-    """
-    if np.ptp(position) or not np.ptp(plan.reference):
-        return ""
-    return (
-        f"axis {plan.axis.axis.name!r} does not move with {plan.axis.describe(plan.truth)}: its "
-        "friction holds whatever the drive gives. Give true values with which it moves"
-    )
 
 
 def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
@@ -362,11 +330,24 @@ def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
     Raises
     ------
     AxisidError
-        The loop runs away.
+        The loop runs away, or the axis stands still while its reference moves.
     """
     drawn = DrawnChain(chain=noise, seed=seed, run=run)
     own = drawn.own(plan)
-    return drawn.record(own, own.loop(drawn.position))
+    loop = own.loop(drawn.position)
+    if still := _at_rest(own, loop.position):
+        raise EstimationError(still, code="twin")
+    return drawn.record(own, loop)
+
+
+def _at_rest(plan: TwinPlan, position: Array) -> str:
+    """Why a twin's record shows nothing; empty if it does, by its position without noise, (N,)."""
+    if np.ptp(position) or not np.ptp(plan.reference):
+        return ""
+    return (
+        f"axis {plan.axis.axis.name!r} does not move with {plan.axis.describe(plan.truth)}: its "
+        "friction holds whatever the drive gives. Give true values with which it moves."
+    )
 
 
 def are_lanes(plan: MonteCarloPlan) -> bool:

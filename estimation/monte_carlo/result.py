@@ -4,7 +4,7 @@ The numbers of a study are written as a file: NumPy's npz, or Parquet, a row for
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -72,7 +72,7 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
     @property
     def chosen(self) -> str:
         """Of `COVARIANCES`, what printed intervals are of."""
-        return self.plan.chosen
+        return str(self.plan.settings["covariance"])
 
     @property
     def failures(self) -> tuple[FailedRun, ...]:
@@ -91,17 +91,16 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
 
     def deviations(self, of: str) -> Array:
         """Stated deviations of one of `INTERVALS`, (R, e)."""
-        return self.numbers.numbers[:, :, 2 + 3 * self._place(of)]
+        return self._stated(of)[:, :, 0]
 
     def intervals(self, of: str) -> Array:
         """Bounds of the 95 % intervals of one of `INTERVALS`, (R, e, 2)."""
-        place = 3 + 3 * self._place(of)
-        return self.numbers.numbers[:, :, place : place + 2]
+        return self._stated(of)[:, :, 1:]
 
-    @staticmethod
-    def _place(of: str) -> int:
+    def _stated(self, of: str) -> Array:
         check_among(("interval", of, INTERVALS))
-        return INTERVALS.index(of)
+        place = 2 + 3 * INTERVALS.index(of)
+        return self.numbers.numbers[:, :, place : place + 3]
 
     @cached_property
     def truths(self) -> Array:
@@ -128,51 +127,36 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
         names = [quantity.name for quantity in form.quantities]
         return dict(zip(names, true.tolist(), strict=True))
 
+    @cached_property
+    def outcomes(self) -> dict[int, tuple[str, str]]:
+        """Of each run that was done: ``ok``, ``partly`` or ``failed``, and why, by method."""
+        failures: dict[int, list[FailedRun]] = {run: [] for run in self.numbers.runs.tolist()}
+        for failed in self.failures:
+            failures[failed.run].append(failed)
+        found = {}
+        for run, of_run in failures.items():
+            lost = {each.of for each in of_run}
+            whole = SIMULATION in lost or lost >= {*self.plan.methods}
+            status = "failed" if whole else "partly" if lost else "ok"
+            found[run] = status, "; ".join(f"{each.of}: {each.reason}" for each in of_run)
+        return found
+
     def status(self, run: int) -> str:
         """Whether a run gave all estimates: ``ok``, ``partly`` or ``failed``."""
-        return self.statuses[self._row(run)]
+        return self._outcome(run)[0]
 
     def reason(self, run: int) -> str:
         """Why it did not, by method; empty where it did."""
-        return self.reasons[self._row(run)]
+        return self._outcome(run)[1]
 
-    def _row(self, run: int) -> int:
-        found = np.flatnonzero(self.numbers.runs == run)
-        if not len(found):
+    def _outcome(self, run: int) -> tuple[str, str]:
+        if run not in self.outcomes:
             raise UsageError(
                 f"there is no run {quoted(run)}; those that were done are "
                 f"{self.numbers.runs.min()} to {self.numbers.runs.max()}.",
                 code="result",
             )
-        return int(found[0])
-
-    @cached_property
-    def _failures_by_run(self) -> dict[int, list[FailedRun]]:
-        by_run: dict[int, list[FailedRun]] = {}
-        for failed in self.failures:
-            by_run.setdefault(failed.run, []).append(failed)
-        return by_run
-
-    @cached_property
-    def statuses(self) -> tuple[str, ...]:
-        """Of every run that was done, see `status`."""
-        every = {*self.plan.methods}
-        lost = [
-            {failed.of for failed in self._failures_by_run.get(run, ())}
-            for run in self.numbers.runs.tolist()
-        ]
-        return tuple(
-            "failed" if SIMULATION in each or each >= every else "partly" if each else "ok"
-            for each in lost
-        )
-
-    @cached_property
-    def reasons(self) -> tuple[str, ...]:
-        """Of every run that was done, see `reason`."""
-        return tuple(
-            "; ".join(f"{each.of}: {each.reason}" for each in self._failures_by_run.get(run, ()))
-            for run in self.numbers.runs.tolist()
-        )
+        return self.outcomes[run]
 
     @cached_property
     def figures(self) -> tuple[EstimandFigures, ...]:
@@ -180,9 +164,12 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
         return tuple(self._figures(place) for place in range(len(self.estimands)))
 
     def _figures(self, place: int) -> EstimandFigures:
-        truth = float(self.truths[place])
+        estimand, truth = self.estimands[place], float(self.truths[place])
         there = np.isfinite(self.corrected[:, place])
         value, corrected = (each[there, place] for each in (self.values, self.corrected))
+        # All runs have the error of the same known value, which intervals reckon with.
+        follows = estimand.kind == PHYSICAL or fitted_output(estimand.method)
+        is_shared = follows and any(p.known_sd for p in self.plan.axis.base.known)
         deviations, coverage = {}, {}
         for of in INTERVALS:
             stated = self.deviations(of)[there, place]
@@ -191,10 +178,10 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
                 continue
             deviations[of] = float(np.sqrt(np.mean(stated[known] ** 2)))
             low, high = self.intervals(of)[there, place][known].T
-            if np.isfinite(truth) and not self._shares_error(self.estimands[place]):
+            if np.isfinite(truth) and not is_shared:
                 coverage[of] = Share.of_truths((low <= truth) & (truth <= high))
         return EstimandFigures(
-            **asdict(self.estimands[place]),
+            **asdict(estimand),
             truth=truth,
             runs=int(there.sum()),
             bias=Mean.of_values(corrected - truth),
@@ -204,17 +191,6 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
             coverage=coverage,
         )
 
-    def _shares_error(self, estimand: Estimand) -> bool:
-        """Whether all runs have the error of the same known value, which intervals reckon with."""
-        follows = estimand.kind == PHYSICAL or bool(fitted_output(estimand.method))
-        return follows and any(p.known_sd for p in self.plan.axis.base.known)
-
-    def estimated(self, method: str) -> Share:
-        """How many runs a method gave an estimate in."""
-        places = [i for i, each in enumerate(self.estimands) if each.method == method]
-        there = np.isfinite(self.corrected[:, places])
-        return Share.of_truths(np.asarray(there.any(axis=1)))
-
     @property
     def judged(self) -> int:
         """How many runs there is a verdict of."""
@@ -223,9 +199,15 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
     @cached_property
     def check_figures(self) -> tuple[CheckFigures, ...]:
         """How often each check ends how, in the order of the verdict."""
-        return tuple(
-            _check(name, self._statuses_judged[:, i]) for i, name in enumerate(self.numbers.checks)
-        )
+        found = []
+        for name, statuses in zip(self.numbers.checks, self._statuses_judged.T, strict=True):
+            evaluated = statuses[(statuses >= 0) & (statuses != STATUSES.index("not evaluated"))]
+            passes, notes, fails = (Share.of_truths(evaluated == each) for each in range(3))
+            missing = Share(len(statuses) - len(evaluated), len(statuses))
+            found.append(
+                CheckFigures(name=name, fails=fails, notes=notes, passes=passes, missing=missing)
+            )
+        return tuple(found)
 
     @property
     def _statuses_judged(self) -> NDArray[np.int8]:
@@ -250,20 +232,12 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
         of : str, optional
             Of `INTERVALS`; by default what the method states.
         """
-        stated_of = of or stated_by(self.estimands[place].method, self.plan.chosen)
+        stated_of = of or stated_by(self.estimands[place].method, self.chosen)
         low, high = self.intervals(stated_of)[:, place].T
         stated = (high - low) / 2 / float(ndtri((1 + INTERVAL_LEVEL.value) / 2))
         errors = self.corrected[:, place] - self.truths[place]
         there = np.isfinite(errors) & (stated > 0)
         return np.asarray(errors[there] / stated[there])
-
-
-def _check(name: str, statuses: NDArray[np.int8]) -> CheckFigures:
-    ended = [STATUSES.index(status) for status in ("pass", "note", "fail")]
-    evaluated = statuses[np.isin(statuses, ended)]
-    passes, notes, fails = (Share.of_truths(evaluated == each) for each in ended)
-    missing = Share(len(statuses) - len(evaluated), len(statuses))
-    return CheckFigures(name=name, fails=fails, notes=notes, passes=passes, missing=missing)
 
 
 #: Endings of the files that a study can be written to.
@@ -281,28 +255,26 @@ def run_columns(result: MonteCarlo) -> dict[str, NDArray[Any]]:
     """
     columns: dict[str, NDArray[Any]] = {
         "run": result.numbers.runs,
-        "status": np.array(result.statuses, dtype=np.str_),
-        "reason": np.array(result.reasons, dtype=np.str_),
+        "status": np.array([status for status, _ in result.outcomes.values()], dtype=np.str_),
+        "reason": np.array([why for _, why in result.outcomes.values()], dtype=np.str_),
     }
-    for place in range(len(result.estimands)):
-        columns |= _of_estimand(result, place)
+    columns |= {name: values for name, _, values in _estimand_columns(result)}
     words = np.array([*STATUSES, ""])  # -1 is the last
     for i, check in enumerate(result.numbers.checks):
         columns[f"check.{check}"] = words[result.numbers.statuses[:, i]]
     return columns
 
 
-def _of_estimand(result: MonteCarlo, place: int) -> dict[str, NDArray[Any]]:
-    name = column_name(result.estimands[place])
-    columns = {name: result.values[:, place], f"{name}.corrected": result.corrected[:, place]}
-    for of in INTERVALS:
-        stated = result.deviations(of)[:, place]
-        if not np.isfinite(stated).any():
-            continue
-        columns[f"{name}.{of}.sd"] = stated
-        low, high = result.intervals(of)[:, place].T
-        columns[f"{name}.{of}.low"], columns[f"{name}.{of}.high"] = low, high
-    return columns
+def _estimand_columns(result: MonteCarlo) -> Iterator[tuple[str, str, Array]]:
+    """Every column of the estimands, with its unit; of intervals those that any run states."""
+    numbers = result.numbers.numbers.transpose(1, 2, 0)
+    for estimand, of_one in zip(result.estimands, numbers, strict=True):
+        name, unit = column_name(estimand), estimand.unit
+        yield from ((name, unit, of_one[0]), (f"{name}.corrected", unit, of_one[1]))
+        for of, stated in zip(INTERVALS, of_one[2:].reshape(len(INTERVALS), 3, -1), strict=True):
+            if np.isfinite(stated[0]).any():
+                ends = zip(("sd", "low", "high"), stated, strict=True)
+                yield from ((f"{name}.{of}.{end}", unit, column) for end, column in ends)
 
 
 def column_name(estimand: Estimand) -> str:
@@ -311,16 +283,7 @@ def column_name(estimand: Estimand) -> str:
     return ".".join((estimand.method, *kind, estimand.name))
 
 
-def column_units(result: MonteCarlo) -> dict[str, str]:
-    """Units of the columns of `run_columns` that have one."""
-    return {
-        name: estimand.unit
-        for place, estimand in enumerate(result.estimands)
-        for name in _of_estimand(result, place)
-    }
-
-
-def settings_text(result: MonteCarlo) -> str:
+def settings_text(result: MonteCarlo, units: Mapping[str, str]) -> str:
     """What a file says of the study, as JSON: its axes, all that was asked for, true values."""
     plan = result.plan
     return json.dumps(
@@ -344,7 +307,7 @@ def settings_text(result: MonteCarlo) -> str:
                 for each, truth in zip(result.estimands, result.truths.tolist(), strict=True)
                 if np.isfinite(truth)
             },
-            "units": column_units(result),
+            "units": units,
             "axisid": __version__,
         }
     )
@@ -368,11 +331,12 @@ def write_runs(result: MonteCarlo, path: str | Path) -> None:
     """
     file = Path(path)
     check_output(file)
-    columns, about = run_columns(result), {SETTINGS: settings_text(result)}
+    units = {name: unit for name, unit, _ in _estimand_columns(result)}
+    columns, about = run_columns(result), {SETTINGS: settings_text(result, units)}
     if file.suffix == ".npz":
         content = npz_bytes({**columns, **about})
     else:
-        content = parquet_bytes(columns, column_units(result), about, file)
+        content = parquet_bytes(columns, units, about, file)
     write_file(file, content)
 
 

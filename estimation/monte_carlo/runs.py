@@ -4,7 +4,7 @@
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, TypeAlias, TypeVar
@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.batched import LaneEstimates, identify_lanes
+from axisid.estimation.batched import identify_lanes
 from axisid.estimation.choices import fitted_output
 from axisid.estimation.estimates import COVARIANCES, Value, student_interval
 from axisid.estimation.fitting import OutputFit, fit
@@ -182,23 +182,14 @@ def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterat
         elif lane in found.errors:
             run.lost(method, found.errors[lane])
         else:
-            run.values.update(_lane_values(plan, method, found, lane))
+            for i, quantity in enumerate(plan.axis.parameters):
+                value, intervals = float(found.values[lane, i]), dict[str, Interval]()
+                for of in COVARIANCES:
+                    sd, freedom = found.deviations[of][lane, i], found.freedom[of][lane, i]
+                    intervals[of] = float(sd), student_interval(value, float(sd), float(freedom))
+                estimand = Estimand(method, quantity.name, PARAMETER, quantity.unit)
+                run.values[estimand] = _row(value, value, intervals)
         yield run
-
-
-def _lane_values(
-    plan: MonteCarloPlan, method: str, found: LaneEstimates, lane: int
-) -> Iterator[tuple[Estimand, Array]]:
-    for i, quantity in enumerate(plan.axis.parameters):
-        value, intervals = float(found.values[lane, i]), dict[str, Interval]()
-        for of in COVARIANCES:
-            sd = float(found.deviations[of][lane, i])
-            interval = student_interval(value, sd, float(found.freedom[of][lane, i]))
-            intervals[of] = sd, interval
-        yield (
-            Estimand(method, quantity.name, PARAMETER, quantity.unit),
-            _row(value, value, intervals),
-        )
 
 
 def _run(plan: MonteCarloPlan, number: int, record: Record | str) -> _Run:
@@ -311,8 +302,9 @@ def lost_block(block: range, reason: str) -> BlockNumbers:
 def joined(blocks: Sequence[BlockNumbers]) -> BlockNumbers:
     """Blocks as one, in the order of the runs, whatever order they were made in."""
     ordered = sorted(blocks, key=lambda block: int(block.runs[0]))
-    estimands = _all_of(block.estimands for block in ordered)
-    checks = _all_of(block.checks for block in ordered)
+    # Each once, in the order in which they come.
+    estimands = tuple(dict.fromkeys(each for block in ordered for each in block.estimands))
+    checks = tuple(dict.fromkeys(each for block in ordered for each in block.checks))
     return BlockNumbers(
         runs=np.concatenate([block.runs for block in ordered]),
         estimands=estimands,
@@ -335,8 +327,3 @@ def _stacked(
         whole[:, [place[column] for column in own]] = array
         stacked.append(whole)
     return np.concatenate(stacked)
-
-
-def _all_of(listed: Iterable[Iterable[_T]]) -> tuple[_T, ...]:
-    """Each once, in the order in which they come."""
-    return tuple(dict.fromkeys(each for some in listed for each in some))

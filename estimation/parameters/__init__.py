@@ -22,7 +22,6 @@ from .nuisance import (
     START as START,
     START_PARAMETERS as START_PARAMETERS,
     ExtendedForm as ExtendedForm,
-    are_starts as are_starts,
     axis_at as axis_at,
     by_declared_gain as by_declared_gain,
     gains_in as gains_in,
@@ -30,10 +29,6 @@ from .nuisance import (
     least_sizes as least_sizes,
     start_sizes as start_sizes,
     started_at as started_at,
-    with_drive_gain as with_drive_gain,
-    with_gains as with_gains,
-    with_starts as with_starts,
-    with_time as with_time,
 )
 from .unknowns import (
     End as End,

@@ -43,11 +43,6 @@ class KnownValues:
     deviations: tuple[float, ...]
 
     @property
-    def differs(self) -> bool:
-        """Whether it is not the same in all records."""
-        return len(set(self.values)) > 1
-
-    @property
     def doubtful(self) -> tuple[tuple[float, float], ...]:
         """The values that are not exact, each once, with their deviations."""
         pairs = zip(self.values, self.deviations, strict=True)
@@ -69,7 +64,24 @@ def known_of(
     UsageError
         They are not as many as records, or one is no number or pair of numbers.
     """
-    return tuple(_known(name, values, records) for name, values in (told or {}).items())
+    counted, found = "is 1 record" if records == 1 else f"are {records} records", []
+    for name, given in (told or {}).items():
+        if isinstance(given, str) or not isinstance(given, Iterable):
+            raise UsageError(
+                f"what is known of {name!r} is {quoted(given)}; give a list with a number, or a "
+                "number and its deviation, for each record.",
+                code="parameters",
+            )
+        entries = [_pair(name, entry) for entry in given]
+        if len(entries) != records:
+            raise UsageError(
+                f"{name!r} has {len(entries)} known value{'s' * (len(entries) != 1)}, and there "
+                f"{counted}; give one for each, in their order.",
+                code="parameters",
+            )
+        values, deviations = zip(*entries, strict=True)
+        found.append(KnownValues(name=name, values=values, deviations=deviations))
+    return tuple(found)
 
 
 def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...]]:
@@ -101,25 +113,6 @@ def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...
             )
         found[match[1]] = tuple((float(e[1]), float(e[2] or 0.0)) for e in entries if e)
     return found
-
-
-def _known(name: str, told: object, records: int) -> KnownValues:
-    if isinstance(told, str) or not isinstance(told, Iterable):
-        raise UsageError(
-            f"what is known of {name!r} is {quoted(told)}; give a list with a number, or a number "
-            "and its deviation, for each record.",
-            code="parameters",
-        )
-    entries = [_pair(name, entry) for entry in told]
-    if len(entries) != records:
-        counted = "is 1 record" if records == 1 else f"are {records} records"
-        raise UsageError(
-            f"{name!r} has {len(entries)} known value{'s' * (len(entries) != 1)}, and there "
-            f"{counted}; give one for each, in their order.",
-            code="parameters",
-        )
-    values, deviations = zip(*entries, strict=True)
-    return KnownValues(name=name, values=values, deviations=deviations)
 
 
 def _pair(name: str, entry: object) -> tuple[float, float]:
@@ -159,35 +152,32 @@ def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -
     if all(is_same_period(period, designed) for period in periods):
         return [asked] * len(periods)
     ratios = [Fraction(period / designed).limit_denominator(_FINEST) for period in periods]
-    whole = [
+    whole = all(
         ratio > 0 and is_same_period(float(ratio) * designed, period)
         for ratio, period in zip(ratios, periods, strict=True)
+    )
+    decimations = _decimations(asked, designed, ratios) if whole else []
+    if not decimations or any(d.denominator != 1 or d > _MOST_ROWS_APART for d in decimations):
+        listed = ", ".join(f"{period:.6g}" for period in periods)
+        raise UsageError(
+            f"the records are sampled every {listed} s, which have no common multiple for "
+            "rows to be apart by; resample them to one rate with resample=HZ.",
+            code="parameters",
+        )
+    return [
+        replace(asked.at_period(designed, period), decimate=int(decimation))
+        for period, decimation in zip(periods, decimations, strict=True)
     ]
-    if not all(whole):
-        raise _apart(periods)
+
+
+def _decimations(asked: Prefilter, designed: float, ratios: list[Fraction]) -> list[Fraction]:
+    """Of records by their periods over the designed one: rows about as far apart as asked for.
+
+    They are no finer than the cut-off allows.
+    """
     step = math.lcm(*(ratio.numerator for ratio in ratios))
     least = Fraction(step, math.gcd(*(ratio.denominator for ratio in ratios)))
-    apart = _multiple(least, asked.decimate, matching_decimation(asked.cutoff, designed))
-    every = [apart / ratio for ratio in ratios]
-    if any(one.denominator != 1 or one > _MOST_ROWS_APART for one in every):
-        raise _apart(periods)
-    return [
-        replace(asked.at_period(designed, period), decimate=int(one))
-        for period, one in zip(periods, every, strict=True)
-    ]
-
-
-def _multiple(least: Fraction, decimate: int, lowest: int) -> Fraction:
-    """Rows apart about as far as was asked for, and no finer than the cut-off allows."""
-    above = least * max(1, math.ceil(Fraction(decimate) / least))
-    below = above - least
-    return below if above > _FARTHER * decimate and below >= min(lowest, decimate) else above
-
-
-def _apart(periods: Sequence[float]) -> UsageError:
-    listed = ", ".join(f"{period:.6g}" for period in periods)
-    return UsageError(
-        f"the records are sampled every {listed} s, which have no common multiple for "
-        "rows to be apart by; resample them to one rate with resample=HZ.",
-        code="parameters",
-    )
+    above = least * max(1, math.ceil(Fraction(asked.decimate) / least))
+    below, finest = above - least, matching_decimation(asked.cutoff, designed)
+    nearer = above > _FARTHER * asked.decimate and below >= min(finest, asked.decimate)
+    return [(below if nearer else above) / ratio for ratio in ratios]

@@ -109,13 +109,10 @@ class JointForm(Exact, InverseForm):
         """See `Form.physical`."""
         if self.gain is None:
             return theta, np.eye(len(theta))
-        scaled, kappa = theta[:-1], theta[-1]
-        k = len(scaled)
-        jacobian = np.zeros((k + 1, k + 1))
-        jacobian[:k, :k] = np.eye(k) / kappa
-        jacobian[:k, k] = -scaled / kappa**2
-        jacobian[k, k] = -self.gain / kappa**2
-        return np.append(scaled, self.gain) / kappa, jacobian
+        scaled, kappa = np.append(theta[:-1], self.gain), theta[-1]
+        jacobian = np.eye(len(theta)) / kappa
+        jacobian[:, -1] = -scaled / kappa**2
+        return scaled / kappa, jacobian
 
     def regressed(self, physical: Array) -> Array:
         """See `Form.regressed`."""
@@ -126,9 +123,10 @@ class JointForm(Exact, InverseForm):
 
     def have_inertia(self, physical: Array) -> NDArray[np.bool_]:
         """See `Form.have_inertia`; in every record."""
-        records = range(len(self.members))
-        own = (np.array([self.own(each, i) for each in physical]) for i in records)
-        found = [self.of_record(i).have_inertia(each) for i, each in zip(records, own, strict=True)]
+        found = [
+            self.of_record(i).have_inertia(np.array([self.own(each, i) for each in physical]))
+            for i in range(len(self.members))
+        ]
         return np.asarray(np.all(found, axis=0))
 
     def of_record(self, record: int) -> Form:
@@ -239,48 +237,46 @@ def _check(
 ) -> None:
     declared, law = {p.name: p for p in axis.declared.parameters}, axis.declared.control
     gains = [*law.gains] if law is not None else []
-    for each in known:
-        if each.name not in (*declared, *gains):
-            raise UsageError(
-                f"there is no {each.name!r} to be known of each record; axis {axis.axis.name!r} "
-                f"has {', '.join((*declared, *gains))}.",
-                code="parameters",
-            )
-        p = declared.get(each.name)
-        if p and not all(p.lower <= value <= p.upper for value in each.values):
-            raise UsageError(
-                f"what is known of {p.name!r}, {', '.join(map(each.text, range(records)))}, is "
-                f"beyond its bounds of {p.lower:g} and {p.upper:g}; give values within them.",
-                code="parameters",
-            )
-    for name in local:
-        if name not in declared:
-            raise UsageError(
-                f"there is no parameter {name!r} to be each record's own; axis "
-                f"{axis.axis.name!r} has {', '.join(declared)}.",
-                code="parameters",
-            )
-        if any(name == each.name for each in known):
-            raise UsageError(
-                f"{name!r} is known of each record and its own as well; leave one of the two out.",
-                code="parameters",
-            )
-    if fixed := axis.base.known:
-        values = [f"{p.known}+-{p.known_sd}" if p.known_sd else str(p.known) for p in fixed]
-        settings = [
-            f"known {p.name}={','.join([value] * records)}"
-            for p, value in zip(fixed, values, strict=True)
-        ]
-        raise UsageError(
+    bounded = [(declared[each.name], each) for each in known if each.name in declared]
+    fixed, named = axis.base.known, {each.name for each in known}
+    values = [f"{p.known}+-{p.known_sd}" if p.known_sd else f"{p.known}" for p in fixed]
+    pairs = zip(fixed, values, strict=True)
+    settings = [f"known {p.name}={','.join([value] * records)}" for p, value in pairs]
+    faults = [
+        *(
+            f"there is no {each.name!r} to be known of each record; axis {axis.axis.name!r} "
+            f"has {', '.join((*declared, *gains))}."
+            for each in known
+            if each.name not in (*declared, *gains)
+        ),
+        *(
+            f"what is known of {p.name!r}, {', '.join(map(each.text, range(records)))}, is "
+            f"beyond its bounds of {p.lower:g} and {p.upper:g}; give values within them."
+            for p, each in bounded
+            if not all(p.lower <= value <= p.upper for value in each.values)
+        ),
+        *(
+            f"there is no parameter {name!r} to be each record's own; axis {axis.axis.name!r} has "
+            f"{', '.join(declared)}."
+            for name in local
+            if name not in declared
+        ),
+        *(
+            f"{name!r} is known of each record and its own as well; leave one of the two out."
+            for name in local
+            if name in named
+        ),
+    ]
+    if fixed:
+        faults.append(
             f"{' and '.join(p.name for p in fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, "
             "which is weighed where all parameters are shared; in its place say of each record "
-            f"{' and '.join(settings)}.",
-            code="parameters",
+            f"{' and '.join(settings)}."
         )
-    if not {*declared} - {each.name for each in known}:
-        raise UsageError(
-            "every parameter is known; leave at least one to identify.", code="parameters"
-        )
+    if named >= {*declared}:
+        faults.append("every parameter is known; leave at least one to identify.")
+    if faults:
+        raise UsageError(faults[0], code="parameters")
 
 
 def _axes(axis: GeneratedAxis, records: int, known: Sequence[KnownValues]) -> list[GeneratedAxis]:
@@ -378,8 +374,6 @@ def _tells_gain(members: Sequence[Member]) -> bool:
     """Whether the known forces are no multiple of what parameters make, record by record."""
     into = np.concatenate([member.into for member in members])
     offset = np.concatenate([member.offset for member in members])
-    if not np.any(offset):
-        return False
     size = np.linalg.norm(into, axis=0)
     columns = into / np.where(size > 0, size, 1.0)
     left = offset - columns @ np.linalg.lstsq(columns, offset, rcond=None)[0]

@@ -9,12 +9,11 @@ enters the force linearly is searched for as it is, and simulated times that.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.loops import loop_starts
@@ -36,21 +35,9 @@ _MOTIONS, _SEED = 64, 0  # on which a force is held against twice its parameters
 _SAME = 1e-9  # of the largest force
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Start:
-    """Of one stretch."""
-
-    record: int
-    segment: int
-    parameters: dict[
-        str, Parameter
-    ]  # by what is free of position and velocity, of `START_PARAMETERS`
-    sizes: tuple[float, ...]
-
-
 @dataclass(frozen=True, slots=True)
 class ExtendedForm(InverseForm):
-    """A form whose physical parameters have more behind them, which no row is linear in.
+    """A form whose physical parameters may have more behind them, which no row is linear in.
 
     They stand in the order of the attributes, and a search starts from their nominal values.
 
@@ -64,8 +51,11 @@ class ExtendedForm(InverseForm):
         The drive's gain; its nominal value is the declared one.
     gains : tuple of Parameter
         Gains of the law, the same for all records.
-    starts : tuple
-        First positions and velocities of each stretch, those of a record one after the other.
+    starts : mapping of (int, int) to mapping of str to Parameter
+        First positions and velocities of each stretch, by record and segment: what is free of them
+        by its name in `START_PARAMETERS`.
+    start_sizes : tuple of float
+        Their least sizes, from which steps are taken.
     time : tuple of Parameter
         The drive's ``lag`` or ``delay``, s.
     """
@@ -74,18 +64,21 @@ class ExtendedForm(InverseForm):
     axes: tuple[GeneratedAxis, ...] = field(kw_only=True)
     drive_gain: tuple[Parameter, ...] = field(default=(), kw_only=True)
     gains: tuple[Parameter, ...] = field(default=(), kw_only=True)
-    starts: tuple[_Start, ...] = field(default=(), kw_only=True)
+    starts: Mapping[tuple[int, int], Mapping[str, Parameter]] = field(
+        default_factory=dict, kw_only=True
+    )
+    start_sizes: tuple[float, ...] = field(default=(), kw_only=True)
     time: tuple[Parameter, ...] = field(default=(), kw_only=True)
 
     @classmethod
     def of(cls, form: Form, axes: Sequence[GeneratedAxis]) -> "ExtendedForm":
-        """A form with nothing behind it yet, by the axes of the records; or itself."""
-        return form if isinstance(form, cls) else cls(axes[0], of_model=form, axes=tuple(axes))
+        """A form with nothing behind it yet, by the axes of the records."""
+        return cls(form.axis, of_model=form, axes=tuple(axes))
 
     @property
     def more(self) -> tuple[Parameter, ...]:
         """What is behind the parameters of the model."""
-        starts = (p for start in self.starts for p in start.parameters.values())
+        starts = (p for start in self.starts.values() for p in start.values())
         return (*self.drive_gain, *self.gains, *starts, *self.time)
 
     @property
@@ -120,104 +113,93 @@ class ExtendedForm(InverseForm):
 
     @property
     def local(self) -> dict[str, tuple[str, ...]]:
-        """Names by record, where there are several and each has one stretch."""
-        if len(self.starts) < 2 or any(start.segment for start in self.starts):
-            return {}
-        return {
-            name: tuple(start.parameters[name].name for start in self.starts)
-            for name in self.starts[0].parameters
-        }
+        """Names of each parameter that records have for themselves, by record.
 
+        Of starts where there are several records and each has one stretch.
+        """
+        found = dict(self.of_model.local) if isinstance(self.of_model, JointForm) else {}
+        every = [*self.starts.values()]
+        if len(every) > 1 and not any(segment for _, segment in self.starts):
+            found |= {name: tuple(each[name].name for each in every) for name in every[0]}
+        return found
 
-def with_drive_gain(form: Form, axes: Sequence[GeneratedAxis]) -> Form:
-    """A form with the drive's gain behind it; itself where a known force has it searched already.
+    def with_drive_gain(self) -> "ExtendedForm":
+        """With the drive's gain; itself where a known force has it searched already.
 
-    Raises
-    ------
-    ModelError
-        The force of the drive, or of an axis, is no multiple of what would be searched.
-    """
-    if isinstance(form, JointForm) and form.gain is not None:
-        return form
-    gain = searched_gain(axes, [q.name for q in form.physical_quantities])
-    return replace(ExtendedForm.of(form, axes), drive_gain=(gain,))
+        What is declared of its deviation was known before.
 
+        Raises
+        ------
+        ModelError
+            The force of the drive, or of an axis, is no multiple of what would be searched.
+        """
+        if isinstance(self.of_model, JointForm) and self.of_model.gain is not None:
+            return self
+        for axis in self.axes:
+            _check_gain(axis, [q.name for q in self.physical_quantities])
+        gain, drive = drive_gain_of(self.axes[0]), self.axes[0].axis.drive
+        value = float(drive.gain)
+        gain = replace(gain, lower=0.0) if value > 0 else replace(gain, upper=0.0)
+        if drive.relative_sd:
+            gain = replace(gain, known=value, known_sd=abs(value) * drive.relative_sd)
+        return replace(self, drive_gain=(gain,))
 
-def with_gains(form: Form, axes: Sequence[GeneratedAxis], names: Sequence[str]) -> ExtendedForm:
-    """A form with gains of the law that are free, and the same for all records.
+    def with_gains(self, names: Sequence[str]) -> "ExtendedForm":
+        """With gains of the law that are free, and the same for all records.
 
-    No gain changes its sign.
+        No gain changes its sign.
 
-    Raises
-    ------
-    ModelError
-        The axis has no law whose gains could change, or not that gain.
-    """
-    free = tuple(dict.fromkeys(names))
-    law, *_ = [axis.loop_with(free)[1] for axis in axes]
-    values = [(name, float(law.gains[name])) for name in free]
-    gains = tuple(
-        Parameter(
-            name,
-            "1",
-            nominal=value,
-            lower=0.0 if value > 0 else -np.inf,
-            upper=0.0 if value < 0 else np.inf,
-        )
-        for name, value in values
-    )
-    return replace(ExtendedForm.of(form, axes), gains=gains)
-
-
-def with_starts(
-    form: Form, axes: Sequence[GeneratedAxis], records: Sequence[Record], asked: Sequence[str]
-) -> ExtendedForm:
-    """A form with what is asked for of the starts of all stretches of the records behind it."""
-    names = [name for name in START_PARAMETERS if START in asked or name in asked]
-    stretches = [
-        (i, segment, start)
-        for i, pair in enumerate(zip(axes, records, strict=True))
-        for segment, start in enumerate(loop_starts(*pair))
-    ]
-    taken = {q.name.lower() for q in form.physical_quantities}
-    q, found = axes[0].axis.coordinate, []
-    for number, (i, segment, start) in enumerate(stretches, 1):
-        after = f"_{number}" if len(stretches) > 1 else ""
-        rows = slice(*records[i].spans[segment])
-        sizes = start_sizes(records[i].position[rows], records[i].period)
-        units, values = (q.unit, q.velocity_unit), (start.position, start.velocity)
-        every = zip(START_PARAMETERS, map(str, units), map(float, values), sizes, strict=True)
-        chosen = [each for each in every if each[0] in names]
-        found.append(
-            _Start(
-                record=i,
-                segment=segment,
-                parameters={
-                    name: Parameter(fresh_name(name + after, taken), unit, nominal=value)
-                    for name, unit, value, _ in chosen
-                },
-                sizes=tuple(size for *_, size in chosen),
+        Raises
+        ------
+        ModelError
+            The axis has no law whose gains could change, or not that gain.
+        """
+        free = tuple(dict.fromkeys(names))
+        law, *_ = [axis.loop_with(free)[1] for axis in self.axes]
+        values = [(name, float(law.gains[name])) for name in free]
+        gains = tuple(
+            Parameter(
+                name,
+                "1",
+                nominal=value,
+                lower=0.0 if value > 0 else -np.inf,
+                upper=0.0 if value < 0 else np.inf,
             )
+            for name, value in values
         )
-    return replace(ExtendedForm.of(form, axes), starts=tuple(found))
+        return replace(self, gains=gains)
 
-
-def with_time(form: Form, axes: Sequence[GeneratedAxis], time: Parameter) -> ExtendedForm:
-    """A form with a time of the drive behind it; its nominal value is where a search starts."""
-    return replace(ExtendedForm.of(form, axes), time=(time,))
-
-
-def are_starts(form: Form) -> NDArray[np.bool_]:
-    """Which physical parameters are first positions and velocities of loops, (P,)."""
-    return least_sizes(form) > 0
+    def with_starts(self, records: Sequence[Record], asked: Sequence[str]) -> "ExtendedForm":
+        """With what is asked for of the starts of all stretches of the records."""
+        names = [name for name in START_PARAMETERS if START in asked or name in asked]
+        stretches = [
+            (i, segment, start)
+            for i, pair in enumerate(zip(self.axes, records, strict=True))
+            for segment, start in enumerate(loop_starts(*pair))
+        ]
+        taken, q = {q.name.lower() for q in self.physical_quantities}, self.axes[0].axis.coordinate
+        found, sizes = dict[tuple[int, int], dict[str, Parameter]](), list[float]()
+        for number, (i, segment, start) in enumerate(stretches, 1):
+            after = f"_{number}" if len(stretches) > 1 else ""
+            position = records[i].position[slice(*records[i].spans[segment])]
+            units, values = (q.unit, q.velocity_unit), (start.position, start.velocity)
+            least = start_sizes(position, records[i].period)
+            every = zip(START_PARAMETERS, map(str, units), map(float, values), least, strict=True)
+            chosen = [each for each in every if each[0] in names]
+            found[i, segment] = {
+                name: Parameter(fresh_name(name + after, taken), unit, nominal=value)
+                for name, unit, value, _ in chosen
+            }
+            sizes += [size for *_, size in chosen]
+        return replace(self, starts=found, start_sizes=tuple(sizes))
 
 
 def least_sizes(form: Form) -> Array:
     """Least sizes of physical parameters, from which steps are taken: of starts, else 0, (P,)."""
     sizes = np.zeros(len(form.physical_quantities))
     if isinstance(form, ExtendedForm):
-        own, first = np.ravel([start.sizes for start in form.starts]), form.place_of_gains.stop
-        sizes[first : first + len(own)] = own
+        first = form.place_of_gains.stop
+        sizes[first : first + len(form.start_sizes)] = form.start_sizes
     return sizes
 
 
@@ -227,9 +209,8 @@ def started_at(
     """What a stretch is simulated from, where physical parameters (P,) or (B, P) let it start."""
     if not (isinstance(form, ExtendedForm) and form.starts):
         return inputs
-    number = [(s.record, s.segment) for s in form.starts].index((record, segment))
-    names = form.starts[number].parameters
-    first = form.place_of_gains.stop + number * len(names)
+    names = form.starts[record, segment]
+    first = form.place_of_gains.stop + [*form.starts].index((record, segment)) * len(names)
     values = dict(zip(names, np.moveaxis(physical, -1, 0)[first:], strict=False))
     start = replace(
         inputs.start,
@@ -293,59 +274,34 @@ def by_declared_gain(axis: GeneratedAxis, physical: Array, gain: float) -> Array
     return np.where(axis.nonlinear, physical, physical * (declared / used))
 
 
-def searched_gain(axes: Sequence[GeneratedAxis], names: Sequence[str]) -> Parameter:
-    """The gain from where it is declared; what is declared of its deviation was known before.
-
-    Parameters
-    ----------
-    axes : sequence of GeneratedAxis
-        By record.
-    names : sequence of str
-        Of what else is searched.
-
-    Raises
-    ------
-    ModelError
-        The force of the drive, or of an axis, is no multiple of what would be searched.
-    """
-    for axis in axes:
-        _check(axis, names)
-    found, drive = drive_gain_of(axes[0]), axes[0].axis.drive
-    value = float(drive.gain)
-    found = replace(found, lower=0.0) if value > 0 else replace(found, upper=0.0)
-    if not drive.relative_sd:
-        return found
-    return replace(found, known=value, known_sd=abs(value) * drive.relative_sd)
-
-
-def _check(axis: GeneratedAxis, names: Sequence[str]) -> None:
-    drive, name = axis.axis.drive, axis.axis.name
-    if GAIN in names:
+def _check_gain(axis: GeneratedAxis, names: Sequence[str]) -> None:
+    """Refuse to search for the drive's gain beside names where the force is no multiple of it."""
+    drive = axis.axis.drive
+    cases = (
+        (
+            GAIN in names,
+            f"a parameter of the axis has its name, {GAIN}; call that another.",
+        ),
+        (
+            axis.states,
+            "its friction remembers, and what it remembers need not grow with its forces; give the "
+            "gain as the data sheet has it.",
+        ),
+        (
+            not drive.is_times_gain,
+            f"the force of its drive, {drive.force}, is no multiple of it; give it as the data "
+            "sheet has it, or a drive of another formula.",
+        ),
+        (
+            not (axis.states or _is_multiple(axis)),
+            "its equation of motion has a force of numbers alone, such as that of a rotor's "
+            "inertia, which another gain would move; declare the number as a parameter, and say "
+            "its value of the record; known NAME=VALUE.",
+        ),
+    )
+    if why := [said for holds, said in cases if holds]:
         raise ModelError(
-            f"the drive gain of axis {name!r} cannot be free: a parameter of the axis has its "
-            f"name, {GAIN}; call that another.",
-            code="free",
-        )
-    if axis.states:
-        raise ModelError(
-            f"the drive gain of axis {name!r} cannot be free: its friction remembers, and what it "
-            "remembers need not grow with its forces; give the gain as the data sheet has it.",
-            code="free",
-        )
-    if not drive.is_times_gain:
-        raise ModelError(
-            f"the drive gain of axis {name!r} cannot be free: the force of its drive, "
-            f"{drive.force}, is no multiple of it; give it as the data sheet has it, or a drive "
-            "of another formula.",
-            code="free",
-        )
-    if not _is_multiple(axis):
-        raise ModelError(
-            f"the drive gain of axis {name!r} cannot be free: its equation of motion has a "
-            "force of numbers alone, such as that of a rotor's inertia, which another gain "
-            "would move; declare the number as a parameter, and say its value of the record; "
-            "known NAME=VALUE.",
-            code="free",
+            f"the drive gain of axis {axis.axis.name!r} cannot be free: {why[0]}", code="free"
         )
 
 

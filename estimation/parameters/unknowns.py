@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import Quantity
-from axisid.estimation.regression import Form
 from axisid.estimation.thresholds import LARGEST_VALUE
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, ModelError, UsageError, is_real, quoted
+
+from .nuisance import ExtendedForm
 
 _MIN_PRIOR_DEVIATION = 1e-12  # of the value; what is surer is exact, and can be held
 
@@ -128,8 +129,7 @@ def bounded_quadratic_minimum(
 
 
 def unknowns_of(
-    form: Form,
-    local: Mapping[str, tuple[str, ...]],
+    form: ExtendedForm,
     bounds: Mapping[str, tuple[End, End]],
     prior: Mapping[str, tuple[float, float]],
     fixed: Mapping[str, float],
@@ -138,10 +138,8 @@ def unknowns_of(
 
     Parameters
     ----------
-    form : Form
-    local : mapping of str to tuple of str
-        Names of each declared parameter that records have for themselves: what is said of it is
-        said of all of them.
+    form : ExtendedForm
+        What is said of a parameter that records have for themselves is said of all of them.
     bounds : mapping of str to (float or None, float or None)
         Narrower than the declared ones.
     prior : mapping of str to (float, float)
@@ -155,32 +153,30 @@ def unknowns_of(
     ModelError
         The axis fixes a parameter that the fit does not search by itself.
     """
-    quantities, declared = form.physical_quantities, form.declared
-    names = [q.name for q in quantities]
-    count, nothing = len(names), np.full(len(names), np.nan)
+    declared, local = form.declared, form.local
     found = Unknowns(
-        quantities=quantities,
+        quantities=form.physical_quantities,
         lower=np.array([p.lower for p in declared], dtype=float),
         upper=np.array([p.upper for p in declared], dtype=float),
-        prior=np.zeros(count),
-        prior_sd=np.full(count, np.inf),
-        fixed=nothing,
+        prior=np.zeros(len(declared)),
+        prior_sd=np.full(len(declared), np.inf),
+        fixed=np.full(len(declared), np.nan),
     )
+    names = found.names
 
     def places(name: object, what: str) -> list[int]:
         own = local.get(str(name), (str(name),))
-        missing = [each for each in own if each not in names]
-        if missing:
+        if not {*own} <= {*names}:
             raise UsageError(
                 f"there is no parameter {quoted(name)} to {what}; the fit has {', '.join(names)}.",
                 code="fit",
             )
         return [names.index(each) for each in own]
 
-    _with_declared(found, form, names)
-    _with_bounds(found, bounds, places)
-    _with_priors(found, prior, fixed, places)
-    _with_fixed(found, fixed, places)
+    _take_declared(found, form)
+    _take_bounds(found, bounds, places)
+    _take_priors(found, prior, {j for name in fixed for j in places(name, "fix")}, places)
+    _take_fixed(found, fixed, places)
     if not found.free.any():
         raise UsageError("every parameter is fixed; leave at least one to search.", code="fit")
     return found
@@ -222,25 +218,25 @@ def check_enough(counted: Array, spans: Sequence[Sequence[slice]], unknowns: Unk
 _Places = Callable[[object, str], list[int]]
 
 
-def _with_declared(found: Unknowns, form: Form, names: list[str]) -> None:
+def _take_declared(found: Unknowns, form: ExtendedForm) -> None:
     """What the axis, or its drive, declares as known: held where it is exact, else weighed."""
     known = {p.name: p for p in (*form.declared, *form.axis.base.known) if p.known is not None}
     for p in known.values():
-        if p.name not in names:
+        if p.name not in found.names:
             raise ModelError(
                 f"{p.name} of axis {form.axis.axis.name!r} is fixed, and the fit searches "
-                f"{', '.join(names)}, in which it is with others; leave the fixed value out, and "
-                "let identify make the others of it.",
+                f"{', '.join(found.names)}, in which it is with others; leave the fixed value "
+                "out, and let identify make the others of it.",
                 code="fit",
             )
-        at, value = names.index(p.name), float(p.known or 0.0)
+        at, value = found.names.index(p.name), float(p.known or 0.0)
         if p.known_sd:
             found.prior[at], found.prior_sd[at] = value, p.known_sd
         else:
             found.fixed[at] = value
 
 
-def _with_bounds(found: Unknowns, bounds: Mapping[str, tuple[End, End]], places: _Places) -> None:
+def _take_bounds(found: Unknowns, bounds: Mapping[str, tuple[End, End]], places: _Places) -> None:
     for name, given in bounds.items():
         pair = given if isinstance(given, (tuple, list)) else (None,)
         if len(pair) != 2 or not all(end is None or is_real(end) for end in pair):
@@ -261,16 +257,12 @@ def _with_bounds(found: Unknowns, bounds: Mapping[str, tuple[End, End]], places:
             found.lower[j], found.upper[j] = low, high
 
 
-def _with_priors(
-    found: Unknowns,
-    prior: Mapping[str, tuple[float, float]],
-    fixed: Mapping[str, float],
-    places: _Places,
+def _take_priors(
+    found: Unknowns, prior: Mapping[str, tuple[float, float]], held: set[int], places: _Places
 ) -> None:
-    held = {j for name in fixed for j in places(name, "fix")}
-    held.update(map(int, np.flatnonzero(~np.isnan(found.fixed))))
     for name, given in prior.items():
-        if not held.isdisjoint(places(name, "know")):
+        own = places(name, "know")
+        if not found.free[own].all() or not held.isdisjoint(own):
             raise UsageError(
                 f"{quoted(name)} is fixed, and something is known of it; give one of the two.",
                 code="fit",
@@ -285,22 +277,17 @@ def _with_priors(
                 "or as good as that.",
                 code="fit",
             )
-        for j in places(name, "know"):
-            found.prior[j], found.prior_sd[j] = mean, sd
+        found.prior[own], found.prior_sd[own] = mean, sd
 
 
-def _with_fixed(found: Unknowns, fixed: Mapping[str, float], places: _Places) -> None:
+def _take_fixed(found: Unknowns, fixed: Mapping[str, float], places: _Places) -> None:
     for name, value in fixed.items():
-        if not (is_real(value) and math.isfinite(value)):
-            raise UsageError(
-                f"the fixed value of {quoted(name)} is {quoted(value)}; give a finite number.",
-                code="fit",
-            )
         for j in places(name, "fix"):
-            if not found.lower[j] <= value <= found.upper[j]:
+            low, high, is_number = found.lower[j], found.upper[j], is_real(value)
+            if not (is_number and math.isfinite(value) and low <= value <= high):
                 raise UsageError(
-                    f"{found.names[j]} is fixed at {value:g}, beyond its bounds of "
-                    f"{found.lower[j]:g} and {found.upper[j]:g}; fix it within them.",
+                    f"{found.names[j]} is fixed at {quoted(value)}; give a finite number within "
+                    f"its bounds of {low:g} and {high:g}.",
                     code="fit",
                 )
             found.fixed[j] = float(value)

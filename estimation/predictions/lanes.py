@@ -1,8 +1,10 @@
 """Predictions side by side, one column for each parameter set, and their slopes by differences."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections import ChainMap
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,28 @@ class Lanes:
 
     errors: Array
     failures: Mapping[int, str]
+
+
+@dataclass(slots=True, kw_only=True)
+class Piece:
+    """Rows that are predicted together.
+
+    Attributes
+    ----------
+    record : int
+        Of the records, from 0; pieces of one stand behind those of the one before.
+    spans : tuple of int
+        Rows of each stretch without a gap.
+    samples : (N,) array of int
+    measured, counted : (n,) array
+        As of `Predictions`.
+    """
+
+    record: int
+    spans: tuple[int, ...]
+    samples: NDArray[np.intp]
+    measured: Array
+    counted: Array
 
 
 class Predictions(ABC):
@@ -57,16 +81,25 @@ class Predictions(ABC):
     measured: Array
     counted: Array
     horizon: float | None = None
-    _pieces: int  # that are simulated one after the other
 
-    def __init__(self, form: Form, records: Sequence[Record]) -> None:
+    def __init__(self, form: Form, records: Sequence[Record], pieces: Sequence[Piece]) -> None:
         self._form, self._records = form, tuple(records)
         self._slope_by_time: Array | None = None
         self._time = 0.0
+        self.measured = np.concatenate([each.measured for each in pieces])
+        self.counted = np.concatenate([each.counted for each in pieces])
+        of_records = [[each for each in pieces if each.record == i] for i in range(len(records))]
+        self.samples = tuple(np.concatenate([p.samples for p in own]) for own in of_records)
+        first, spans = 0, list[tuple[slice, ...]]()
+        for own in of_records:
+            ends = np.cumsum([first, *(size for each in own for size in each.spans)]).tolist()
+            spans.append(tuple(slice(*pair) for pair in pairwise(ends)))
+            first = ends[-1]
+        self.spans = tuple(spans)
 
     @abstractmethod
-    def _piece(self, place: int, physical: Array) -> tuple[Array, Mapping[int, str]]:
-        """Errors of the rows of a piece with parameters (B, P), and why lanes failed."""
+    def _errors(self, physical: Array) -> Iterator[tuple[Array, Mapping[int, str]]]:
+        """Errors of the rows of each piece with parameters (B, P), and why lanes failed."""
 
     @abstractmethod
     def settle(self, physical: Array) -> None:
@@ -87,12 +120,9 @@ class Predictions(ABC):
 
     def __call__(self, physical: Array) -> Lanes:
         """Errors of parameters (B, P)."""
-        pieces, failures = [], dict[int, str]()
-        for place in range(self._pieces):
-            values, failed = self._piece(place, physical)
-            pieces.append(values)
-            failures = {**failed, **failures}
-        errors = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+        pieces = [*self._errors(physical)]
+        errors = pieces[0][0] if len(pieces) == 1 else np.concatenate([e for e, _ in pieces])
+        failures = dict(ChainMap(*(dict(failed) for _, failed in pieces)))
         errors[:, [*failures]] = np.nan
         if self._slope_by_time is not None:
             errors += np.outer(self._slope_by_time, physical[:, -1] - self._time)
@@ -164,7 +194,7 @@ def record_rows(spans: Sequence[slice], place: int = 0, outputs: int = 1) -> sli
 #: Of a parameter's scale. The cost is smooth there: slopes agree to 0.06 % from 1e-3 to 1e-6.
 STEP = 1e-4
 _ROOM = 2.001  # steps in the range between the bounds
-_SHORTER, _TRIES = 1 / 8, 3  # of the step, where a lane fails
+_SHORTER = (1, 1 / 8, 1 / 64)  # of the step, where lanes fail
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -212,57 +242,35 @@ def jacobian_at(
     """
     chosen = range(len(physical)) if free is None else map(int, np.flatnonzero(free))
     steps = np.minimum(STEP * scale, (upper - lower) / _ROOM)
-    jacobian: Array | None = None
-    errors, sides = np.empty(0), np.zeros(len(physical), dtype=int)
-    pending, failed = list(chosen), Lanes(errors=np.empty((0, 0)), failures={})
-    for _ in range(_TRIES):
-        offsets = np.array([_offsets(j, physical, steps, lower, upper, sides) for j in pending])
-        lanes = np.tile(physical, (1 + 2 * len(pending), 1))
-        for k, j in enumerate(pending):
-            lanes[1 + 2 * k : 3 + 2 * k, j] += offsets[k]
-        found = predictions(lanes)
+    left = {j: _steps(steps[j], physical[j] - lower[j], upper[j] - physical[j]) for j in chosen}
+    jacobian, why = np.zeros((len(predictions.measured), len(physical))), ""
+    while True:
+        pairs = np.array([next(some, (np.nan, np.nan)) for some in left.values()]).reshape(-1, 2)
+        if np.isnan(pairs).any():
+            raise EstimationError(why, code="simulation")
+        moves = np.zeros((1 + pairs.size, len(physical)))
+        moves[np.arange(1, len(moves)), np.repeat([*left], 2)] = pairs.ravel()
+        found = predictions(physical + moves)
         if 0 in found.failures:
             raise EstimationError(found.failures[0], code="simulation")
-        if jacobian is None:
-            errors = found.errors[:, 0]
-            jacobian = np.zeros((len(errors), len(physical)))
-        lost = []
-        for k, j in enumerate(pending):
-            pair = 1 + 2 * k, 2 + 2 * k
-            below, above = (lane in found.failures for lane in pair)
-            if below or above:
-                lost.append(j)
-                if below != above and offsets[k].sum() == 0:
-                    sides[j] = 1 if below else -1
-                else:
-                    steps[j] *= _SHORTER
-                continue
-            first, second = (found.errors[:, lane] for lane in pair)
-            jacobian[:, j] = _slope(errors, first, second, *offsets[k])
-        pending, failed = lost, found
-        if not pending:
-            return ErrorsAndJacobian(errors=errors, jacobian=jacobian)
-    raise EstimationError(next(iter(failed.failures.values())), code="simulation")
+        here, first, second = found.errors[:, :1], found.errors[:, 1::2], found.errors[:, 2::2]
+        a, b = pairs.T
+        # At 0 of the parabolas through the values at 0, a and b.
+        slopes = (first * b * b - second * a * a) / (a * b * (b - a)) - here * (a + b) / (a * b)
+        lost = {(lane - 1) // 2: why for lane, why in found.failures.items()}
+        why = next(iter(lost.values()), "")
+        for k, j in enumerate([*left]):
+            if k not in lost:
+                jacobian[:, j] = slopes[:, k]
+                del left[j]
+        if not left:
+            return ErrorsAndJacobian(errors=here[:, 0], jacobian=jacobian)
 
 
-def _offsets(
-    j: int,
-    physical: Array,
-    steps: Array,
-    lower: Array,
-    upper: Array,
-    sides: NDArray[np.int_],
-) -> tuple[float, float]:
-    """Where a parameter's two lanes are, from where it is: about it, or both on one side."""
-    h, below, above = steps[j], physical[j] - lower[j], upper[j] - physical[j]
-    if below < h or (sides[j] > 0 and above >= 2 * h):
-        return h, 2 * h
-    if above < h or (sides[j] < 0 and below >= 2 * h):
-        return -h, -2 * h
-    return -h, h
-
-
-def _slope(here: Array, first: Array, second: Array, a: float, b: float) -> Array:
-    """Slope at 0 of the parabola through values at 0, a and b."""
-    slope = (first * b * b - second * a * a) / (a * b * (b - a))
-    return slope if a == -b else slope - here * (a + b) / (a * b)
+def _steps(step: float, below: float, above: float) -> Iterator[tuple[float, float]]:
+    """Two steps of a parameter with so much room: about it, or to one side, then shorter ones."""
+    for share in _SHORTER:
+        h = share * step
+        for pair in ((-h, h), (h, 2 * h), (-2 * h, -h)):
+            if -below <= pair[0] and pair[1] <= above:
+                yield pair

@@ -4,13 +4,12 @@ Several outputs are of one simulation, and the rows of a sample are neighbours: 
 control, position, and so on.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import pairwise
+from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.choices import CONTROL, FORCE
@@ -19,20 +18,19 @@ from axisid.estimation.loops import (
     applied_terms,
     law_memory,
     loop_starts,
+    recorded_inputs,
     state_at_rest,
-    two_clocks,
 )
 from axisid.estimation.parameters import (
-    are_starts,
     axis_at,
     gains_in,
     inputs_at,
+    least_sizes,
     start_sizes,
     started_at,
 )
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, loop_reference, sensor_steps
-from axisid.estimation.signals import recorded_signals
 from axisid.estimation.simulation import (
     BatchSimulation,
     LoopInputs,
@@ -44,7 +42,7 @@ from axisid.estimation.simulation import (
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError
 
-from .lanes import STEP, Predictions
+from .lanes import STEP, Piece, Predictions
 
 # of a term of the law: by how much it is added and taken away for a slope
 _ADDED_SHARE = 1e-3
@@ -97,63 +95,55 @@ def measured_output(output: str, axis: GeneratedAxis, record: Record) -> Measure
 
 
 @dataclass(slots=True, kw_only=True)
-class Stretch:
+class Stretch(Piece):
     """A segment of a record, and what its loop is simulated from.
 
     Attributes
     ----------
     axis : GeneratedAxis
-    record : int
-        Of the records, from 0.
     segment : int
         Of the record, from 0.
     inputs : LoopInputs
     outputs : tuple of str
         What is followed, as `Simulation` names it; of several the rows of a sample are neighbours.
-    measured : (n,) array
-        The recorded outputs, a row for each output of each sample.
-    counted : (n,) array of bool
-        Which rows are measurements.
     substeps : int or None
         Of a sample, once they are settled.
     """
 
     axis: GeneratedAxis
-    record: int
     segment: int
     inputs: LoopInputs
     outputs: tuple[str, ...]
-    measured: Array
-    counted: NDArray[np.bool_]
     substeps: int | None = None
 
     def simulated(
         self,
         own: Array,
         inputs: LoopInputs,
-        wanted: Sequence[str] = (),
+        wanted: Sequence[str],
         gains: Mapping[str, Array] | None = None,
     ) -> BatchSimulation:
-        """Its loop with parameters (B, p): the outputs, or what else is wanted."""
+        """Its loop with parameters (B, p)."""
         return simulate_lanes(
             self.axis,
             own,
             replace(inputs, gains=gains_by_lane(self.axis, gains, len(own))),
             substeps=self.substeps,
-            wanted=wanted or self.outputs,
+            wanted=wanted,
         )
 
-    def rows(self, values: Callable[[str], Array]) -> Array:
-        """Rows of what each output has at the samples, (N, B): (n, B)."""
-        return interleaved([values(name) for name in self.outputs])
+    def rows(
+        self, own: Array, inputs: LoopInputs, gains: Mapping[str, Array] | None = None
+    ) -> tuple[Array, Mapping[int, str]]:
+        """The outputs of its loop with parameters (B, p), (n, B), and why lanes failed."""
+        batch = self.simulated(own, inputs, self.outputs, gains)
+        return interleaved([batch[name] for name in self.outputs]), batch.failures
 
 
 def interleaved(columns: Sequence[Array]) -> Array:
     """Values (N, ...) of each output as rows, those of a sample neighbours, (n, ...)."""
-    if len(columns) == 1:
-        return columns[0]
-    whole = np.stack(columns, axis=1)
-    return whole.reshape(-1, *whole.shape[2:])
+    first = columns[0]
+    return first if len(columns) == 1 else np.stack(columns, axis=1).reshape(-1, *first.shape[1:])
 
 
 class LoopPredictions(Predictions):
@@ -182,8 +172,6 @@ class LoopPredictions(Predictions):
         records: Sequence[Record],
         outputs: str | Sequence[str],
     ) -> None:
-        super().__init__(form, records)
-        self.samples = tuple(np.concatenate([np.arange(*s) for s in r.spans]) for r in records)
         names = (outputs,) if isinstance(outputs, str) else outputs
         found = [
             [measured_output(name, *pair) for name in names]
@@ -191,18 +179,10 @@ class LoopPredictions(Predictions):
         ]
         self.units = tuple(each.unit for each in found[0])
         self._signals = [each.signal for each in found[0]]
-        every = enumerate(zip(map(unrounded, axes), records, found, strict=True))
-        self.stretches = tuple(
-            stretch for i, (a, r, m) in every for stretch in _stretches(a, r, i, m)
-        )
-        self._pieces = len(self.stretches)
-        ends = np.cumsum([0, *(len(each.measured) for each in self.stretches)])
-        self._rows = [slice(int(a), int(b)) for a, b in pairwise(ends)]
-        pairs = [*zip(self.stretches, self._rows, strict=True)]
-        numbers = dict.fromkeys(each.record for each in self.stretches)
-        self.spans = tuple(tuple(rows for each, rows in pairs if each.record == i) for i in numbers)
-        self.measured = np.concatenate([each.measured for each in self.stretches])
-        self.counted = np.concatenate([each.counted for each in self.stretches]).astype(float)
+        smooth = [unrounded(axis, native=axis.native.enabled) for axis in axes]
+        every = enumerate(zip(smooth, records, found, strict=True))
+        self.stretches = [stretch for i, each in every for stretch in _stretches(i, *each)]
+        super().__init__(form, records, self.stretches)
         self.step = max(sensor_steps(*pair).position for pair in zip(axes, records, strict=True))
 
     def outputs_of(
@@ -241,99 +221,86 @@ class LoopPredictions(Predictions):
                 )
             each.substeps = max(steps, each.substeps or 1)
 
-    def _settled(self, stretch: Stretch, physical: Array) -> tuple[Stretch, Array]:
-        """A stretch as parameters (P,) make it, and those of its axis, (p,)."""
-        return self._at(stretch, physical), self._form.own(physical, stretch.record)
-
-    def _at(self, stretch: Stretch, physical: Array) -> Stretch:
-        """A stretch under the law, and from the start, that parameters (P,) make."""
+    def _at(self, stretch: Stretch, physical: Array) -> tuple[Stretch, Array]:
+        """A stretch under the law, and from the start, that parameters (P,) make; its own, (p,)."""
         axis, inputs = axis_at(stretch.axis, self._form, physical), stretch.inputs
         if axis is not stretch.axis:
             inputs = inputs_at(axis, self._records[stretch.record], stretch.segment, inputs)
         inputs = started_at(self._form, physical, stretch.record, stretch.segment, inputs)
-        same = inputs is stretch.inputs
-        return stretch if same else replace(stretch, axis=axis, inputs=inputs)
+        own = self._form.own(physical, stretch.record)
+        return replace(stretch, axis=axis, inputs=inputs), own
 
     def slopes_by_start(self, physical: Array) -> tuple[tuple[slice, Array], ...]:
         """See `Predictions.slopes_by_start`."""
-        if are_starts(self._form).any():
+        if least_sizes(self._form).any():
             return ()
         found = []
-        for each, rows in zip(self.stretches, self._rows, strict=True):
+        for each, rows in zip(self.stretches, chain(*self.spans), strict=True):
             if not each.inputs.start.velocity:
                 continue
-            record, (at, own) = self._records[each.record], self._settled(each, physical)
+            record, (at, own) = self._records[each.record], self._at(each, physical)
             position = record.position[slice(*record.spans[each.segment])]
             start, step = at.inputs.start, STEP * np.array(start_sizes(position, record.period))
             there = np.array([[float(start.position)], [float(start.velocity)]])
             moved = there + step[:, None] * np.array([[1, -1, 0, 0], [0, 0, 1, -1]])
             inputs = replace(at.inputs, start=replace(start, position=moved[0], velocity=moved[1]))
-            batch = at.simulated(np.tile(own, (4, 1)), inputs)
-            out = at.rows(batch.__getitem__)
-            slopes = np.where(at.counted[:, None], (out[:, ::2] - out[:, 1::2]) / (2 * step), 0.0)
-            if not batch.failures and np.all(np.isfinite(slopes)):
+            out, failures = at.rows(np.tile(own, (4, 1)), inputs)
+            slopes = at.counted[:, None] * (out[:, ::2] - out[:, 1::2]) / (2 * step)
+            if not failures and np.all(np.isfinite(slopes)):
                 found.append((rows, slopes))
         return tuple(found)
 
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """See `Predictions.slopes_by_law`."""
-        found: dict[str, list[Array]] = {}
-        for each in self.stretches:
-            for name, slope in slopes_by_law(*self._settled(each, physical)).items():
-                found.setdefault(name, []).append(slope)
-        whole = len(self.stretches)
-        return {name: np.concatenate(p) for name, p in found.items() if len(p) == whole}
+        found = [slopes_by_law(*self._at(each, physical)) for each in self.stretches]
+        shared = [name for name in found[0] if all(name in each for each in found)]
+        return {name: np.concatenate([each[name] for each in found]) for name in shared}
 
     def velocities(self, physical: Array) -> tuple[Array, ...]:
         """See `Predictions.velocities`."""
         found: list[list[Array]] = [[] for _ in self.samples]
         for each in self.stretches:
-            at, own = self._settled(each, physical)
+            at, own = self._at(each, physical)
             loop = at.simulated(own[None, :], at.inputs, ["velocity"])
             if loop.failures or at.inputs.clocks is not None:
                 return ()
             found[each.record].append(loop["velocity"][:, 0])
         return tuple(map(np.concatenate, found))
 
-    def _piece(self, place: int, physical: Array) -> tuple[Array, Mapping[int, str]]:
-        stretch = self.stretches[place]
-        own = np.array([self._form.own(lane, stretch.record) for lane in physical])
-        gains, inputs = gains_in(self._form, physical), stretch.inputs
-        if gains:
-            memories = [self._at(stretch, lane).inputs.start.memory for lane in physical]
-            inputs = replace(inputs, start=replace(inputs.start, memory=np.array(memories)))
-        inputs = started_at(self._form, physical, stretch.record, stretch.segment, inputs)
-        with np.errstate(all="ignore"):
-            batch = stretch.simulated(own, inputs, gains=gains)
-        errors = stretch.rows(batch.__getitem__) - stretch.measured[:, None]
-        errors[~stretch.counted] = 0.0
-        return errors, batch.failures
+    def _errors(self, physical: Array) -> Iterator[tuple[Array, Mapping[int, str]]]:
+        gains = gains_in(self._form, physical)
+        for stretch in self.stretches:
+            own = np.array([self._form.own(lane, stretch.record) for lane in physical])
+            inputs = stretch.inputs
+            if gains:
+                memories = [self._at(stretch, lane)[0].inputs.start.memory for lane in physical]
+                inputs = replace(inputs, start=replace(inputs.start, memory=np.array(memories)))
+            inputs = started_at(self._form, physical, stretch.record, stretch.segment, inputs)
+            with np.errstate(all="ignore"):
+                out, failures = stretch.rows(own, inputs, gains)
+            errors = out - stretch.measured[:, None]
+            errors[stretch.counted == 0] = 0.0
+            yield errors, failures
 
 
 def _stretches(
-    axis: GeneratedAxis, record: Record, number: int, measured: Sequence[MeasuredOutput]
+    number: int, axis: GeneratedAxis, record: Record, measured: Sequence[MeasuredOutput]
 ) -> Iterator[Stretch]:
-    reference, added = loop_reference(axis, record), record.added_control
-    columns = recorded_signals(axis, record.provenance.source, record.signals)
+    loop_reference(axis, record)  # or it is refused
     counted = ~covered(record.masked, len(record))
     starts = zip(record.spans, loop_starts(axis, record), strict=True)
     for segment, (span, start) in enumerate(starts):
         rows = slice(*span)
-        inputs = LoopInputs(
-            reference=reference[rows],
-            period=record.period,
-            start=start,
-            injected=None if added is None else added[rows],
-            signals=tuple(values[rows] for values in columns),
-        ).at_law(axis, two_clocks(axis, record, span))
         yield Stretch(
-            axis=axis,
             record=number,
-            segment=segment,
-            inputs=inputs,
-            outputs=tuple(each.signal for each in measured),
+            spans=((span[1] - span[0]) * len(measured),),
+            samples=np.arange(*span),
             measured=interleaved([each.values[rows] for each in measured]),
-            counted=np.repeat(counted[rows], len(measured)),
+            counted=np.repeat(counted[rows], len(measured)).astype(float),
+            axis=axis,
+            segment=segment,
+            inputs=recorded_inputs(axis, record, span, start),
+            outputs=tuple(each.signal for each in measured),
         )
 
 
@@ -363,36 +330,30 @@ def slopes_by_law(stretch: Stretch, own: Array) -> Mapping[str, Array]:
     ticks = LawTicks.at_samples(inputs.reference, position, velocity, inputs.signals)
     memory = inputs.start.memory
     # The loop's memory has the drive's behind the law's, whose terms do not depend on it.
-    own_memory = None if memory is None else np.asarray(memory)[: law_memory(stretch.axis)]
-    start = state_at_rest(stretch.axis, ticks) if own_memory is None else own_memory
+    count = law_memory(stretch.axis)
+    start = state_at_rest(stretch.axis, ticks) if memory is None else np.asarray(memory)[:count]
     terms = applied_terms(stretch.axis, ticks, start)
     # They are those that are applied; what is injected is applied as late as they are.
     terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
-    # Of many columns what is copied costs more than the loops.
-    count = terms.shape[1]
-    lanes = np.empty((len(terms), 2 * count))
-    np.multiply(terms, _ADDED_SHARE, out=lanes[:, :count])
-    np.negative(lanes[:, :count], out=lanes[:, count:])
+    lanes = _ADDED_SHARE * np.hstack([terms, -terms])
     if inputs.injected is not None:
         lanes += inputs.injected[:, None]
-    found = stretch.simulated(np.tile(own, (lanes.shape[1], 1)), replace(inputs, injected=lanes))
-    if found.failures:
+    out, failures = stretch.rows(np.tile(own, (lanes.shape[1], 1)), replace(inputs, injected=lanes))
+    if failures:
         return {}
-    more, less = np.split(stretch.rows(found.__getitem__), 2, axis=1)
-    slopes = np.where(stretch.counted[:, None], (more - less) / (2 * _ADDED_SHARE), 0.0)
+    more, less = np.split(out, 2, axis=1)
+    slopes = stretch.counted[:, None] * (more - less) / (2 * _ADDED_SHARE)
     names = [str(product) for product, _ in law.terms]
     return dict(zip(names, slopes.T, strict=True))
-
-
-def unrounded(axis: GeneratedAxis) -> GeneratedAxis:
-    """The same axis, its drive without steps; itself where that has none."""
-    return _smooth(axis, native=axis.native.enabled) if axis.declared.drive.quantisation else axis
 
 
 # The records of a fit have one axis, or few, and to build one may compile its loop. Of two that are
 # equal one may be compiled and the other not.
 @lru_cache(maxsize=16)
-def _smooth(axis: GeneratedAxis, *, native: bool) -> GeneratedAxis:
+def unrounded(axis: GeneratedAxis, *, native: bool) -> GeneratedAxis:
+    """The same axis, its drive without steps, compiled or not; itself where that has none."""
+    if not axis.declared.drive.quantisation:
+        return axis
     drive = axis.declared.drive
     others = drive.delay or not replace(drive.path, quantisation=0.0).is_plain
     # What acts of a command that nothing changes is the command.

@@ -24,7 +24,7 @@ from axisid.modeling.laws import cascade_pd
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, EstimationError, UsageError
 
-from .lanes import Predictions
+from .lanes import Piece, Predictions
 
 _HORIZON = 1.0  # s, of the windows of an open loop where none is given
 
@@ -96,15 +96,16 @@ class _Windows:
         own = values[self.first : self.first + self.position.size]
         return np.ascontiguousarray(own.reshape(self.count, -1).T)
 
-    def alone(self, k: int) -> LoopInputs:
-        """Of one parameter set along one window."""
-        position, velocity = self.first_states[:, k : k + 1]
+    def inputs(self, states: Array) -> LoopInputs:
+        """Of the windows, once or several times, from states (2, B w)."""
+        sets = states.shape[1] // self.count
+        wide = [np.tile(v, (1, sets)) for v in (self.position, self.control, *self.signals)]
         return LoopInputs(
-            reference=self.position[:, k],
+            reference=wide[0],
             period=self.period,
-            start=LoopStart(position=position, velocity=velocity),
-            injected=self.control[:, k],
-            signals=tuple(values[:, k] for values in self.signals),
+            start=LoopStart(position=states[0], velocity=states[1]),
+            injected=wide[1],
+            signals=tuple(wide[2:]),
         )
 
     def errors(self, own: Array, states: Array | None = None) -> tuple[Array, dict[int, str]]:
@@ -114,19 +115,11 @@ class _Windows:
         """
         sets = len(own)
         first = np.tile(self.first_states, (1, sets)) if states is None else states
-        wide = [np.tile(v, (1, sets)) for v in (self.position, self.control, *self.signals)]
-        inputs = LoopInputs(
-            reference=wide[0],
-            period=self.period,
-            start=LoopStart(position=first[0], velocity=first[1]),
-            injected=wide[1],
-            signals=tuple(wide[2:]),
-        )
         with np.errstate(all="ignore"):
             batch = simulate_lanes(
                 self.axis,
                 np.repeat(own, self.count, axis=0),
-                inputs,
+                self.inputs(first),
                 substeps=self.substeps,
                 wanted=["position"],
             )
@@ -178,53 +171,45 @@ class WindowPredictions(Predictions):
                 "does.",
                 code="equation",
             )
-        super().__init__(form, records)
         self._axes, self.horizon = tuple(axes), horizon
         self.units: tuple[str, ...] = (str(axes[0].axis.coordinate.unit),)
         every = enumerate(zip(axes, records, strict=True))
         self._windows = [w for i, (a, r) in every for w in _windows(a, r, i, horizon)]
-        self._pieces = len(self._windows)
-        self.samples = tuple(
-            np.concatenate(
-                [w.first + np.arange(w.position.size) for w in self._windows if w.record == i]
+        pieces = [
+            Piece(
+                record=w.record,
+                spans=w.count * (len(w.position),),
+                samples=w.first + np.arange(w.position.size),
+                measured=(w.position - w.position[0]).T.ravel(),  # from its first position on
+                counted=w.counted.T.ravel(),
             )
-            for i in range(len(records))
-        )
-        spans: dict[int, list[slice]] = {}
-        first = 0
-        for w in self._windows:
-            size, end = len(w.position), first + w.position.size
-            spans.setdefault(w.record, []).extend(
-                slice(a, a + size) for a in range(first, end, size)
-            )
-            first = end
-        self.spans = tuple(map(tuple, spans.values()))
-        # Of each window from its first position on.
-        self.measured = np.concatenate(
-            [(w.position - w.position[0]).T.ravel() for w in self._windows]
-        )
-        self.counted = np.concatenate([w.counted.T.ravel() for w in self._windows])
+            for w in self._windows
+        ]
+        super().__init__(form, records, pieces)
 
     def settle(self, physical: Array) -> None:
         """See `Predictions.settle`: steps of a sample, and where the windows start."""
         for w in self._windows:
             own = np.asarray(self._form.own(physical, w.record))
-            asked = (settled_substeps(w.axis, own, w.alone(k)) for k in range(w.count))
+            inputs = w.inputs(w.first_states)
+            asked = (settled_substeps(w.axis, own, inputs.lanes(k)) for k in range(w.count))
             w.substeps = max(w.substeps or 1, *(steps or 1 for steps in asked))
             _begin(w, own)
 
-    def _piece(self, place: int, physical: Array) -> tuple[Array, dict[int, str]]:
+    def _errors(self, physical: Array) -> Iterator[tuple[Array, dict[int, str]]]:
         """Errors of windows; those of a trial alone start where its own errors are least."""
-        w = self._windows[place]
-        own = np.array([self._form.own(lane, w.record) for lane in physical])
-        if len(own) == 1:
-            w = replace(w)
-            try:
-                _follow(w, own[0])
-            except EstimationError as error:
-                return np.full((w.position.size, 1), np.nan), {0: str(error)}
-        errors, failed = w.errors(own)
-        return w.rows(errors), failed
+        for windows in self._windows:
+            own = np.array([self._form.own(lane, windows.record) for lane in physical])
+            w = windows
+            if len(own) == 1:
+                w = replace(windows)
+                try:
+                    _follow(w, own[0])
+                except EstimationError as error:
+                    yield np.full((w.position.size, 1), np.nan), {0: str(error)}
+                    continue
+            errors, failed = w.errors(own)
+            yield w.rows(errors), failed
 
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
         """See `Predictions.outputs_of`; windows start where these records ask for.
@@ -267,7 +252,7 @@ class WindowPredictions(Predictions):
             asked = longest * 0.5**k
             windows = WindowPredictions(self._form, self._axes, self._records, asked)
             windows.settle(physical)
-            grown = windows.growth(physical)
+            grown = max(_growth(w, self._form.own(physical, w.record)) for w in windows._windows)
             if grown > MAX_GROWTH.value:
                 return found
             if k == halvings and grown <= math.sinh(slow) / slow:
@@ -275,48 +260,32 @@ class WindowPredictions(Predictions):
             found = asked
         return self.horizon
 
-    def growth(self, physical: Array) -> float:
-        """How far a first velocity carries an axis by parameters (P,), over a free one's way.
 
-        Of all windows the furthest. More than 1 is a motion that no loop holds: friction that falls
-        with the velocity, or a force away from a place.
+def _growth(w: _Windows, own: Array) -> float:
+    """How far a first velocity carries an axis by parameters (p,), over a free one's way.
 
-        Raises
-        ------
-        EstimationError
-            A window cannot be simulated.
-        """
-        found = 0.0
-        for w in self._windows:
-            errors = _moved(w, np.asarray(self._form.own(physical, w.record)))
-            _, step = w.steps
-            reach = float(np.abs(errors[:, 3] - errors[:, 4]).max()) / 2
-            found = max(found, reach / (step * len(w.position) * w.period))
-        return found
+    Of all windows the furthest. More than 1 is a motion that no loop holds: friction that falls
+    with the velocity, or a force away from a place.
+    """
+    errors, (_, step) = _moved(w, own), w.steps
+    reach = float(np.abs(errors[:, 3] - errors[:, 4]).max()) / 2
+    return float(reach / (step * len(w.position) * w.period))
 
 
 def default_horizon(records: Sequence[Record]) -> float:
     """Length of windows of which records have enough that their scatter tells deviations, s."""
+    stretches = [(end - first, r.period) for r in records for first, end in r.spans]
     horizon = _HORIZON
-    while horizon > _SHORTEST and _count(records, horizon) < ADVISED_WINDOWS.value:
+    while horizon > _SHORTEST:
+        windows = sum(max(samples // _size(horizon, period), 1) for samples, period in stretches)
+        if windows >= ADVISED_WINDOWS.value:
+            break
         horizon /= 2
     return horizon
 
 
-def _count(records: Sequence[Record], horizon: float) -> int:
-    sizes = [(last - first, record.period) for record in records for first, last in record.spans]
-    return sum(max(samples // _size(horizon, period), 1) for samples, period in sizes)
-
-
 def _size(horizon: float, period: float) -> int:
     return max(round(horizon / period), FEWEST_IN_WINDOW)
-
-
-def _begin(w: _Windows, own: Array) -> None:
-    """Start windows where their errors are least, not only less than near by."""
-    _follow(w, own)
-    if _begin_elsewhere(w, own):
-        _follow(w, own)
 
 
 def _follow(w: _Windows, own: Array) -> None:
@@ -339,11 +308,12 @@ def _follow(w: _Windows, own: Array) -> None:
             break
 
 
-def _begin_elsewhere(w: _Windows, own: Array) -> bool:
-    """Let windows start with another velocity about theirs where their errors are less so.
+def _begin(w: _Windows, own: Array) -> None:
+    """Start windows where their errors are least, not only less than near by.
 
-    Near rest the errors have several least values. Whether one has changed.
+    Near rest the errors have several least values: another velocity is tried about each window's.
     """
+    _follow(w, own)
     lines = [  # through fewer samples
         polyfit(w.period * np.arange(n), w.position[:n], 1)[1]
         for n in _OF_FEW
@@ -362,7 +332,8 @@ def _begin_elsewhere(w: _Windows, own: Array) -> bool:
     less = squares[best, every] < _OTHER * squares[0]
     tried[0] -= off
     w.first_states = np.where(less, tried[:, best, every], w.first_states)
-    return bool(less.any())
+    if less.any():
+        _follow(w, own)
 
 
 def _moved(w: _Windows, own: Array) -> Array:

@@ -11,8 +11,13 @@ from .record import (
     check_record as check_record,
     record_labels as record_labels,
 )
-from .repairs import Repairs as Repairs
-from .run_file import is_run_file as is_run_file, log_of as log_of
+from .run_file import (
+    Repairs as Repairs,
+    is_run_file as is_run_file,
+    log_of as log_of,
+    started_run as started_run,
+)
+from .segments import windows_text as windows_text
 from .shifts import (
     Interpolation as Interpolation,
     advised_interpolation as advised_interpolation,
@@ -20,13 +25,10 @@ from .shifts import (
     at_times as at_times,
     samples_apart as samples_apart,
 )
-from .started_run import started_run as started_run
 from .time_base import (
     clock_of as clock_of,
     evaluations_per_sample as evaluations_per_sample,
     hold_delay as hold_delay,
     is_same_period as is_same_period,
-    is_sampled_by as is_sampled_by,
     other_period as other_period,
 )
-from .windows import windows_text as windows_text

@@ -8,68 +8,58 @@ another, and a control that is written less often than the position keeps every 
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from axisid.estimation.records.columns import Mask, RoleColumns
 from axisid.estimation.tables import Repair, Samples
 from axisid.estimation.thresholds import LIMIT_TOLERANCE, MAX_SMOOTH_STEP
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, runs
 
-# of the limit, from a flat top that is at it: more than a converter's noise
-_MAX_LIMIT_EXCESS_AT_TOP = 0.02
 # equal samples at an extreme, from which a signal may have been cut off there
 _MIN_FLAT_SAMPLES = 3
-_MIN_RAMP_SAMPLES = 4  # samples inside a ramp, from which it shows that it is straight
-_MIN_REST_SAMPLES = 20  # samples without motion, from which a flat extreme is a rest
-_HELD_VALUE_SHARE = 0.1  # of a control's values may be kept for less long than it is held
-# quanta; larger differences do not tell whether values are multiples of one
-_MAX_QUANTUM_MULTIPLE = 5.0
-_MAX_QUANTUM_REMAINDER = 0.15  # quanta from a whole multiple, as decimals leave them
-_MIN_MULTIPLE_SHARE = 0.9  # of the small differences are whole multiples: there is a quantum
-
-Mask = NDArray[np.bool_]
-
-_ROUNDING = 8 * float(np.finfo(float).eps)
 
 
-def clipped(samples: Mapping[str, Samples], axis: Axis | None) -> tuple[dict[str, Mask], Repair]:
-    """Samples of the control, or of a measured force, that are cut off: at its extreme or limit.
+def clipped(columns: RoleColumns, axis: Axis | None) -> RoleColumns:
+    """Columns with a mask of the samples of the control, or of a measured force, that are cut off.
+
+    At its extreme or limit.
 
     Parameters
     ----------
-    samples : mapping of str to Samples
-        By role, SI, each with its clock.
+    columns : RoleColumns
+        Each with its clock.
     axis : Axis or None
         With the drive's limit.
     """
-    role, what = _driven(samples), "clipped samples masked, with the rows whose filters reach them"
-    if role not in samples:
-        return {}, Repair(kind="clipped", count=0, text=f"{what}: none")
-    values, cut = samples[role].values, _flat_tops(samples, role)
-    cut |= np.abs(values) >= _limit(role, axis) * (1 - LIMIT_TOLERANCE.value)
-    text = f"{what}: {role} {cut.sum()}{_at(values, cut)}"
-    return {role: cut}, Repair(kind="clipped", count=int(cut.sum()), text=text)
+    samples, role = columns.samples, _driven(columns.samples)
+    masks, count, said = {}, 0, "none"
+    if role in samples:
+        cut = _flat_tops(samples, role)
+        cut |= np.abs(samples[role].values) >= _limit(role, axis) * (1 - LIMIT_TOLERANCE.value)
+        masks, count = {role: cut}, int(cut.sum())
+        said = f"{role} {count}{_at(samples[role].values, cut)}"
+    text = f"clipped samples masked, with the rows whose filters reach them: {said}"
+    made = columns.repaired({}, Repair(kind="clipped", count=count, text=text))
+    return replace(made, masks=masks)
 
 
 def clipping_notes(samples: Mapping[str, Samples], axis: Axis | None) -> list[str]:
-    """What is said of a control or a force that is cut off, but for a control at the limit.
-
-    Parameters as of `clipped`.
-    """
+    """What is said of a control or a force that is cut off, but for a control at the limit."""
     role = _driven(samples)
     if role not in samples:
         return []
     values, cut = samples[role].values, _flat_tops(samples, role)
-    cut &= np.abs(values) < _limit(role, axis) * (1 - _MAX_LIMIT_EXCESS_AT_TOP)
+    # A flat top that is at the limit is off it by a converter's noise at most.
+    cut &= np.abs(values) < 0.98 * _limit(role, axis)
     if not cut.any():
         return []
-    said = (
+    return [
         f"the {role} is cut off in {int(cut.sum())} samples{_at(values, cut)}, as by a recorder or "
-        "a converter: if the drive did not, leave them out with "
-    )
-    return [f'{said}mask = "clipped" in run.toml']
+        'a converter: if the drive did not, leave them out with mask = "clipped" in run.toml'
+    ]
 
 
 def _at(values: Array, mask: Mask) -> str:
@@ -121,22 +111,20 @@ class _Signal:
         signs = np.sign(np.diff(values))
         self.turns = np.flatnonzero(np.diff(signs)) + 1  # samples between steps of other signs
 
-    def ends(self, start: int, stop: int) -> list[float]:
-        """The steps into and out of a run, those that there are."""
-        values = self.values
-        return [abs(float(values[k] - values[k - 1])) for k in (start, stop) if 0 < k < len(values)]
-
     def is_steep(self, start: int, stop: int) -> bool:
         """Whether a run begins and ends by more than a smooth signal's rounding."""
-        ends = self.ends(start, stop)
-        return bool(ends) and min(ends) > MAX_SMOOTH_STEP.value * self.quantum
+        ends = [
+            abs(self.values[k] - self.values[k - 1])
+            for k in (start, stop)
+            if 0 < k < len(self.values)
+        ]
+        return min(ends, default=0.0) > MAX_SMOOTH_STEP.value * self.quantum
 
     def is_set(self, start: int, stop: int) -> bool:
         """Whether a run is one of a commanded profile, which goes straight from value to value."""
         last = len(self.values) - 1
-        before = int(self.turns[k - 1]) if (k := np.searchsorted(self.turns, start)) else 0
-        k = np.searchsorted(self.turns, stop)  # the first after the run's own end, at stop - 1
-        after = int(self.turns[k]) if k < len(self.turns) else last
+        before = int(self.turns[self.turns < start].max(initial=0))
+        after = int(self.turns[self.turns >= stop].min(initial=last))
         ramps = [(start, before, -1)] if start else []
         ramps += [(stop - 1, after, 1)] if stop <= last else []
         return all(self._is_straight(*ramp) for ramp in ramps)
@@ -152,7 +140,7 @@ class _Signal:
         if np.any(kept != kept[0]):
             return False
         inner = self.values[min(top, end) + 1 : max(top, end)]
-        if len(inner) < _MIN_RAMP_SAMPLES:
+        if len(inner) < 4:  # too few to show that they are straight
             return bool(self.least < self.values[end] < self.most)
         off = inner - np.linspace(inner[0], inner[-1], len(inner))
         return float(np.abs(off).max()) <= MAX_SMOOTH_STEP.value * self.quantum
@@ -164,7 +152,7 @@ def _finest(values: Array) -> float:
 
 
 def _rounding(values: Array) -> float:
-    return _ROUNDING * float(np.abs(values).max(initial=0.0))
+    return 8 * float(np.finfo(float).eps * np.abs(values).max(initial=0.0))
 
 
 def quantisation_step(values: Array, fewest: int = 1) -> float:
@@ -175,23 +163,23 @@ def quantisation_step(values: Array, fewest: int = 1) -> float:
     apart = np.diff(np.unique(values))
     apart = apart[apart > _rounding(values)]
     least = float(apart.min(initial=np.inf))
-    few = apart[apart < _MAX_QUANTUM_MULTIPLE * least] / least
-    whole = np.abs(few - np.round(few)) < _MAX_QUANTUM_REMAINDER
+    few = apart[apart < 5 * least] / least  # larger ones do not tell
+    whole = np.abs(few - np.round(few)) < 0.15  # as decimals leave them
     enough = np.isfinite(least) and len(few) >= fewest
-    return least if enough and np.mean(whole) > _MIN_MULTIPLE_SHARE else 0.0
+    return least if enough and np.mean(whole) > 0.9 else 0.0
 
 
 def _held(values: Array) -> int:
     """Samples for which each value is kept, between the extremes; one of a control of every row."""
     edges = np.flatnonzero(np.diff(values)) + 1
-    lengths = np.diff(edges)
     inner = values[edges[:-1]]
-    lengths = lengths[(inner > values.min()) & (inner < values.max())]
-    return max(int(np.quantile(lengths, _HELD_VALUE_SHARE)), 1) if len(lengths) else 1
+    lengths = np.diff(edges)[(inner > values.min()) & (inner < values.max())]
+    # A tenth of the values may be kept for less long.
+    return max(int(np.quantile(lengths, 0.1)), 1) if len(lengths) else 1
 
 
 def _rests(position: Array | None, start: int, stop: int) -> bool:
     """Whether the axis does not move during a run of samples."""
-    if position is None or stop - start < _MIN_REST_SAMPLES:
+    if position is None or stop - start < 20:
         return False
     return float(np.ptp(position[start:stop])) <= MAX_SMOOTH_STEP.value * _finest(position)

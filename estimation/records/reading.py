@@ -1,9 +1,8 @@
 """From the columns of a log to a record: roles, repairs, one clock."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,31 +10,29 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_declared
 from axisid.estimation.logs import read_table
-from axisid.estimation.records.columns import RoleColumns, motion_role
-from axisid.estimation.tables import PeriodSource, Provenance, Repair, Samples, Table
+from axisid.estimation.records.columns import RoleColumns, role_columns
+from axisid.estimation.tables import Provenance, Table
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.modeling.declaration import Axis, Column, column_texts
-from axisid.support.arrays import Array, runs
+from axisid.support.arrays import runs
 from axisid.support.errors import DataError, UsageError, quoted
 from axisid.support.memory import Room, room_for
 
-from .clipping import Mask, clipped, clipping_notes
+from .clipping import clipped, clipping_notes
 from .clocks import (
     check_sample_period,
     clocked,
-    count_by_period,
-    count_past_restarts,
     filled,
-    open_end,
+    retimed,
+    share_clock,
     step_notes,
 )
 from .record import Record
-from .repairs import Repairs, Span, split_at_gaps
-from .resampling import AlignedColumns, resample
-from .run_file import is_run_file, read_run
+from .resampling import resample
+from .run_file import Repairs, is_run_file, read_run
+from .segments import Window, as_sampled, checked_windows, edges, within
 from .shifts import drawn_between, seldom_notes, shifted
-from .windows import Window, checked_windows, edges, windows_text, within
-from .wrapping import remaining_jumps_note, signed, unwrapped
+from .wrapping import unwound
 
 
 def read_record(
@@ -130,7 +127,7 @@ def read_record(
     repairs = repairs or Repairs()
     chosen = checked_windows(windows)
     table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)
-    found = RoleColumns(
+    found = role_columns(
         table,
         declared,
         column_texts(columns or {}),
@@ -143,186 +140,77 @@ def read_record(
 
 def _record(
     table: Table,
-    found: RoleColumns,
+    read: RoleColumns,
     axis: Axis | None,
-    sample_period: float | None,
+    period: float | None,
     repairs: Repairs,
     windows: tuple[Window, ...],
     room: Room,
 ) -> Record:
     """A record of the chosen columns, repaired as it was asked for."""
     if not windows:
-        room.check_samples(max(len(s.values) for s in found.samples.values()))
-    counted = "time" not in found.samples and all(s.clock is None for s in found.samples.values())
-    read, retimed = _retimed(found.samples, sample_period, repairs)
-    uneven = repairs.resample is not None
-    timed = clocked(table, read, sample_period)
-    filled_in, drawn = drawn_between(table.source, timed, repairs.between, uneven=uneven)
-    whole, moved = shifted(table.source, filled_in, repairs.shift, uneven=uneven)
-    columns, taken, name = whole, [], table.source
+        room.check_samples(max(len(s.values) for s in read.samples.values()))
+    counted = "time" not in read.samples and all(s.clock is None for s in read.samples.values())
+    uneven, split = repairs.resample is not None, repairs.gaps is not None
+    columns = retimed(clocked(table, read, period), period, split=split, uneven=uneven)
+    columns = drawn_between(columns, repairs.between, uneven=uneven)
+    columns = whole = shifted(columns, repairs.shift, uneven=uneven)
     if windows:
-        columns, windows, cut_out = within(table.source, whole, windows)
-        taken, name = [cut_out], f"{table.source} {windows_text(windows)}"
-        room.check_samples(max(len(s.values) for s in columns.values()))
-    samples = filled(replace(table, source=name), columns, uneven=uneven)
-    empty = _dropped_rows(columns, samples)
-    samples, masks, made, jumps = _repaired(name, samples, axis, repairs)
-    seldom = seldom_notes({r: s for r, s in samples.items() if r not in repairs.between})
-    cut = [] if repairs.mask is not None else clipping_notes(samples, axis)
-    if repairs.resample is None:
-        aligned = _as_sampled(samples, masks, sample_period, repairs, windows)
+        columns, windows = within(columns, windows)
+        room.check_samples(max(len(s.values) for s in columns.samples.values()))
+    columns = filled(table, columns, uneven=uneven)
+    gap = (MAX_UNEVEN_STEP if uneven else MAX_EVEN_STEP).value
+    columns, jumps = unwound(columns, repairs.moduli(axis), axis, gap)
+    seldom = seldom_notes({r: s for r, s in columns.samples.items() if r not in repairs.between})
+    if repairs.mask is None:
+        cut = clipping_notes(columns.samples, axis)
     else:
-        splined = ("position", "velocity", "reference")
-        aligned = resample(
-            name,
-            samples,
-            masks,
+        columns, cut = clipped(columns, axis), []
+    signals = () if axis is None else axis.signals
+    if repairs.resample is None:
+        even = as_sampled(columns, period, windows, split=split)
+    else:
+        even = resample(
+            columns,
             repairs.resample,
-            split=repairs.gaps is not None,
-            stated=sample_period,
-            splined=(*splined, "injected") if found.injected_at == "reference" else splined,
-            between=repairs.between,
+            split=split,
+            stated=period,
+            between={**{s.name: "held" for s in signals if s.is_held}, **repairs.between},
             edges=edges(windows),
-            held=() if axis is None else [s.name for s in axis.signals if s.is_held],
         )
-    spans = aligned.segments or ((0, len(aligned.time)),)
-    jitter = step_notes([aligned.time[start:stop] for start, stop in spans])
-    signals = {signal.name for signal in axis.signals} if axis is not None else set()
+    time = even.motion.times
+    jitter = step_notes([time[a:b] for a, b in even.segments or ((0, len(time)),)])
+    own = [signal.name for signal in signals]
 
-    def record(of: AlignedColumns, *repaired: Repair, **besides: Any) -> Record:
+    def record(of: RoleColumns, **besides: Any) -> Record:
+        values = {role: s.values for role, s in of.samples.items()}
+        clear = np.zeros(len(of.motion.values), dtype=bool)
         return Record(
-            time=of.time,
-            **{r: v for r, v in of.columns.items() if r not in signals},  # type: ignore[arg-type]
-            signals={name: v for name, v in of.columns.items() if name in signals},
-            injected_at=found.injected_at,
+            time=of.motion.times,
+            **{role: values[role] for role in values if role not in own},  # type: ignore[arg-type]
+            signals={name: values[name] for name in values if name in own},
+            injected_at=read.injected_at,
             sample_period=of.period,
             segments=of.segments,
-            masked=runs(of.masked),
+            masked=runs(np.any([clear, *of.masks.values()], axis=0)),
             windows=windows,
             provenance=Provenance(
                 source=Path(table.source).name,
                 sha256=table.sha256,
                 given=table.source if table.path else "",
                 path=table.path,
-                columns=found.names,
-                assumed=found.notes,
+                columns={**read.names},
+                assumed=read.notes,
                 doubts=(*jumps, *cut, *seldom, *jitter),
-                repairs=(
-                    *table.repairs,
-                    *retimed,
-                    *drawn,
-                    *moved,
-                    *taken,
-                    *made,
-                    *empty,
-                    *repaired,
-                ),
+                repairs=of.repairs,
                 clock=replace(of.clock, counted=counted),
             ),
             **besides,
         )
 
     sampled = None
-    if repairs.resample is not None and _share(samples, samples[motion_role(samples)].times):
+    if uneven and share_clock(columns):
         with suppress(DataError):  # times too uneven for a record
-            sampled = record(_as_sampled(samples, masks, None, repairs, windows))
-    return record(aligned, *aligned.repairs, around=whole if windows else {}, sampled=sampled)
-
-
-def _as_sampled(
-    samples: dict[str, Samples],
-    masks: dict[str, Mask],
-    period: float | None,
-    repairs: Repairs,
-    windows: Sequence[Window],
-) -> AlignedColumns:
-    """Columns at the times that they have, cut between windows, and at gaps if it was asked for."""
-    time = np.asarray(samples[motion_role(samples)].times, dtype=np.float64)
-    values = {role: s.values for role, s in samples.items()}
-    masked = np.any([np.zeros(len(time), dtype=bool), *masks.values()], axis=0)
-    cuts = [int(row) for row in np.searchsorted(time, edges(windows), side="right")]
-    segments: tuple[Span, ...] = tuple(pairwise([0, *cuts, len(time)])) if cuts else ()
-    made: tuple[Repair, ...] = ()
-    if repairs.gaps is not None:
-        kept, segments, repair = split_at_gaps(time, cuts)
-        time, masked, made = time[kept], masked[kept], (repair,)
-        values = {role: v[kept] for role, v in values.items()}
-    spans = segments or ((0, len(time)),)
-    jitter = open_end([time[start:stop] for start, stop in spans])
-    return AlignedColumns(
-        time=time,
-        columns=values,
-        masked=masked,
-        segments=segments,
-        period=period,
-        repairs=made,
-        clock=PeriodSource(
-            uncertainty=jitter if period is None else 0.0, stated=period is not None
-        ),
-    )
-
-
-def _retimed(
-    samples: dict[str, Samples], period: float | None, repairs: Repairs
-) -> tuple[dict[str, Samples], list[Repair]]:
-    """Samples whose clock counts a given period, or goes on where it was set back, and which.
-
-    Columns with clocks of their own need not have been set back at one time, and stay.
-    """
-    own = samples["time"].values if "time" in samples else samples[motion_role(samples)].clock
-    if own is None or not ("time" in samples or _share(samples, own)):
-        return samples, []
-    clock, made = own, []
-    if period is not None:
-        clock, text = count_by_period(own, period)
-        made += [Repair(kind="clock", count=len(clock), text=text)] if text else []
-    if repairs.gaps is not None:
-        clock, count, text = count_past_restarts(clock, uneven=repairs.resample is not None)
-        made += [Repair(kind="clock", count=count, text=text)] if text else []
-    moved = {
-        role: replace(s, values=clock) if role == "time" else replace(s, clock=clock)
-        for role, s in samples.items()
-    }
-    return moved if made else samples, made
-
-
-def _share(samples: dict[str, Samples], clock: Array) -> bool:
-    clocks = [s.clock for s in samples.values()]
-    return all(c is not None and np.array_equal(c, clock, equal_nan=True) for c in clocks)
-
-
-def _dropped_rows(read: dict[str, Samples], kept: dict[str, Samples]) -> list[Repair]:
-    """Rows that a resampled column lacks, for want of a number or of a time."""
-    lost = {role: len(read[role].values) - len(s.values) for role, s in kept.items()}
-    listed = ", ".join(f"{role} {count}" for role, count in lost.items() if count)
-    if not listed:
-        return []
-    text = f"rows without a number or a time left out before resampling: {listed}"
-    return [Repair(kind="empty", count=sum(lost.values()), text=text)]
-
-
-def _repaired(
-    source: str, samples: dict[str, Samples], axis: Axis | None, repairs: Repairs
-) -> tuple[dict[str, Samples], dict[str, Mask], list[Repair], list[str]]:
-    """Samples unwrapped, and masks of what is clipped: the repairs that need no even time.
-
-    With them goes what is said of jumps that are left.
-    """
-    made: list[Repair] = []
-    masks: dict[str, Mask] = {}
-    gap = MAX_EVEN_STEP.value if repairs.resample is None else MAX_UNEVEN_STEP.value
-    moduli = repairs.moduli(axis)
-    for role, modulus in moduli.items():
-        if role == "position":
-            samples, repair = unwrapped(source, samples, modulus, gap)
-        else:
-            samples, repair = signed(source, samples, role, modulus)
-        made.append(repair)
-    position = samples.get("position")
-    jumps = None
-    if position is not None:
-        jumps = remaining_jumps_note(source, position, axis, gap, moduli.get("position"))
-    if repairs.mask is not None:
-        masks, repair = clipped(samples, axis)
-        made.append(repair)
-    return samples, masks, made, [] if jumps is None else [jumps]
+            sampled = record(as_sampled(columns, None, windows, split=split))
+    around = whole.samples if windows else {}
+    return record(even, around=around, sampled=sampled)

@@ -8,30 +8,33 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from axisid.codegen.artefacts import GeneratedAxis, as_declared
 from axisid.estimation.records.columns import log_content
 from axisid.estimation.tables import Provenance, Repair, Samples
-from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
-from axisid.modeling.declaration import ROLES, Axis
+from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
+from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.support.arrays import Array, Exact, covered, frozen, runs
-from axisid.support.errors import DataError, UsageError, is_real, quoted
+from axisid.support.errors import DataError, UsageError, quoted, real_array
 from axisid.support.files import write_file
 from axisid.support.mappings import FrozenMapping
 from axisid.support.presentable import Presentable
 
-from .clocks import check_sample_period, check_time, open_end
-from .record_checks import (
-    check_injected,
-    check_lengths,
+from .clocks import check_sample_period, check_time
+from .segments import (
+    Span,
+    Window,
+    adjoining,
     check_spans,
-    check_varies,
-    checked_column,
     checked_spans,
+    checked_windows,
+    reaching,
+    samples_within,
+    window_repair,
+    windows_text,
 )
-from .repairs import Span, adjoining
 from .shifts import Rows, check_movable, checked_shifts, moved_rows
-from .windows import Window, checked_windows, samples_within, window_repair, windows_text
 
 #: What a file that a record was written to says it is.
 MARK = "axisid.record/1"
@@ -114,40 +117,36 @@ class Record(Presentable, Exact):
     sampled: "Record | None" = None
 
     def __post_init__(self) -> None:
-        name = self._name()
-        if self.time is None:
-            raise DataError(f"{name}: there is no time; a record needs one.")
-        self._check_position()
-        self._check_signals()
-        for role, values in self._of_roles().items():
-            object.__setattr__(self, role, checked_column(name, role, values))
-        columns = {each: checked_column(name, each, v) for each, v in self.signals.items()}
-        object.__setattr__(self, "signals", FrozenMapping(columns))
-        if self.injected is None:
-            object.__setattr__(self, "injected_at", None)
-        else:
-            check_injected(name, self.injected_at)
-        if not (self.sample_period is None or is_real(self.sample_period)):
+        self._check_roles()
+        name, injected = self._name(), self.injected is not None
+        if self.sample_period is not None:
             check_sample_period(self.sample_period)
-        for what in ("segments", "masked"):
-            object.__setattr__(self, what, checked_spans(name, what, getattr(self, what)))
+        columns = {role: checked_column(name, role, v) for role, v in self.channels().items()}
+        check_lengths(name, columns)
         around = {
-            role: Samples(
-                values=frozen(s.values), clock=None if s.clock is None else frozen(s.clock)
-            )
+            role: Samples(values=frozen(s.values), clock=frozen(s.times))
             for role, s in self.around.items()
         }
-        object.__setattr__(self, "around", FrozenMapping(around))
-        check_lengths(name, self.channels())
+        self._set(
+            **{role: values for role, values in columns.items() if role in ROLES},
+            signals=FrozenMapping({each: columns[each] for each in self.signals}),
+            injected_at=self.injected_at if injected else None,
+            around=FrozenMapping(around),
+            segments=checked_spans(name, "segments", self.segments),
+            masked=checked_spans(name, "masked", self.masked),
+        )
         check_spans(name, self.time, self.segments, self.masked)
         check_time(name, self.time, self.spans, self.sample_period)
         if self.integrated:
             there = np.size(self.position) == len(self)
-            kept = self.position if there else self._integral()
-            object.__setattr__(self, "position", frozen(np.asarray(kept, dtype=float)))
-        for role, values in self.channels().items():
-            if role in self._varying:
-                check_varies(name, role, float(values.min()), float(values.max()))
+            self._set(position=frozen(self.position if there else self._integral()))
+        # A test signal may move the axis alone.
+        still = ("time", "injected", "reference") if injected else ("time",)
+        check_vary(name, {r: v for r, v in columns.items() if r in ROLES and r not in still})
+
+    def _set(self, **values: Any) -> None:
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
         """Made again from its parts, since arrays forget on the way that they are read-only."""
@@ -177,11 +176,6 @@ class Record(Presentable, Exact):
             return self.sample_period
         steps = sum(stop - start - 1 for start, stop in self.spans)
         return float(sum(self.time[b - 1] - self.time[a] for a, b in self.spans) / steps)
-
-    @property
-    def period_uncertainty(self) -> float:
-        """What jitter of the time column leaves open of its mean step, relative."""
-        return open_end([self.time[a:b] for a, b in self.spans])
 
     @property
     def spans(self) -> tuple[tuple[int, int], ...]:
@@ -224,10 +218,9 @@ class Record(Presentable, Exact):
             for a, b in self.spans
             if min(b, stop) - max(a, start) >= MIN_RECORD_SAMPLES.value
         ]
-        first, last = float(self.time[0]), float(self.time[-1])
         return self._of(
             pieces,
-            windows=tuple((max(start, first), min(stop, last)) for start, stop in wanted),
+            windows=reaching(wanted, float(self.time[0]), float(self.time[-1])),
             around={r: Samples(values=v, clock=self.time) for r, v in self.channels().items()},
             provenance=self._repaired(window_repair(wanted, spans, len(self))),
         )
@@ -284,10 +277,6 @@ class Record(Presentable, Exact):
         DataError
             pyarrow is not installed.
         """
-        if not isinstance(file, (str, Path)):
-            raise UsageError(
-                f"the file is {quoted(file)}; give its name, a text or a Path.", code="twin"
-            )
         path, declared = Path(file), as_declared(axis)
         if declared is None:
             raise UsageError(
@@ -339,7 +328,9 @@ class Record(Presentable, Exact):
 
         A position that is integrated is none.
         """
-        return {**self._of_roles(), **self.signals}
+        there = [role for role in ROLES if not (self.integrated and role == "position")]
+        roles = {role: getattr(self, role) for role in there}
+        return {**{r: v for r, v in roles.items() if v is not None}, **self.signals}
 
     def with_channels(self, columns: Mapping[str, Array], **changed: Any) -> "Record":
         """The record with other columns, as `channels` gives them; none that were resampled."""
@@ -347,19 +338,6 @@ class Record(Presentable, Exact):
         roles: dict[str, Any] = {n: v for n, v in columns.items() if n not in self.signals}
         signals = {name: columns[name] for name in self.signals}
         return replace(self, **roles, signals=signals, **changed)
-
-    def _of_roles(self) -> dict[str, Array]:
-        columns = {
-            "time": self.time,
-            "position": None if self.integrated else self.position,
-            "velocity": self.velocity,
-            "acceleration": self.acceleration,
-            "reference": self.reference,
-            "control": self.control,
-            "force": self.force,
-            "injected": self.injected,
-        }
-        return {role: values for role, values in columns.items() if values is not None}
 
     @property
     def digest(self) -> str:
@@ -371,41 +349,32 @@ class Record(Presentable, Exact):
         return digest.hexdigest()
 
     def _name(self) -> str:
-        return " ".join(
-            [self.provenance.source, *([windows_text(self.windows)] if self.windows else [])]
-        )
+        return f"{self.provenance.source} {windows_text(self.windows)}".rstrip()
 
-    @property
-    def _varying(self) -> set[str]:
-        """Roles that say nothing where they are constant; a test signal may move the axis alone."""
-        still = {"injected"} if self.injected is None else {"injected", "reference"}
-        return {*self._of_roles()} - {"time", *still}
+    def _check_roles(self) -> None:
+        """Refuse a record without a motion, or a test signal that was added nowhere.
 
-    def _check_signals(self) -> None:
-        if not isinstance(self.signals, Mapping):
-            raise UsageError(
-                f"{self._name()}: the signals are {quoted(self.signals)}; give arrays by name, "
-                "such as {'pressure': values}.",
-                code="record",
-            )
+        Of one of velocity alone it is noted.
+        """
         if taken := [name for name in self.signals if name in ROLES]:
             raise UsageError(
                 f"{self._name()}: {taken[0]!r} is a column of its own, and no signal's name.",
                 code="record",
             )
-
-    def _check_position(self) -> None:
-        """Refuse a record that has neither position nor velocity; note one of velocity alone."""
-        if self.position is not None and np.size(self.position):
-            return
-        if self.velocity is None:
-            raise DataError(
-                f"{self._name()}: there is no position, nor a velocity in its place; a record "
-                "needs one.",
-                code="missing-column",
+        if self.injected is not None and self.injected_at not in INJECTION_POINTS:
+            raise UsageError(
+                f"{self._name()}: the injected signal is added to {self.injected_at!r}; give "
+                'injected_at = "control" or injected_at = "reference" in run.toml.',
+                code="test-signal",
             )
-        object.__setattr__(self, "position", _nothing())
-        object.__setattr__(self, "integrated", True)
+        if self.position is None or not np.size(self.position):
+            if self.velocity is None:
+                raise DataError(
+                    f"{self._name()}: there is no position, nor a velocity in its place; a record "
+                    "needs one.",
+                    code="missing-column",
+                )
+            self._set(position=_nothing(), integrated=True)
 
     def _integral(self) -> Array:
         """The velocity's, by trapezoids, in each segment from the reference at its start."""
@@ -434,3 +403,51 @@ def record_labels(records: Sequence[Record]) -> tuple[str, ...]:
         source if sources.count(source) == 1 else f"{source} (record {i})"
         for i, source in enumerate(sources, 1)
     )
+
+
+def checked_column(source: str, role: str, values: ArrayLike) -> Array:
+    """A column as a frozen array of finite numbers, (N,)."""
+    column = frozen(real_array(values, f"{source}: the {role}", DataError))
+    if column.ndim != 1:
+        raise DataError(
+            f"{source}: the {role} has the shape {column.shape}; give one row of numbers.",
+            code="record",
+        )
+    largest = LARGEST_VALUE.value
+    bad = np.flatnonzero(~(np.abs(column) <= largest))
+    if bad.size:
+        raise DataError(
+            f"{source}: the {role} is {column[bad[0]]:g} in data row {bad[0] + 1} ({bad.size} in "
+            f"all), and no signal is that, or larger than {largest:g}. Remove such rows or repair "
+            "the log.",
+            code="not-finite",
+        )
+    return column
+
+
+def check_lengths(source: str, channels: Mapping[str, Array]) -> None:
+    """Refuse columns of several lengths, or of less than a record has."""
+    lengths = {role: len(values) for role, values in channels.items()}
+    if len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
+        raise DataError(
+            f"{source}: the columns differ in length: {listed}; give a value of each at each time.",
+            code="record",
+        )
+    fewest = MIN_RECORD_SAMPLES.value
+    if lengths["time"] < fewest:
+        raise DataError(
+            f"{source}: a record needs {fewest} rows or more, not {lengths['time']}.",
+            code="too-short",
+        )
+
+
+def check_vary(source: str, columns: Mapping[str, Array]) -> None:
+    """Refuse a column of one value."""
+    for role, values in columns.items():
+        if values.min() == values.max():
+            raise DataError(
+                f"{source}: the {role} is {values[0]:g} in every row, so it says nothing "
+                f"about the axis. Check the {role} column, or record a motion.",
+                code="not-shown",
+            )

@@ -14,15 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.choices import check_among
-from axisid.estimation.records.columns import motion_role
-from axisid.estimation.tables import Repair, Samples, label_unit
-from axisid.modeling.quantities import parse_unit
+from axisid.estimation.records.columns import RoleColumns
+from axisid.estimation.tables import Repair, Samples, exact_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError, is_real, quoted
 
 _MIN_SELDOM_CHANGES = 20  # values of a column; fewer come at even distances by chance
-# of a column's changes come at one even distance; of a rounded one they come at any
-_MIN_SAME_PHASE = 0.95
 
 #: What a column is between the values that were written.
 Interpolation = Literal["spline", "linear", "held"]
@@ -77,7 +74,7 @@ def _written(values: Array) -> tuple[NDArray[np.intp], int]:
         apart = int(np.median(np.diff(rows)))
         phases = np.bincount(rows % apart)
         first = int(phases.argmax())
-        if phases[first] < _MIN_SAME_PHASE * len(rows):
+        if phases[first] < 0.95 * len(rows):  # as of a rounded column, which changes at any
             apart, first = 1, 0
     return np.arange(first, len(values), apart) if filled.all() else rows, apart
 
@@ -98,20 +95,14 @@ def seldom_notes(samples: Mapping[str, Samples]) -> list[str]:
 
 
 def drawn_between(
-    source: str,
-    columns: Mapping[str, Samples],
-    between: Mapping[str, Interpolation],
-    *,
-    uneven: bool,
-) -> tuple[dict[str, Samples], list[Repair]]:
+    columns: RoleColumns, between: Mapping[str, Interpolation], *, uneven: bool
+) -> RoleColumns:
     """Columns between the values that were written.
 
     Parameters
     ----------
-    source : str
-        For messages.
-    columns : mapping of str to Samples
-        By role, each with its clock.
+    columns : RoleColumns
+        Each with its clock.
     between : mapping of str to {"spline", "linear", "held"}
     uneven : bool
         Whether the columns are resampled after this: then no more is done than to leave out the
@@ -122,29 +113,30 @@ def drawn_between(
     DataError
         There is no such column, or it has too few values.
     """
-    found, made = dict(columns), []
     for role, how in between.items():
-        if role not in columns:
+        if role not in columns.samples:
             raise DataError(
-                f"{source}: nothing is to be drawn between values of the {role}, as there is no "
-                f"such column; name it with columns {role}=NAME.",
+                f"{columns.source}: nothing is to be drawn between values of the {role}, as there "
+                f"is no such column; name it with columns {role}=NAME.",
                 code="shift",
             )
-        samples = columns[role]
+        samples = columns.samples[role]
         fresh, _ = _written(samples.values)
         if len(fresh) < _MIN_SELDOM_CHANGES:
             raise DataError(
-                f"{source}: the {role} has {len(fresh)} values, too few to draw it between them.",
+                f"{columns.source}: the {role} has {len(fresh)} values, too few to draw it between "
+                "them.",
                 code="too-short",
             )
-        found[role] = samples.taken(fresh)
+        found, count = samples.taken(fresh), len(samples.values)
         if not uneven:
-            values = at_times(samples.times, found[role].times, found[role].values, how)
-            found[role] = replace(samples, values=values)
-        count, ways = len(samples.values), {"spline": "by a cubic spline", "linear": "straight"}
-        text = f"{role}: {len(fresh)} values for {count} samples, {ways.get(how, 'held')} between"
-        made.append(Repair(kind="between", count=count - len(fresh), text=text))
-    return found, made
+            values = at_times(samples.times, found.times, found.values, how)
+            found = replace(samples, values=values)
+        way = {"spline": "by a cubic spline", "linear": "straight"}.get(how, "held")
+        text = f"{role}: {len(fresh)} values for {count} samples, {way} between"
+        repair = Repair(kind="between", count=count - len(fresh), text=text)
+        columns = columns.repaired({role: found}, repair)
+    return columns
 
 
 def at_times(times: Array, clock: Array, values: Array, how: Interpolation) -> Array:
@@ -166,10 +158,7 @@ def advised_interpolation(role: str) -> str:
 
 Rows = NDArray[np.intp]
 
-_MAX_PART_OF_A_SAMPLE = 0.01  # samples from a whole number: a time that is written with two digits
-
 _AMOUNT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
-_GIVE = "give samples, such as 1, or a time with its unit, such as 2ms"
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,11 +223,15 @@ def _shift(role: str, amount: object) -> Shift:
         return amount
     match = _AMOUNT.fullmatch(amount) if isinstance(amount, str) else None
     number, unit = (float(match[1]), match[2]) if match else (amount, "")
-    found = label_unit(unit) if unit else None
-    timed = found is not None and str(found[1]) == str(parse_unit("s"))
+    found = exact_unit(unit) if unit else None
+    timed = found is not None and str(found.unit) == "s"
     if not is_real(number) or not math.isfinite(number) or (unit and not timed):
-        raise UsageError(f"the {role} is to be shifted by {quoted(amount)}; {_GIVE}.", code="shift")
-    return Shift(float(number) * (found[0] if found else 1.0), in_seconds=timed)
+        raise UsageError(
+            f"the {role} is to be shifted by {quoted(amount)}; give samples, such as 1, or a time "
+            "with its unit, such as 2ms.",
+            code="shift",
+        )
+    return Shift(float(number) * (float(found) if found else 1.0), in_seconds=timed)
 
 
 def check_movable(source: str, columns: Collection[str], shifts: Iterable[str]) -> None:
@@ -252,16 +245,12 @@ def check_movable(source: str, columns: Collection[str], shifts: Iterable[str]) 
             )
 
 
-def shifted(
-    source: str, columns: Mapping[str, Samples], shifts: Mapping[str, Shift], *, uneven: bool
-) -> tuple[dict[str, Samples], list[Repair]]:
-    """Columns moved to later times, and what is said of it.
+def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) -> RoleColumns:
+    """Columns moved to later times.
 
     Parameters
     ----------
-    source : str
-        For messages.
-    columns : mapping of str to Samples
+    columns : RoleColumns
         Each with its clock.
     shifts : mapping of str to Shift
     uneven : bool
@@ -272,27 +261,29 @@ def shifted(
     DataError, UsageError
         There is no such column; or as `moved_rows`.
     """
-    check_movable(source, columns, shifts)
-    made, said = dict(columns), []
+    if not shifts:
+        return columns
+    samples, source, clock = columns.samples, columns.source, columns.motion.times
+    check_movable(source, samples, shifts)
     if uneven:
         for role, shift in shifts.items():
-            own, step = columns[role], _step(columns[role].times)
-            made[role] = replace(own, clock=own.times + shift.seconds(step))
-            said.append(_shift_repair(role, step, shift, len(own.values), 0))
-        return made, said
-    clock = columns[motion_role(columns)].times
-    if not shifts:
-        return made, []
-    if any(len(own.values) != len(clock) for own in columns.values()):
+            own, step = samples[role], _step(samples[role].times)
+            moved = replace(own, clock=own.times + shift.seconds(step))
+            repair = _shift_repair(role, step, shift, len(own.values), 0)
+            columns = columns.repaired({role: moved}, repair)
+        return columns
+    if any(len(own.values) != len(clock) for own in samples.values()):
         raise DataError(
             f"{source}: the columns differ in length, so that none can be moved beside the others; "
             'resample them (resample="auto").',
             code="shift",
         )
-    kept, moved, said = moved_rows(source, clock, shifts)
-    for role, own in columns.items():
-        made[role] = replace(own.taken(kept), values=own.values[moved.get(role, kept)])
-    return made, said
+    kept, beside, said = moved_rows(source, clock, shifts)
+    made = {
+        role: replace(own.taken(kept), values=own.values[beside.get(role, kept)])
+        for role, own in samples.items()
+    }
+    return columns.repaired(made, *said)
 
 
 def moved_rows(
@@ -324,7 +315,16 @@ def moved_rows(
     step, rows = _step(clock), np.arange(len(clock))
     kept, beside = np.ones(len(clock), dtype=bool), {}
     for role, shift in shifts.items():
-        count = _whole_samples(source, role, shift, step, len(clock))
+        samples = shift.amount / step if shift.in_seconds and step > 0 else shift.amount
+        count = round(samples)
+        part = abs(samples - count)
+        if abs(count) >= len(clock) or part > 0.01 or (samples != 0 and count == 0):
+            raise UsageError(
+                f"{source}: the {role} is to be shifted by {samples:.6g} samples, and has "
+                f"{len(clock)}; give a whole number of them, a time as in 2ms, or resample the log "
+                '(resample="auto").',
+                code="shift",
+            )
         beside[role] = np.clip(rows - count, 0, len(clock) - 1)
         off = np.abs(clock - clock[beside[role]] - count * step)
         # a sample without a time is refused by its name later
@@ -337,20 +337,6 @@ def moved_rows(
 def _step(clock: Array) -> float:
     finite = clock[np.isfinite(clock)]
     return float(np.median(np.diff(finite))) if finite.size > 1 else 0.0
-
-
-def _whole_samples(source: str, role: str, shift: Shift, step: float, length: int) -> int:
-    samples = shift.amount / step if shift.in_seconds and step > 0 else shift.amount
-    whole = round(samples)
-    part = abs(samples - whole)
-    if abs(whole) >= length or part > _MAX_PART_OF_A_SAMPLE or (samples != 0 and whole == 0):
-        raise UsageError(
-            f"{source}: the {role} is to be shifted by {samples:.6g} samples, and has {length}; "
-            "give a whole number of them, a time as in 2ms, or resample the log "
-            '(resample="auto").',
-            code="shift",
-        )
-    return whole
 
 
 def _shift_repair(role: str, step: float, shift: Shift, moved: int, lost: int) -> Repair:

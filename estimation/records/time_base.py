@@ -11,11 +11,8 @@ from dataclasses import dataclass, replace
 from axisid.estimation.tables import PeriodSource
 from axisid.modeling.declaration import ControlLaw
 
+from .clocks import open_end
 from .record import Record
-
-_SAME_PERIOD = 5e-4  # relative difference: ten times what crystals differ by
-
-_MOST_DECIMATED = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,21 +33,16 @@ class OtherPeriod:
 
 def is_same_period(one: float, other: float, uncertainty: float = 0.0) -> bool:
     """Whether two sampling periods are the same; `uncertainty` is relative, of either."""
-    return abs(one / other - 1) <= _SAME_PERIOD + uncertainty
+    return abs(one / other - 1) <= 5e-4 + uncertainty  # ten times what crystals differ by
 
 
 def clock_of(record: Record) -> PeriodSource:
     """Whose word the period of a record is; one of arrays has its own times."""
-    stated = record.sample_period is not None
-    clock = record.provenance.clock
+    stated, clock = record.sample_period is not None, record.provenance.clock
     if clock is not None:
         return replace(clock, stated=clock.stated and stated)
-    return PeriodSource(uncertainty=0.0 if stated else record.period_uncertainty, stated=stated)
-
-
-def is_sampled_by(record: Record, law: ControlLaw) -> bool:
-    """Whether the samples of a record are those of a law; of a resampled one, its grid's."""
-    return evaluations_per_sample(law, record.period, clock_of(record)) == 1.0
+    jitter = open_end([record.time[start:stop] for start, stop in record.spans])
+    return PeriodSource(uncertainty=0.0 if stated else jitter, stated=stated)
 
 
 def evaluations_per_sample(
@@ -73,9 +65,8 @@ def evaluations_per_sample(
         None where the periods differ and nobody says that they should, or because the record was
         resampled.
     """
-    if law is None or law.continuous:
-        return 1.0
-    if is_same_period(period, law.period, own.uncertainty if own.step == 1 else 0.0):
+    jitter = own.uncertainty if own.step == 1 else 0.0
+    if law is None or law.continuous or is_same_period(period, law.period, jitter):
         return 1.0
     apart = other_period(law, period, own)
     vouched = own.step == 1 and apart is not None and apart.confirmed
@@ -107,10 +98,12 @@ def other_period(law: ControlLaw | None, period: float, own: PeriodSource) -> Ot
     if law.reference_between or (own.stated and not own.counted):
         whose = "is declared" if law.reference_between else "the period that was given confirms"
         return OtherPeriod(confirmed=True, note=f"{found}, as {whose}")
+    count = round(logged / law.period)
+    decimated = 2 <= count <= 1000 and is_same_period(logged / law.period, count)
+    which = f"keeps one sample in {count}" if decimated else "has a clock of its own"
     advice = (
-        "check the time column and its unit, or declare the drive's period"
-        f"{_decimated(logged / law.period)}, confirm that by sample_period = {logged:.6g} "
-        "in run.toml"
+        "check the time column and its unit, or declare the drive's period; if the log "
+        f"{which}, confirm that by sample_period = {logged:.6g} in run.toml"
     )
     if own.counted:
         advice = (
@@ -120,11 +113,3 @@ def other_period(law: ControlLaw | None, period: float, own: PeriodSource) -> Ot
             "(reference_between), which says that the law has a clock of its own"
         )
     return OtherPeriod(confirmed=False, note=f"{found}: {advice}")
-
-
-def _decimated(ratio: float) -> str:
-    """Which right log has such a period."""
-    count = round(ratio)
-    if 2 <= count <= _MOST_DECIMATED and is_same_period(ratio, count):
-        return f"; if the log keeps one sample in {count}"
-    return "; if the log has a clock of its own"

@@ -19,9 +19,9 @@ from axisid.codegen.lowering import LoopStart
 from axisid.estimation.choices import OPEN_LOOP_FIT
 from axisid.estimation.loops import (
     LawTicks,
-    RecordCache,
     first_velocity,
     hides_command,
+    known_of_record,
     late_in_log,
     loop_starts,
     moved_start,
@@ -34,7 +34,6 @@ from axisid.estimation.records import (
     Record,
     clock_of,
     evaluations_per_sample,
-    is_sampled_by,
     other_period,
     quantisation_step,
 )
@@ -75,26 +74,22 @@ class SensorSteps:
     velocity: float = 0.0
 
 
-_KNOWN: RecordCache[int, SensorSteps] = RecordCache()
-
-
+@known_of_record
 def sensor_steps(axis: GeneratedAxis, record: Record) -> SensorSteps:
     """The steps of a record's sensors."""
     law = axis.axis.control
     if law is None or law.continuous:
         return SensorSteps()
-    known, fewest = _KNOWN.of(record), int(MIN_STEP_DIFFERENCES.value)
-    if fewest not in known:
-        velocity = 0.0 if record.velocity is None else quantisation_step(record.velocity, fewest)
-        if record.velocity is not None:
-            # A noise of that size averages the steps out.
-            changing = np.abs(np.diff(record.velocity)) > velocity / 2
-            velocity *= bool(np.mean(changing) <= _MAX_DITHERED_SHARE)
-        known[fewest] = SensorSteps(
-            position=0.0 if record.integrated else quantisation_step(record.position, fewest),
-            velocity=velocity,
-        )
-    return known[fewest]
+    velocity, fewest = 0.0, int(MIN_STEP_DIFFERENCES.value)
+    if record.velocity is not None:
+        velocity = quantisation_step(record.velocity, fewest)
+        # A noise of that size averages the steps out.
+        changing = np.abs(np.diff(record.velocity)) > velocity / 2
+        velocity *= bool(np.mean(changing) <= _MAX_DITHERED_SHARE)
+    return SensorSteps(
+        position=0.0 if record.integrated else quantisation_step(record.position, fewest),
+        velocity=velocity,
+    )
 
 
 class LoopDataError(DataError):
@@ -361,7 +356,8 @@ def _answer_to_noise(data: FilteredRecord) -> Array:
     law = data.axis.axis.control
     if law is None:
         raise no_control_law(data.axis.axis.name)
-    if law.continuous or not is_sampled_by(data.record, law):
+    ratio = evaluations_per_sample(law, data.record.period, clock_of(data.record))
+    if law.continuous or ratio != 1.0:
         raise DataError("no sampled law is known that a simulated loop would follow by.")
     if data.record.integrated:
         raise DataError("no position was recorded that a simulated loop would follow.")

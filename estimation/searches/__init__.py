@@ -14,6 +14,5 @@ from .search import (
     WeightedLoss as WeightedLoss,
     best_of as best_of,
     cost_of as cost_of,
-    equally_good_point as equally_good_point,
     robust_deviation as robust_deviation,
 )

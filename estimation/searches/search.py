@@ -4,11 +4,10 @@ What is left of parameters beyond their bounds is settled at the end: one that i
 is held there, and the others are searched on, so that they are what they are with it.
 """
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,16 +19,13 @@ from axisid.estimation.thresholds import MAX_FAR, MEDIAN_OF_NORMAL, MIN_FAR
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
 
-if TYPE_CHECKING:
-    from scipy.optimize import OptimizeResult
-
 # deviations from a bound that the errors drive to; held there, it moves by no more
 _AT_BOUND = 0.05
 
 MOST_STEPS = 60
 _TOLERANCE = 1e-8
 _LOST = 1e3  # times the errors at the start: what a loop that cannot be simulated counts as
-_ROUNDS = 4
+_ROUNDS = 5  # of searches, after each of which parameters may be put to bounds or freed
 _MOST_PASSED, _NEAR = 8, 0.01  # places that are asked anew, and how near their errors are
 
 #: Takes squares of errors over the loss's scale, (n,), and gives the loss with its first two
@@ -115,6 +111,24 @@ class SearchResult:
         return replace(self, steps=(*earlier.steps, *self.steps), lost=earlier.lost + self.lost)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EquallyGoodPoint:
+    """A place that a search passed, which the errors tell less apart than the deviations claim.
+
+    Attributes
+    ----------
+    physical : (P,) array
+    away : (P,) array
+        How far it is, in claimed deviations; 0 of what is held.
+    by_errors : float
+        How far that is by what the errors are more there, in the same deviations.
+    """
+
+    physical: Array
+    away: Array
+    by_errors: float
+
+
 class Search:
     """One search.
 
@@ -139,8 +153,8 @@ class Search:
         self._weighing, self._progress = weighing, progress
         self._steps: list[FitStep] = []
         self._largest, self._lost, self._why = 0.0, 0, ""
-        self._slopes: tuple[Array, ErrorsAndJacobian] | None = None
-        self._free = unknowns.free
+        self._at = np.empty(0)  # where the slopes are known
+        self._slopes: ErrorsAndJacobian
 
     def run(self, start: Array) -> SearchResult:
         """Search from parameters (P,) strictly inside their bounds.
@@ -150,20 +164,18 @@ class Search:
         EstimationError
             The loop cannot be simulated at the start, or near where the search came to.
         """
-        at, bound, settled = start.copy(), np.zeros(len(start), dtype=np.int8), False
-        for _ in range(_ROUNDS):
-            at, ended = self._ended(at, bound)
+        at, bound = start.copy(), np.zeros(len(start), dtype=np.int8)
+        for left in reversed(range(_ROUNDS)):
+            at, converged = self._ended(at, bound)
             moved = self._at_bounds(at)
             settled = np.array_equal(moved, bound)
-            if settled:
+            if settled or not left:  # what is put to a bound, or freed, is searched once more
                 break
             freed = (bound != 0) & (moved == 0)
             at = np.where(moved < 0, self._unknowns.lower, at)
             at = np.where(moved > 0, self._unknowns.upper, at)
             at = np.where(freed, self._unknowns.inside(at, self._scale), at)
             bound = moved
-        if not settled:  # what was put to a bound, or freed, has not been searched yet
-            at, ended = self._ended(at, bound)
         slopes = self._slopes_at(at)
         return SearchResult(
             physical=at,
@@ -173,52 +185,72 @@ class Search:
             cost=cost_of(at, slopes.errors, self._unknowns, self._weighing),
             lost=self._lost,
             why_lost=self._why,
-            converged=settled and (ended is None or ended.status > 0),
+            converged=settled and converged,
         )
 
-    def rise(self, at: Array, best: SearchResult) -> float:
-        """How much more the cost is at parameters (P,) than at the best, in squares of its noise.
+    def equally_good_point(
+        self, ends: Sequence[SearchResult], variances: Array, independent: Array
+    ) -> EquallyGoodPoint | None:
+        """The farthest place that was passed and is as good as the end, if claimed to be far away.
 
-        Infinite where the loop cannot be simulated.
+        About a least that errors bend to by chance, in a valley that is flat, slopes claim what
+        holds no farther than that.
+
+        Parameters
+        ----------
+        ends : sequence of SearchResult
+        variances : (P,) array
+            That are told.
+        independent : (P,) array
+            For independent errors, by which the cost is more elsewhere.
         """
-        lanes = self._predictions(at[None, :])
-        if lanes.failures:
-            return math.inf
-        noise = best.cost / max(int(np.count_nonzero(self._weighing.weights)), 1)
-        cost = cost_of(at, lanes.errors[:, 0], self._unknowns, self._weighing)
-        return (cost - best.cost) / (noise or 1.0)
+        best = best_of(ends)
+        shown = np.isfinite(variances) & (variances > 0) & (independent > 0)
+        wide = np.sqrt(np.where(shown, variances, np.inf))
+        least = (1 + _NEAR) * best.steps[-1].error
+        places = [s.physical for end in ends for s in end.steps if s.error <= least]
+        away = np.abs(np.array(places).reshape(-1, len(wide)) - best.physical) / wide
+        noise = best.cost / max(int(np.count_nonzero(self._weighing.weights)), 1) or 1.0
+        farthest = np.argsort(-away.max(axis=1))[:_MOST_PASSED]
+        for place in farthest[away[farthest].max(axis=1) > MIN_FAR.value]:
+            at, j = places[place], int(np.argmax(away[place]))
+            lanes = self._predictions(at[None, :])
+            if lanes.failures:
+                continue
+            more = cost_of(at, lanes.errors[:, 0], self._unknowns, self._weighing) - best.cost
+            by_errors = float(np.sqrt(max(more / noise, 0.0) * independent[j] / variances[j]))
+            if by_errors < MAX_FAR.value:
+                return EquallyGoodPoint(physical=at, away=away[place], by_errors=by_errors)
+        return None
 
-    def _ended(self, at: Array, bound: NDArray[np.int8]) -> "tuple[Array, OptimizeResult | None]":
-        """Where a search ends with what is at a bound held there; no search if all is held."""
-        searched = self._free & (bound == 0)
-        if not searched.any():
-            return at, None
-        ended = self._searched(at, searched)
-        return self._whole(at, searched, ended.x), ended
+    def _ended(self, at: Array, bound: NDArray[np.int8]) -> tuple[Array, bool]:
+        """Where a search ends with what is at a bound held there, and whether by its tolerances.
 
-    def _searched(self, at: Array, chosen: NDArray[np.bool_]) -> "OptimizeResult":
-        """Trust regions in the chosen parameters, in units of their scales."""
+        By trust regions, in units of the parameters' scales.
+        """
+        u = self._unknowns
+        chosen = u.free & (bound == 0)
+        if not chosen.any():
+            return at, True
         from scipy.optimize import least_squares
 
-        scale, u = self._scale[chosen], self._unknowns
+        scale, rows = self._scale[chosen], len(self._weighing.weights)
         bounds = u.lower[chosen] / scale, u.upper[chosen] / scale
-        rows = len(self._weighing.weights)
 
-        def errors(x: Array) -> Array:
-            return self._residuals(self._whole(at, chosen, x))
-
-        def slopes(x: Array) -> Array:
-            return self._jacobian(self._whole(at, chosen, x))[:, chosen] * scale
+        def whole(x: Array) -> Array:
+            there = at.copy()
+            there[chosen] = x * scale
+            return np.where(u.free, np.clip(there, u.lower, u.upper), at)
 
         def loss(z: Any) -> Any:
             found = np.array([z, np.ones_like(z), np.zeros_like(z)])
             found[:, :rows] = self._weighing.counted(z[:rows])
             return found
 
-        return least_squares(
-            errors,
+        ended = least_squares(
+            cast("Any", lambda x: self._residuals(whole(x))),
             np.clip(at[chosen] / scale, *bounds),
-            slopes,
+            cast("Any", lambda x: self._jacobian(whole(x))[:, chosen] * scale),
             bounds=bounds,
             method="trf",
             x_scale="jac",
@@ -229,16 +261,11 @@ class Search:
             f_scale=self._weighing.tuning,
             max_nfev=MOST_STEPS,
         )
-
-    def _whole(self, at: Array, chosen: NDArray[np.bool_], x: Array) -> Array:
-        whole = at.copy()
-        whole[chosen] = x * self._scale[chosen]
-        return np.where(self._free, np.clip(whole, self._unknowns.lower, self._unknowns.upper), at)
+        return whole(ended.x), bool(ended.status > 0)
 
     def _residuals(self, at: Array) -> Array:
         """Weighted errors, then those of what was known before; large ones for a lost loop."""
-        known = self._slopes is not None and np.array_equal(self._slopes[0], at)
-        if known or not self._largest:
+        if np.array_equal(self._at, at) or not self._largest:
             errors = self._slopes_at(at).errors
             return weighed_rows(at, errors, self._unknowns, self._weighing)
         lanes = self._predictions(at[None, :])
@@ -253,12 +280,12 @@ class Search:
         return np.vstack([jacobian, self._unknowns.known_rows])
 
     def _slopes_at(self, at: Array) -> ErrorsAndJacobian:
-        if self._slopes is not None and np.array_equal(self._slopes[0], at):
-            return self._slopes[1]
+        if np.array_equal(self._at, at):
+            return self._slopes
         self._predictions.settle(at)
         u = self._unknowns
-        slopes = jacobian_at(self._predictions, at, self._scale, u.lower, u.upper, self._free)
-        self._slopes = at.copy(), slopes
+        slopes = jacobian_at(self._predictions, at, self._scale, u.lower, u.upper, u.free)
+        self._at, self._slopes = at.copy(), slopes
         rows = weighed_rows(at, slopes.errors, u, self._weighing)
         self._largest = self._largest or max(float(np.abs(rows).max()), 1.0)
         first = slopes.errors[:: len(self._predictions.units)]
@@ -284,8 +311,8 @@ class Search:
         downhill = -(jacobian.T @ rows)
         reach = _AT_BOUND * left / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
         reach = np.maximum(reach, _TOLERANCE * self._scale)
-        low = self._free & (downhill < 0) & (at - u.lower <= reach)
-        high = self._free & (downhill > 0) & (u.upper - at <= reach)
+        low = u.free & (downhill < 0) & (at - u.lower <= reach)
+        high = u.free & (downhill > 0) & (u.upper - at <= reach)
         return np.where(low, -1, np.where(high, 1, 0)).astype(np.int8)
 
 
@@ -305,58 +332,6 @@ def best_of(found: Sequence[SearchResult]) -> SearchResult:
     """The search that ended lowest, of one or more; of several that ended as low the first."""
     least = min(each.cost for each in found) * (1 + 100 * _TOLERANCE)
     return next(each for each in found if each.cost <= least)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EquallyGoodPoint:
-    """A place that a search passed, which the errors tell less apart than the deviations claim.
-
-    Attributes
-    ----------
-    physical : (P,) array
-    away : (P,) array
-        How far it is, in claimed deviations; 0 of what is held.
-    by_errors : float
-        How far that is by what the errors are more there, in the same deviations.
-    """
-
-    physical: Array
-    away: Array
-    by_errors: float
-
-
-def equally_good_point(
-    ends: Sequence[SearchResult], variances: Array, independent: Array, search: "Search"
-) -> EquallyGoodPoint | None:
-    """The farthest place that was passed and is as good as the end, if that is claimed far away.
-
-    About a least that errors bend to by chance, in a valley that is flat, slopes claim what holds
-    no farther than that.
-
-    Parameters
-    ----------
-    ends : sequence of SearchResult
-    variances : (P,) array
-        That are told.
-    independent : (P,) array
-        For independent errors, by which the cost is more elsewhere.
-    search : Search
-        That ended there.
-    """
-    best = best_of(ends)
-    shown = np.isfinite(variances) & (variances > 0) & (independent > 0)
-    wide = np.sqrt(np.where(shown, variances, np.inf))
-    least = best.steps[-1].error
-    places = [s.physical for end in ends for s in end.steps if s.error <= (1 + _NEAR) * least]
-    away = np.abs(np.array(places).reshape(-1, len(wide)) - best.physical) / wide
-    farthest = np.argsort(-away.max(axis=1))[:_MOST_PASSED]
-    for place in farthest[away[farthest].max(axis=1) > MIN_FAR.value]:
-        j = int(np.argmax(away[place]))
-        rise = search.rise(places[place], best)
-        by_errors = float(np.sqrt(max(rise, 0.0) * independent[j] / variances[j]))
-        if by_errors < MAX_FAR.value:
-            return EquallyGoodPoint(physical=places[place], away=away[place], by_errors=by_errors)
-    return None
 
 
 def _squares(z: Array) -> Array:

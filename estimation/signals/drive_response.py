@@ -9,18 +9,18 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.modeling.declaration import CommandPath, Drive, Response
+from axisid.modeling.declaration import CommandPath, Response
 from axisid.support.arrays import Array
 
 from .signals import Motion, drive_force
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Acting:
+class Acting(NamedTuple):
     """The force that a drive makes, (N,) each.
 
     Attributes
@@ -108,8 +108,9 @@ def acting_along(
     start : float, optional
         Force at the first sample; that of the first command by default, as before it.
     """
-    ahead = 0 if logged == "command" else response.late
-    first, then = (_moved(forces, ahead - late) for late in (response.late, response.whole))
+    at = np.arange(len(forces)) + (0 if logged == "command" else response.late)
+    delayed = (np.clip(at - late, 0, len(at) - 1) for late in (response.late, response.whole))
+    first, then = (forces[places] for places in delayed)
     share = response.share
     if not response.lag:
         return Acting(at_samples=first, mean=share * first + (1 - share) * then)
@@ -123,12 +124,6 @@ def acting_along(
     left = (at_samples - first) * (1 - stays[0]) + (between - then) * (1 - stays[1])
     mean = share * first + (1 - share) * then + response.lag / response.period * left
     return Acting(at_samples=at_samples, mean=mean)
-
-
-def _moved(values: Array, samples: int) -> Array:
-    """Values so many samples earlier, or later where that is negative; beyond the ends as there."""
-    places = np.arange(len(values)) + samples
-    return np.asarray(values[np.clip(places, 0, len(values) - 1)])
 
 
 def _recursion(factor: float, added: Array, start: float) -> Array:
@@ -171,15 +166,11 @@ class DriveAlong:
         drive = self.axis.axis.drive
         if not (drive.lag or drive.delay) or drive.logged == "current":
             return made
-        pieces = np.split(made, list(self.starts)[1:])
-        return np.concatenate([self._acting(piece, drive) for piece in pieces])
-
-    def _acting(self, made: Array, drive: Drive) -> Array:
-        response = drive.response(self.period)
+        pieces, response = np.split(made, list(self.starts)[1:]), drive.response(self.period)
         if not self.held:
-            return _running_along(made, response, drive.logged)
-        found = acting_along(made, response, logged=drive.logged)
-        return found.mean if self.mean else found.at_samples
+            return np.concatenate([_running_along(p, response, drive.logged) for p in pieces])
+        found = [acting_along(piece, response, logged=drive.logged) for piece in pieces]
+        return np.concatenate([each.mean if self.mean else each.at_samples for each in found])
 
     def force(self, control: Array, motion: Motion, recorded: Sequence[Array] = ()) -> Array:
         """The force of a recorded control beside a motion, (N,)."""

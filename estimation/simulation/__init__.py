@@ -5,9 +5,7 @@ Knows nothing of filters and estimates.
 """
 
 from .arguments import (
-    LaneBlock as LaneBlock,
     gains_by_lane as gains_by_lane,
-    law_of as law_of,
     no_control_law as no_control_law,
 )
 from .batch import (
@@ -17,7 +15,11 @@ from .batch import (
     simulate_lanes as simulate_lanes,
 )
 from .closed_loop import simulate as simulate, simulate_loop as simulate_loop
-from .inputs import LoopInputs as LoopInputs, TwoClocks as TwoClocks, at_law as at_law
+from .inputs import (
+    LoopInputs as LoopInputs,
+    TwoClocks as TwoClocks,
+    law_of as law_of,
+)
 from .simulated import (
     Simulation as Simulation,
     logged_control as logged_control,

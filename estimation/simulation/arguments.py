@@ -1,18 +1,15 @@
-"""What simulations are given, checked, and what is kept of lanes in place of their signals."""
+"""What simulations are given, checked."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TypeAlias
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.codegen.lowering import SIGNALS, LoopStart
+from axisid.codegen.lowering import LoopStart
 from axisid.estimation.records import check_sample_period
-from axisid.modeling.declaration import ControlLaw
-from axisid.support.arrays import Array, Exact
+from axisid.support.arrays import Array
 from axisid.support.errors import (
     ModelError,
     UsageError,
@@ -23,7 +20,7 @@ from axisid.support.errors import (
     real_array,
 )
 
-from .inputs import LoopInputs, clocks_of
+from .inputs import LoopInputs, clocks_of, law_of
 from .steps import MOST_SUBSTEPS
 
 
@@ -34,13 +31,6 @@ def no_control_law(name: str) -> ModelError:
         "(the table [control] in TOML, control=... in Python).",
         code="no-control-law",
     )
-
-
-def law_of(axis: GeneratedAxis) -> ControlLaw:
-    """The control law of an axis that is known to have one."""
-    law = axis.axis.control
-    assert law is not None  # noqa: S101  # whoever asks has refused an axis without one
-    return law
 
 
 def checked_loop(
@@ -70,7 +60,7 @@ def checked_loop(
     if axis.axis.control is None:
         raise no_control_law(axis.axis.name)
     given = in_order(axis, parameters)
-    theta, ref = aligned(given, "the parameters"), aligned(reference, "the reference")
+    theta, ref = contiguous(given, "the parameters"), contiguous(reference, "the reference")
     lanes, samples = theta.shape[:many], len(ref) if ref.ndim else 0
     shapes = tuple(dict.fromkeys(((samples,), (samples, *lanes))))
     if (
@@ -94,19 +84,24 @@ def checked_loop(
             code="simulation-input",
         )
     check_whole("the substeps", substeps, MOST_SUBSTEPS)
-    begin = optional_array(start, "the start", lanes)
-    if begin is None:
-        begin = np.broadcast_to(ref[0], lanes) if many else ref[0]
-    moving = optional_array(start_velocity, "the start velocity", lanes)
-    if moving is None and many:
-        moving = np.zeros(lanes)
+    begin, moving = ref[0], np.zeros(lanes)
+    if start is not None:
+        begin = checked_array(start, "the start", lanes)
+    if start_velocity is not None:
+        moving = checked_array(start_velocity, "the start velocity", lanes)
+    if memory is not None:
+        response = axis.axis.response
+        drive = () if response is None else response.remembered
+        names = [*(each.name for each in law.memory), *law.delay_line, *drive]
+        what = f"the memory ({', '.join(names) or 'the law remembers nothing'})"
+        memory = checked_array(memory, what, (*lanes, len(names)))
     inputs = LoopInputs(
         reference=ref,
         period=period,
         start=LoopStart(
-            position=begin[()],
-            velocity=0.0 if moving is None else moving[()],
-            memory=None if memory is None else _remembered(axis, memory, lanes),
+            position=np.broadcast_to(begin, lanes)[()],
+            velocity=moving[()],
+            memory=memory,
         ),
         noise=optional_array(position_noise, "the noise", (samples, *lanes)),
         injected=optional_array(injected, "the injected signal", *shapes),
@@ -115,14 +110,6 @@ def checked_loop(
         resolution=resolution,
     )
     return theta, inputs.at_law(axis, clocks_of(law, samples, period))
-
-
-def _remembered(axis: GeneratedAxis, memory: ArrayLike, lanes: tuple[int, ...]) -> Array:
-    law, response = law_of(axis), axis.axis.response
-    drive = () if response is None else response.remembered
-    names = [*(each.name for each in law.memory), *law.delay_line, *drive]
-    what = f"the memory ({', '.join(names) or 'the law remembers nothing'})"
-    return np.ascontiguousarray(checked_array(memory, what, [(*lanes, len(names))]))
 
 
 def check_whole(what: str, value: int | None, most: int) -> None:
@@ -134,7 +121,12 @@ def check_whole(what: str, value: int | None, most: int) -> None:
         )
 
 
-def checked_array(values: ArrayLike, what: str, shapes: Sequence[tuple[int, ...]]) -> Array:
+def contiguous(values: ArrayLike, what: str) -> Array:
+    """The array as compiled loops read it."""
+    return np.require(real_array(values, what), requirements=["C", "A"])
+
+
+def checked_array(values: ArrayLike, what: str, *shapes: tuple[int, ...]) -> Array:
     """What is given for the samples or the lanes of loops: finite numbers of one of some shapes.
 
     Raises
@@ -142,7 +134,7 @@ def checked_array(values: ArrayLike, what: str, shapes: Sequence[tuple[int, ...]
     UsageError
         It has another shape, or a number is not finite.
     """
-    array = aligned(values, what)
+    array = contiguous(values, what)
     if array.shape not in shapes or not np.all(np.isfinite(array)):
         said = f"has the shape {array.shape}" if array.ndim else f"is {array}"
         wanted = " or ".join(str(shape) if shape else "one number" for shape in shapes)
@@ -152,7 +144,7 @@ def checked_array(values: ArrayLike, what: str, shapes: Sequence[tuple[int, ...]
 
 def optional_array(values: ArrayLike | None, what: str, *shapes: tuple[int, ...]) -> Array | None:
     """The same of what may be left out."""
-    return None if values is None else checked_array(values, what, shapes)
+    return None if values is None else checked_array(values, what, *shapes)
 
 
 def checked_signals(
@@ -167,14 +159,9 @@ def checked_signals(
     UsageError
         One is missing, is not declared, or has another length.
     """
-    if not (signals is None or isinstance(signals, Mapping)):
-        raise UsageError(
-            f"the signals are {quoted(signals)}; give arrays by name, such as "
-            "{'pressure': values}. What is wanted of a batch is `wanted`.",
-            code="simulation-input",
-        )
-    found, names = dict(signals or {}), [signal.name for signal in axis.axis.signals]
-    if {*found} != {*names}:
+    found = {} if signals is None else signals
+    names = [signal.name for signal in axis.axis.signals]
+    if not isinstance(found, Mapping) or {*found} != {*names}:
         missing = ", ".join(name for name in names if name not in found)
         unknown = ", ".join(str(name) for name in found if name not in names)
         raise UsageError(
@@ -183,25 +170,7 @@ def checked_signals(
             "Give signals={'name': values} with one value for each sample of the reference.",
             code="simulation-input",
         )
-    return tuple(checked_array(found[name], f"the signal {name!r}", shapes) for name in names)
-
-
-def check_wanted(signals: Sequence[str]) -> None:
-    """Refuse what are no names of signals of a simulation."""
-    several = isinstance(signals, Iterable) and not isinstance(signals, str)
-    if not several or any(name not in SIGNALS for name in signals):
-        raise UsageError(
-            f"the wanted signals are {quoted(signals)}; give a list of names, of "
-            f"{', '.join(SIGNALS)}.",
-            code="simulation-input",
-        )
-
-
-def aligned(values: ArrayLike, what: str) -> Array:
-    """The array itself, unless its floats do not lie on whole multiples of their size."""
-    array = np.require(real_array(values, what), requirements=["A"])
-    whole = all(stride % array.itemsize == 0 for stride in array.strides)
-    return array if whole else array.copy()
+    return tuple(checked_array(found[name], f"the signal {name!r}", *shapes) for name in names)
 
 
 def gains_by_lane(
@@ -237,17 +206,6 @@ def gains_by_lane(
     return found
 
 
-def axes_by_gains(axis: GeneratedAxis, gains: Array | None, lanes: int) -> list[GeneratedAxis]:
-    """The axis of each lane, with its gains, (B, g); lanes with the same gains share one."""
-    if gains is None or axis.axis.control is None:
-        return [axis] * lanes
-    names, made = [*axis.axis.control.gains], dict[tuple[float, ...], GeneratedAxis]()
-    for own in map(tuple, gains.tolist()):
-        if own not in made:
-            made[own] = axis.with_gains(dict(zip(names, own, strict=True)))
-    return [made[own] for own in map(tuple, gains.tolist())]
-
-
 def in_order(
     axis: GeneratedAxis, parameters: ArrayLike | Mapping[str, ArrayLike]
 ) -> ArrayLike | Array:
@@ -274,95 +232,20 @@ def in_order(
     if {*parameters} != {*names}:
         unknown = [quoted(name) for name in parameters if name not in names]
         missing = [name for name in names if name not in parameters]
-        wrong = f"{first_of(unknown)} is no parameter" if unknown else ""
-        left = f"{first_of(missing)} is missing" if missing else ""
+        told = [f"{first_of(unknown)} is no parameter"] if unknown else []
+        told += [f"{first_of(missing)} is missing"] if missing else []
         raise UsageError(
             f"the parameters of axis {axis.axis.name!r} by name: "
-            f"{' and '.join(filter(None, (wrong, left)))}; give a value of each of "
+            f"{' and '.join(told)}; give a value of each of "
             f"{', '.join(names)}.",
             code="simulation-input",
         )
-    values = [real_array(parameters[name], f"the values of {name}") for name in names]
-    try:
-        return np.stack(np.broadcast_arrays(*values), axis=-1)
-    except ValueError as error:
-        shapes = ", ".join(f"{n} {v.shape}" for n, v in zip(names, values, strict=True))
+    values = {name: real_array(parameters[name], f"the values of {name}") for name in names}
+    if len({each.shape for each in values.values()} - {()}) > 1:
+        shapes = ", ".join(f"{name} {each.shape}" for name, each in values.items())
         raise UsageError(
             f"the parameters by name have the shapes {shapes}; give each one number, or one for "
             "each lane.",
             code="simulation-input",
-        ) from error
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LaneBlock(Exact):
-    """Some of the lanes of a batch, simulated.
-
-    Attributes
-    ----------
-    first : int
-        The first of them, counted in the batch.
-    parameters : (b, p) array
-    reference : (N,) or (N, b) array
-        Shared, or one column a lane.
-    period : float
-        Of the samples, s.
-    signals : dict of str to (N, b) array
-        What is wanted, by name; NaN from the sample on at which a simulation ended early.
-    """
-
-    first: int
-    parameters: Array
-    reference: Array
-    period: float
-    signals: dict[str, Array]
-
-    @property
-    def lanes(self) -> int:
-        """How many."""
-        return len(self.parameters)
-
-
-#: Makes of a block arrays by name, (b, ...) each: one row a lane, and the same names each time.
-Reducer: TypeAlias = Callable[[LaneBlock], Mapping[str, ArrayLike]]
-
-
-def check_reducer(reducer: object, wanted: Sequence[str]) -> None:
-    """Refuse what makes nothing of lanes, or of no signal.
-
-    Raises
-    ------
-    UsageError
-        It is no function, or no signal is wanted.
-    """
-    if not (callable(reducer) and wanted):
-        raise UsageError(
-            f"the batch is to be reduced by {quoted(reducer)}, with the signals {list(wanted)}; "
-            "give a function that takes a LaneBlock and gives arrays by name, and name signals.",
-            code="simulation-input",
         )
-
-
-def reduced(reducer: Reducer, block: LaneBlock, before: Mapping[str, Array]) -> dict[str, Array]:
-    """What a reducer makes of a block, (b, ...) arrays by name, as of the block before, if any.
-
-    Raises
-    ------
-    UsageError
-        It gives what is no array for each lane by name, or others than of the block before.
-    """
-    given = reducer(block)
-    named = isinstance(given, Mapping) and all(isinstance(name, str) for name in given)
-    items = given.items() if named else ()
-    # A view would keep the signals of the block in memory.
-    made = {name: real_array(values, f"the reduced {name}").copy() for name, values in items}
-    shapes, others = ({n: v.shape[1:] for n, v in each.items()} for each in (made, before))
-    by_lane = named and all(v.shape[:1] == (block.lanes,) for v in made.values())
-    if not by_lane or (before and shapes != others):
-        told = {name: values.shape for name, values in made.items()} if named else quoted(given)
-        raise UsageError(
-            f"the reducer gives {told} of {block.lanes} lanes; let it give arrays by name, such as "
-            "{'overshoot': values}, the lanes first, and the same names and shapes of all lanes.",
-            code="simulation-input",
-        )
-    return made
+    return np.stack(np.broadcast_arrays(*values.values()), axis=-1)

@@ -3,30 +3,20 @@
 from __future__ import annotations  # as they are written, in what help() prints
 
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.codegen.lowering import BLOCK, SIGNALS
+from axisid.codegen.lowering import SIGNALS
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import AxisidError
+from axisid.support.errors import AxisidError, UsageError, quoted
 
-from .arguments import (
-    LaneBlock,
-    Reducer,
-    axes_by_gains,
-    check_reducer,
-    check_wanted,
-    check_whole,
-    checked_loop,
-    reduced,
-)
-from .closed_loop import SettledLoop, settled_loop
+from .arguments import check_whole, checked_loop
+from .closed_loop import settled_loop
 from .inputs import LoopInputs, at_log_samples, lines
 from .simulated import lane_starts
 from .steps import (
@@ -43,7 +33,6 @@ from .steps import (
 #: What is needed between the evaluations of a law.
 _OF_THE_LAW = tuple(name for name in SIGNALS if name != "control")
 _MOST_THREADS = 1024
-_KEPT = 2**23  # values of signals that lie in memory while a batch is reduced
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -54,19 +43,16 @@ class BatchSimulation(Exact):
     ----------
     signals : dict of str to (N, B) array
         The signals that were asked for, by name as in `Simulation`; NaN from the sample on at which
-        a simulation ended early. None where they were reduced.
+        a simulation ended early.
     failures : dict of int to str
         Why and where, by lane, for those that ended early.
-    reduced : dict of str to (B, ...) array
-        What was kept in place of the signals, by name.
     """
 
     signals: dict[str, Array]
     failures: dict[int, str]
-    reduced: dict[str, Array] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Array:
-        return self.reduced[name] if name in self.reduced else self.signals[name]
+        return self.signals[name]
 
 
 def simulate_batch(
@@ -85,7 +71,6 @@ def simulate_batch(
     resolution: float = 0.0,
     substeps: int | None = None,
     wanted: Sequence[str] = SIGNALS[:5],
-    reduce: Reducer | None = None,
     threads: int | None = None,
 ) -> BatchSimulation:
     """Simulate many parameter sets, references or noises side by side.
@@ -117,12 +102,7 @@ def simulate_batch(
     resolution, substeps
         As in `simulate`.
     wanted : sequence of str
-        Signals of the simulation that are given back, each N x B floats, or reduced. Names as in
-        `Simulation`.
-    reduce : callable, optional
-        What is kept of each lane in place of its signals, so that memory does not grow by N x B:
-        lanes are simulated and reduced block by block. It takes a `LaneBlock` and gives arrays by
-        name, (b, ...), a row for each of its lanes. NaN for a lane that failed.
+        Signals of the simulation that are given back, each N x B floats. Names as in `Simulation`.
     threads : int, optional
         1 to 1024; as many as there are processors by default.
 
@@ -135,7 +115,9 @@ def simulate_batch(
 
     Notes
     -----
-    A lane that fails does not end the others; see `BatchSimulation.failures`.
+    A lane that fails does not end the others; see `BatchSimulation.failures`. What a lane gives
+    does not depend on its company: where all signals take too much memory, simulate some
+    lanes after the others.
 
     The substeps are those of `simulate`, settled once before any lane runs where no motion asks for
     more of them than the start does. Where damping, stiffness or waves vary along the way each lane
@@ -144,7 +126,13 @@ def simulate_batch(
     """
     axis = as_generated(axis)
     check_whole("the threads", threads, _MOST_THREADS)
-    check_wanted(wanted)
+    several = isinstance(wanted, Iterable) and not isinstance(wanted, str)
+    if not several or any(name not in SIGNALS for name in wanted):
+        raise UsageError(
+            f"the wanted signals are {quoted(wanted)}; give a list of names, of "
+            f"{', '.join(SIGNALS)}.",
+            code="simulation-input",
+        )
     theta, inputs = checked_loop(
         axis,
         parameters,
@@ -161,29 +149,7 @@ def simulate_batch(
         resolution=resolution,
         substeps=substeps,
     )
-    how: dict[str, Any] = {"substeps": substeps, "wanted": wanted, "threads": threads}
-    if reduce is None:
-        return simulate_lanes(axis, theta, inputs, **how)
-    check_reducer(reduce, wanted)
-    failures: dict[int, str] = {}
-    blocks: list[dict[str, Array]] = []
-    values = len(inputs.logged.reference) * len(wanted)  # of a lane, that lie in memory
-    size = BLOCK * max(_KEPT // (BLOCK * values), _count(threads))
-    for first in range(0, len(theta), size):
-        chosen = slice(first, min(first + size, len(theta)))
-        some = inputs.lanes(chosen)
-        batch = simulate_lanes(axis, theta[chosen], some, **how)
-        failures |= {chosen.start + lane: why for lane, why in batch.failures.items()}
-        block = LaneBlock(
-            first=chosen.start,
-            parameters=theta[chosen],
-            reference=some.logged.reference,
-            period=period,
-            signals=batch.signals,
-        )
-        blocks.append(reduced(reduce, block, blocks[0] if blocks else {}))
-    kept = {name: np.concatenate([each[name] for each in blocks]) for name in blocks[0]}
-    return BatchSimulation(signals={}, failures=failures, reduced=kept)
+    return simulate_lanes(axis, theta, inputs, substeps=substeps, wanted=wanted, threads=threads)
 
 
 def simulate_lanes(
@@ -212,25 +178,20 @@ def simulate_lanes(
     fixed = has_constant_substeps(axis) or substeps is not None
     looked_at = () if fixed else visited_signals(axis)
     between = () if inputs.clocks is None else _OF_THE_LAW
+    by_system = hasattr(os, "sched_getaffinity")
+    processors = len(os.sched_getaffinity(0)) if by_system else os.cpu_count() or 1
     batch = _Batch(
         axis=axis,
         parameters=np.ascontiguousarray(parameters),
         inputs=replace(inputs, start=lane_starts(axis, parameters, inputs), log=None),
         wanted=list(dict.fromkeys([*wanted, *looked_at, *between])),
-        threads=_count(threads),
+        threads=threads or processors,
     )
     out, failures = batch.run(substeps)
     return BatchSimulation(
         signals={name: out[name] for name in wanted},
         failures=dict(sorted(failures.items())),
     )
-
-
-def _count(threads: int | None) -> int:
-    """So many threads, or as many as there are processors."""
-    if threads is not None:
-        return int(threads)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> int | None:
@@ -247,14 +208,13 @@ def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
     int or None
         None where the loop cannot be simulated with them.
     """
-    own = inputs.lanes(0) if np.ndim(inputs.start.position) else inputs
-    most = most_substeps(len(own.reference))
+    most = most_substeps(len(inputs.reference))
     if has_constant_substeps(axis):
-        position = np.array([own.start.position])
-        rates = at_rest(axis, parameters[None, :], position, own.first_signals)[2]
-        return min(int(steps_by_rate(axis, rates, own.period)[0]), most)
+        position = np.array([inputs.start.position])
+        rates = at_rest(axis, parameters[None, :], position, inputs.first_signals)[2]
+        return min(int(steps_by_rate(axis, rates, inputs.period)[0]), most)
     try:
-        _, steps, failed = settled_loop(axis, parameters, own, bounded=True)
+        _, steps, failed = settled_loop(axis, parameters, inputs, bounded=True)
     except AxisidError:
         return None
     return None if failed else min(steps, most)
@@ -282,8 +242,7 @@ class _Batch:
         well, counts = self._first_steps()
         if substeps is not None:
             counts = np.full(len(lanes), substeps)
-        well &= (counts <= most) | (not fixed)
-        counts, out = np.minimum(counts, most), dict[str, Array]()
+        well, out = well & (counts <= most), dict[str, Array]()
         pending = np.flatnonzero(well)
         while pending.size:
             # Lanes that ask for more steps in a sample run apart, and do not slow the others.
@@ -299,7 +258,13 @@ class _Batch:
         out = out or self._nothing()
         failures: dict[int, str] = {}
         for lane in map(int, np.flatnonzero(~well)):
-            own, counts[lane], failures[lane] = self._alone(lane, substeps)
+            own, given = dict[str, Array](), (self.parameters[lane], self.inputs.lanes(lane))
+            try:
+                own, counts[lane], failures[lane] = settled_loop(
+                    axis, *given, substeps=substeps, bounded=True
+                )
+            except AxisidError as error:
+                failures[lane] = str(error)
             for name, values in out.items():
                 values[:, lane] = own.get(name, np.nan)
         if self.inputs.clocks is not None:
@@ -331,16 +296,6 @@ class _Batch:
         theta, clocks = self.parameters[lane], own.clocks
         assert clocks is not None  # noqa: S101
         return at_log_samples(self.axis, theta, signals, clocks, recorded, substeps)
-
-    def _alone(self, lane: int, substeps: int | None) -> SettledLoop:
-        """A lane as it is simulated by itself; without signals where it is refused."""
-        theta, inputs = self.parameters[lane], self.inputs.lanes(lane)
-        gains = None if inputs.gains is None else inputs.gains[None]
-        (axis,) = axes_by_gains(self.axis, gains, 1)
-        try:
-            return settled_loop(axis, theta, inputs, substeps=substeps, bounded=True)
-        except AxisidError as error:
-            return {}, 1, str(error)
 
     def _nothing(self) -> dict[str, Array]:
         shape = len(self.inputs.reference), len(self.parameters)

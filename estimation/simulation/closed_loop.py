@@ -11,7 +11,6 @@ from __future__ import annotations  # as they are written, in what help() prints
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +23,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 
 from .arguments import checked_loop
-from .inputs import LoopInputs, at_log_samples, lines, widened_distance
+from .inputs import LoopInputs, at_log_samples, axis_of, lines, widened_distance
 from .simulated import Simulation, loop_start, measured_positions
 from .steps import (
     StepBudget,
@@ -176,16 +175,11 @@ def simulate_loop(
         recorded = lines(axis, inputs.signals, inputs.period)
         out = at_log_samples(axis, parameters, out, clocks, recorded, steps)
     return Simulation(
-        time=logged.period * _counted(len(out["position"])),
+        time=logged.period * np.arange(float(len(out["position"]))),
         measured_position=measured_positions(out["position"], logged.noise, inputs.resolution),
         recorded=logged.signals,
         **out,
     )
-
-
-#: Signals by name, (M,) each, not a number from where the loop ended early; the steps in a sample;
-#: and why and where it ended early, empty where it did not.
-SettledLoop = tuple[dict[str, Array], int, str]
 
 
 def settled_loop(
@@ -196,24 +190,36 @@ def settled_loop(
     substeps: int | None = None,
     budget: StepBudget | None = None,
     bounded: bool = False,
-) -> SettledLoop:
+) -> tuple[dict[str, Array], int, str]:
     """The loop at the evaluations of its law, its steps and range enough for wherever it went.
 
     Arguments as of `simulate_loop`.
+
+    Returns
+    -------
+    dict of str to (M,) array
+        Signals by name, not a number from where the loop ended early.
+    int
+        Steps in a sample.
+    str
+        Why and where it ended early, empty where it did not.
 
     Raises
     ------
     UsageError, EstimationError
         It cannot start, or takes too many steps.
     """
-    theta = np.ascontiguousarray(parameters)
+    axis, theta = axis_of(axis, inputs), np.ascontiguousarray(parameters)
     first = tuple(map(float, inputs.first_signals))
-    start = loop_start(axis, theta, inputs)
-    inputs = inputs if start is inputs.start else replace(inputs, start=start)
+    inputs = replace(inputs, start=loop_start(axis, theta, inputs))
     rate = checked_rate(axis, theta, float(inputs.start.position), first, bounded=bounded)
     period, samples, constant = inputs.period, len(inputs.reference), has_constant_substeps(axis)
     budget, recorded = budget or StepBudget(), lines(axis, inputs.signals, period)
-    settings = inputs.settings(substeps or _first_steps(axis, theta, inputs, rate, budget.left))
+    steps = substeps or int(steps_by_rate(axis, np.array([rate]), period)[0])
+    if substeps is None and steps > most_substeps(samples, budget.left):
+        still = (float(inputs.start.position), 0.0), first
+        raise too_stiff(axis, theta, still, period, samples, budget.left)
+    settings = inputs.settings(steps)
     while True:
         left = budget.left
         budget.left -= samples * settings.substeps
@@ -242,27 +248,6 @@ def settled_loop(
     return out, settings.substeps, failed
 
 
-def _first_steps(
-    axis: GeneratedAxis, parameters: Array, inputs: LoopInputs, rate: float, left: int
-) -> int:
-    """Steps in a sample that the rate at the start asks for, with so many left.
-
-    Raises
-    ------
-    EstimationError
-        It would need more wherever it goes.
-    """
-    period, samples = inputs.period, len(inputs.reference)
-    steps, most = (
-        int(steps_by_rate(axis, np.array([rate]), period)[0]),
-        most_substeps(samples, left),
-    )
-    if steps > most and has_constant_substeps(axis):
-        still = (float(inputs.start.position), 0.0), tuple(map(float, inputs.first_signals))
-        raise too_stiff(axis, parameters, still, period, samples, left)
-    return min(steps, most)
-
-
 def _run(
     axis: GeneratedAxis,
     parameters: Array,
@@ -272,8 +257,10 @@ def _run(
 ) -> tuple[int, int, dict[str, Array]]:
     """Status, the sample it speaks of, and the signals: native, or in the virtual machine."""
     reference = np.ascontiguousarray(inputs.reference)
-    added = (inputs.noise, inputs.injected)
-    noise, injected = (v if v is None else np.ascontiguousarray(v) for v in added)
+    noise, injected = (
+        each if each is None else np.ascontiguousarray(each)
+        for each in (inputs.noise, inputs.injected)
+    )
     library = axis.native.library()
     if library is None:
         axis.native.warn_once()
@@ -282,9 +269,3 @@ def _run(
     return library.simulate(
         reference, noise, injected, parameters, inputs.start, settings, recorded
     )
-
-
-@lru_cache(maxsize=8)
-def _counted(samples: int) -> Array:
-    """0, 1, 2 and so on; making them takes longer than what is made of them."""
-    return np.arange(samples, dtype=np.float64)

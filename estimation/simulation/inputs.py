@@ -11,8 +11,9 @@ until its control holds it.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,29 +82,23 @@ class TwoClocks:
         if self.between == "held":
             return self.held(values)
         if self.between == "linear" or len(values) < _FEWEST_OF_A_SPLINE:
-            return self.linear(values)
+            return _straight(self.times, values)
         if not (self._smooth and np.array_equal(self._smooth[0][0], values)):
             smooth = at_times(self.times, np.arange(float(len(values))), values, "spline")
             self._smooth[:] = [(values.copy(), frozen(smooth))]
         return self._smooth[0][1]
 
-    def linear(self, values: Array) -> Array:
-        """What runs straight between the samples of the log, where the law is evaluated, (M,)."""
-        if values.ndim > 1:
-            return _by_column(self.linear, values)
-        return np.interp(self.times, np.arange(len(values)), values)
-
     def mean_held(self, values: Array) -> Array:
         """Mean until the next evaluation of what is held between samples of the log, (M,)."""
         if self.law_period <= self.log_period:
             return self.held(values)
-        if values.ndim > 1:
-            return _by_column(self.mean_held, values)
-        until = np.concatenate([[0.0], np.cumsum(values)])
+        until = np.concatenate([0 * values[:1], np.cumsum(values, axis=0)])
         edges = np.append(self.times, self.times[-1] + self.law_period / self.log_period)
         inside = np.clip(edges, 0, len(values))
-        spent, apart = np.diff(np.interp(inside, np.arange(len(until)), until)), np.diff(inside)
-        return np.where(apart > 0, spent / np.where(apart > 0, apart, 1.0), self.held(values))
+        spent, apart = np.diff(_straight(inside, until), axis=0), np.diff(inside)
+        found = self.held(values)  # beyond the log it stays
+        found[apart > 0] = (spent[apart > 0].T / apart[apart > 0]).T
+        return found
 
     def held(self, values: Array) -> Array:
         """What is held from a sample of the log to the next, where the law is evaluated, (M,)."""
@@ -111,18 +106,28 @@ class TwoClocks:
         return np.asarray(values[np.clip(row, 0, len(values) - 1)])
 
 
-def _by_column(read: Callable[[Array], Array], values: Array) -> Array:
-    return np.column_stack([read(column) for column in values.T])
+def _straight(times: Array, values: Array) -> Array:
+    """What runs straight between samples, (N, ...), at times in samples, (M, ...)."""
+    rows = np.arange(len(values))
+    found = np.apply_along_axis(lambda column: np.interp(times, rows, column), 0, values)
+    return np.asarray(found)
 
 
-def clocks_of(law: ControlLaw | None, samples: int, period: float) -> TwoClocks | None:
+def law_of(axis: GeneratedAxis) -> ControlLaw:
+    """The control law of an axis that is known to have one."""
+    law = axis.axis.control
+    assert law is not None  # noqa: S101  # whoever asks has refused an axis without one
+    return law
+
+
+def clocks_of(law: ControlLaw, samples: int, period: float) -> TwoClocks | None:
     """When a law is evaluated along a reference whose period is not the law's; None where it is.
 
     The first evaluation is at the first sample. A continuous law has no clock.
 
     Parameters
     ----------
-    law : ControlLaw or None
+    law : ControlLaw
     samples : int
     period : float
         Of the reference, s.
@@ -132,7 +137,7 @@ def clocks_of(law: ControlLaw | None, samples: int, period: float) -> TwoClocks 
     UsageError
         One period is so many times the other that it is in another unit.
     """
-    if law is None or law.continuous or is_same_period(period, law.period):
+    if law.continuous or is_same_period(period, law.period):
         return None
     ratio, most = period / law.period, _MAX_CLOCK_RATIO
     if not 1 / most <= ratio <= most:
@@ -194,14 +199,15 @@ def at_log_samples(
         )
     begin, span = last[apart], since[apart]
     between = np.zeros((len(force), 0)) if recorded is None else recorded
-    position, velocity, direction = _later(
-        axis,
-        parameters,
-        (signals["position"][begin], signals["velocity"][begin]),
-        np.column_stack([force, between])[begin],
-        span,
-        clocks.law_period / substeps,
-    )
+    motion = signals["position"][begin], signals["velocity"][begin]
+    held, step = np.column_stack([force, between])[begin], clocks.law_period / substeps
+    library = axis.native.library()
+    if library is not None:
+        position, velocity, direction = library.later(motion, held, span, step, parameters)
+    else:
+        settings = LoopSettings(period=step, resolution=0.0, allowed=np.inf, substeps=1)
+        loop = VirtualLoop(axis.functions, parameters, settings)
+        position, velocity, direction = loop.later(motion, held, span, step)
     then = between[begin, ::2] + span[:, None] * between[begin, 1::2]
     (acceleration,) = axis.evaluate(
         "direct_dynamics", position, velocity, force[begin], direction, *then.T, parameters
@@ -211,22 +217,6 @@ def at_log_samples(
     out["direction"][apart] = out["direction_before"][apart] = direction
     out["acceleration"][apart] = np.where(sticks, 0.0, acceleration[:, 0])
     return out
-
-
-def _later(
-    axis: GeneratedAxis,
-    parameters: Array,
-    motion: tuple[Array, Array],
-    held: Array,
-    span: Array,
-    step: float,
-) -> tuple[Array, Array, Array]:
-    """As `NativeLibrary.later`: native, or in the virtual machine."""
-    library = axis.native.library()
-    if library is not None:
-        return library.later(motion, held, span, step, parameters)
-    settings = LoopSettings(period=step, resolution=0.0, allowed=np.inf, substeps=1)
-    return VirtualLoop(axis.functions, parameters, settings).later(motion, held, span, step)
 
 
 _RUNAWAY_RATIO = 100.0  # distance from the reference, by what a loop is asked to move
@@ -254,23 +244,6 @@ def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array
     stacked = pairs.reshape(len(here), -1, here.shape[2])
     shared = all(s.ndim == 1 for s in signals)
     return np.ascontiguousarray(stacked[:, :, 0] if shared else stacked)
-
-
-def at_law(axis: GeneratedAxis, signals: Sequence[Array], clocks: TwoClocks) -> tuple[Array, ...]:
-    """Signals of a log, (N,) each, where its law is evaluated, (M,) each.
-
-    What is held from sample to sample of a log that is faster than the law enters by its mean until
-    the next evaluation, unless law or drive read it at the evaluation.
-    """
-    read = axis.axis.sampled_signals
-    return tuple(
-        clocks.linear(values)
-        if not declared.is_held
-        else clocks.held(values)
-        if declared.name in read
-        else clocks.mean_held(values)
-        for declared, values in zip(axis.axis.signals, signals, strict=True)
-    )
 
 
 #: One lane, or several.
@@ -319,7 +292,7 @@ class LoopInputs:
         """What a log has at its samples, where the law is evaluated; itself without clocks."""
         if clocks is None:
             return self
-        start = self.start
+        start, read = self.start, axis.axis.sampled_signals
         return replace(
             self,
             reference=clocks.reference(self.reference),
@@ -327,7 +300,16 @@ class LoopInputs:
             start=replace(start, position=start.position + start.velocity * clocks.first),
             noise=None if self.noise is None else clocks.held(self.noise),
             injected=None if self.injected is None else clocks.held(self.injected),
-            signals=at_law(axis, self.signals, clocks),
+            # What is held from sample to sample of a log that is faster than the law enters by its
+            # mean until the next evaluation, unless law or drive read it at the evaluation.
+            signals=tuple(
+                _straight(clocks.times, values)
+                if not declared.is_held
+                else clocks.held(values)
+                if declared.name in read
+                else clocks.mean_held(values)
+                for declared, values in zip(axis.axis.signals, self.signals, strict=True)
+            ),
             clocks=clocks,
             log=self,
         )
@@ -372,6 +354,17 @@ class LoopInputs:
         )
 
 
+def axis_of(axis: GeneratedAxis, inputs: LoopInputs) -> GeneratedAxis:
+    """The axis of one loop: its law with the gains of the inputs."""
+    return axis if inputs.gains is None else _with_gains(axis, tuple(inputs.gains.tolist()))
+
+
+# Most lanes of a batch have the same gains.
+@lru_cache(maxsize=64)
+def _with_gains(axis: GeneratedAxis, gains: tuple[float, ...]) -> GeneratedAxis:
+    return axis.with_gains(dict(zip(law_of(axis).gains, gains, strict=True)))
+
+
 def _of_lanes(values: Array, chosen: Chosen) -> Array:
     """A signal of some lanes; one that all share as it is."""
     return values if values.ndim == 1 else values[:, chosen]
@@ -398,37 +391,24 @@ def widened_distance(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
     loaded, free, pushed = (
         float(dynamics(place, 0.0, tau, 0.0, *signals, parameters)) for tau in (still, 0.0, 1.0)
     )
-    # At rest on its reference the loop gives way to the load there.
-    sag = _way(abs(loaded), abs((pushed - free) * (behind - still)))
-    way = sag + _way(added, abs(controls[1] - controls[0]))
-    return _RUNAWAY_RATIO * max(way, noise, inputs.resolution)
-
-
-def _way(asked: float, answered: float) -> float:
-    """Distance at which a loop answers what is asked of it; infinite where it does not.
-
-    Parameters
-    ----------
-    asked, answered : float
-        What moves it, and what it answers to `_OFF` from its reference.
-    """
-    if asked == 0:
-        return 0.0
-    found = asked * _OFF / answered if answered else math.inf
-    return found if math.isfinite(found) else math.inf
+    # At rest on its reference the loop gives way to the load there, and then to what is added: by
+    # nothing where nothing is asked of it, without end where it answers nothing.
+    asked = np.array([abs(loaded), added])
+    answered = np.abs([(pushed - free) * (behind - still), controls[1] - controls[0]])
+    with np.errstate(all="ignore"):
+        ways = np.where(asked > 0, asked * _OFF / answered, 0.0)
+    return _RUNAWAY_RATIO * max(float(ways.sum()), noise, inputs.resolution)
 
 
 def _controls(axis: GeneratedAxis, position: float, *recorded: float) -> tuple[float, float]:
     """Control of an axis at rest on its reference, and a little behind it, at its most."""
-    law, begin = axis.functions["control_law"], axis.functions["control_start"]
-    memory = begin(position, position, *recorded)[: law.size1_in("state")]
-    answers = []
-    for reference in (position, position + _OFF):
-        state, controls = memory, []
-        for _ in range(memory.numel() + 2):  # a delay answers late
-            control, state = law(reference, position, 0.0, *recorded, state)
-            controls.append(float(control))
-        answers.append(controls)
-    still, behind = (np.array(each) for each in answers)
-    largest = int(np.argmax(np.abs(behind - still)))
-    return float(still[largest]), float(behind[largest])
+    size = axis.functions["control_law"].size1_in("state")
+    begin = axis.functions["control_start"](position, position, *recorded).full().ravel()
+    read = position + np.array([[0.0, _OFF], [0.0, 0.0]])
+    beside = (np.zeros(2), *np.broadcast_to(np.array(recorded)[:, None], (len(recorded), 2)))
+    memory, answers = np.tile(begin[:size], (2, 1)), list[Array]()
+    for _ in range(size + 2):  # a delay answers late
+        control, memory = axis.evaluate("control_law", *read, *beside, memory)
+        answers.append(control[:, 0])
+    still, behind = max(answers, key=lambda pair: float(abs(pair[1] - pair[0])))
+    return float(still), float(behind)

@@ -10,11 +10,9 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.signals import Signals, acting_along, drive_force, through_path
-from axisid.modeling.declaration import Response
 from axisid.support.arrays import Array, Exact
 
-from .arguments import axes_by_gains, law_of
-from .inputs import LoopInputs
+from .inputs import LoopInputs, axis_of, law_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -89,16 +87,13 @@ def signals_about(
     They satisfy the model row by row. A force that changes between samples stands by its mean over
     the period on each side. At the first sample, and for a continuous law, both are those after it.
     """
-    law = axis.axis.control
-    if law is not None and law.continuous:
+    if law_of(axis).continuous:
         return simulation.signals, simulation.signals
-    after, force = simulation.signals, simulation.force
+    after, (mean, held) = simulation.signals, forces_about(axis, simulation)
     if not axis.axis.holds_force:
-        force = mean_force(axis, simulation)
-        after = _under(axis, parameters, simulation.signals, force)
-    held = simulation.held
-    if held is None:
-        held = force_before(axis, simulation, force)
+        after = _under(axis, parameters, after, mean)
+    if simulation.held is not None:
+        held = simulation.held
     earlier = replace(
         simulation.signals,
         direction=simulation.direction_before,
@@ -117,34 +112,31 @@ def _under(axis: GeneratedAxis, parameters: Array, signals: Signals, force: Arra
     return replace(signals, force=force, acceleration=acceleration[:, 0])
 
 
-def mean_force(axis: GeneratedAxis, simulation: Simulation) -> Array:
-    """The drive's force in the mean from each sample of a simulation to the next, (N,).
+def forces_about(axis: GeneratedAxis, simulation: Simulation) -> tuple[Array, Array]:
+    """The drive's force in the mean from each sample to the next, and just before each, (N,) each.
 
-    Where it follows the motion, that of the mean control along the motion at the sample.
+    Where it follows the motion, that of the mean control along the motion at the sample; before
+    a sample that of the mean since the sample before, but under the motion of its own.
     """
     response, s = axis.axis.response, simulation
     if response is None:
-        return s.force
+        return s.force, _one_later(s.force)
+    acting = through_path(axis.axis.drive.path, s.control, response.period)
     if response.holds_control:
-        motion = s.position, s.velocity, s.direction
-        mean = acting_along(_acting(axis, s, response), response).mean
-        return axis.force_in_mode(mean, *motion, s.recorded)
+        control = acting_along(acting, response).mean
+        sides = ((control, s.direction), (_one_later(control), s.direction_before))
+        mean, before = (
+            axis.force_in_mode(each, s.position, s.velocity, direction, s.recorded)
+            for each, direction in sides
+        )
+        return mean, before
     position, velocity = s.position, s.velocity
     if response.by_motion:
         half = response.period / 2
         position, velocity = position + half * velocity, velocity + half * s.acceleration
-    made = drive_force(axis, _acting(axis, s, response), position, velocity, s.recorded)
-    return acting_along(made, response, start=float(s.force[0])).mean
-
-
-def force_before(axis: GeneratedAxis, simulation: Simulation, mean: Array) -> Array:
-    """The force just before each sample, (N,), from that in the mean after it."""
-    response, s = axis.axis.response, simulation
-    if response is None or not response.holds_control:
-        return _one_later(mean)
-    motion = s.position, s.velocity, s.direction_before
-    control = acting_along(_acting(axis, s, response), response).mean
-    return axis.force_in_mode(_one_later(control), *motion, s.recorded)
+    made = drive_force(axis, acting, position, velocity, s.recorded)
+    mean = acting_along(made, response, start=float(s.force[0])).mean
+    return mean, _one_later(s.force if axis.axis.holds_force else mean)
 
 
 def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
@@ -160,11 +152,6 @@ def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
     return np.concatenate([np.repeat(control[:1], late), control])[: len(control)]
 
 
-def _acting(axis: GeneratedAxis, simulation: Simulation, response: Response) -> Array:
-    """The controls as the drive lets them act, before its delay and lag, (N,)."""
-    return through_path(axis.axis.drive.path, simulation.control, response.period)
-
-
 def _one_later(values: Array) -> Array:
     return np.concatenate([values[:1], values[:-1]])
 
@@ -174,15 +161,35 @@ _CLOSE = 1e-14  # of the control
 
 
 def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> LoopStart:
-    """Where one loop with parameters (p,) starts: in balance where its law says so."""
+    """Where one loop with parameters (p,) starts: in balance where its law says so.
+
+    Then the drive remembers what it does when its control holds the axis there.
+    """
     start, noise = inputs.start, inputs.noise
     if start.memory is not None or not law_of(axis).balanced:
         return start
     off = 0.0 if noise is None else float(noise[0])
-    measured = float(measured_positions(start.position, off, inputs.resolution))
-    read = (float(inputs.reference[0]), measured, *map(float, inputs.first_signals))
-    motion = float(start.position), float(start.velocity)
-    return replace(start, memory=balanced_memory(axis, parameters, *motion, *read))
+    place, speed = float(start.position), float(start.velocity)
+    measured = float(measured_positions(place, off, inputs.resolution))
+    recorded = tuple(map(float, inputs.first_signals))
+    read = (float(inputs.reference[0]), measured, speed, *recorded)
+    force, control = axis.functions["inverse_dynamics"], axis.functions["drive_control"]
+    held = force(place, speed, 0.0, np.sign(speed), *recorded, parameters)
+    wanted = float(control(held, place, speed, *recorded))
+    state = axis.functions["control_start"](*read[:2], *recorded).full().ravel()
+    response, path = axis.axis.response, axis.axis.drive.path
+    count = len(state) - (0 if response is None else len(response.remembered))
+    law = _balance(axis, state[:count], read, path.command(wanted))
+    if response is None:
+        return replace(start, memory=law)
+    # The drive has what comes of the law's command, which may be rounded or limited.
+    command = float(_computed(axis)[0](*read, law))
+    acting = path.end(command)
+    made = float(axis.functions["drive_force"](acting, place, speed, *recorded))
+    last = [command] * path.is_limited
+    forces = np.full(len(response.forces), acting if response.holds_control else made)
+    forces[len(forces) - response.keeps_force :] = made
+    return replace(start, memory=np.concatenate([law, last, forces]))
 
 
 def lane_starts(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> LoopStart:
@@ -198,64 +205,19 @@ def lane_starts(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> L
     )
     if memory is not None or not law_of(axis).balanced:
         return starts
-    every, owners = (
-        replace(inputs, start=starts, log=None),
-        axes_by_gains(axis, inputs.gains, lanes),
-    )
-    alone = (
-        loop_start(own, theta, every.lanes(lane))
-        for lane, (own, theta) in enumerate(zip(owners, parameters, strict=True))
-    )
-    return replace(starts, memory=np.array([each.memory for each in alone]))
+    every = replace(inputs, start=starts, log=None)
+    alone = zip(map(every.lanes, range(lanes)), parameters, strict=True)
+    found = [loop_start(axis_of(axis, own), theta, own).memory for own, theta in alone]
+    return replace(starts, memory=np.array(found))
 
 
-def balanced_memory(
-    axis: GeneratedAxis,
-    parameters: Array,
-    position: float,
-    velocity: float,
-    reference: float,
-    measured: float,
-    *recorded: float,
+def _balance(
+    axis: GeneratedAxis, state: Array, signals: tuple[float, ...], control: float
 ) -> Array:
-    """What the drive remembers when its control holds an axis where it starts, (m,)."""
-    force, control = axis.functions["inverse_dynamics"], axis.functions["drive_control"]
-    held = force(position, velocity, 0.0, np.sign(velocity), *recorded, parameters)
-    state = axis.functions["control_start"](reference, measured, *recorded).full().ravel()
-    wanted = float(control(held, position, velocity, *recorded))
-    response, path = axis.axis.response, axis.axis.drive.path
-    count = len(state) - (0 if response is None else len(response.remembered))
-    signals = (reference, measured, velocity, *recorded)
-    law = balance(axis, state[:count], signals, path.command(wanted))
-    if response is None:
-        return law
-    # The drive has what comes of the law's command, which may be rounded or limited.
-    command = float(_computed(axis)[0](*signals, law))
-    acting = path.end(command)
-    made = float(axis.functions["drive_force"](acting, position, velocity, *recorded))
-    last = [command] * path.is_limited
-    forces = np.full(len(response.forces), acting if response.holds_control else made)
-    forces[len(forces) - response.keeps_force :] = made
-    return np.concatenate([law, last, forces])
+    """Change the memories (m,) that start in balance, by the least, for the law to give a control.
 
-
-def balance(axis: GeneratedAxis, state: Array, signals: tuple[float, ...], control: float) -> Array:
-    """Change the memories that start in balance, by the least, so that the law gives a control.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-    state : (m,) array
-        What the drive remembers otherwise.
-    signals : tuple of float
-        Reference, measured position and velocity, and recorded signals.
-    control : float
-        In the drive's unit.
-
-    Returns
-    -------
-    (m,) array
-        As near as the law comes to it.
+    Signals are reference, measured position and velocity, and recorded ones; it is as near as the
+    law comes to it.
     """
     law = law_of(axis)
     free, count = list(law.balanced), len(law.memory)

@@ -25,6 +25,8 @@ from axisid.modeling.derivation import forces_at_rest, state_limits
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError
 
+from .inputs import law_of
+
 #: Position and velocity, and the recorded signals there.
 Place = tuple[tuple[float, float], tuple[float, ...]]
 Recorded = Sequence[Array] | Array
@@ -229,7 +231,7 @@ def _probed(
     directions = np.tile(s, 3)
     sets = parameters if parameters.ndim == 1 else np.tile(parameters, (3, 1))
     with np.errstate(all="ignore"):
-        if force is not None and not (_is_continuous(axis) or axis.axis.drives_by_motion):
+        if force is not None and not (law_of(axis).continuous or axis.axis.drives_by_motion):
             beside = (np.tile(values, 3) for values in signals)
             arguments = (positions, speeds, np.tile(force, 3), directions, *beside, sets)
             accelerations = axis.evaluate("direct_dynamics", *arguments)[0]
@@ -270,7 +272,7 @@ def _held(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Arr
     held = np.zeros((len(position), size))
     for i, values in enumerate(signals):
         held[:, size - 2 * len(signals) + 2 * i] = values
-    if _is_continuous(axis):
+    if law_of(axis).continuous:
         held[:, 0] = position
     return held
 
@@ -279,11 +281,6 @@ def _held(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Arr
 def _held_values(axis: GeneratedAxis) -> int:
     """How many numbers are held over a sample; asking CasADi takes long."""
     return int(axis.functions["held_acceleration"].size1_in("held"))
-
-
-def _is_continuous(axis: GeneratedAxis) -> bool:
-    law = axis.axis.control
-    return law is not None and law.continuous
 
 
 def _by_rate(axis: GeneratedAxis, rates: Array, period: float) -> Array:
@@ -378,30 +375,30 @@ def _no_inertia(
 ) -> EstimationError:
     """The error of a parameter set that no motion starts with: it has no inertia, or no force."""
     q, given = axis.axis.coordinate, axis.describe(parameters)
-    why = f"has no positive inertia with {given}, so it cannot be simulated"
-    todo = (
-        "Give its inertial parameters a positive nominal value, or check the signs of force and "
-        "position in the record"
-    )
+    forces = forces_at_rest(axis.axis, parameters.tolist(), float(position), recorded)
+    # What is no number is the largest.
+    term, force = max(forces, key=lambda pair: (math.isnan(pair[1]), abs(pair[1])))
+    where = f"at rest at {q.name} = {position:g} {q.unit} with {given}"
     if not np.isfinite(parameters).all():
         why, todo = f"cannot be simulated with {given}", "Give finite parameters"
+    elif math.isnan(force):
+        why, todo = (
+            f"cannot be simulated: its force has no finite value {where}; see the term {term}",
+            "Write one that is finite wherever the axis can be and at rest: "
+            "b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive",
+        )
+    elif abs(force) * _EPSILON > 1:
+        why, todo = (
+            f"cannot be simulated: its force is {force:.3g} {q.force_unit} {where}, beside "
+            f"which no drive counts; see the term {term}",
+            "Correct its factor, its units, or the parameters in it",
+        )
     else:
-        forces = forces_at_rest(axis.axis, parameters.tolist(), float(position), recorded)
-        # What is no number is the largest.
-        term, force = max(forces, key=lambda pair: (math.isnan(pair[1]), abs(pair[1])))
-        where = f"at rest at {q.name} = {position:g} {q.unit} with {given}"
-        if math.isnan(force):
-            why = f"cannot be simulated: its force has no finite value {where}; see the term {term}"
-            todo = (
-                "Write one that is finite wherever the axis can be and at rest: "
-                "b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive"
-            )
-        elif abs(force) * _EPSILON > 1:
-            why = (
-                f"cannot be simulated: its force is {force:.3g} {q.force_unit} {where}, beside "
-                f"which no drive counts; see the term {term}"
-            )
-            todo = "Correct its factor, its units, or the parameters in it"
+        why, todo = (
+            f"has no positive inertia with {given}, so it cannot be simulated",
+            "Give its inertial parameters a positive nominal value, or check the signs of force "
+            "and position in the record",
+        )
     return EstimationError(f"axis {axis.axis.name!r} {why}. {todo}.", code="simulation")
 
 

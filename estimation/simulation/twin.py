@@ -50,7 +50,15 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
         end = begin + 2 * ramp + cruise + move.dwell
         count = int(np.floor(end / period + 1e-9))
         time = period * np.arange(taken + 1, count + 1, dtype=np.float64) - begin
-        pieces.append(start + np.sign(move.distance) * _travelled(time, ramp, cruise, speed))
+        travelled = np.zeros_like(time)
+        if speed:
+            left = np.maximum(2 * ramp + cruise - time, 0)
+            travelled = np.select(
+                [time < ramp, time < ramp + cruise],
+                [speed / ramp * time**2 / 2, speed * (time - ramp / 2)],
+                speed * (ramp + cruise) - speed / ramp * left**2 / 2,
+            )
+        pieces.append(start + np.sign(move.distance) * travelled)
         begin, start, taken = end, start + move.distance, count
     return np.concatenate(pieces)
 
@@ -371,16 +379,3 @@ def _phases(move: Move) -> tuple[float, float, float]:
     speed = min(move.speed, float(np.sqrt(distance * move.acceleration)))
     ramp = speed / move.acceleration
     return ramp, (distance / speed - ramp if speed else 0.0), speed
-
-
-def _travelled(time: Array, ramp: float, cruise: float, speed: float) -> Array:
-    """Distance after `time` of a move with trapezoidal velocity."""
-    if speed == 0:
-        return np.zeros_like(time)
-    acceleration, end = speed / ramp, 2 * ramp + cruise
-    distance = speed * (ramp + cruise)
-    return np.select(
-        [time < ramp, time < ramp + cruise],
-        [acceleration * time**2 / 2, speed * (time - ramp / 2)],
-        distance - acceleration * np.maximum(end - time, 0) ** 2 / 2,
-    )

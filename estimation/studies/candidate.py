@@ -146,16 +146,15 @@ def candidate(
         Without some block the parameters cannot be told apart.
     """
     rows = regression_rows(estimate)
-    weights = 1.0 if estimate.weights is None else estimate.weights
-    signal = float(np.linalg.norm(weights * estimate.y))
-    equation, thetas = held_out_equation(rows, blocks, signal)
-    simulation = held_out_simulation(problem, estimate, blocks, thetas)
+    whole = estimate.row_weights * estimate.y
+    equation, thetas = held_out_equation(rows, blocks, float(np.linalg.norm(whole)))
+    simulation = held_out_simulation(problem, whole, blocks, thetas)
     reason = simulation.reason if isinstance(simulation, Missing) else None
     return Candidate(
         name=name,
         axis=problem.axis,
         estimate=estimate,
-        criteria=criteria(rows.by_least_squares()),
+        criteria=criteria(rows.solved(by_instruments=False)),
         equation=equation,
         simulation=None if isinstance(simulation, Missing) else simulation,
         reason=reason,
@@ -196,13 +195,11 @@ def _checked(
     equation: HeldOut,
 ) -> ParameterCheck:
     """A parameter of an estimate against zero, and against the model without it."""
-    name, why = rows.names[column], ""
-    if name in rows.nonlinear:
+    name = rows.names[column]
+    if name in rows.nonlinear or name == GAIN:
         why = "it enters nonlinearly, so that a model without it is none with it at zero"
-    elif name == GAIN:
-        why = "it is the drive's, and no term of the model"
-    if why:
-        return ParameterCheck(name=name, not_tested=why)
+        drive = "it is the drive's, and no term of the model"
+        return ParameterCheck(name=name, not_tested=drive if name == GAIN else why)
     poorer = _without(column, problem, estimate, rows)
     without, excess, deviation = None, math.inf, 0.0
     if poorer.names:
@@ -231,11 +228,8 @@ def _without(column: int, problem: Problem, estimate: Estimate, rows: Regression
     form = InverseForm(problem.axis, physical)
     found = problem.reduced(form, [data.signals for data in problem.data])
     moved = replace(rows, left=found.left - found.intercept, regressor=found.regressor)
-    own = found.regressor
-    unused = [i for i in range(len(physical)) if i == column or not own[:, i].any()]
-    for i in reversed(unused):
-        moved = moved.without(i)
-    return moved
+    unused = [i for i, own in enumerate(found.regressor.T) if i == column or not own.any()]
+    return moved.without(*unused)
 
 
 # of a column of the smaller model, not spanned by those of the larger
@@ -321,7 +315,7 @@ def _tested(a: str, b: str, models: Mapping[str, Regression], how: Embedding) ->
         why = f"{b} estimates {' and '.join(free)}, of no meaning where {a} holds"
         return replace(pair, not_tested=why)
     # By the covariance of least squares the Wald statistic is the classical F.
-    f, f_p = wald_test(models[b].by_least_squares(), how, Classical())
+    f, f_p = wald_test(models[b].solved(by_instruments=False), how, Classical())
     # A restriction of what the fit took, widened for few scores: of right ones on 1.5 to 3 s it
     # rejects 0 to 4 % at 5 %, the kernel alone 2 to 16 %; in a force of 500 ms 6 to 14 %, and 24
     # to 38 %.

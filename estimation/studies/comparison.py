@@ -22,7 +22,6 @@ from axisid.estimation.diagnostics.law import LawCheck, first_failing
 from axisid.estimation.identification import (
     HasRecords,
     Identification,
-    JointRecords,
     identify_problem,
     records_of,
     shared_records,
@@ -40,7 +39,6 @@ from axisid.support.progress import Progress, with_progress
 
 from .candidate import Candidate, NestedTest, candidate, nested_tests
 from .held_out import contiguous_blocks, regression_rows
-from .sweep import checks_of
 
 # of the least held-out error, however precise both are: it is not worth a parameter
 _EQUAL_ERROR = 1.01
@@ -100,7 +98,9 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
     @property
     def checks(self) -> tuple[Check, ...]:
         """Of the recommended candidate; without one, why there is none."""
-        return checks_of(self.result, self.reason)
+        if self.result is not None:
+            return self.result.checks
+        return (Check.unless("recommendation", self.reason),)
 
     def with_set_aside(self, unread: Mapping[str, str]) -> "Comparison":
         """The same with records that could not even be read."""
@@ -178,7 +178,10 @@ def compare(
     # The same rows for all: those that suit the candidate with the most friction.
     first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
     suited = Prefilter.given(prefilter).at_rate_of(records[0].period)
-    owner = _with_own(named, first, local)
+    # Parameters that are each record's own are those of a candidate that has them all.
+    own_names = ({local} if isinstance(local, str) else {*local}) - {""}
+    able = (a for a in named.values() if own_names <= {p.name for p in a.declared.parameters})
+    owner = next(able, first) if own_names else first
     shared = shared_records(owner, records, suited, local, known, gain, skip_bad=skip_bad)
     problem = shared.problem(first, suited)
     gap = max(data.sampling.filter.memory for data in problem.data)
@@ -188,7 +191,10 @@ def compare(
     for name, axis in with_progress(named.items(), progress, lambda item: f"estimate of {item[0]}"):
         lead = ""
         try:
-            own = _problem_of(axis, problem, shared)
+            layout = shared.layout(axis)
+            pairs = zip(problem.data, shared.axes(axis, layout), strict=True)
+            data = tuple(replace(each, axis=of_record) for each, of_record in pairs)
+            own = replace(problem, axis=axis, data=data, layout=layout)
             found = identify_problem(
                 own, own.data[0].prefilter, [method], start=start, levels=levels
             )
@@ -224,33 +230,11 @@ def compare(
     )
 
 
-def _with_own(
-    named: Mapping[str, GeneratedAxis], first: GeneratedAxis, local: str | Sequence[str]
-) -> GeneratedAxis:
-    """A candidate that has the parameters which are each record's own; the first if none has."""
-    names = {local} if isinstance(local, str) else {*local}
-    names.discard("")
-    found = (a for a in named.values() if names <= {p.name for p in a.declared.parameters})
-    return next(found, first) if names else first
-
-
-def _problem_of(axis: GeneratedAxis, problem: Problem, shared: JointRecords) -> Problem:
-    layout = shared.layout(axis)
-    pairs = zip(problem.data, shared.axes(axis, layout), strict=True)
-    data = tuple(replace(each, axis=of_record) for each, of_record in pairs)
-    return replace(problem, axis=axis, data=data, layout=layout)
-
-
 def _named(
     axes: Mapping[str, Axis | GeneratedAxis] | Sequence[Axis | GeneratedAxis],
 ) -> dict[str, GeneratedAxis]:
-    if isinstance(axes, (Axis, GeneratedAxis)):
-        axes = (axes,)
     if not isinstance(axes, Iterable):
-        raise UsageError(
-            f"the axes are {quoted(axes)}; give two axes or more, by name or in a list.",
-            code="comparison",
-        )
+        axes = (axes,)
     listed = list(axes.items()) if isinstance(axes, Mapping) else [(None, axis) for axis in axes]
     if len(listed) < 2:
         raise UsageError(
@@ -309,21 +293,37 @@ def _recommend(
     best = min(candidates, key=lambda c: (c.equation.error_percent, c.size))
     tied = [c for c in candidates if c is best or _is_as_good(c, best)]
     chosen = min(tied, key=lambda c: (c.size, c.equation.error_percent))
-    names = tuple(c.name for c in tied)
+    names, error = tuple(c.name for c in tied), chosen.equation.error_percent
     if not best.equation.error_percent < NO_RELATION.value:
-        error = f"{best.equation.error_percent:.4g} % of {best.name}"
         return (
             None,
             names,
-            f"the smallest held-out error, {error}, is no smaller than the force itself: what one "
-            "part of the record tells does not hold in the others. Record several speeds in both "
-            "directions, more than once",
+            f"the smallest held-out error, {best.equation.error_percent:.4g} % of {best.name}, is "
+            "no smaller than the force itself: what one part of the record tells does not hold in "
+            "the others. Record several speeds in both directions, more than once",
         )
     if len(candidates) == 1:
-        return chosen.name, names, "the only candidate that this record identifies"
-    if len(tied) == 1:
-        return chosen.name, names, _clear(chosen, candidates, blocks)
-    return chosen.name, names, _tied(chosen, tied, blocks)
+        reason = "the only candidate that this record identifies"
+    elif len(tied) > 1:
+        fewest = sum(c.size == chosen.size for c in tied) == 1
+        why = "the fewest parameters" if fewest else "the smallest error at the fewest parameters"
+        reason = (
+            f"held-out error {error:.4g} %: this record cannot tell "
+            f"{', '.join(names[:-1])} and {names[-1]} apart (within one standard error over "
+            f"{blocks} blocks, or one percent of the error), and {chosen.name} has {why} of them"
+        )
+    else:
+        others = [c for c in candidates if c is not chosen]
+        second = min(others, key=lambda c: c.equation.error_percent)
+        excess, deviation = second.equation.excess(chosen.equation)
+        ahead = f"{excess / deviation:.1f} standard errors" if deviation else "in every block"
+        reason = (
+            f"its held-out error {error:.4g} % is the smallest, against "
+            f"{second.equation.error_percent:.4g} % of {second.name} ({ahead} over {blocks} blocks)"
+        )
+        if chosen.size > max(c.size for c in others):
+            reason += "; it is the richest candidate, so a richer law may do better still"
+    return chosen.name, names, reason
 
 
 def _is_as_good(candidate: Candidate, best: Candidate) -> bool:
@@ -332,32 +332,6 @@ def _is_as_good(candidate: Candidate, best: Candidate) -> bool:
     The second condition is for an excess that lies in one block: its standard error is as large.
     """
     error, least = candidate.equation.error_percent, best.equation.error_percent
-    if error <= _EQUAL_ERROR * least:
-        return True
     excess, deviation = candidate.equation.excess(best.equation)
-    return excess <= deviation and error <= _MAX_TIED_ERROR * least
-
-
-def _tied(chosen: Candidate, tied: Sequence[Candidate], blocks: int) -> str:
-    names = [c.name for c in tied]
-    fewest = sum(c.size == chosen.size for c in tied) == 1
-    why = "the fewest parameters" if fewest else "the smallest error at the fewest parameters"
-    return (
-        f"held-out error {chosen.equation.error_percent:.4g} %: this record cannot tell "
-        f"{', '.join(names[:-1])} and {names[-1]} apart (within one standard error over {blocks} "
-        f"blocks, or one percent of the error), and {chosen.name} has {why} of them"
-    )
-
-
-def _clear(chosen: Candidate, candidates: Sequence[Candidate], blocks: int) -> str:
-    others = [c for c in candidates if c is not chosen]
-    second = min(others, key=lambda c: c.equation.error_percent)
-    excess, error = second.equation.excess(chosen.equation)
-    ahead = f"{excess / error:.1f} standard errors" if error else "in every block"
-    reason = (
-        f"its held-out error {chosen.equation.error_percent:.4g} % is the smallest, against "
-        f"{second.equation.error_percent:.4g} % of {second.name} ({ahead} over {blocks} blocks)"
-    )
-    if chosen.size > max(c.size for c in others):
-        reason += "; it is the richest candidate, so a richer law may do better still"
-    return reason
+    told = excess <= deviation and error <= _MAX_TIED_ERROR * least
+    return told or error <= _EQUAL_ERROR * least

@@ -1,17 +1,15 @@
 """The friction that a record shows, against velocity, beside the law that was fitted."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics import Checked
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Signals
-from axisid.support.arrays import Array, Exact
+from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 
 _MAX_WEIGHT_DEVIATION = 0.02  # of a row's weight from 1; with less it is a point of the curve
@@ -24,13 +22,11 @@ _PROBES = 200
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FrictionCurve(Checked, Exact):
+class FrictionCurve:
     """What the force is beyond inertia, gravity and whatever else does not need a velocity.
 
     Attributes
     ----------
-    result : Identification
-        That it is of, with its checks.
     velocity, force : (n,) array
         Of the rows: recorded force less the model's parts without velocity.
     skipped : int
@@ -42,17 +38,11 @@ class FrictionCurve(Checked, Exact):
         Velocity and fitted force; NaN between the two directions.
     """
 
-    result: Identification
     velocity: Array
     force: Array
     skipped: int
     binned: Array
     law: Array
-
-    @property
-    def checks(self) -> tuple[Check, ...]:
-        """Of the result."""
-        return self.result.checks
 
 
 def friction_curve(result: "Identification", estimate: "Estimate") -> FrictionCurve | Missing:
@@ -66,18 +56,15 @@ def friction_curve(result: "Identification", estimate: "Estimate") -> FrictionCu
     """
     axis, physical = result.axis, estimate.physical
     data, signals = result.data, result.data.signals
-    reason = _inseparable(axis, physical, signals)
-    if reason:
+    if reason := _inseparable(axis, physical, signals):
         return Missing(reason)
     rest = _force(axis, physical, _still(signals))
     reduced = data.reduce(np.column_stack([signals.velocity, signals.force - rest]))
-    weights = data.weights
-    whole = np.abs(weights / result.data.sampling.filter.row_gain - 1) < _MAX_WEIGHT_DEVIATION
+    whole = np.abs(data.weights / data.sampling.filter.row_gain - 1) < _MAX_WEIGHT_DEVIATION
     if not whole.any():
         return Missing("no row of the fit is clear of the reversals and rests that it leaves out")
-    velocity, force = (reduced[whole] / weights[whole, None]).T
+    velocity, force = (reduced[whole] / data.weights[whole, None]).T
     return FrictionCurve(
-        result=result,
         velocity=velocity,
         force=force,
         skipped=len(whole) - int(whole.sum()),
@@ -94,15 +81,7 @@ def _force(axis: GeneratedAxis, physical: Array, signals: Signals) -> Array:
 
 def _still(signals: Signals) -> Signals:
     """The same places and accelerations without velocity or friction direction."""
-    none = np.zeros_like(signals.velocity)
-    return Signals(
-        position=signals.position,
-        velocity=none,
-        acceleration=signals.acceleration,
-        force=signals.force,
-        direction=none,
-        recorded=signals.recorded,
-    )
+    return replace(signals, velocity=0 * signals.velocity, direction=0 * signals.direction)
 
 
 def _at(signals: Signals, velocity: Array, place: int | None = None) -> Signals:

@@ -15,7 +15,6 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.problems import Problem
 from axisid.estimation.regression import (
     InverseForm,
-    QrFactors,
     Solution,
     factor,
     instrumental_variables,
@@ -68,42 +67,32 @@ class Regression:
             neighbours=self.neighbours[rows],
         )
 
-    def without(self, column: int) -> "Regression":
-        """Without one parameter."""
-        chosen = None if self.instruments is None else np.delete(self.instruments, column, axis=1)
+    def without(self, *columns: int) -> "Regression":
+        """Without some parameters."""
+        chosen = None if self.instruments is None else np.delete(self.instruments, columns, axis=1)
         return replace(
             self,
-            regressor=np.delete(self.regressor, column, axis=1),
+            regressor=np.delete(self.regressor, columns, axis=1),
             instruments=chosen,
-            names=(*self.names[:column], *self.names[column + 1 :]),
+            names=tuple(name for i, name in enumerate(self.names) if i not in columns),
         )
 
-    def by_least_squares(self) -> Solution:
-        """Whatever the instruments."""
-        return least_squares(self.left, self._factored())
-
-    def solved(self) -> Solution:
-        """By instruments where there are any, else by least squares."""
-        if self.instruments is None:
-            return self.by_least_squares()
+    def solved(self, *, by_instruments: bool = True) -> Solution:
+        """By instruments where there are any and they are wanted, else by least squares."""
+        regressor = factor(self.regressor, self.names, neighbours=self.neighbours)
+        if self.instruments is None or not by_instruments:
+            return least_squares(self.left, regressor)
         instruments = factor(self.instruments, self.names, "the simulated loop")
-        return instrumental_variables(self.left, self._factored(), instruments)
-
-    def _factored(self) -> QrFactors:
-        return factor(self.regressor, self.names, neighbours=self.neighbours)
+        return instrumental_variables(self.left, regressor, instruments)
 
 
 def regression_rows(estimate: Estimate) -> Regression:
     """The rows that an inverse model's estimate was made from."""
-    axis, explained = estimate.form.axis, estimate.X @ estimate.theta
-    left, regressor, instruments = estimate.residuals + explained, estimate.X, estimate.Z
-    if (weights := estimate.weights) is not None:
-        left, regressor = weights * left, weights[:, None] * regressor
-        instruments = None if instruments is None else weights[:, None] * instruments
+    axis, weights = estimate.form.axis, estimate.row_weights
     return Regression(
-        left=left,
-        regressor=regressor,
-        instruments=instruments,
+        left=weights * (estimate.residuals + estimate.X @ estimate.theta),
+        regressor=weights[:, None] * estimate.X,
+        instruments=None if estimate.Z is None else weights[:, None] * estimate.Z,
         names=tuple(q.name for q in estimate.quantities),
         neighbours=estimate.neighbours,
         nonlinear=tuple(
@@ -209,12 +198,11 @@ def held_out_equation(
 
 
 def held_out_simulation(
-    problem: Problem,
-    estimate: Estimate,
-    blocks: Sequence[HeldOutBlock],
-    thetas: Sequence[Array],
+    problem: Problem, whole: Array, blocks: Sequence[HeldOutBlock], thetas: Sequence[Array]
 ) -> HeldOut | Missing:
     """Errors of the loops simulated over all records with each block's estimate, on its rows.
+
+    These are of the whole left side (n,), what no parameter scales included.
 
     Nonlinear parameters are kept within their bounds: a linearised step may leave them.
 
@@ -224,14 +212,12 @@ def held_out_simulation(
         The reason where the loop cannot be simulated.
     """
     form, squares = problem.form(InverseForm), []
-    weights = 1.0 if estimate.weights is None else estimate.weights
     try:
         for block, step in zip(blocks, thetas, strict=True):
             theta = step if form.is_linear else np.clip(step, *search_bounds(problem.axis))
             _, intercept, regressor = problem.simulated(form, form.physical(theta)[0])
-            error = (weights * estimate.y - regressor @ theta - intercept)[block.held_out]
+            error = (whole - regressor @ theta - intercept)[block.held_out]
             squares.append(float(error @ error))
     except (ModelError, DataError, EstimationError) as failure:
         return Missing(str(failure))
-    signal = float(np.linalg.norm(weights * estimate.y))
-    return HeldOut(squares=np.array(squares), signal=signal)
+    return HeldOut(squares=np.array(squares), signal=float(np.linalg.norm(whole)))

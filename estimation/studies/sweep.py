@@ -21,7 +21,6 @@ the bias of filter and noise is taken off them.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +30,7 @@ from axisid.estimation.checks import DEFAULT_LEVELS, Check
 from axisid.estimation.choices import INSTRUMENT_STARTS, same_estimates
 from axisid.estimation.diagnostics import Checked, tests_of_instruments
 from axisid.estimation.diagnostics.law import LawCheck, first_failing
-from axisid.estimation.estimates import Estimate, Value, hausman, significant_differences
+from axisid.estimation.estimates import Estimate, hausman, significant_differences
 from axisid.estimation.identification import Identification, identify, records_of
 from axisid.estimation.methods import METHODS
 from axisid.estimation.parameters import KnownValue
@@ -71,12 +70,7 @@ _MAX_SWEEP_STEP = 0.1
 _MAX_HELD_OUT_MOTION = 2.0
 
 _HORIZON = 0.5  # s, of a window
-_HALVES = 2
 _LEAST = 1e-8  # relative error: one parameter that is about exact must not decide for all
-_STEADY = (
-    "where deviations, the bias that is known and the steps to the neighbouring cut-offs are "
-    "smallest together"
-)
 
 
 def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
@@ -107,15 +101,9 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
     )
     for able, why in steps:
         if able:
-            best = min(able, key=lambda result: _vagueness(_errors(result["idm-iv"])))
+            best = min(able, key=lambda result: _vagueness(result["idm-iv"]))
             return best.prefilter.cutoff, why
     return _steadiest(results)
-
-
-def checks_of(recommended: Identification | None, reason: str) -> tuple[Check, ...]:
-    """The checks of what is recommended; without any, why there is none."""
-    none = Check.unless("recommendation", reason)
-    return (none,) if recommended is None else recommended.checks
 
 
 def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
@@ -123,77 +111,58 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
     why = "there are no instruments to compare with"
     if any("idm-iv" in result.estimates for result in results):
         why = "the instruments are weak"
-    told = [(result, _of_least_squares(result)) for result in results]
-    judged = [(result, estimate) for result, estimate in told if estimate is not None]
+    judged = [
+        (result, estimate)
+        for result in results
+        for estimate in [result.estimates.get("idm-ls") or result.preferred]
+        if _has_rows(estimate)
+    ]
     if len(judged) < MIN_SWEPT_CUTOFFS.value:
         return None, (
             f"none: {why}, and {len(judged)} cut-off{'s' * (len(judged) != 1)} cannot show where "
             f"noise or rounding begins; give {MIN_SWEPT_CUTOFFS.value:g} or more"
         )
-    steps = _steps([estimate for _, estimate in judged])
-    worst = [
-        _vagueness(np.hypot(_errors(estimate), step / np.abs(_centre(estimate))))
-        for (_, estimate), step in zip(judged, steps, strict=True)
-    ]
+    centres = np.array([[v.corrected for v in e.parameters.values()] for _, e in judged])
+    apart = np.abs(np.diff(centres, axis=0))
+    # Of each estimate, how far the farther one of its neighbours is from it, by its size.
+    before, after = (np.pad(apart, (ends, (0, 0)), "edge") for ends in ((1, 0), (0, 1)))
+    steps = np.maximum(before, after) / np.abs(centres)
+    worst = [_vagueness(each, step) for (_, each), step in zip(judged, steps, strict=True)]
     motion = np.array(held_out_motion(judged))
     strays = motion > _MAX_HELD_OUT_MOTION * np.min(motion)
     chosen = int(np.argmin(np.where(strays, np.inf, worst)))
     result, estimate = judged[chosen]
     cutoff = result.prefilter.cutoff
-    if moving := _moving(estimate, steps[chosen]):
-        said = ", ".join(f"{name} by {100 * share:.2g} %" for name, share in moving.items())
+    moving = ", ".join(
+        f"{name} by {100 * share:.2g} %"
+        for (name, value), share in zip(estimate.parameters.items(), steps[chosen], strict=True)
+        if value.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
+        and share > _MAX_SWEEP_STEP
+    )
+    if moving:
         return None, (
             f"none: {why}, and least squares stands still nowhere; even at {cutoff:g} Hz, where it "
-            f"moves least, a neighbouring cut-off moves {said}. Record the reference, or take a "
+            f"moves least, a neighbouring cut-off moves {moving}. Record the reference, or take a "
             "finer encoder"
         )
-    at_end = chosen in (0, len(judged) - 1)
-    held_out = _predicted(motion[chosen], strays, result)
-    return cutoff, f"{_STEADY}{held_out}, since {why}" + _ENDS * at_end
-
-
-def _predicted(error: float, strays: NDArray[np.bool_], result: Identification) -> str:
-    """What was found of motion that was held out; nothing where it could not be told."""
-    if not math.isfinite(error):
-        return ""
-    out = f"; {strays.sum()} of {len(strays)} cut-offs are left out, where it is twice the least"
-    return (
-        f" (each half of the record predicts the other's position to {error:.2g} "
-        f"{result.axis.axis.coordinate.unit}{out * bool(strays.any())})"
+    held_out = ""
+    if math.isfinite(motion[chosen]):
+        unit = result.axis.axis.coordinate.unit
+        left = f"{strays.sum()} of {len(strays)} cut-offs are left out, where it is twice the least"
+        held_out = (
+            f" (each half of the record predicts the other's position to {motion[chosen]:.2g} "
+            f"{unit}{f'; {left}' * bool(strays.any())})"
+        )
+    at_end = "; it is at the end of the range, so sweep further"
+    return cutoff, (
+        "where deviations, the bias that is known and the steps to the neighbouring cut-offs are "
+        f"smallest together{held_out}, since {why}{at_end * (chosen in (0, len(judged) - 1))}"
     )
 
 
-_ENDS = "; it is at the end of the range, so sweep further"
-
-
-def _of_least_squares(result: Identification) -> Estimate | None:
-    estimate = result.estimates.get("idm-ls") or result.preferred
-    enough = len(estimate.y) >= MIN_ROWS_PER_PARAMETER.value * len(estimate.theta)
-    return estimate if enough else None
-
-
-def _steps(estimates: Sequence[Estimate]) -> list[Array]:
-    """Of each estimate, how far its neighbours are from it, (p,), the farther one."""
-    apart = [np.abs(_centre(second) - _centre(first)) for first, second in pairwise(estimates)]
-    return [
-        np.maximum(before, after)
-        for before, after in zip([apart[0], *apart], [*apart, apart[-1]], strict=True)
-    ]
-
-
-def _centre(estimate: Estimate) -> Array:
-    """Parameters as their intervals are centred, (p,)."""
-    return np.array([value.corrected for value in estimate.parameters.values()])
-
-
-def _moving(estimate: Estimate, step: Array) -> dict[str, float]:
-    """Parameters that are known and that a neighbouring cut-off makes others, by what share."""
-    return {
-        name: float(moved / abs(value.corrected))
-        for (name, value), moved in zip(estimate.parameters.items(), step, strict=True)
-        if value.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
-        and moved > _MAX_SWEEP_STEP * abs(value.corrected)
-    }
+def _has_rows(estimate: Estimate) -> bool:
+    """Whether its rows are enough to judge it by."""
+    return len(estimate.y) >= MIN_ROWS_PER_PARAMETER.value * len(estimate.theta)
 
 
 def _agrees(result: Identification) -> bool:
@@ -210,7 +179,7 @@ def _is_strong(iv: Estimate | None) -> bool:
     return (
         iv is not None
         and not isinstance(tests, Missing)
-        and len(iv.y) >= MIN_ROWS_PER_PARAMETER.value * len(iv.theta)
+        and _has_rows(iv)
         and tests.weakest >= MIN_FIRST_STAGE_F.value
     )
 
@@ -220,19 +189,18 @@ def _is_unbiased(iv: Estimate) -> bool:
     return iv.filter_bias is not None and max(shifts) <= _MAX_FILTER_BIAS
 
 
-def _errors(estimate: Estimate) -> Array:
-    """Deviation and known bias of each parameter, by its size, (p,)."""
-    return np.array([_relative(value) for value in estimate.parameters.values()])
+def _vagueness(estimate: Estimate, steps: Array | float = 0.0) -> float:
+    """Geometric mean of relative errors: of deviation, known bias, and steps to others, (p,).
 
-
-def _relative(value: Value) -> float:
-    error = math.hypot(value.deviation, value.filter_bias or 0.0)
-    return error / abs(value.value) if value.value else math.inf
-
-
-def _vagueness(errors: Array) -> float:
-    """Geometric mean of relative errors (p,): one parameter about zero must not decide for all."""
-    return float(np.mean(np.log(np.maximum(errors, _LEAST))))
+    A geometric one, since a parameter about zero must not decide for all.
+    """
+    errors = [
+        math.hypot(each.deviation, each.filter_bias or 0.0) / abs(each.value)
+        if each.value
+        else math.inf
+        for each in estimate.parameters.values()
+    ]
+    return float(np.mean(np.log(np.maximum(np.hypot(errors, steps), _LEAST))))
 
 
 def held_out_motion(results: Sequence[tuple[Identification, Estimate]]) -> list[float]:
@@ -265,9 +233,8 @@ def _error(predictions: WindowPredictions, problem: Problem, estimate: Estimate)
     rows, squares = regression_rows(estimate), []
     known = np.array([value.value - value.corrected for value in estimate.parameters.values()])
     try:
-        halves = contiguous_blocks(len(rows.left), gap, len(estimate.theta), count=_HALVES)
-        for half in halves:
-            theta = rows.at(half.training).by_least_squares().theta
+        for half in contiguous_blocks(len(rows.left), gap, len(estimate.theta), count=2):
+            theta = rows.at(half.training).solved(by_instruments=False).theta
             physical = estimate.form.physical(theta)[0] - known
             predictions.settle(physical)
             errors = predictions(physical[None]).errors[:, 0]
@@ -338,8 +305,10 @@ class Sweep(Checked, Presentable, Exact):
     @property
     def checks(self) -> tuple[Check, ...]:
         """Of the result at the recommended cut-off; without one, why none can be named."""
-        of_it = (each for each in self.results if each.prefilter.cutoff == self.recommended)
-        return checks_of(next(of_it, None), self.reason)
+        for result in self.results:
+            if result.prefilter.cutoff == self.recommended:
+                return result.checks
+        return (Check.unless("recommendation", self.reason),)
 
     @property
     def cutoffs(self) -> tuple[float, ...]:
@@ -407,7 +376,13 @@ def sweep(
     base = Prefilter.given(prefilter)
     generated = as_generated(axis)
     period = records[0].period
-    tried = default_cutoffs(1 / period) if cutoffs is None else _checked(cutoffs)
+    tried = default_cutoffs(1 / period) if cutoffs is None else cutoffs
+    several = isinstance(tried, Iterable) and not isinstance(tried, str) and len(tried)
+    if not several or not all(is_real(f) and 0 < f < math.inf for f in tried):
+        raise UsageError(
+            f"the cut-offs are {quoted(tried)}; give positive numbers, one or more, in Hz.",
+            code="sweep",
+        )
     results: list[Identification] = []
     failures: dict[float, str] = {}
     for cutoff in with_progress(sorted(set(tried)), progress, lambda f: f"cut-off {f:g} Hz"):
@@ -443,15 +418,6 @@ def sweep(
         reason=reason,
         law=first_failing(results[0].case.laws),
     )
-
-
-def _checked(cutoffs: Sequence[float]) -> Sequence[float]:
-    several = isinstance(cutoffs, Iterable) and not isinstance(cutoffs, str)
-    if not several or not all(is_real(f) and 0 < f < math.inf for f in cutoffs):
-        raise UsageError(f"the cut-offs are {quoted(cutoffs)}; give positive numbers, in Hz.")
-    if not len(cutoffs):
-        raise UsageError("no cut-off is given; give one or more, in Hz.", code="sweep")
-    return cutoffs
 
 
 def default_cutoffs(

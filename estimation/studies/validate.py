@@ -85,11 +85,16 @@ def validate(
             code="validation",
         )
     check_record(record)
+    own_names = [*result.local_names, *(n for each in result.of_records[:1] for n in each.known)]
+    if like is None and own_names:
+        raise UsageError(
+            f"{', '.join(own_names)} of this result {'is' if len(own_names) == 1 else 'are'} each "
+            "record's own or known of each, and nothing says what holds of another record; "
+            "name the record that it is like: validate-like=1.",
+            code="validation",
+        )
     whole, levels = result, result.levels
-    if like is not None:
-        result = result.part(like)
-    elif problem := _own_parameters(result):
-        raise UsageError(problem, code="validation")
+    result = whole if like is None else whole.part(like)
     with np.errstate(all="ignore"):
         requested = result.requested or result.prefilter  # what was left open suits each record
         rescaled = requested.at_period(result.record.period, record.period)
@@ -133,19 +138,6 @@ def _estimated_anew(
     return found
 
 
-def _own_parameters(result: Identification | Any) -> str | None:
-    """Why no other record can be held against a result of several; None if any can."""
-    names = [*result.local_names]
-    names += [name for of_one in result.of_records[:1] for name in of_one.known]
-    if not names:
-        return None
-    return (
-        f"{', '.join(names)} of this result {'is' if len(names) == 1 else 'are'} each "
-        "record's own or known of each, and nothing says what holds of another record; "
-        "name the record that it is like: validate-like=1."
-    )
-
-
 def _known_share(own: Sequence[RecordInfo], record: Record) -> float:
     """Part of a record's samples that are among those of others: by what they are, or their file.
 
@@ -158,18 +150,11 @@ def _known_share(own: Sequence[RecordInfo], record: Record) -> float:
             return 1.0
         file = each.provenance.sha256
         if file and file == record.provenance.sha256:
-            known |= _within(each.windows, record.time)
+            for start, stop in each.windows or [(-math.inf, math.inf)]:
+                known |= (start <= record.time) & (record.time <= stop)
         elif isinstance(each, Record) and (common := common_samples(each, record)):
             known |= common[1]
     return float(np.mean(known))
-
-
-def _within(windows: Sequence[tuple[float, float]], time: Array) -> NDArray[np.bool_]:
-    """Which times are in a window; all where there is none."""
-    if not windows:
-        return np.ones(len(time), dtype=bool)
-    inside = [(start <= time) & (time <= stop) for start, stop in windows]
-    return np.asarray(np.any(inside, axis=0))
 
 
 def _validation(
@@ -245,14 +230,13 @@ def _own_tracking(own: Sequence[FilteredRecord], physical: Array) -> float | Non
     """The same error on the estimate's own records, where they and their loops are there."""
     if not own or any(data.record.integrated for data in own):
         return None
-    try:
+    with suppress(ModelError, DataError, EstimationError):
         pairs = [
             _positions(data, simulated_loops(data.axis, data.record, physical)) for data in own
         ]
-    except (ModelError, DataError, EstimationError):
-        return None
-    off, tracking = (np.concatenate(side) for side in zip(*pairs, strict=True))
-    return relative_error_percent(off, tracking)
+        off, tracking = (np.concatenate(side) for side in zip(*pairs, strict=True))
+        return relative_error_percent(off, tracking)
+    return None
 
 
 def _positions(data: FilteredRecord, loops: Sequence[Simulation]) -> tuple[Array, Array]:
@@ -377,11 +361,11 @@ def validate_fit(
     physical = result.physical[: len(form.physical_quantities)]
     if GAIN in result.names:
         physical = by_declared_gain(axis, physical, result[GAIN].value)
-    predictions: Predictions
-    if length is not None:
-        predictions = WindowPredictions(form, [axis], [record], length)
-    else:
-        predictions = LoopPredictions(form, [axis], [record], followed)
+    predictions: Predictions = (
+        LoopPredictions(form, [axis], [record], followed)
+        if length is None
+        else WindowPredictions(form, [axis], [record], length)
+    )
     with np.errstate(all="ignore"):
         predictions.settle(physical)
         lanes = predictions(physical[None, :])

@@ -151,27 +151,17 @@ class MethodValidation:
     @property
     def fits(self) -> bool:
         """Whether the equation error is of the size that it has on the estimate's own record."""
-        own = self.own_equation_error_percent
-        return is_as_small(self.least_equation_error_percent, own, MAX_VALIDATION_ERROR)
+        return is_as_small(
+            self.least_equation_error_percent, self.own_equation_error_percent, MAX_VALIDATION_ERROR
+        )
 
     @property
     def follows(self) -> bool:
         """Whether the simulated loop is as near the record as it is on the estimate's own."""
-        pairs = (
-            (
-                self.simulation_error_percent,
-                self.own_simulation_error_percent,
-                MAX_VALIDATION_ERROR,
-            ),
-            (
-                self.tracking_error_percent,
-                self.own_tracking_error_percent,
-                _MAX_VALIDATION_TRACKING,
-            ),
-        )
-        return all(
-            found is None or own is None or is_as_small(found, own, most)
-            for found, own, most in pairs
+        return is_as_small(
+            self.simulation_error_percent, self.own_simulation_error_percent, MAX_VALIDATION_ERROR
+        ) and is_as_small(
+            self.tracking_error_percent, self.own_tracking_error_percent, _MAX_VALIDATION_TRACKING
         )
 
 
@@ -280,19 +270,17 @@ class Validation(Checked, Presentable, Exact):
         if self.time_base:
             said = f"believe nothing before this is mended: {self.time_base}"
             yield Check.unless("time base", said, "")
-        if self.same_record:
+        if known > most:
             said = (
                 "this is the record that the estimates were made from, so it says nothing new; "
                 "validate on another one"
+                if self.same_record
+                else f"{100 * known:.0f} % of its samples are among those that the estimates were "
+                "made from, which say nothing new; validate on the others"
             )
             yield Check.unless(_REPEATED, said, "", known, most)
+        if self.same_record:
             return
-        if known > most:
-            said = (
-                f"{100 * known:.0f} % of its samples are among those that the estimates were made "
-                "from, which say nothing new; validate on the others"
-            )
-            yield Check.unless(_REPEATED, said, "", known, most)
         yield checked_law(self.law, "does not hold: the loop of this record is another one: ")
         yield self._force()
         yield self._parameters()
@@ -326,9 +314,9 @@ class Validation(Checked, Presentable, Exact):
         found = [v for v in self if v.tracking_error_percent is not None]
         lost = [v for v in self if v.fits and not v.follows]
         if not (self.has_declared_law and (found or lost)):
-            said = next((v.reason for v in self if v.reason), None)
-            why = said or "the loop of this record is another one, or has no position"
-            return Check.not_evaluated("simulation", Missing(why))
+            why = "the loop of this record is another one, or has no position"
+            said = next((v.reason for v in self if v.reason), why)
+            return Check.not_evaluated("simulation", Missing(said))
         worst = max(v.tracking_error_percent or 0.0 for v in lost or found)
         said = (
             f"{', '.join(v.method for v in lost)}: does not hold on this record: the "
@@ -337,8 +325,9 @@ class Validation(Checked, Presentable, Exact):
             "drive, and name a test signal that was added, with columns injected=NAME and "
             "injected_at in run.toml"
         )
-        followed = "the simulated loops follow it"
-        return Check.unless("simulation", said if lost else None, followed, worst)
+        return Check.unless(
+            "simulation", said if lost else None, "the simulated loops follow it", worst
+        )
 
     def _parameters(self) -> Check:
         again = {v.method: v.reestimate for v in self if v.reestimate is not None}
@@ -371,6 +360,6 @@ def checked_law(law: LawCheck | Missing, lead: str) -> Check:
     return replace(found, meaning=lead + found.meaning) if found.status == "fail" else found
 
 
-def is_as_small(found: float, own: float, most: float) -> bool:
-    """Whether an error is small, or of the size that it has on the estimate's own record."""
-    return found <= max(_MAX_VALIDATION_ERROR_RATIO * own, most)
+def is_as_small(found: float | None, own: float | None, most: float) -> bool:
+    """Whether an error is small, or of its size on the estimate's own record, or one is unknown."""
+    return found is None or own is None or found <= max(_MAX_VALIDATION_ERROR_RATIO * own, most)

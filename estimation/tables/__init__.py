@@ -11,7 +11,6 @@ from .table import (
     Table as Table,
     TableBuilder as TableBuilder,
     library as library,
-    loaded_column as loaded_column,
     npz_bytes as npz_bytes,
     numbered as numbered,
     one_line as one_line,
@@ -25,6 +24,5 @@ from .unit_labels import (
     Quantity as Quantity,
     exact_unit as exact_unit,
     is_unit as is_unit,
-    label_unit as label_unit,
     split_labels as split_labels,
 )

@@ -3,10 +3,9 @@
 import io
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, field
 from pathlib import Path
 from textwrap import shorten
 from types import ModuleType
@@ -21,10 +20,6 @@ from axisid.support.memory import Room
 
 from .provenance import Repair
 
-_LISTED = 40
-_LONGEST = 200  # of what another library says
-
-_PASSED_OVER = 8  # that are told
 _FEWEST = 2  # values of a column
 
 
@@ -46,9 +41,7 @@ class Samples:
     @property
     def times(self) -> Array:
         """The clock, or where there is none the numbers of the samples, (N,)."""
-        if self.clock is None:
-            return np.arange(len(self.values), dtype=np.float64)
-        return self.clock
+        return np.arange(float(len(self.values))) if self.clock is None else self.clock
 
     def taken(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Samples":
         """Some of the samples, by their numbers or as a mask, with their times."""
@@ -58,12 +51,12 @@ class Samples:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
-    """A column, read when it is asked for.
+    """A column of a file.
 
     Attributes
     ----------
-    read : callable
-        Gives the samples, or raises `DataError` for a column that holds no numbers.
+    samples : Samples or DataError
+        What is wrong with a column that holds no numbers.
     unit : str
         As the file writes it; empty where it writes none.
     label : str
@@ -74,11 +67,17 @@ class Column:
         What it holds, where that is no numbers: it cannot be read.
     """
 
-    read: Callable[[], Samples]
+    samples: Samples | DataError
     unit: str = ""
     label: str = ""
     note: str = ""
     holds: str = ""
+
+    def read(self) -> Samples:
+        """The samples, or `DataError` of a column that holds no numbers."""
+        if isinstance(self.samples, DataError):
+            raise self.samples
+        return self.samples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,25 +123,15 @@ class Table:
             return [name]
         labelled = [own for own, column in self.columns.items() if column.label == name]
         ending = [own for own in self.columns if own.endswith(f".{name}")]
-        return labelled or ending or self._numbered(name)
-
-    def _numbered(self, name: str) -> list[str]:
-        match = re.fullmatch(r"#([1-9]\d{0,5})", name)
-        return [*self.columns][int(match[1]) - 1 : int(match[1])] if match else []
+        place = re.fullmatch(r"#([1-9]\d{0,5})", name)
+        numbered = [*self.columns][int(place[1]) - 1 : int(place[1])] if place else []
+        return labelled or ending or numbered
 
     def listed(self) -> str:
         """Names of the columns, for messages."""
         names = [name for name, column in self.columns.items() if not column.holds]
-        more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-        return (", ".join(names[:_LISTED]) or "no columns") + more
-
-
-def loaded_column(
-    values: Array, *, unit: str = "", label: str = "", clock: Array | None = None, note: str = ""
-) -> Column:
-    """A column whose values are already in memory."""
-    samples = Samples(values=values, clock=clock)
-    return Column(read=lambda: samples, unit=unit, label=label, note=note)
+        more = f" and {len(names) - 40} more" if len(names) > 40 else ""
+        return (", ".join(names[:40]) or "no columns") + more
 
 
 def numbered(names: Sequence[str]) -> list[str]:
@@ -150,16 +139,13 @@ def numbered(names: Sequence[str]) -> list[str]:
 
     The name alone then stands for none of them, and is refused where it is asked for.
     """
-    times, seen = Counter(names), Counter[str]()
-    taken, apart = set(names), []
+    times, seen, apart = Counter(names), Counter[str](), []
     for name in names:
-        if name and times[name] > 1:
+        own = name
+        while name and times[name] > 1 and own in times:
             seen[name] += 1
-            while f"{name}.{seen[name]}" in taken:
-                seen[name] += 1
-            apart.append(f"{name}.{seen[name]}")
-        else:
-            apart.append(name)
+            own = f"{name}.{seen[name]}"
+        apart.append(own)
     return apart
 
 
@@ -182,7 +168,7 @@ def one_line(error: Exception) -> str:
     if isinstance(error, MemoryError):
         return "there is not enough memory for what it claims to hold"
     plain = "".join(letter if letter.isprintable() else " " for letter in str(error))
-    return shorten(plain.rstrip(". "), _LONGEST, placeholder=" ...") or type(error).__name__
+    return shorten(plain.rstrip(". "), 200, placeholder=" ...") or type(error).__name__
 
 
 @contextmanager
@@ -222,12 +208,13 @@ class TableBuilder:
         unit: str = "",
         label: str = "",
         clock: Array | None = None,
+        note: str = "",
     ) -> None:
         """Take an array: numbers, or time stamps and durations, counted in s.
 
         Time stamps count from the first.
         """
-        array, note = np.asarray(values), ""
+        array = np.asarray(values)
         if array.dtype.kind == "M" and array.ndim == 1:
             note = f"{name}: time stamps counted from the first"
             stamps = array[~np.isnat(array)]
@@ -239,12 +226,15 @@ class TableBuilder:
             return
         if self.room is not None:
             self.room.take(8 * array.size)
-        numbers = array.astype(np.float64)
-        self.columns[name] = loaded_column(numbers, unit=unit, label=label, clock=clock, note=note)
+        samples = Samples(values=array.astype(np.float64), clock=clock)
+        self.columns[name] = Column(samples=samples, unit=unit, label=label, note=note)
 
     def pass_over(self, name: str, what: str) -> None:
         """Take a column that holds no numbers but something else."""
-        self.columns[name] = Column(read=partial(_refuse, name, what), holds=what)
+        refused = DataError(
+            f"the column {name!r} holds {what}; choose another column.", code="columns"
+        )
+        self.columns[name] = Column(samples=refused, holds=what)
 
     def add_array(self, name: str, values: object, unit: str = "") -> None:
         """Take an array of any shape: a vector, or a matrix whose columns are numbered from 1.
@@ -258,10 +248,9 @@ class TableBuilder:
             self.add(name, array.ravel(), unit=unit)
         else:
             wide = array.shape[1] > array.shape[0]
+            note = f"{name}: wider than long, so its rows are columns" if wide else ""
             for k, column in enumerate(array if wide else array.T, 1):
-                self.add(f"{name}.{k}", column)
-                said = f"{name}: wider than long, so its rows are columns" if wide else ""
-                self.note(f"{name}.{k}", said)
+                self.add(f"{name}.{k}", column, note=note)
 
     def table(
         self,
@@ -280,7 +269,7 @@ class TableBuilder:
             That is no column, and there is advice on it.
         """
         if advice and all(column.holds for column in self.columns.values()):
-            passed = [*self.columns.items()][:_PASSED_OVER]
+            passed = [*self.columns.items()][:8]
             listed = ", ".join(f"{name}: {column.holds}" for name, column in passed)
             raise DataError(
                 f"{source} holds no columns of numbers{f' ({listed})' * bool(listed)}; {advice}.",
@@ -293,15 +282,6 @@ class TableBuilder:
             missing=missing,
             warnings=warnings,
         )
-
-    def note(self, name: str, text: str) -> None:
-        """Say of a column, if it is one, what was assumed."""
-        if text and name in self.columns:
-            self.columns[name] = replace(self.columns[name], note=text)
-
-
-def _refuse(name: str, what: str) -> Samples:
-    raise DataError(f"the column {name!r} holds {what}; choose another column.", code="columns")
 
 
 def _content(array: np.ndarray[Any, Any]) -> str:

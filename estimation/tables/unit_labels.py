@@ -106,20 +106,16 @@ COUNTS = frozenset(
 
 #: To forty digits.
 _PI = Fraction(31415926535897932384626433832795028841971, 10**40)
-_ONE = parse_unit("1")
-_NO_UNIT = frozenset(("-", "--", "none"))
 
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A number with its unit: a fraction, times a power of pi.
+    """A number with its unit.
 
     Attributes
     ----------
     value : Fraction
-        Of the coherent unit.
-    turns : int
-        Power of pi.
+        Of the coherent unit, pi to forty digits.
     unit : Unit or None
         Coherent; None for a plain number.
     angle : Fraction or int
@@ -129,7 +125,6 @@ class Quantity:
     """
 
     value: Fraction
-    turns: int = 0
     unit: Unit | None = None
     is_count: bool = False
     angle: Fraction | int = 0
@@ -143,17 +138,18 @@ class Quantity:
     def _with(self, other: "Quantity", power: int) -> "Quantity":
         unit = self.unit
         if other.unit is not None:
-            unit = (unit or _ONE) * other.unit**power if power < 0 or unit else other.unit
+            unit = (
+                (unit or parse_unit("1")) * other.unit**power if power < 0 or unit else other.unit
+            )
         return Quantity(
             self.value * other.value**power,
-            self.turns + power * other.turns,
             unit,
             self.is_count,
             self.angle + power * other.angle,
         )
 
     def __float__(self) -> float:
-        return float(self.value * _PI**self.turns)
+        return float(self.value)
 
 
 def exact_unit(text: str) -> Quantity | None:
@@ -169,13 +165,7 @@ def exact_unit(text: str) -> Quantity | None:
         unit = parse_unit(coherent)
     except ModelError:
         return None
-    return Quantity(Fraction(factor), turns, unit, angle=angle_power(unit))
-
-
-def label_unit(text: str) -> tuple[float, Unit] | None:
-    """Its factor to SI, and its coherent unit; None if it is not known."""
-    found = exact_unit(text)
-    return None if found is None or found.unit is None else (float(found), found.unit)
+    return Quantity(Fraction(factor) * _PI**turns, unit, angle=angle_power(unit))
 
 
 def is_unit(text: str) -> bool:
@@ -197,12 +187,10 @@ def split_label(label: str) -> tuple[str, str]:
         return label, ""
     name, blank, square, round_, below = match.groups()
     unit = (square or round_ or below).strip()
-    sure = (square is not None or is_unit(unit)) and not unit.isdecimal()
-    if below is not None and not blank:  # `axis/s` may be a path
-        sure = False
-    if not sure:
+    is_path = below is not None and not blank  # `axis/s` may be one
+    if is_path or unit.isdecimal() or not (square is not None or is_unit(unit)):
         return label, ""
-    return name, "" if unit.lower() in _NO_UNIT else unit
+    return name, "" if unit.lower() in ("-", "--", "none") else unit
 
 
 def split_labels(labels: Sequence[str]) -> list[tuple[str, str]]:

@@ -19,10 +19,6 @@ from axisid.support.errors import EstimationError
 from .chain import CORRELATION_TIMES, Autoregressions, Chain, MeasuredChain, spectrum
 from .twins import twins_of
 
-# of a control in its whole range; half of one is then 0.05 %: measured on a quiet axis, 64 steps
-# moved a viscous friction by 2.3 %, four deviations, 256 by a quarter of one
-_MAX_CONTROL_STEPS = 1024
-
 _TWINS = 8  # that have position noise and steps alone
 _DRAWS = 16  # of a disturbance, through filter and projection
 _BANDS = 22
@@ -144,12 +140,11 @@ def measured_chain(
 
 
 def control_step(record: Record) -> float:
-    """What a record's force, or else its control, is rounded to; 0 where that is no matter."""
+    """What a record's force, or else its control, is rounded to; 0 for none."""
     values = record.control if record.force is None else record.force
     if values is None:
         return 0.0
-    step = quantisation_step(values, int(MIN_STEP_DIFFERENCES.value))
-    return step if float(np.ptp(values)) < _MAX_CONTROL_STEPS * step else 0.0
+    return quantisation_step(values, int(MIN_STEP_DIFFERENCES.value))
 
 
 def likeliest_variances(found: Array, units: Array, known: Array, counts: Array) -> Array:

@@ -50,8 +50,8 @@ def made(logs: Path) -> Fleet:
 
 @pytest.mark.slow
 def test_each_log_has_its_result_or_its_reason(made: Fleet) -> None:
-    assert made.counts == {"ok": 2, "skipped": 0, "failed": 1}
-    assert [row.name for row in made] == ["axis00000", "axis00001", "corrupt"]
+    told = [("axis00000", "ok"), ("axis00001", "ok"), ("corrupt", "failed")]
+    assert [(row.name, row.status) for row in made] == told
     assert "cannot be read as a NumPy archive" in made["corrupt"].reason
     assert made["axis00000"].parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.05)
 
@@ -115,13 +115,9 @@ def test_what_is_no_file_is_told_beside_others_and_not_waited_for(
         made = fleet(some, AXIS, tmp_path / "out", jobs=0)
         assert made.counts["failed"] == len(made)
         assert "no regular file" in next(iter(made)).reason
-
-
-def test_a_log_of_no_axis_is_told_beside_others(logs: Path, tmp_path: Path) -> None:
     log = str(logs / "corrupt.npz")
     made = fleet([FleetItem(log=log), FleetItem(log=log, axis=AXIS)], out=tmp_path, jobs=0)
-    assert next(iter(made)).code == "fleet"
-    assert made.counts["failed"] == 2
+    assert [row.code for row in made] == ["fleet", "log-file"]
 
 
 @pytest.mark.slow
@@ -133,9 +129,9 @@ def test_logs_of_several_axes_are_held_against_those_of_their_own(tmp_path: Path
         manifest = write_twins(TwinMachines(axis=axis), tmp_path / name, axis=name)
         items += gather_items(manifest, tmp_path / "out")
     made = fleet(items, out=tmp_path / "out", jobs=0, methods=["idm-ls"])
-    assert [group.axis for group in made.groups] == ["emps2015", "emps"]
-    assert [len(group.names) for group in made.groups] == [3, 4]
-    assert columns_of(made.rows, ())["tau0"][0] is None
+    groups = [(group.axis, len(group.names)) for group in made.groups]
+    assert groups == [("emps2015", 3), ("emps", 4)]
+    assert columns_of(made.rows, ())[0]["tau0"][0] is None
 
 
 @pytest.mark.parametrize(
@@ -202,20 +198,6 @@ def test_hanging_and_killing_logs_are_named_and_the_others_are_done(
         items[:1] + items[3:], AXIS, tmp_path / "out", jobs=2, resume=True, methods=["idm-ls"]
     )
     assert again.counts == {"ok": 0, "skipped": 3, "failed": 0}
-
-
-@pytest.mark.slow
-def test_a_killed_worker_costs_no_log(many: Path, tmp_path: Path) -> None:
-    import multiprocessing
-
-    def kill() -> None:
-        os.kill(multiprocessing.active_children()[0].pid or 0, signal.SIGKILL)
-
-    made = fleet(many, AXIS, tmp_path, jobs=2, methods=["idm-ls"], progress=killing_at(4, kill))
-    assert made.counts == {"ok": 15, "skipped": 0, "failed": 1}
-    assert made["axis00003"].code != "killed"
-    again = fleet(many, AXIS, tmp_path, jobs=2, methods=["idm-ls"], resume=True)
-    assert again.counts == {"ok": 0, "skipped": 15, "failed": 1}
 
 
 @pytest.mark.filterwarnings("default")  # of Dask, as its worker is killed

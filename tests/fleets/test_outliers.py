@@ -38,8 +38,7 @@ def test_units_do_not_matter() -> None:
 
 def test_the_scatter_between_logs_is_without_that_of_their_estimates() -> None:
     (group,) = groups_of(rows_of(400, 1))
-    expected = np.sqrt(np.diag(BETWEEN))
-    np.testing.assert_allclose(np.sqrt(np.diag(group.usual.between)), expected, rtol=0.15)
+    np.testing.assert_allclose(np.diag(group.usual.between), np.diag(BETWEEN), rtol=0.3)
 
 
 def _values(row: FleetRow) -> Array:
@@ -73,10 +72,9 @@ def test_right_fleets_have_an_outlier_no_more_often_than_the_level_says(
 
 def test_a_log_that_differs_is_named_with_the_parameter_that_does() -> None:
     for seed in range(5):
-        (group,) = groups_of(rows_of(60, seed, np.array([0.0, 0.0, 8.0])))
-        assert group.outliers[0].name == "axis0"
-        assert group.outliers[0].parameter == "Fc"
-        assert group.outliers[0].apart == pytest.approx(8.0, rel=0.3)
+        first = groups_of(rows_of(60, seed, np.array([0.0, 0.0, 8.0])))[0].outliers[0]
+        assert (first.name, first.parameter) == ("axis0", "Fc")
+        assert first.apart == pytest.approx(8.0, rel=0.3)
 
 
 def test_a_log_that_merely_knows_little_does_not_stand_out() -> None:
@@ -87,10 +85,9 @@ def test_a_log_that_merely_knows_little_does_not_stand_out() -> None:
 
 
 def test_a_quarter_of_the_logs_that_lie_together_do_not_hide_one_another() -> None:
-    others = {f"axis{i}" for i in range(15)}
     moved = [row_of(r.name, _values(r) + np.array([10.0, 0.0, 2.0])) for r in rows_of(15, 8)]
     found = groups_of([*moved, *[replace(r, name=f"right{r.name}") for r in rows_of(45, 9)]])[0]
-    assert {each.name for each in found.outliers} == others
+    assert {each.name for each in found.outliers} == {f"axis{i}" for i in range(15)}
 
 
 def test_a_log_whose_values_are_not_finite_is_told_and_left_out() -> None:
@@ -98,8 +95,7 @@ def test_a_log_whose_values_are_not_finite_is_told_and_left_out() -> None:
     odd = row_of("odd", np.array([np.nan, 200.0, 20.0]))
     assert groups_of([*rows, odd]) == groups_of(rows)
     said = " ".join(Fleet(folder="", rows=(*rows, odd)).summary().split())
-    assert "1 log has values or deviations that are not finite" in said
-    assert "no part in what is usual: odd." in said
+    assert "1 log has values or deviations that are not finite, or too large to compare" in said
 
 
 @pytest.mark.parametrize("size", [1e90, 1e150, 1e308])
@@ -127,16 +123,17 @@ def test_values_in_a_plane_tell_nothing_though_one_is_far() -> None:
 )
 def test_of_few_logs_or_machines_nothing_is_usual(rows: list[FleetRow], said: str) -> None:
     (group,) = groups_of(rows)
-    assert isinstance(group.usual, Missing)
-    assert said in group.usual.reason
     assert group.outliers == ()
+    assert said in group.usual.reason
 
 
 def test_a_machine_that_differs_is_named_by_all_its_logs() -> None:
     rows = repeated(30, 2, 5, np.array([0.0, 0.0, 12.0]))
     found = Fleet(folder="", rows=tuple(rows))
-    assert [each.name for each in found.outliers[:2]] == ["axis0-0", "axis0-1"]
-    assert found.outliers[0].parameter == "Fc"
+    assert [(o.name, o.parameter) for o in found.outliers[:2]] == [
+        ("axis0-0", "Fc"),
+        ("axis0-1", "Fc"),
+    ]
     assert "stage, 60 logs of 30 machines" in found.summary()
     assert "sd between machines" in found.summary()
 

@@ -35,15 +35,13 @@ def test_what_no_log_can_be_identified_with_is_refused_before_any_is_read(
 
 
 def test_logs_without_an_axis_are_refused_at_once(tmp_path: Path) -> None:
-    with refuses("fleet", says="log.csv has no axis; name one for all"):
-        (tmp_path / "log.csv").write_text("time,position\n")
-        fleet(tmp_path / "log.csv", out=tmp_path / "out", jobs=0)
-    assert not (tmp_path / "out").exists()
-
-
-def test_an_axis_before_the_logs_as_in_identify_is_told_its_place(tmp_path: Path) -> None:
-    with refuses("fleet", says="--axis emps2015"):
-        fleet(["emps2015", "log.csv"], out=tmp_path / "out", jobs=0)
+    (tmp_path / "log.csv").write_text("time,position\n")
+    for logs, says in (
+        ([tmp_path / "log.csv"], "log.csv has no axis; name one for all"),
+        (["emps2015", "log.csv"], "--axis emps2015"),  # before the logs as in identify
+    ):
+        with refuses("fleet", says=says):
+            fleet(logs, out=tmp_path / "out", jobs=0)
     assert not (tmp_path / "out").exists()
 
 

@@ -14,7 +14,7 @@ from axisid.estimation.logs import read_table
 from axisid.estimation.parameters import known_of, read_known
 from axisid.estimation.records import Repairs
 from axisid.estimation.records.columns.units import ScalingError, is_scaling, read_scaling
-from axisid.estimation.records.windows import checked_windows
+from axisid.estimation.records.segments import checked_windows
 from tests.fuzz.cases import Fuzz, WrongError, one_of, spoilt
 
 _UNITS = ("", "mm", "deg", "counts", "rpm", "V", "m/s^2", "1/min", "mm/rev", "furlong", "N m", "%")

@@ -46,7 +46,6 @@ from axisid.estimation import (
     Classical,
     FailedRun,
     Hac,
-    LaneBlock,
     PublishedCovariance,
     RecordLanes,
     Repair,
@@ -140,13 +139,6 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "comparison": compare(ladder, record, FILTER),
         "simulation": simulate(axis, axis.nominal, reference, record.period),
         "batch": simulate_batch(axis, [axis.nominal], reference, record.period),
-        "lane block": LaneBlock(
-            first=0,
-            parameters=np.array([axis.nominal]),
-            reference=np.array(reference),
-            period=record.period,
-            signals={"force": np.array(reference)[:, None]},
-        ),
         "lanes": (lanes, identify_lanes(axis, lanes)),
         "law check": check_law(axis, record),
         "law search": find_law(axis, record.windowed((0.0, 1.0))),
@@ -186,7 +178,7 @@ KINDS = (
     "record,masked record,prefilter,sampled filter,repairs,repair,identification,estimate,value,"
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
-    "fit,fit on another record,comparison,simulation,batch,lane block,lanes,law check,study,"
+    "fit,fit on another record,comparison,simulation,batch,lanes,law check,study,"
     "law search,block,drive time,fleet,fleet item,trend,"
     "feed-forward,error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"

@@ -19,7 +19,7 @@ from axisid.estimation.records.record import Record
 from axisid.estimation.tables.table import Table
 from axisid.support import memory
 from tests.bounded import within
-from tests.estimation.logs.test_rosbag import bag_of
+from tests.estimation.logs.test_read_formats import bag_of
 from tests.refusals import refuses
 
 ROOM = 20e6  # bytes; each file below unfolds to more and is smaller by far

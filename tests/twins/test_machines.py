@@ -1,7 +1,6 @@
 """Machines whose true values scatter and drift, and their logs, which are read back as they are."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -37,15 +36,11 @@ def test_true_values_scatter_as_told_and_keep_their_sign(short: GeneratedAxis) -
     true = [machines.truth(machine, 0) for machine in range(400)]
     mass, friction = (np.log([each[name] for each in true]) for name in ("M", "Fc"))
     assert np.exp(mass.mean()) == pytest.approx(100.2, rel=0.004)
-    assert mass.std() == pytest.approx(0.02, rel=0.1)
-    assert friction.std() == pytest.approx(0.5, rel=0.1)
+    assert (mass.std(), friction.std()) == pytest.approx((0.02, 0.5), rel=0.1)
     assert abs(np.corrcoef(mass, friction)[0, 1]) < 0.2
     assert {each["Fv"] for each in true} == {236.9}
-
-
-def test_what_drifts_goes_on_by_the_same_each_day(short: GeneratedAxis) -> None:
-    machines = TwinMachines(axis=short, days=3, drift={"Fc": 0.1})
-    found = [machines.truth(0, day)["Fc"] for day in range(3)]
+    drifting = TwinMachines(axis=short, days=3, drift={"Fc": 0.1})
+    found = [drifting.truth(0, day)["Fc"] for day in range(3)]
     assert found == pytest.approx([24.8, 27.28, 29.76])
 
 
@@ -62,7 +57,6 @@ def test_machines_that_are_alike_are_the_runs_of_a_study(short: GeneratedAxis) -
     plan = monte_carlo(short, 2, ["idm-ls"], seed=7).plan
     machines = TwinMachines(axis=short, count=2, seed=7)
     for run, record in twins(plan, range(2)):
-        assert isinstance(record, Record)
         assert is_same(record, machines.record(run, 0))
 
 
@@ -82,21 +76,18 @@ def test_a_manifest_tells_a_fleet_what_is_true(short: GeneratedAxis, tmp_path: P
 def test_nothing_is_left_where_a_twin_cannot_be_simulated(
     short: GeneratedAxis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    machines = TwinMachines(axis=short, count=3)
-    monkeypatch.setattr(TwinMachines, "record", _failing_at(2, TwinMachines.record))
+    machines, record = TwinMachines(axis=short, count=3), TwinMachines.record
+
+    def failing(self: TwinMachines, machine: int, day: int) -> Any:
+        if machine == 2:
+            raise UsageError("it runs away")
+        return record(self, machine, day)
+
+    monkeypatch.setattr(TwinMachines, "record", failing)
     for folder in (tmp_path / "new", tmp_path):
         with pytest.raises(UsageError, match="runs away"):
             write_twins(machines, folder)
         assert not [*tmp_path.iterdir()]
-
-
-def _failing_at(place: int, record: Callable[..., Any]) -> Callable[..., Any]:
-    def failing(self: TwinMachines, machine: int, day: int) -> Any:
-        if machine == place:
-            raise UsageError("it runs away")
-        return record(self, machine, day)
-
-    return failing
 
 
 @pytest.mark.parametrize(
@@ -117,10 +108,7 @@ def test_what_makes_no_sense_is_refused(
 ) -> None:
     with refuses(code):
         TwinMachines(axis=short, **given)
-
-
-def test_no_share_of_a_true_value_of_zero(short: GeneratedAxis) -> None:
-    with refuses("twin"):
+    with refuses("twin"):  # no share of a true value of 0
         TwinMachines(axis=twin_of(short, {"Fc": 0.0}, None), days=2, drift={"Fc": 0.1})
 
 
@@ -168,13 +156,10 @@ def test_sensors_are_columns_that_are_named(tmp_path: Path, emps2015: GeneratedA
     assert np.array_equal(record.velocity, machines.record(0, 0).velocity)  # type: ignore[arg-type]
 
 
-def test_a_column_by_its_number_is_refused(tmp_path: Path) -> None:
+def test_a_column_by_its_number_and_another_ending_are_refused(tmp_path: Path) -> None:
     axis = named(load_axis("emps2015"), {"position": "#9"})
     with refuses("twin"):
         write_twin(TwinMachines(axis=axis), tmp_path / "t.csv")
-    assert not [*tmp_path.iterdir()]
-
-
-def test_another_ending_is_refused(tmp_path: Path, emps2015: GeneratedAxis) -> None:
     with refuses("twin"):
-        write_twin(TwinMachines(axis=emps2015), tmp_path / "t.mat")
+        write_twin(TwinMachines(axis=build(load_axis("emps2015"))), tmp_path / "t.mat")
+    assert not [*tmp_path.iterdir()]

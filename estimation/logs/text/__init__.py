@@ -4,7 +4,7 @@ In: the bytes of a file. Out: `Table`. Knows nothing of axes and roles.
 """
 
 from .dialect import is_number as is_number
-from .reader import NO_TEXT as NO_TEXT, read_text as read_text
+from .reader import read_text as read_text
 from .time_stamps import (
     NoStampsError as NoStampsError,
     is_stamp as is_stamp,

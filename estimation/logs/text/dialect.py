@@ -7,20 +7,17 @@ import csv
 import re
 from collections import Counter
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from axisid.estimation.tables import is_unit, split_labels
 from axisid.support.errors import DataError
 
 from .time_stamps import is_stamp
 
-_MIN_NUMBER_SHARE = 0.5  # of the filled cells of a line are numbers: it is a row of the table
-_MIN_TABLE_ROW_SHARE = 0.9  # of the best reading's rows, from which a reading is considered
-
 #: Separators in the order of preference where several fit; None is any run of blanks.
 _SEPARATORS = (";", "\t", ",", "|", None)
 _SAMPLE = 400  # lines looked at
 _MOST_COLUMNS = 10_000
-_COMMENTS = ("#", "%", "//")
 _NAMED = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", None: "blanks", " ": "blank"}
 #: What a spreadsheet writes for a number it lacks, `#N/A` or `#DIV/0!`, before another cell.
 _SHEET_ERROR = re.compile(r"\s*#(N/A|NV|[^\W\d_a-z]+(/0)?[!?])\s*[;\t,| ]")
@@ -78,18 +75,21 @@ def how_written(separator: str | None, *, comma: bool) -> str:
 
 
 def split_cells(line: str, separator: str | None) -> list[str]:
-    """Cells of a line, stripped."""
+    """Cells of a line, stripped; one of a line that is no row of a table."""
     if separator is None:
         return line.replace('"', "").split()
+    cells = line.split(separator)
     if '"' in line:
-        reader = csv.reader([line], delimiter=separator, skipinitialspace=True)
-        return [cell.strip() for cell in next(reader)]
-    return [cell.strip() for cell in line.split(separator)]
+        try:
+            cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+        except csv.Error:
+            return [line]
+    return [cell.strip() for cell in cells]
 
 
 def is_comment(line: str) -> bool:
     """Whether a line is one for the reader's eye."""
-    return line.lstrip().startswith(_COMMENTS) and not _SHEET_ERROR.match(line)
+    return line.lstrip().startswith(("#", "%", "//")) and not _SHEET_ERROR.match(line)
 
 
 def is_number(cell: str, *, comma: bool = False) -> bool:
@@ -119,32 +119,31 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
             code="log-text",
         )
     _check_width(source, sample)
-    separator, comma, width, first = _best(source, sample)
+    separator, comma, width, first, *_ = _best(source, sample)
     above = [i for i, _ in sample if i < first]
     header, units, note = _header(source, lines, above, first, separator, width)
-    names, unit_row = _named(header, units)
+    split = split_labels(header)
+    names = [name for name, _ in split]
     _check_names(source, lines[max(first - 1, 0)][0], names)
     body = [line for i, line in sample if i >= first]
     if not comma and separator != ",":
         body = _until_decided(lines, body, separator)
         comma = not _marked(body, separator, ".") and bool(_marked(body, separator, ","))
     _check_thousands(source, body, separator, comma=comma)
-    notes = [how_written(separator, comma=comma)]
-    notes += [note] if note else []
     return Dialect(
         separator=separator,
         comma=comma,
         names=tuple(names),
-        units=tuple(unit_row),
+        # A unit in the row of units goes before the header's.
+        units=tuple(u.strip("[]()- ") or own for u, (_, own) in zip(units, split, strict=True)),
         labels=tuple(header),
         first=first,
-        notes=tuple(notes),
+        notes=(how_written(separator, comma=comma), *([note] if note else [])),
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Reading:
-    """One way to read the sample: rows it makes a table of, share of numbers, header, width."""
+class _Reading(NamedTuple):
+    """One way to read the sample, as good as its fit: numbers, header, mark, width."""
 
     separator: str | None
     comma: bool
@@ -154,13 +153,10 @@ class _Reading:
     fit: tuple[float, bool, bool, int]
 
 
-def _best(source: str, sample: list[tuple[int, str]]) -> tuple[str | None, bool, int, int]:
+def _best(source: str, sample: list[tuple[int, str]]) -> _Reading:
     quoted = any('"' in line for _, line in sample)
     ways = [(separator, comma) for separator in _SEPARATORS for comma in (False, True)]
-    try:
-        found = [_read(sample, *way) for way in ways if quoted or way != (",", True)]
-    except csv.Error as error:
-        raise DataError(f"{source} is no table of text: {error}.") from error
+    found = [_read(sample, *way) for way in ways if quoted or way != (",", True)]
     readings = [reading for reading in found if reading is not None]
     if not readings:
         raise DataError(
@@ -172,23 +168,25 @@ def _best(source: str, sample: list[tuple[int, str]]) -> tuple[str | None, bool,
     if any(reading.width > 1 and reading.fit[1] for reading in readings):
         # A comma that fits a header of several names is no decimal mark of one column.
         readings = [r for r in readings if r.width > 1 or not r.comma]
-    most = max(reading.table_rows for reading in readings)
-    readings = [
-        reading for reading in readings if reading.table_rows >= _MIN_TABLE_ROW_SHARE * most
-    ]
-    best = max(readings, key=lambda reading: reading.fit)  # the first of equals
-    return best.separator, best.comma, best.width, best.first
+    enough = 0.9 * max(reading.table_rows for reading in readings)
+    readings = [reading for reading in readings if reading.table_rows >= enough]
+    return max(readings, key=lambda reading: reading.fit)  # the first of equals
 
 
 def _read(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> _Reading | None:
     """How the sample reads with a separator and a decimal mark; None where it is no table."""
     rows = [(i, split_cells(line, separator)) for i, line in sample]
-    numeric = [_numeric(cells, comma=comma) for _, cells in rows]
+    numbers = [[is_number(cell, comma=comma) for cell in cells] for _, cells in rows]
+    # Beside a number a time stamp is one too, as in a row of a long table.
+    numeric = [
+        [of or (any(flags) and is_stamp(cell)) for of, cell in zip(flags, cells, strict=True)]
+        for flags, (_, cells) in zip(numbers, rows, strict=True)
+    ]
     shares = [
         (sum(flags) / max(sum(1 for c in cells if c), 1), len(cells))
         for (_, cells), flags in zip(rows, numeric, strict=True)
     ]
-    least = _MIN_NUMBER_SHARE
+    least = 0.5  # of the filled cells of a line are numbers: it is a row of the table
     tabular = [width for share, width in shares if share >= least]
     if not tabular:
         return None
@@ -200,26 +198,16 @@ def _read(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> 
     cells = [c for _, row in rows[begin:] for c in row]
     # A separator at the end of every row leaves a column that is always empty.
     trailing = width > 1 and not any(rows[k][1][-1] for k in body if k >= begin)
-    filled = sum(1 for c in cells if c)
-    share = sum(flags) / max(filled, 1)
+    share = sum(flags) / max(sum(1 for c in cells if c), 1)
     above = rows[begin - 1][1] if begin > 0 else []
-    if trailing:
-        width -= 1
+    width -= trailing
     named = len(above) in (width, width + 1) and not any(
         is_number(cell, comma=comma) for cell in above
     )
     # A mark that no number uses says nothing; the point is what is usual.
     used = not comma or any("," in c for c in cells)
-    inside = sum(1 for k in body if k >= begin)
-    return _Reading(separator, comma, width, rows[begin][0], inside, (share, named, used, width))
-
-
-def _numeric(cells: list[str], *, comma: bool) -> list[bool]:
-    """Which cells are numbers; beside one a time stamp is too, as in a row of a long table."""
-    numbers = [is_number(cell, comma=comma) for cell in cells]
-    if all(numbers) or not any(numbers):
-        return numbers
-    return [of or is_stamp(cell) for of, cell in zip(numbers, cells, strict=True)]
+    fit = (share, named, used, width)
+    return _Reading(separator, comma, width, rows[begin][0], sum(k >= begin for k in body), fit)
 
 
 def _header(
@@ -251,25 +239,16 @@ def _header(
             "numbers have a decimal comma, separate columns by semicolon or tab.",
             code="log-text",
         )
-    skipped = used[0] - (0 if above else len(commented) - 1)
-    note = (
-        f"header in line {lines[used[0]][0]}, what is above it passed over" if skipped > 0 else ""
-    )
-    return header, units, note
+    note = f"header in line {lines[used[0]][0]}, what is above it passed over"
+    skipped = used[0] > (0 if above else len(commented) - 1)
+    return header, units, note if skipped else ""
 
 
 def _is_unit_row(cells: list[str]) -> bool:
     """Whether most filled cells are units, or all are marks of none, such as `-` and `[]`."""
     filled = [cell.strip("[]()") for cell in cells if cell.strip("[]()-")]
-    units = [c for c in filled if is_unit(c) and not is_number(c)]
-    return any(cells) and 2 * len(units) >= len(filled)
-
-
-def _named(header: list[str], units: list[str]) -> tuple[list[str], list[str]]:
-    """Names and units of the columns; a unit in the row of units goes before the header's."""
-    split = split_labels(header)
-    found = [unit.strip("[]()- ") or own for unit, (_, own) in zip(units, split, strict=True)]
-    return [name for name, _ in split], found
+    units = sum(is_unit(c) and not is_number(c) for c in filled)
+    return any(cells) and 2 * units >= len(filled)
 
 
 def _check_width(source: str, sample: list[tuple[int, str]]) -> None:

@@ -3,44 +3,29 @@
 At its end may be what is no row: a line that was cut off as the logger stopped, or a footer.
 """
 
-import csv
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
-from axisid.estimation.tables import Column, Repair, Samples, Table, loaded_column
+from axisid.estimation.tables import Column, Repair, Samples, Table
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 
-from .dialect import Dialect, Line, is_comment, is_number, sniff
+from .dialect import Dialect, Line, is_comment, is_number, sniff, split_cells
 from .time_stamps import NoStampsError, is_stamp, stamp_seconds
 from .twincat import is_twincat, read_twincat
 
-_MIN_ZERO_BYTE_SHARE = 0.3  # of every second byte is zero: UTF-16 without its mark
-
-_LOOKED = 2000  # bytes in which zeros tell UTF-16
-
-_MAX_INCOMPLETE_LINES = 50  # unlike lines are an incomplete end; more are another table
-
 #: Leaves out what is no row at the end.
 _DROP_TAIL = ', or leave the end of the log out with tail = "drop" in run.toml'
-_SHOWN = 40  # characters
 _NEIGHBOURS = 20  # lines above the last whose last numbers tell how long it should be
 
-#: Code of the error of a file that is no text in an encoding that is known.
-NO_TEXT = "no-text"
-
-_BEGIN = "LabVIEW Measurement"
-_END = "***End_of_Header***"
-_UNITS = "Y_Unit_Label"
-_COMMENT = "Comment"
-_HEAD = 200  # lines in which the heads are looked for
+_LABVIEW_END = "***End_of_Header***"
 _SEPARATOR = "Separator"  # which stands behind that word, before its own name
 
 
-def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
+def read_text(source: str, content: bytes, *, drop_tail: bool = False, endings: str = "") -> Table:
     """Read a text file: delimited text, or what TwinCAT Scope or LabVIEW writes.
 
     Parameters
@@ -50,19 +35,21 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
     content : bytes
     drop_tail : bool
         Whether lines at the end that are no rows may be left out.
+    endings : str
+        Of the formats that a file may be of which is no text, for messages.
 
     Raises
     ------
     DataError
         It is no text, or no table.
     """
-    text, encoding = _decoded(source, content)
+    text, encoding = _decoded(source, content, endings)
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
     notes = (f"encoding {encoding}",) if encoding != "utf-8-sig" else ()
     if is_twincat(lines):
         table = read_twincat(source, lines)
         return replace(table, notes=(*table.notes, *notes))
-    if lines and lines[0][1].startswith(_BEGIN):
+    if lines and lines[0][1].startswith("LabVIEW Measurement"):
         lines, more = _plain_lines(source, lines)
         notes = (*more, *notes)
     dialect = sniff(source, lines)
@@ -80,7 +67,7 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False) -> Table:
     )
 
 
-def _decoded(source: str, content: bytes) -> tuple[str, str]:
+def _decoded(source: str, content: bytes, endings: str) -> tuple[str, str]:
     """A file's text, and the encoding that its bytes are taken to have.
 
     UTF-8, with or without a byte order mark; UTF-16 by its mark or by its zero bytes; else the
@@ -91,30 +78,22 @@ def _decoded(source: str, content: bytes) -> tuple[str, str]:
     DataError
         It is none of these, or has zero bytes that are not those of UTF-16.
     """
-    wide = _utf16(content)
-    for encoding in (wide,) if wide else ("utf-8-sig", "cp1252"):  # a mark is no part of the text
-        try:
+    even, odd = content[:2000:2].count(0), content[1:2000:2].count(0)
+    encodings = ["utf-8-sig", "cp1252"]  # a mark is no part of the text
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        encodings = ["utf-16"]
+    elif max(even, odd) > 0.3 * len(content[:2000]) / 2:  # zeros of every second byte
+        encodings = ["utf-16-le" if odd > even else "utf-16-be"]
+    for encoding in encodings:
+        with suppress(UnicodeDecodeError):
             text = content.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-        if "\0" in text:
-            break
-        return text, encoding
+            if "\0" not in text:
+                return text, encoding
     raise DataError(
-        f"{source} is no text in UTF-8, UTF-16 or Windows-1252; save it as CSV in UTF-8.",
-        code=NO_TEXT,
+        f"{source} is no text in UTF-8, UTF-16 or Windows-1252; save it as CSV in UTF-8, or give "
+        f"the file the ending of its format ({endings}).",
+        code="no-text",
     )
-
-
-def _utf16(head: bytes) -> str:
-    """UTF-16 with or without its mark, by the beginning of a file; empty for what is none."""
-    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return "utf-16"
-    even, odd = head[:_LOOKED:2].count(0), head[1:_LOOKED:2].count(0)
-    half = max(len(head[:_LOOKED]) / 2, 1)
-    if max(even, odd) / half <= _MIN_ZERO_BYTE_SHARE:
-        return ""
-    return "utf-16-le" if odd > even else "utf-16-be"
 
 
 def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, Column]:
@@ -136,36 +115,22 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
     DataError
         A row has not as many cells as the header names columns.
     """
-    numeric = _numeric(dialect, lines[0][1])
+    first = dialect.cells(lines[0][1])  # whose text tells which columns hold some
+    text = {k for k, c in enumerate(first) if c and not is_number(c, comma=dialect.comma)}
+    numeric = [k for k in range(len(dialect.names)) if first and k not in text]
     values = _parse([line for _, line in lines], dialect, numeric)
-    columns: dict[int, Column] = {}
-    if values is not None:
-        columns = {k: loaded_column(v) for k, v in zip(numeric, values.T, strict=True)}
     rows = _rows(source, lines, dialect) if values is None else []
-    for k in set(range(len(dialect.names))) - set(columns):
-        split = (line.split(dialect.separator, k + 1)[k].strip() for _, line in lines)
-        cells = [row[k] for row in rows] or [*split]
-        columns[k] = _of_cells(source, lines, dialect, k, cells)
-    return _named(dialect, columns)
-
-
-def _numeric(dialect: Dialect, line: str) -> list[int]:
-    """Columns that hold numbers in a row, if the others hold text."""
-    cells = _cells_of(line, dialect)
-    text = {k for k, c in enumerate(cells) if c and not is_number(c, comma=dialect.comma)}
-    return [k for k in range(len(dialect.names)) if cells and k not in text]
-
-
-def _named(dialect: Dialect, columns: dict[int, Column]) -> dict[str, Column]:
-    """Columns by name, with their units; one without a name is called by its number."""
-    return {
-        name or f"#{k}": replace(
-            columns[k - 1],
-            unit=columns[k - 1].unit or dialect.units[k - 1],
-            label=dialect.labels[k - 1],
-        )
-        for k, name in enumerate(dialect.names, 1)
-    }
+    columns = {}
+    for k, name in enumerate(dialect.names):
+        if values is not None and k in numeric:
+            column = Column(samples=Samples(values=values[:, numeric.index(k)]))
+        else:
+            split = (line.split(dialect.separator, k + 1)[k].strip() for _, line in lines)
+            cells = [row[k] for row in rows] or [*split]
+            column = _of_cells(source, lines, dialect, k, cells)
+        unit = column.unit or dialect.units[k]
+        columns[name or f"#{k + 1}"] = replace(column, unit=unit, label=dialect.labels[k])
+    return columns
 
 
 def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | None:
@@ -201,10 +166,7 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
 def _rows(source: str, lines: list[Line], dialect: Dialect) -> list[list[str]]:
     width, rows = len(dialect.names), []
     for number, line in lines:
-        try:
-            cells = dialect.cells(line)
-        except csv.Error as error:
-            raise DataError(f"{source}, line {number} is no row of a table: {error}.") from error
+        cells = dialect.cells(line)
         if len(cells) != width:
             raise DataError(
                 f"{source}, line {number}: {len(cells)} cells where the header names {width} "
@@ -221,32 +183,25 @@ def _of_cells(source: str, lines: list[Line], dialect: Dialect, k: int, cells: l
     row = next((i for i, c in enumerate(cells) if c and not is_number(c, comma=comma)), None)
     if row is None:
         plain = (cell.replace(",", ".") if comma else cell for cell in cells)
-        return loaded_column(np.array([float(cell or "nan") for cell in plain]))
+        return Column(samples=Samples(values=np.array([float(cell or "nan") for cell in plain])))
     if is_stamp(cells[row]):
         try:
             seconds, note = stamp_seconds(cells)
         except NoStampsError as error:
             row, why = error.row or row, error.why
         else:
-            return loaded_column(seconds, unit="s", note=f"{dialect.names[k]}: {note}")
-    number, _ = lines[row]
-    where = f"{source}, line {number}: {cells[row]!r} in column {dialect.names[k]!r}"
-    return Column(read=partial(_refuse, where, why, comma=comma))
-
-
-def _refuse(where: str, why: str, *, comma: bool) -> Samples:
-    if why:
-        raise DataError(
-            f"{where} is no time stamp that can be read: {why}. Export the log with stamps such as "
-            "2026-02-01 12:00:00.250.",
-            code="log-text",
-        )
-    raise DataError(
-        f"{where} is not a number (decimal {'comma' if comma else 'point'}), nor a time "
-        "stamp such as 2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. Mend "
-        f"the cell, remove the line, or choose another column{_DROP_TAIL}.",
-        code="log-text",
+            note = f"{dialect.names[k]}: {note}"
+            return Column(samples=Samples(values=seconds), unit="s", note=note)
+    said = (
+        f"is no time stamp that can be read: {why}. Export the log with stamps such as 2026-02-01 "
+        "12:00:00.250."
+        if why
+        else f"is not a number (decimal {'comma' if comma else 'point'}), nor a time stamp such as "
+        "2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. Mend the cell, remove the "
+        f"line, or choose another column{_DROP_TAIL}."
     )
+    where = f"{source}, line {lines[row][0]}: {cells[row]!r} in column {dialect.names[k]!r}"
+    return Column(samples=DataError(f"{where} {said}", code="log-text"))
 
 
 def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[str, ...]]:
@@ -257,22 +212,22 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
     DataError
         Its heads have no end, or no names of columns follow.
     """
-    ends = [k for k, (_, line) in enumerate(lines[:_HEAD]) if line.startswith(_END)]
+    ends = [k for k, (_, line) in enumerate(lines[:200]) if line.startswith(_LABVIEW_END)]
     if not ends or ends[-1] + 1 >= len(lines):
         raise DataError(
             f"{source}: the LabVIEW measurement file has no samples below its heads, which "
-            f"{_END} closes.",
+            f"{_LABVIEW_END} closes.",
             code="log-text",
         )
     head = [line for _, line in lines[: ends[-1]]]
     said = (line[len(_SEPARATOR) :][:1] for line in head if line.startswith(_SEPARATOR))
     separator = next(said, "\t")
     number, line = lines[ends[-1] + 1]
-    names = _cells(line, separator)
-    labels = next((_cells(x, separator) for x in head if x.startswith(_UNITS)), [])
+    names = split_cells(line.rstrip(separator), separator)
+    labels = next((split_cells(x, separator) for x in head if x.startswith("Y_Unit_Label")), [])
     units = ["", *labels[1:], *[""] * len(names)]
     body = lines[ends[-1] + 2 :]
-    if names[-1] == _COMMENT:
+    if names[-1] == "Comment":
         names = names[:-1]
         body = [(k, separator.join(row.split(separator)[: len(names)])) for k, row in body]
     named = [f"{n} [{u}]" if u else n for n, u in zip(names, units, strict=False)]
@@ -281,18 +236,14 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
     )
 
 
-def _cells(line: str, separator: str) -> list[str]:
-    cells = [cell.strip() for cell in line.rstrip("\r\n").split(separator)]
-    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
-
-
 def complete_lines(lines: list[Line], dialect: Dialect) -> int:
     """How many lines are rows before those at the end that are none; all if these are many.
 
     A row has the kinds of cells that the first has, and those that its neighbour has.
     """
-    kinds = [_kind(cell, dialect) for cell in _cells_of(lines[0][1], dialect)]
-    rows = [_cells_of(line, dialect) for _, line in lines[-_MAX_INCOMPLETE_LINES - 1 :]]
+    kinds = [_kind(cell, dialect) for cell in dialect.cells(lines[0][1])]
+    # More unlike lines than fifty are another table.
+    rows = [dialect.cells(line) for _, line in lines[-51:]]
     for k in range(len(rows) - 1, 0, -1):
         alike = any(rows[k]) and len(rows[k]) == len(kinds)
         if alike and all(
@@ -305,7 +256,7 @@ def complete_lines(lines: list[Line], dialect: Dialect) -> int:
 
 def is_cut(lines: list[Line], dialect: Dialect) -> bool:
     """Whether the last number of a text without a last line end is shorter than all above it."""
-    rows = [_cells_of(line, dialect) for _, line in lines[-_NEIGHBOURS - 1 :]]
+    rows = [dialect.cells(line) for _, line in lines[-_NEIGHBOURS - 1 :]]
     if len(rows) <= _NEIGHBOURS or any(len(row) != len(dialect.names) for row in rows):
         return False  # cut off in another cell, which shows, or too few to tell
     *above, last = (len(row[-1].lstrip("+-")) for row in rows)
@@ -318,16 +269,9 @@ def left_out(lines: list[Line]) -> Repair:
         return Repair(kind="tail", count=0, text="no incomplete lines at the end")
     number, line = lines[0]
     what = "line" if len(lines) == 1 else "lines"
-    shown = line.strip() if len(line.strip()) <= _SHOWN else f"{line.strip()[:_SHOWN]}..."
+    shown = f"{line.strip()[:40]}..." if len(line.strip()) > 40 else line.strip()
     text = f"{len(lines)} incomplete {what} at the end left out, from line {number}: {shown!r}"
     return Repair(kind="tail", count=len(lines), text=text)
-
-
-def _cells_of(line: str, dialect: Dialect) -> list[str]:
-    try:
-        return dialect.cells(line)
-    except csv.Error:
-        return []
 
 
 def _kind(cell: str, dialect: Dialect) -> str:

@@ -20,8 +20,6 @@ _STAMP = re.compile(
     r"(?:\[[\w/+-]+\])?"
 )
 _AHEAD = re.compile(r"([+-])(\d\d):?(\d\d)?")  # of UTC
-_UTC = ("", "Z", "UTC", "GMT")
-_SLASHED = re.compile(r"\d\d?/\d\d?/\d{4}")
 
 
 class NoStampsError(ValueError):
@@ -84,7 +82,10 @@ def _filled_seconds(cells: Sequence[str]) -> tuple[Array, str]:
         raise NoStampsError(found.index(None))
     stamps = [parts for parts in found if parts]
     dates, *_, halves, zones = zip(*stamps, strict=True)
-    named = any(not (zone in _UTC or _AHEAD.fullmatch(zone)) for zone in dict.fromkeys(zones))
+    named = any(
+        not (zone in ("", "Z", "UTC", "GMT") or _AHEAD.fullmatch(zone))
+        for zone in dict.fromkeys(zones)
+    )
     for part in (dates, halves, zones):
         if ("" in part and any(part)) or (part is zones and named and len({*zones}) > 1):
             raise NoStampsError(0, "its stamps are of several kinds")
@@ -122,7 +123,7 @@ def _order(dates: Iterable[str]) -> tuple[str, str]:
     """Which of ``day`` and ``month`` comes first in dates with slashes, and what is said of it."""
     if "" in dates:
         return "day", ""
-    slashed = {tuple(map(int, text.split("/"))) for text in dates if _SLASHED.fullmatch(text)}
+    slashed = {tuple(map(int, text.split("/"))) for text in dates if text.find("/") in (1, 2)}
     day_first = any(first > 12 for first, _, _ in slashed)
     month_first = any(second > 12 for _, second, _ in slashed)
     if len(slashed) < 2:
@@ -134,10 +135,8 @@ def _order(dates: Iterable[str]) -> tuple[str, str]:
 
 
 def _day(text: str, order: str) -> int:
-    if not text:
-        return 0
-    if "day" in text:
-        return int(text.split(maxsplit=1)[0])
+    if not text or "day" in text:
+        return int((text or "0").split(maxsplit=1)[0])
     parts = [int(part) for part in re.split(r"[-./]", text)]
     year, month, day = parts if parts[0] > 31 else (parts[2], parts[1], parts[0])
     if order == "month":

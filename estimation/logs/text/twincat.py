@@ -8,20 +8,19 @@ earlier and leave their cells empty, or repeat their last time and value.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from decimal import Decimal
+from itertools import takewhile
+from typing import NamedTuple
 
 import numpy as np
 
-from axisid.estimation.tables import Column, Table, loaded_column, numbered
+from axisid.estimation.tables import Column, Samples, Table, numbered
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 
 from .dialect import Line, how_written, is_number
 
 _NAME = "Name"
-_SEPARATORS = "\t;,| "
-#: Labels that no other text has.
-_OWN = frozenset(("SampleTime[ms]", "Starttime of export"))
 #: Labels of a channel's head; others may have one of them, but not right above their numbers.
 _LABELS = frozenset(
     (
@@ -30,14 +29,9 @@ _LABELS = frozenset(
         *("ScaleFactor", "BitMask", "Unit", "Unit ScaleFactor", "Unit Offset"),
     )
 )
-_HEAD = 80  # lines in which the heads are looked for
-_FILETIME = 1e15  # beyond it a time counts units of 100 ns
-_TICK = 1e-7
-_MILLISECOND = 1e-3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Channel:
+class _Channel(NamedTuple):
     name: str
     unit: str
     value: int  # column
@@ -49,23 +43,22 @@ def is_twincat(lines: Sequence[Line]) -> bool:
     if not lines or not lines[0][1].startswith((_NAME, "File")):
         return False
     separator = lines[0][1][len(_NAME) : len(_NAME) + 1]
-    if not separator or separator not in _SEPARATORS:
+    if not separator or separator not in "\t;,| ":
         return False
-    heads = _heads([line for _, line in lines[:_HEAD]], separator)
+    heads = _heads([line for _, line in lines[:80]], separator)
     names = [cells for cells in heads if cells[0] == _NAME]
-    if not names:
-        return False
     labels = {cells[0] for cells in heads}
-    return bool(
-        labels & _OWN
+    return bool(names) and bool(
+        labels & {"SampleTime[ms]", "Starttime of export"}  # which no other text has
         or names[-1].count(_NAME) > 1
         or (len(labels & _LABELS) > 1 and heads[-1][0] in _LABELS)
     )
 
 
 def _heads(lines: Sequence[str], separator: str) -> list[list[str]]:
-    first = next((k for k, line in enumerate(lines) if _is_data(line, separator)), len(lines))
-    return [line.rstrip("\r\n").split(separator) for line in lines[:first]]
+    """The cells of the lines before the first that begins with a number."""
+    cells = (line.rstrip("\r\n").split(separator) for line in lines)
+    return [*takewhile(lambda c: not is_number(c[0].strip().replace(",", ".")), cells)]
 
 
 def read_twincat(source: str, lines: Sequence[Line]) -> Table:
@@ -93,25 +86,15 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
     body = [line for line in lines[len(heads) :] if line[1].strip() != "EOF"]
     channels = _channels(source, heads)
     comma = any("," in line for _, line in body[:200]) and separator != ","
-    times = {c.time for c in channels}
-    width = 1 + max(c.value for c in channels)
-    values = _values(source, body, separator, width, times, comma=comma)
-    clocks = {k: values[k] * _MILLISECOND for k in times}
+    values = _values(source, body, separator, channels, comma=comma)
+    clocks = {k: values[k] * 1e-3 for k in {c.time for c in channels}}
     names = numbered([c.name for c in channels])
     columns = {
-        name: _column(name, c, values, clocks[c.time])
+        name: _column(name, c, values[c.value], clocks[c.time])
         for name, c in zip(names, channels, strict=True)
     }
-    return Table(
-        source=source,
-        columns=columns,
-        notes=(f"TwinCAT Scope export, {how_written(separator, comma=comma)}",),
-    )
-
-
-def _is_data(line: str, separator: str) -> bool:
-    cell = line.split(separator, 1)[0].strip()
-    return is_number(cell) or is_number(cell, comma=True)
+    notes = (f"TwinCAT Scope export, {how_written(separator, comma=comma)}",)
+    return Table(source=source, columns=columns, notes=notes)
 
 
 def _channels(source: str, heads: list[list[str]]) -> list[_Channel]:
@@ -126,14 +109,7 @@ def _channels(source: str, heads: list[list[str]]) -> list[_Channel]:
         elif name.strip():
             attributes = {label: cells[k] for label, cells in rows.items() if k < len(cells)}
             unit = attributes.get("Unit", "").partition("(")[0].strip()
-            found.append(
-                _Channel(
-                    name=name.strip(),
-                    unit=unit,
-                    value=k,
-                    time=time,
-                )
-            )
+            found.append(_Channel(name.strip(), unit, value=k, time=time))
     if not found:
         raise DataError(f"{source}: the export of TwinCAT Scope names no channels.")
     return found
@@ -143,63 +119,51 @@ def _values(
     source: str,
     lines: Sequence[Line],
     separator: str,
-    width: int,
-    times: set[int],
+    channels: Sequence[_Channel],
     *,
     comma: bool,
 ) -> list[Array]:
     """The columns, nan where a cell is empty; times since 1601 are counted from the first."""
-    table = [_cells(source, line, separator, width, comma=comma) for line in lines]
-    try:
-        if float(table[0][0]) >= _FILETIME:
-            # 64 bits of a double are too few for such a time, not for a difference of two.
-            start = int(table[0][0])
-            for row in table:
-                for k in times:
-                    ticks = row[k] if row[k] == "nan" else int(row[k]) - start
-                    row[k] = repr(float(ticks) * _TICK / _MILLISECOND)
-        return list(np.array(table, dtype=float).T)
-    except ValueError as error:
-        raise _malformed(source, lines, table) from error
-
-
-def _cells(source: str, of: Line, separator: str, width: int, *, comma: bool) -> list[str]:
-    """Cells of a line for the channels, nan where one is empty."""
-    number, line = of
-    cells = (line.replace(",", ".") if comma else line).rstrip("\r\n").split(separator)
-    if len(cells) > width + 1 or any(cell.strip() for cell in cells[width:]):
-        raise DataError(
-            f"{source}, line {number}: more than the {width} cells that the channels need. "
-            "Export with Timelines 'All' or 'For each sampletime', separated by tab or semicolon.",
-            code="log-text",
-        )
-    cells = cells[:width] + [""] * (width - len(cells))
-    return [cell if cell.strip() else "nan" for cell in cells]
-
-
-def _malformed(source: str, lines: Sequence[Line], table: list[list[str]]) -> DataError:
-    for (number, _), cells in zip(lines, table, strict=True):
-        wrong = next((cell for cell in cells if not is_number(cell)), None)
-        if wrong is not None:
-            return DataError(
-                f"{source}, line {number}: {wrong.strip()!r} is not a number.",
+    width, times = 1 + max(c.value for c in channels), {c.time for c in channels}
+    rows: list[list[float]] = []
+    start = Decimal()
+    for number, line in lines:
+        cells = (line.replace(",", ".") if comma else line).rstrip("\r\n").split(separator)
+        if len(cells) > width + 1 or any(cell.strip() for cell in cells[width:]):
+            raise DataError(
+                f"{source}, line {number}: more than the {width} cells that the channels need. "
+                "Export with Timelines 'All' or 'For each sampletime', separated by tab or "
+                "semicolon.",
                 code="log-text",
             )
-    return DataError(f"{source}: its rows cannot be read as numbers.")
+        cells = [*(cell.strip() or "nan" for cell in cells[:width]), *["nan"] * width][:width]
+        try:
+            row = [*map(float, cells)]
+            if not rows and row[0] >= 1e15:
+                start = Decimal(cells[0])
+            if start:  # 64 bits of a double are too few for units of 100 ns, not for a difference
+                for k in times:
+                    row[k] = float(Decimal(cells[k]) - start) * 1e-7 / 1e-3
+        except ValueError as error:
+            wrong = next(cell for cell in cells if not is_number(cell))
+            raise DataError(
+                f"{source}, line {number}: {wrong!r} is not a number.", code="log-text"
+            ) from error
+        rows.append(row)
+    return list(np.array(rows).T)
 
 
-def _column(name: str, channel: _Channel, values: list[Array], clock: Array) -> Column:
+def _column(name: str, channel: _Channel, samples: Array, clock: Array) -> Column:
     """A channel with its times, without rows that it left empty or filled with its last sample.
 
     A sample that lacks its value or its time alone stays, and is told by whoever needs it.
     """
-    samples = values[channel.value]
     dropped = np.isnan(samples) & np.isnan(clock)
-    repeated = np.zeros(len(samples), dtype=bool)
-    repeated[1:] = (samples[1:] == samples[:-1]) & (clock[1:] == clock[:-1])
+    repeated = (np.diff(samples, prepend=np.nan) == 0) & (np.diff(clock, prepend=np.nan) == 0)
     dropped |= repeated
     if dropped.any():  # columns of one clock share its array
         samples, clock = samples[~dropped], clock[~dropped]
     count = np.count_nonzero(repeated)
     note = f"{name}: {count} rows that repeat its last time and value left out" if count else ""
-    return loaded_column(samples, unit=channel.unit, clock=clock, label=channel.name, note=note)
+    values = Samples(values=samples, clock=clock)
+    return Column(samples=values, unit=channel.unit, label=channel.name, note=note)

@@ -4,6 +4,11 @@ In: the columns of a `Table`, what a user and an axis say of them. Out: columns 
 Knows nothing of clocks and of what may be wrong with values.
 """
 
-from .roles import RoleColumns as RoleColumns, motion_role as motion_role
+from .roles import (
+    Mask as Mask,
+    RoleColumns as RoleColumns,
+    motion_role as motion_role,
+    role_columns as role_columns,
+)
 from .units import expected_units as expected_units, to_si as to_si
 from .written import log_content as log_content

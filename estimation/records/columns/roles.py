@@ -1,130 +1,177 @@
 """Which column of a table is which role, in SI: names from the user, the axis, or the role."""
 
-from collections.abc import Container, Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Container, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
+from typing import NamedTuple
 
-from axisid.estimation.tables import Samples, Table
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.tables import PeriodSource, Repair, Samples, Table
 from axisid.modeling.declaration import ROLES, Axis
 from axisid.support.errors import DataError, UsageError, quoted
 
 from .units import assumed_units_text, check_no_counts, to_si
 
-_MIN_NAME_SIMILARITY = 0.8  # by difflib, from which a column is proposed for a wanted one
-
-_ON_REQUEST = ("velocity", "acceleration")  # a column that only bears the name is left out
 _CLOCKS = "the file's own clocks are taken"
-_COMPARED = 1000  # columns that a name is compared with
 
 #: What an axis may be identified from, the first that is there.
 MOTION_ROLES = ("position", "velocity")
 
+Mask = NDArray[np.bool_]
 
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RoleColumns:
-    """Columns by role, in SI, with what was assumed on the way.
+    """Columns of a log by role, in SI, with what was assumed of them and done to them.
+
+    Attributes
+    ----------
+    source : str
+        The log, for messages.
+    names : mapping of str to str
+        Their names in the log.
+    samples : mapping of str to Samples
+    notes : tuple of str
+        What was assumed.
+    injected_at : str or None
+        What a test signal was added to.
+    repairs : tuple of Repair
+    masks : mapping of str to (N,) array of bool
+        Samples that are no measurements.
+    segments : tuple of (int, int)
+        Of columns of one time the first sample and the one after the last of each piece without
+        gaps; empty for one piece.
+    period : float or None
+        s, of such columns; None takes the mean step.
+    clock : PeriodSource
+        The motion's.
+    """
+
+    source: str
+    names: Mapping[str, str]
+    samples: Mapping[str, Samples]
+    notes: tuple[str, ...] = ()
+    injected_at: str | None = None
+    repairs: tuple[Repair, ...] = ()
+    masks: Mapping[str, Mask] = field(default_factory=dict)
+    segments: tuple[tuple[int, int], ...] = ()
+    period: float | None = None
+    clock: PeriodSource = field(default_factory=PeriodSource)
+
+    @property
+    def motion(self) -> Samples:
+        """Those of the position, or of the velocity of a log without one."""
+        return self.samples[motion_role(self.samples)]
+
+    def repaired(self, samples: Mapping[str, Samples], *repairs: Repair) -> "RoleColumns":
+        """Other samples of some of the columns, and what was done to them."""
+        joined = {**self.samples, **samples}
+        return replace(self, samples=joined, repairs=(*self.repairs, *repairs))
+
+
+class _Chosen(NamedTuple):
+    name: str
+    unit: str
+    by_user: bool
+
+
+def role_columns(
+    table: Table,
+    axis: Axis | None,
+    requested: dict[str, str],
+    *,
+    has_period: bool = False,
+    injected_at: str | None = None,
+) -> RoleColumns:
+    """The columns of a table that have a role.
 
     Of the columns that only the axis declares, the time may be missing where the period is given or
     the file has clocks of its own, the reference, a test signal, velocity and acceleration always,
     the position where there is a velocity, and the control where there is a force. The signals that
     the axis declares may not.
     """
-
-    def __init__(
-        self,
-        table: Table,
-        axis: Axis | None,
-        requested: dict[str, str],
-        *,
-        has_period: bool = False,
-        injected_at: str | None = None,
-    ) -> None:
-        self.injected_at = injected_at or ("" if axis is None else axis.injected_at) or None
-        self.names: dict[str, str] = {}
-        self.samples: dict[str, Samples] = {}
-        notes: list[str] = []
-        without_unit: dict[str, str] = {}
-        chosen, without = _choose(table, axis, requested, has_period=has_period)
-        notes += self._placed(table.source, chosen, requested, axis, has_place=bool(injected_at))
-        for role, (name, unit, by_user) in chosen.items():
-            column = table.columns[name]
-            samples = column.read()
-            values, note = samples.values, ""
-            if unit or column.unit:
-                values, note = to_si(
-                    role,
-                    values,
-                    unit or column.unit,
-                    axis,
-                    requested=by_user and bool(unit),
-                    source=table.source,
-                    own=column.unit if unit else None,
-                    injected_at=self.injected_at,
-                )
-            else:
-                check_no_counts(role, name, values, axis, source=table.source)
-                without_unit[role] = name
-            self.names[role] = name
-            self.samples[role] = replace(samples, values=values)
-            notes += [said for said in (column.note, note) if said and said not in notes]
-        if said := self._own_clocks(requested):
-            notes.append(said)
+    place = injected_at or ("" if axis is None else axis.injected_at) or None
+    chosen, without = _choose(table, axis, requested, has_period=has_period)
+    notes = _placed(table.source, chosen, axis, place, has_place=bool(injected_at))
+    names, samples, without_unit = {}, {}, {}
+    for role, (name, unit, by_user) in chosen.items():
+        column, said = table.columns[name], ""
+        own = column.read()
+        values = own.values
+        if unit or column.unit:
+            values, said = to_si(
+                role,
+                values,
+                unit or column.unit,
+                axis,
+                requested=by_user and bool(unit),
+                source=table.source,
+                own=column.unit if unit else None,
+                injected_at=place,
+            )
+        else:
+            check_no_counts(role, name, values, axis, source=table.source)
+            without_unit[role] = name
+        names[role], samples[role] = name, replace(own, values=values)
+        notes += [note for note in (column.note, said) if note and note not in notes]
+    if "time" in samples and "time" not in requested:
+        others = {role: s for role, s in samples.items() if role != "time"}
+        moving, there = motion_role(others), len(samples["time"].values)
+        # A time of another group of channels than the others, which have clocks of their own.
+        if _has_clocks(others.values()) and there != len(others[moving].values):
+            notes.append(
+                f"the column {names.pop('time')!r} has {there} rows, the {moving} "
+                f"{len(others[moving].values)}: {_CLOCKS} in its place"
+            )
+            samples = others
             without_unit.pop("time", None)
-        taken = assumed_units_text(without_unit, axis, injected_at=self.injected_at)
-        self.notes = (*table.warnings, *table.notes, *notes, *([taken] if taken else []), *without)
+    taken = assumed_units_text(without_unit, axis, injected_at=place)
+    return RoleColumns(
+        source=table.source,
+        names=names,
+        samples=samples,
+        notes=(*table.warnings, *table.notes, *notes, *([taken] if taken else []), *without),
+        injected_at=place,
+        repairs=table.repairs,
+    )
 
-    def _placed(
-        self,
-        source: str,
-        chosen: dict[str, tuple[str, str, bool]],
-        requested: Mapping[str, str],
-        axis: Axis | None,
-        *,
-        has_place: bool,
-    ) -> list[str]:
-        """What is said of where the test signal enters; without a place it is not taken.
 
-        Raises
-        ------
-        UsageError
-            It was named and nothing says where it enters, or the other way round.
-        """
-        if "injected" not in chosen:
-            if has_place:
-                raise UsageError(
-                    f"{source}: no column is the test signal that is added to the "
-                    f"{self.injected_at}; name it with {_to_name(['injected'])}.",
-                    code="test-signal",
-                )
-            return []
-        name = chosen["injected"][0]
-        if self.injected_at:
-            return [f"{name!r} was added to the {self.injected_at}"]
-        if "injected" in requested or (axis is not None and "injected" in axis.columns):
+def _placed(
+    source: str,
+    chosen: dict[str, _Chosen],
+    axis: Axis | None,
+    place: str | None,
+    *,
+    has_place: bool,
+) -> list[str]:
+    """What is said of where the test signal enters; without a place it is not taken.
+
+    Raises
+    ------
+    UsageError
+        It was named and nothing says where it enters, or the other way round.
+    """
+    if "injected" not in chosen:
+        if has_place:
             raise UsageError(
-                f"{source}: {name!r} is a test signal, but nothing says what it was added to; add "
-                'injected_at = "control" or injected_at = "reference" in run.toml.',
+                f"{source}: no column is the test signal that is added to the {place}; name it "
+                f"with {_to_name(['injected'])}.",
                 code="test-signal",
             )
-        del chosen["injected"]
-        return [f"{name!r} is left out, since nothing says whether it was added to the control"]
-
-    def _own_clocks(self, requested: Mapping[str, str]) -> str:
-        """Leave out a time column that no user named and that is of another group than the others.
-
-        Where the file has clocks of its own they serve. What is said of it; empty where it stays.
-        """
-        others = {role: s for role, s in self.samples.items() if role != "time"}
-        if "time" in requested or "time" not in self.samples or not _has_clocks(others.values()):
-            return ""
-        moving = motion_role(others)
-        there, needed = len(self.samples["time"].values), len(others[moving].values)
-        if there == needed:
-            return ""
-        name = self.names.pop("time")
-        del self.samples["time"]
-        return (
-            f"the column {name!r} has {there} rows, the {moving} {needed}: {_CLOCKS} in its place"
+        return []
+    name, _, by_user = chosen["injected"]
+    if place:
+        return [f"{name!r} was added to the {place}"]
+    if by_user or (axis is not None and "injected" in axis.columns):
+        raise UsageError(
+            f"{source}: {name!r} is a test signal, but nothing says what it was added to; add "
+            'injected_at = "control" or injected_at = "reference" in run.toml.',
+            code="test-signal",
         )
+    del chosen["injected"]
+    return [f"{name!r} is left out, since nothing says whether it was added to the control"]
 
 
 def _has_clocks(columns: Iterable[Samples]) -> bool:
@@ -133,31 +180,51 @@ def _has_clocks(columns: Iterable[Samples]) -> bool:
 
 def _choose(
     table: Table, axis: Axis | None, requested: dict[str, str], *, has_period: bool
-) -> tuple[dict[str, tuple[str, str, bool]], tuple[str, ...]]:
-    """Column, unit if one is given, and whether the user named it, by role; and what is missing."""
+) -> tuple[dict[str, _Chosen], tuple[str, ...]]:
+    """The columns by role, and what is said of those that are missing."""
     roles = ROLES if axis is None else axis.roles
-    _check_requested(requested, roles)
-    declared = dict(axis.columns) if axis is not None else {}
-    asked = {*requested, *declared}
-    chosen: dict[str, tuple[str, str, bool]] = {}
+    for role, wanted in requested.items():
+        if role not in roles:
+            raise UsageError(
+                f"{role!r} is no role of a column; the roles are {', '.join(roles)}.",
+                code="columns",
+            )
+        if not isinstance(wanted, str):
+            raise UsageError(
+                f"the column for the {role} is {quoted(wanted)}; give its name, or a Column.",
+                code="columns",
+            )
+    asked = {**({} if axis is None else axis.columns), **requested}
+    chosen: dict[str, _Chosen] = {}
     missing: dict[str, str] = {}
     for role in roles:
-        wanted = requested.get(role) or declared.get(role) or role
+        wanted = str(asked.get(role) or role)
         name, unit = table.find(wanted), ""
         if name is None and ":" in wanted:
             head, _, unit = wanted.rpartition(":")
             name = table.find(head.strip())
             wanted = head if name is None else wanted
         if name is not None:
-            chosen[role] = (name, unit.strip(), role in requested)
+            chosen[role] = _Chosen(name, unit.strip(), role in requested)
         elif role in asked or role == "position" or role not in ROLES:
             missing[role] = wanted
     # What only bears the name of a measured derivative is none.
     unasked = [
-        f"the column {chosen.pop(role)[0]!r} is left out, as nobody named it as the measured {role}"
-        for role in _ON_REQUEST
+        f"the column {chosen.pop(role).name!r} is left out, as nobody named it as the measured "
+        f"{role}"
+        for role in ("velocity", "acceleration")
         if role in chosen and role not in asked
     ]
+    _check_chosen(table, chosen)
+    without = _without(table, missing, chosen, has_period=has_period)
+    if any(role in requested or role not in without for role in missing):
+        raise _lacking(table, chosen, missing)
+    return chosen, (*without.values(), *unasked)
+
+
+def _check_chosen(table: Table, chosen: Mapping[str, _Chosen]) -> None:
+    """Refuse columns without numbers, and one for two roles."""
+    roles: dict[str, str] = {}
     for role, (name, *_) in chosen.items():
         if holds := table.columns[name].holds:
             raise DataError(
@@ -165,24 +232,10 @@ def _choose(
                 f"real numbers, or of time stamps, with {_to_name([role])}.",
                 code="columns",
             )
-    without = _without(table, missing, chosen, has_period=has_period)
-    if any(role in requested or role not in without for role in missing):
-        raise _lacking(table, chosen, missing)
-    _check_apart(table, chosen)
-    return chosen, (*without.values(), *unasked)
-
-
-def _check_requested(requested: Mapping[str, object], roles: Sequence[str]) -> None:
-    """Refuse roles that there are not, and columns that are no text."""
-    for role, column in requested.items():
-        if role not in roles:
-            raise UsageError(
-                f"{role!r} is no role of a column; the roles are {', '.join(roles)}.",
-                code="columns",
-            )
-        if not isinstance(column, str):
-            raise UsageError(
-                f"the column for the {role} is {quoted(column)}; give its name, or a Column.",
+        if roles.setdefault(name, role) != role:
+            raise DataError(
+                f"{table.source}: the column {name!r} is taken for the {roles[name]} and for the "
+                f"{role}; name another for one of them, with {_to_name([role])}.",
                 code="columns",
             )
 
@@ -190,7 +243,7 @@ def _check_requested(requested: Mapping[str, object], roles: Sequence[str]) -> N
 def _without(
     table: Table,
     missing: dict[str, str],
-    chosen: dict[str, tuple[str, str, bool]],
+    chosen: Mapping[str, _Chosen],
     *,
     has_period: bool,
 ) -> dict[str, str]:
@@ -222,12 +275,12 @@ def _lacking(table: Table, chosen: Mapping[str, object], missing: dict[str, str]
     """The error of all columns that are not found, with those that may be meant."""
     wanted = ", ".join(f"{name!r} for the {role}" for role, name in missing.items())
     several = [alike for name in missing.values() if len(alike := table.alike(name)) > 1]
-    close = dict.fromkeys(near for name in missing.values() for near in _near(table, name))
-    hint = ""
+    names = {name.casefold(): name for name in list(table.columns)[:1000]}
+    close = [get_close_matches(name.casefold(), names, 1, 0.8) for name in missing.values()]
+    meant = " or ".join(repr(names[near]) for found in close for near in found)
+    hint = f" Did you mean {meant}?" if meant else ""
     if several:
         hint = " One name has several columns: " + "; ".join(map(", ".join, several)) + "."
-    elif close:
-        hint = f" Did you mean {' or '.join(map(repr, close))}?"
     usual = ("time", "reference", "control") if "position" in missing else ()
     named = [*missing, *(role for role in usual if role not in chosen and role not in missing)]
     advice = table.missing or f"Name the columns with {_to_name(named)}."
@@ -239,28 +292,6 @@ def _lacking(table: Table, chosen: Mapping[str, object], missing: dict[str, str]
 
 def _to_name(roles: Iterable[str]) -> str:
     return f"columns {','.join(f'{role}=NAME' for role in roles)}"
-
-
-def _near(table: Table, wanted: str) -> list[str]:
-    """Columns whose names are nearly the one that is wanted."""
-    names = {name.casefold(): name for name in list(table.columns)[:_COMPARED]}
-    plain = wanted.casefold()
-    close = get_close_matches(plain, names, n=2, cutoff=_MIN_NAME_SIMILARITY)
-    close += [name for name in names if name.startswith((f"{plain} ", f"{plain}["))]
-    return [names[name] for name in close]
-
-
-def _check_apart(table: Table, chosen: dict[str, tuple[str, str, bool]]) -> None:
-    """One column cannot be two things."""
-    roles: dict[str, str] = {}
-    for role, (name, *_) in chosen.items():
-        if name in roles:
-            raise DataError(
-                f"{table.source}: the column {name!r} is taken for the {roles[name]} and for the "
-                f"{role}; name another for one of them, with {_to_name([role])}.",
-                code="columns",
-            )
-        roles[name] = role
 
 
 def motion_role(roles: Container[str]) -> str:

@@ -24,19 +24,17 @@ import numpy as np
 
 from axisid.estimation.tables import COUNTS, LABEL_WITH_UNIT, Quantity, exact_unit, is_unit
 from axisid.modeling.declaration import ROLES, Axis
-from axisid.modeling.quantities import Unit, angle_power, parse_unit
+from axisid.modeling.quantities import angle_power, parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,2}(?!\d))?")
 #: What scales or moves, before a number; ``**2`` and ``^-2`` are of a unit.
 _OPERATOR = re.compile(r"(?<![*^])(?:[*/](?!\*)(?=\s*[+-]?\.?\d)|[+-](?=\s*\.?\d))")
 _FACTOR = re.compile(rf"([*/+-])\s*({_NUMBER.pattern})((?:(?!{_OPERATOR.pattern}).)*)", re.DOTALL)
 _LAST = re.compile(r"[*/+-]\s*\Z")
 _NO_NUMBER = re.compile(r"[*/+-]\s*(-?(?:nan|inf(?:inity)?))\b", re.IGNORECASE)
 _LARGEST = Fraction(10) ** 300
-_LONGEST = 200
-_ONE = Quantity(Fraction(1))
 
 
 class ScalingError(ValueError):
@@ -97,17 +95,13 @@ def read_scaling(text: str, own: str = "") -> Scaling:
 
 
 def _check_numbers(text: str) -> None:
-    """Refuse what stands for a number and is none, or is one of absurd size."""
+    """Refuse what stands for a number and is none, or a text of absurd size."""
     if found := _NO_NUMBER.search(text):
         raise ScalingError(f"{found[1]!r} is no number to scale by")
     if found := _LAST.search(text):
         raise ScalingError(f"a number is missing after {found[0].strip()!r}")
-    if len(text) > _LONGEST:
-        raise ScalingError(f"it has more than {_LONGEST} letters")
-    for number in _NUMBER.findall(text):
-        is_zero = not number.lower().partition("e")[0].strip("+-0.")
-        if not (is_zero or 1 / _LARGEST < abs(float(number)) < _LARGEST):
-            raise ScalingError(f"{number!r} is beyond any scale")
+    if len(text) > 200:
+        raise ScalingError("it has more than 200 letters")
 
 
 def _quantity(value: Fraction, unit: str) -> Quantity:
@@ -133,16 +127,12 @@ def _offset(quantity: Quantity, of: Quantity, base: Quantity) -> Quantity:
         return of * replace(quantity, is_count=False)
     if quantity.unit is None:
         raise ScalingError("an offset needs its unit, as in +0.2deg")
-    unit = of.unit or parse_unit("1")
-    for known, angle, scale in ((unit, of.angle, _ONE), (base.unit, base.angle, of / base)):
+    unit, one = of.unit or parse_unit("1"), Quantity(Fraction(1))
+    for known, angle, scale in ((unit, of.angle, one), (base.unit, base.angle, of / base)):
         if known is not None and quantity.unit.same_dimension(known) and quantity.angle == angle:
             return scale * quantity
     raise ScalingError(f"an offset in {quantity.unit} does not add to {unit}")
 
-
-# different whole numbers: metres or radians are whole by chance in no log, fewer are a test of a
-# few rows
-_MIN_COUNTS = 10
 
 #: Of the roles that are no length or angle, where no axis says more.
 _UNITS: dict[str, tuple[str, ...]] = {
@@ -153,15 +143,15 @@ _UNITS: dict[str, tuple[str, ...]] = {
 }
 
 
-#: Scalings that give a unit.
+#: Scalings that give a unit of motion.
 _EXAMPLES = {
     "m": "counts*5mm/4096",
+    "rad": "counts*360deg/4096/50+0.2deg",
     "m/s": "rpm*5mm/rev",
     "m/s^2": "rev/s^2*5mm/rev",
     "rad/s": "rpm*1/50",
     "rad/s^2": "rev/s^2*1/50",
 }
-_SAY_COUNTS = "say what one of these counts is, as in NAME:counts*360deg/4096. Else "
 
 
 def expected_units(role: str, axis: Axis | None, injected_at: str | None = None) -> tuple[str, ...]:
@@ -225,37 +215,38 @@ def to_si(
         cannot be read, or does not say what one count is.
     """
     wanted = expected_units(role, axis, injected_at)
-    scaling, wrong = None, UsageError if requested else DataError
-    if own is not None and is_scaling(text):
-        scaling = _scaling(role, text, own, source, wanted)
-        of, wrong = scaling.of, UsageError
-        has = f"is given as {text!r}, which is {of.unit}"
-    else:
-        known, has = exact_unit(text), f"has the unit {text!r}"
-        if known is None:
-            raise wrong(
-                f"{source}: the {role} {has}, which is not known; "
-                f"{_SAY_COUNTS if text.lower() in COUNTS else ''}give the unit that it is in with "
-                f"columns {role}=NAME:UNIT (mm, deg, rev, ms, mA, Ncm, ...), or "
-                f"NAME:{(wanted or ('V',))[0]} where it is SI.",
-                code="units",
-            )
-        of = known
+    scaled = own is not None and is_scaling(text)
+    wrong = UsageError if requested or scaled else DataError
+    try:
+        if scaled:
+            scaling = read_scaling(text, own if own and is_unit(own) else "")
+        else:
+            scaling = Scaling(exact_unit(text) or _quantity(Fraction(1), text))
+        of = scaling.of
+        if of.unit is None and (of.is_count or not scaled):
+            raise ScalingError("it does not say what one count is")
+    except ScalingError as error:
+        raise wrong(
+            f"{source}: the {role} is given as {text!r}: {error}; say what one is, as in columns "
+            f"{role}=NAME:{_example(wanted)}, or the unit that it is in ({role}=NAME:UNIT; mm, "
+            f"deg, rev, ms, mA, Ncm, ...), which is {(wanted or ('V',))[0]} where it is SI.",
+            code="units",
+        ) from error
     same = [
         unit for unit in wanted if of.unit is not None and of.unit.same_dimension(parse_unit(unit))
     ]
     if of.unit is not None and wanted and not same:
         of_axis = f" of axis {axis.name!r}" if axis is not None else ""
         raise wrong(
-            f"{source}: the {role} {has}, but the {role}{of_axis} is measured in "
-            f"{' or '.join(wanted)}. "
-            f"Check the column, or give its unit with columns {role}=NAME:UNIT.",
+            f"{source}: the {role} is given as {text!r}, which is {of.unit}, but the "
+            f"{role}{of_axis} is measured in {' or '.join(wanted)}. Check the column, or give its "
+            f"unit with columns {role}=NAME:UNIT.",
             code="units",
         )
     factor = float(of)
-    if scaling is None:
+    if not scaled:
         return (values, "") if factor == 1.0 else (values * factor, f"{role}: {text} -> {of.unit}")
-    _check_angle(role, text, of, wanted, source)
+    _check_angle(role, text, of, same, source)
     unit = same[0] if same else of.unit or (wanted[0] if len(wanted) == 1 else "SI")
     said = f"{role}: {text}, {factor:.9g} {unit} each"
     if scaling.offset is None:
@@ -265,50 +256,27 @@ def to_si(
     return values * factor + offset, said
 
 
-def _scaling(role: str, text: str, own: str, source: str, wanted: Sequence[str]) -> Scaling:
-    """What a scaling says, which has to say what one count is."""
-    try:
-        scaling = read_scaling(text, own if is_unit(own) else "")
-        if scaling.of.is_count and scaling.of.unit is None:
-            raise ScalingError("it does not say what one count is")
-    except ScalingError as error:
-        raise UsageError(
-            f"{source}: the {role} is given as {text!r}: {error}; write it as in columns "
-            f"{role}=NAME:{_example(wanted)}.",
-            code="units",
-        ) from error
-    return scaling
-
-
 def _example(wanted: Sequence[str]) -> str:
-    return _EXAMPLES.get(next(iter(wanted), ""), "counts*360deg/4096/50+0.2deg")
+    return _EXAMPLES.get(next(iter(wanted), ""), _EXAMPLES["rad"])
 
 
-def _check_angle(role: str, text: str, of: Quantity, wanted: Sequence[str], source: str) -> None:
+def _check_angle(role: str, text: str, of: Quantity, same: Sequence[str], source: str) -> None:
     """Refuse a length that is still one times an angle, and an angle that nothing says is one.
 
     SI counts angles as numbers, so that ``rpm*5mm`` is a speed to it: by 2 pi another than that of
     a screw of 5 mm a turn.
     """
-    if of.unit is None:
+    motions = {unit: angle_power(parse_unit(unit)) for unit in same if unit in _EXAMPLES}
+    if not motions or of.angle in motions.values():
         return
-    units = [parse_unit(unit) for unit in wanted]
-    motions = [unit for unit in units if of.unit.same_dimension(unit) and _is_of_motion(unit)]
-    if not motions or any(angle_power(unit) == of.angle for unit in motions):
-        return
-    times = "times" if of.angle > angle_power(motions[0]) else "over"
+    unit, power = next(iter(motions.items()))
+    times = "times" if of.angle > power else "over"
     raise UsageError(
-        f"{source}: the {role} is given as {text!r}, which is {motions[0]} {times} an angle; say "
+        f"{source}: the {role} is given as {text!r}, which is {unit} {times} an angle; say "
         "what length belongs to what angle, as in rpm*5mm/rev or counts*1rev/4096*5mm/rev for a "
         "screw, *5mm/rad for a radius, mm/5mm*1rev for an angle.",
         code="units",
     )
-
-
-def _is_of_motion(unit: Unit) -> bool:
-    """Whether a unit is of length or angle and time alone, such as m/s; a plain number is not."""
-    mass, length, _, current, heat = unit.exponents
-    return not (mass or current or heat) and bool(length or angle_power(unit))
 
 
 def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, source: str) -> None:
@@ -320,9 +288,9 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
         They are.
     """
     finite = values[np.isfinite(values)]
-    if role not in ("position", "reference") or np.any(finite != np.round(finite)):
-        return
-    if len(np.unique(finite)) < _MIN_COUNTS:
+    whole = role in ("position", "reference") and np.all(finite == np.round(finite))
+    # Ten metres or radians are whole by chance in no log; fewer are a test of a few rows.
+    if not whole or len(np.unique(finite)) < 10:
         return
     unit = (axis.coordinate.unit if axis is not None else "") or "rad"
     raise DataError(
@@ -343,9 +311,9 @@ def assumed_units_text(
     named = []
     for role, name in roles.items():
         wanted = expected_units(role, axis, injected_at)
-        unit = " or ".join(wanted) if wanted else "as the drive has it"
+        unit = " or ".join(wanted) or "as the drive has it"
         label = LABEL_WITH_UNIT.fullmatch(name)
-        passed = label[4] if label is not None else None
-        unknown = passed and not passed.isdecimal()
-        named.append(f"{role} {unit}" + (f" ({passed!r} is no unit known)" if unknown else ""))
+        if label and label[4] and not label[4].isdecimal():
+            unit += f" ({label[4]!r} is no unit known)"
+        named.append(f"{role} {unit}")
     return f"no unit given, so SI: {', '.join(named)}"

@@ -1,8 +1,9 @@
 """Columns by role as a log has them: under the axis's heads, in its units, whole as a file."""
 
 import json
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,14 +20,12 @@ from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError
 
-from .roles import RoleColumns
+from .roles import role_columns
 from .units import expected_units, is_scaling
 
-Units = Sequence[tuple[str, str]]  # names and units of columns
-
 _PROBED = np.array([1.0, 2.0, 6.0])  # what is read of them tells a column's scale and offset
-_WHOLE = 1e-6  # of a count: what arithmetic leaves
-_WITHOUT_UNIT = ("", "1")
+#: Of the formats that a log is written in.
+LOG_ENDINGS = (".csv", ".parquet", ".npz")
 
 
 def log_content(
@@ -42,7 +41,7 @@ def log_content(
     mark, about : str
         What the file says it is, and of what.
     file : Path
-        Its ending tells how it is written, see `LOG_FORMATS`.
+        Its ending tells how it is written, see `LOG_ENDINGS`.
 
     Raises
     ------
@@ -53,37 +52,39 @@ def log_content(
     DataError
         The file is Parquet and pyarrow is not installed.
     """
-    if file.suffix not in LOG_FORMATS:
+    if file.suffix not in LOG_ENDINGS:
         raise UsageError(
-            f"{file}: a log is written to {', '.join(LOG_FORMATS)}; give a name with one of these "
+            f"{file}: a log is written to {', '.join(LOG_ENDINGS)}; give a name with one of these "
             "endings.",
             code="twin",
         )
-    columns = _log_columns(channels, axis)
-    units = _units(columns, {str(declared) for declared in axis.columns.values()})
-    return LOG_FORMATS[file.suffix](columns, units, f"{mark} {' '.join(about.split())}", file)
-
-
-def _log_columns(channels: Mapping[str, Array], axis: Axis) -> dict[str, Array]:
-    """The columns of a log by their heads, as the axis names them and in its units."""
     heads = {role: _head(role, axis) for role in channels}
     scales = _scales(heads, axis)
-    return {heads[role]: _as_logged(values, *scales[role]) for role, values in channels.items()}
+    columns = {heads[role]: _as_logged(v, *scales[role]) for role, v in channels.items()}
+    if file.suffix == ".csv":
+        return _csv(columns, f"{mark} {' '.join(about.split())}", file)
+    # Files that have names and units; a name with its unit as declared.
+    split = zip(columns, split_labels([*columns]), strict=True)
+    declared = {str(column) for column in axis.columns.values()}
+    units = {head if head in declared else name: unit for head, (name, unit) in split}
+    named: dict[str, Any] = dict(zip(units, columns.values(), strict=True))
+    said = {"axisid": mark, "about": " ".join(about.split())}
+    if file.suffix == ".parquet":
+        return parquet_bytes(named, units, said, file)
+    return npz_bytes({**named, UNITS_ENTRY: json.dumps(units), "axisid": " ".join(said.values())})
 
 
 def _head(role: str, axis: Axis) -> str:
     """Name and unit, such as ``position [m]``."""
     declared = str(axis.columns.get(role, role))
-    name, colon, meaning = declared.rpartition(":")
-    told = meaning.strip()
-    if colon and is_scaling(told):
-        return name.strip()
-    if colon and is_unit(told):
-        return f"{name.strip()} [{told}]"
-    if split_labels([declared])[0][1]:
-        return declared
+    name, colon, meaning = (part.strip() for part in declared.rpartition(":"))
+    if colon and is_scaling(meaning):
+        return name
+    if colon and is_unit(meaning):
+        return f"{name} [{meaning}]"
     (unit,) = expected_units(role, axis) or ("",)
-    return declared if unit in _WITHOUT_UNIT else f"{declared} [{unit}]"
+    has_unit = split_labels([declared])[0][1] or unit in ("", "1")
+    return declared if has_unit else f"{declared} [{unit}]"
 
 
 def _scales(heads: Mapping[str, str], axis: Axis) -> dict[str, tuple[float, float]]:
@@ -92,7 +93,7 @@ def _scales(heads: Mapping[str, str], axis: Axis) -> dict[str, tuple[float, floa
     for (name, unit), head in zip(split_labels([*heads.values()]), heads.values(), strict=True):
         found.add(name, _PROBED, unit=unit, label=head)
     try:
-        read = RoleColumns(found.table("a log"), axis, {}).samples
+        read = role_columns(found.table("a log"), axis, {}).samples
     except AxisidError:
         read = {}
     # A number is of a place in a log, and a head that begins as a comment does may be taken as one.
@@ -104,12 +105,12 @@ def _scales(heads: Mapping[str, str], axis: Axis) -> dict[str, tuple[float, floa
             "have; declare them by their names and units.",
             code="twin",
         )
-    return {role: _scale(read[role].values) if role in read else (1.0, 0.0) for role in heads}
-
-
-def _scale(read: Array) -> tuple[float, float]:
-    factor = float((read[-1] - read[0]) / (_PROBED[-1] - _PROBED[0]))
-    return factor, float(read[0] - factor * _PROBED[0])
+    scales = {}
+    for role in heads:
+        values = read[role].values if role in read else _PROBED
+        factor = float((values[-1] - values[0]) / (_PROBED[-1] - _PROBED[0]))
+        scales[role] = factor, float(values[0] - factor * _PROBED[0])
+    return scales
 
 
 def _as_logged(values: Array, factor: float, offset: float) -> Array:
@@ -117,16 +118,11 @@ def _as_logged(values: Array, factor: float, offset: float) -> Array:
         return values
     raw = (values - offset) / factor
     whole = np.rint(raw)
-    return whole if np.all(np.abs(raw - whole) < _WHOLE) else raw
+    # Of a count, arithmetic leaves less than a millionth.
+    return whole if np.all(np.abs(raw - whole) < 1e-6) else raw
 
 
-def _units(columns: Mapping[str, Array], declared: Container[str]) -> list[tuple[str, str]]:
-    """Names and units of columns for files that have both; a name with its unit as declared."""
-    split = zip(columns, split_labels([*columns]), strict=True)
-    return [(head if head in declared else name, unit) for head, (name, unit) in split]
-
-
-def _csv(columns: Mapping[str, Array], _: Units, about: str, file: Path) -> str:
+def _csv(columns: Mapping[str, Array], about: str, file: Path) -> str:
     # Readers take quotes as they stand, and a line of numbers for no heads.
     if any(set(head) & set(',"\r\n') for head in columns) or all(
         is_number(name) for name, _ in split_labels([*columns])
@@ -139,23 +135,3 @@ def _csv(columns: Mapping[str, Array], _: Units, about: str, file: Path) -> str:
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
     lines = (",".join(map(repr, row)) for row in rows)
     return "\n".join([f"# {about}", ",".join(columns), *lines, ""])
-
-
-def _parquet(columns: Mapping[str, Array], units: Units, about: str, file: Path) -> bytes:
-    named = {name: values for (name, _), values in zip(units, columns.values(), strict=True)}
-    mark, _, said = about.partition(" ")
-    return parquet_bytes(named, dict(units), {"axisid": mark, "about": said}, file)
-
-
-def _npz(columns: Mapping[str, Array], units: Units, about: str, _: Path) -> bytes:
-    named = zip(units, columns.values(), strict=True)
-    arrays = {name: values for (name, _), values in named}
-    return npz_bytes({**arrays, UNITS_ENTRY: json.dumps(dict(units)), "axisid": about})
-
-
-#: How a log is written, by the ending of its name.
-LOG_FORMATS: Mapping[str, Callable[[Mapping[str, Array], Units, str, Path], str | bytes]] = {
-    ".csv": _csv,
-    ".parquet": _parquet,
-    ".npz": _npz,
-}

@@ -106,19 +106,18 @@ def _declared(parameter: Parameter, v: Value) -> str:
     """A parameter of a declaration; a bound that the estimate breaks would be refused."""
     nominal = v.corrected
     fields = {"unit": _text(parameter.unit), "nominal": repr(nominal)}
-    broken = []
+    said = ""
     for bound, limit, kept in (
         ("lower", parameter.lower, parameter.lower <= nominal),
         ("upper", parameter.upper, nominal <= parameter.upper),
     ):
-        if math.isfinite(limit) and kept:
+        if not kept:
+            said = f"  # outside its bound {bound} = {limit!r}"
+        elif math.isfinite(limit):
             fields[bound] = repr(limit)
-        elif not kept:
-            broken.append(f"{bound} = {limit!r}")
     if parameter.description:
         fields["description"] = _text(parameter.description)
     listed = ", ".join(f"{key} = {value}" for key, value in fields.items())
-    said = f"  # outside its bound {broken[0]}" if broken else ""
     return f"{parameter.name} = {{ {listed} }}{said}"
 
 
@@ -143,29 +142,24 @@ def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
     for name, value in estimates[0].items():
         cells = [f"${symbol_latex(name)}$", f"${unit_latex(value.unit)}$"]
         cells += [
-            f"${with_deviation(estimate[name])}$" if name in estimate else "--"
+            f"${scaled(estimate[name], estimate[name].value, estimate[name].deviation)}$"
+            if name in estimate
+            else "--"
             for estimate in estimates
         ]
         lines.append(" & ".join(cells) + r" \\")
         found = [estimate.get(name) for estimate in estimates]
         if any(v is not None and v.is_shifted for v in found):
-            centres = (f"${_scaled(v, v.corrected)}$" if v is not None else "--" for v in found)
+            centres = (f"${scaled(v, v.corrected)}$" if v is not None else "--" for v in found)
             lines.append(" & ".join([rf"\quad {CORRECTED}", "", *centres]) + r" \\")
     return "\n".join([*lines, r"\hline", r"\end{tabular}"]) + "\n"
 
 
-def with_deviation(value: Value) -> str:
-    r"""``95.17 \pm 0.24``: two digits of the deviation, a power of ten for the very large or small.
+def scaled(value: Value, *figures: float) -> str:
+    r"""Figures of a value, with two digits of its deviation, as ``95.17 \pm 0.24``.
 
-    Parameters
-    ----------
-    value : Value
+    The very large or small have a power of ten.
     """
-    return _scaled(value, value.value, value.deviation)
-
-
-def _scaled(value: Value, *figures: float) -> str:
-    """Figures of a value, with its digits and its power of ten."""
     size, power = max(abs(value.value), value.deviation), 0
     if size and not _PLAIN[0] <= size < _PLAIN[1]:
         power = max(math.floor(math.log10(size)), _LEAST_POWER)

@@ -1,7 +1,7 @@
 """Many logs, one by one or side by side; what is wrong with all of them is refused once."""
 
 import math
-from collections.abc import Callable, Container, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from functools import partial
@@ -139,7 +139,7 @@ def fleet(
     _check_names(read_record, settings.reading, taken=("log", "axis"))
     requested_methods(settings.identifying.get("methods"))
     if len({item.axis for item in items}) == 1:
-        settings.generated(items[0])  # what is wrong with the axis of all is refused at once
+        settings.built(items[0])  # what is wrong with the axis of all is refused at once
     named = [Named(name=n, item=i) for n, i in zip(result_names(items), items, strict=True)]
     ledger = read_ledger(Path(settings.folder))
     before = ledger.rows if resume else {}
@@ -203,10 +203,13 @@ def _work(
 
     The options are `trusted` where a log was done with them before.
     """
-    function = partial(identify_log, settings)
-    with kept_if_filled(Path(settings.folder)), closing(_rows(function, todo, **how)) as made:
-        told = partial(checked, total=len(todo), again=partial(result_of, settings))
-        rows = (row for _, row in made) if trusted else told(made)
+    made = run_jobs(
+        partial(identify_log, settings), todo, total=len(todo), said="identifying logs", **how
+    )
+    with kept_if_filled(Path(settings.folder)), closing(made):
+        told = ((todo[place].item, _row_of(todo[place], found)) for place, found in made)
+        again = partial(result_of, settings)
+        rows = (row for _, row in told) if trusted else checked(told, len(todo), again)
         first = list(islice(rows, 1))  # what is refused leaves the ledger as it is
         with ledger_of(Path(settings.folder), anew=not resume) as ledger:
             for row in moved:
@@ -220,18 +223,11 @@ def _work(
                 yield row
 
 
-def _rows(
-    function: Callable[[Named], FleetRow], todo: Sequence[Named], **how: Any
-) -> Generator[tuple[FleetItem, FleetRow], None, None]:
-    """Items with what became of them, as they end."""
-    for place, made in run_jobs(function, todo, total=len(todo), said="identifying logs", **how):
-        named = todo[place]
-        if not isinstance(made, Failure):
-            yield named.item, made
-        else:
-            code = "internal" if made.kind == "error" else made.kind
-            row = named.row(status="failed", reason=f"{made.reason}.", code=code)
-            yield named.item, row
+def _row_of(named: Named, made: FleetRow | Failure) -> FleetRow:
+    if not isinstance(made, Failure):
+        return made
+    code = "internal" if made.kind == "error" else made.kind
+    return named.row(status="failed", reason=f"{made.reason}.", code=code)
 
 
 def _finished(
@@ -313,33 +309,26 @@ def checked(
     held: list[tuple[FleetItem, FleetRow]] = []
     for item, row in rows:
         held.append((item, row))
-        said = {(i.axis, tuple(i.columns.items()), r.code, _reason(r)) for i, r in held}
+        reasons = [r.reason.replace(r.log, "").replace(Path(r.log).name, "") for _, r in held]
+        said = {
+            (i.axis, tuple(i.columns.items()), r.code, reason)
+            for (i, r), reason in zip(held, reasons, strict=True)
+        }
         if len(said) > 1 or row.code in _UNTOLD:
             break
         if len(held) in (total, _LOOKED_AT):
+            every = len(held) == total
             try:
                 again(held[0][0])
-            except (UsageError, ModelError) as error:
-                raise _of_all(error, len(held), total) from error
-            except DataError as error:
-                if error.code in _OF_COLUMNS and len(held) == total:
-                    raise _of_all(error, len(held), total) from error
-                if error.code in _OF_COLUMNS:
+            except AxisidError as error:
+                kind = next((k for k in (UsageError, ModelError) if isinstance(error, k)), None)
+                of_columns = isinstance(error, DataError) and error.code in _OF_COLUMNS
+                if of_columns and not every:
                     continue  # logs that follow may have the column: only all of them tell
-            except AxisidError:
-                pass  # of the log
+                if kind or of_columns:
+                    of = f"all {total} logs" if every else f"the first {len(held)} of {total} logs"
+                    told = f"{of} fail alike: {error}" if total > 1 else str(error)
+                    raise (kind or DataError)(told, code=error.code) from error
             break
     yield from (row for _, row in held)
     yield from (row for _, row in rows)
-
-
-def _reason(row: FleetRow) -> str:
-    """Why a log failed, without its name."""
-    return row.reason.replace(row.log, "").replace(Path(row.log).name, "")
-
-
-def _of_all(error: AxisidError, held: int, total: int) -> AxisidError:
-    """The error of a log, told of all."""
-    kind = next(k for k in (UsageError, ModelError, DataError) if isinstance(error, k))
-    of = f"all {total} logs" if held == total else f"the first {held} of {total} logs"
-    return kind(f"{of} fail alike: {error}" if total > 1 else str(error), code=error.code)

@@ -75,30 +75,23 @@ def result_names(items: Sequence[FleetItem]) -> list[str]:
     return names
 
 
-def _is_manifest(file: Path) -> bool:
-    """Whether a table's first column names are those of a manifest: one of them is ``log``."""
+def _first_rows(file: Path) -> tuple[list[str], list[str]]:
+    """Column names of a table, and of a text its first row; empty where there are none."""
     kind = file.suffix.lower()
-    try:
+    # What cannot be read is told by who reads it; pyarrow's errors are of these.
+    with suppress(OSError, ValueError, NotImplementedError):
+        if kind in _PARQUET:
+            return _parquet(file).schema_arrow.names, []
         if kind in _TEXT:
-            return _LOG in _heads(_first_lines(file)[0])
-        return kind in _PARQUET and _LOG in _parquet(file).schema_arrow.names
-    except (OSError, ValueError, NotImplementedError):  # pyarrow's are of these
-        return False  # who reads it says what is wrong
+            with opened_regular(file) as stream:
+                lines = stream.read(_LOOKED_AT).decode("utf-8-sig", "replace").splitlines()
+            first, second, *_ = (_heads(line) for line in (*lines, "", ""))
+            return first, second
+    return [], []
 
 
-def _first_lines(file: Path) -> list[str]:
-    """The first two lines of a text, empty where there are none."""
-    with opened_regular(file) as stream:
-        lines = stream.read(_LOOKED_AT).decode("utf-8-sig", "replace").splitlines()
-    return [*lines, "", ""][:2]
-
-
-def _check_no_manifest(file: Path) -> None:
+def _check_no_manifest(file: Path, heads: Sequence[str], cells: Sequence[str]) -> None:
     """Refuse a table that names logs in another column than a manifest does, which is no log."""
-    try:
-        heads, cells = map(_heads, _first_lines(file) if file.suffix.lower() in _TEXT else ("", ""))
-    except OSError:
-        return  # who reads it says what is wrong
     for head, cell in zip(heads, cells, strict=False):
         path = file.parent / cell
         with suppress(OSError):
@@ -255,11 +248,12 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
         named = map(Path, sorted(glob.glob(str(path), recursive=True)))
         files = [file for file in named if _may_be_log(file, out)]
     for file in files:
-        if file.is_file() and _is_manifest(file):
+        heads, cells = _first_rows(file) if file.is_file() else ([], [])
+        if _LOG in heads:
             yield from _manifest_items(file)
         else:
             if not in_folder:
-                _check_no_manifest(file)
+                _check_no_manifest(file, heads, cells)
             yield FleetItem(log=str(file)), _BY_PATH
 
 

@@ -175,7 +175,7 @@ def read_ledger(folder: Path) -> Ledger:
         if not line.strip():
             continue
         try:
-            row = _row(line)
+            row = msgspec.convert(_numbers(msgspec.json.decode(line)), FleetRow)
         except msgspec.ValidationError as error:
             raise DataError(
                 f"{file}: line {number} is no row of a fleet ({error}); take it out, or identify "
@@ -201,13 +201,6 @@ def strays(folder: Path, names: Container[str]) -> list[str]:
             if str(members.get("schema")).startswith(_RESULTS):
                 found.append(file.stem)
     return found
-
-
-def _row(line: bytes) -> FleetRow:
-    try:
-        return msgspec.json.decode(line, type=FleetRow)
-    except msgspec.ValidationError:
-        return msgspec.convert(_numbers(msgspec.json.decode(line)), FleetRow)
 
 
 def _numbers(told: Any) -> Any:

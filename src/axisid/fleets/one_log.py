@@ -58,16 +58,6 @@ class Settings:
     identifying: Mapping[str, Any] = field(default_factory=dict)
     draws: int = 0
 
-    def generated(self, item: FleetItem) -> GeneratedAxis:
-        """The axis of an item, which a process builds once.
-
-        Raises
-        ------
-        ModelError, UsageError
-            There is none, or it cannot be built.
-        """
-        return self._built(item)[0]
-
     def key(self, item: FleetItem, log: str) -> str:
         """What the result of an item depends on, as a text of one length.
 
@@ -77,7 +67,7 @@ class Settings:
         log : str
             Hash of the log's bytes.
         """
-        generated, declared = self._built(item)
+        generated, declared = self.built(item)
         told = (
             __version__,
             log,
@@ -95,7 +85,14 @@ class Settings:
         """Arguments of `read_record` for the log of an item."""
         return {**self.reading, **({"columns": item.columns} if item.columns else {})}
 
-    def _built(self, item: FleetItem) -> tuple[GeneratedAxis, str]:
+    def built(self, item: FleetItem) -> tuple[GeneratedAxis, str]:
+        """The axis of an item, which a process builds once, and a digest of its declaration.
+
+        Raises
+        ------
+        ModelError, UsageError
+            There is none, or it cannot be built.
+        """
         axis = item.axis or self.axis
         if not axis and not Path(item.log).exists():  # a mistyped name of a manifest, most often
             if item.log in LIBRARY:
@@ -213,8 +210,7 @@ def identify_log(settings: Settings, named: Named) -> FleetRow:
     begin = process_time()
     key, axis = "", named.item.axis or str(getattr(settings.axis, "name", settings.axis))
     try:
-        generated = settings.generated(named.item)
-        axis = generated.axis.name
+        axis = settings.built(named.item)[0].axis.name
         try:
             key = settings.key(named.item, log_digest(Path(named.item.log)))
         except OSError as error:
@@ -249,6 +245,6 @@ def result_of(settings: Settings, item: FleetItem) -> Identification:
     AxisidError
         As `read_record` and `identify`.
     """
-    generated = settings.generated(item)
+    generated, _ = settings.built(item)
     record = read_record(item.log, generated, **settings.reading_of(item))
     return identify(generated, record, settings.prefilter, **settings.identifying)

@@ -5,7 +5,7 @@ Its table has a row for each log, as Parquet, CSV or NumPy's arrays.
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.util import find_spec
@@ -131,12 +131,8 @@ def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
         return table, paragraph(said)
     if not group.outliers:
         return table, paragraph(f"No log of {group.axis} stands out.")
-    return table, _outliers(group)
-
-
-def _outliers(group: AxisGroup) -> Table:
-    serials = {row.name: row.serial for row in group.rows}
-    rows = tuple(
+    serials, count = {row.name: row.serial for row in group.rows}, len(group.outliers)
+    out = tuple(
         (
             each.name,
             serials[each.name],
@@ -147,11 +143,11 @@ def _outliers(group: AxisGroup) -> Table:
         for each in group.outliers[:_MOST_SHOWN]
     )
     heads = ("log", "serial", "distance", "p", "furthest, in deviations")
-    return Table(
+    return table, Table(
         columns=text_columns(heads),
-        rows=rows,
-        title=f"{group.axis}: {len(group.outliers)} stand out",
-        said=_more(len(group.outliers)),
+        rows=out,
+        title=f"{group.axis}: {count} stand out",
+        said=_more(count),
     )
 
 
@@ -275,92 +271,69 @@ class Fleet(Reported):
         """
         default = Path(self.folder, TABLES[find_spec("pyarrow") is None])
         place = default if file is None else Path(file)
-        if place.suffix not in _WRITERS:
+        columns, units = columns_of(self.rows, self.outliers)
+        content: str | bytes
+        if place.suffix == ".parquet":
+            content = parquet_bytes(columns, units, {"axisid": schema_of(FleetRow)}, place)
+        elif place.suffix == ".csv":
+            # The name of a condition may have its unit already.
+            heads = [
+                f"{name} [{units[name]}]" if name in units and name[-1] not in "])" else name
+                for name in columns
+            ]
+            content = csv_text([heads, *zip(*columns.values(), strict=True)])
+        elif place.suffix == ".npz":
+            arrays = {
+                name: np.array(["" if cell is None else cell for cell in cells])
+                if any(isinstance(cell, str) for cell in cells)
+                else np.array(cells, dtype=np.float64)
+                for name, cells in columns.items()
+            }
+            content = npz_bytes({**arrays, UNITS_ENTRY: json.dumps(units)})
+        else:
             raise UsageError(
-                f"the table is {quoted(str(place))}; give a name that ends in "
-                f"{', '.join(_WRITERS)}.",
+                f"the table is {quoted(str(place))}; give a name that ends in .parquet, .csv, "
+                ".npz.",
                 code="fleet",
             )
-        columns, units = columns_of(self.rows, self.outliers), _units_of(self.rows)
-        return write_file(place, _WRITERS[place.suffix](columns, units, place))
+        return write_file(place, content)
 
 
-def columns_of(rows: Sequence[FleetRow], outliers: Sequence[Outlier]) -> Columns:
-    """The table by column: what a log is, how it ended, its parameters, how far it is out."""
+def columns_of(
+    rows: Sequence[FleetRow], outliers: Sequence[Outlier]
+) -> tuple[Columns, dict[str, str]]:
+    """The table by column, and the units of those that have one.
+
+    What a log is, how it ended, its parameters, how far it is out.
+    """
     out = {each.name: each for each in outliers}
+    units = {"outlier_distance": "1", "outlier_p": "1", "seconds": "s"}
     columns: Columns = {
         name: [getattr(row, name) for row in rows]
         for name in ("name", "log", "axis", "serial", "status", "reason", "code", "method")
     }
     columns["verdict"] = [row.verdict for row in rows]
     columns["failing"] = ["; ".join(row.failing) for row in rows]
-    for name in _each([row.conditions for row in rows]):
+    for name in dict.fromkeys(name for row in rows for name in row.conditions):
         values = [row.conditions.get(name) for row in rows]
         # Numbers where all are, else texts, since a column has one kind.
         numeric = all(value is None or isinstance(value, float) for value in values)
         columns[f"condition.{name}"] = [v if v is None or numeric else str(v) for v in values]
-    for name in _each([row.parameters for row in rows]):
+        if unit := split_labels([name])[0][1]:
+            units[f"condition.{name}"] = unit
+    for name in dict.fromkeys(name for row in rows for name in row.parameters):
         found = [row.parameters.get(name) for row in rows]
         columns[name] = [None if v is None else v.value for v in found]
         columns[f"{name}.sd"] = [None if v is None else v.sd for v in found]
         columns[f"{name}.low"] = [None if v is None else v.interval_95[0] for v in found]
         columns[f"{name}.high"] = [None if v is None else v.interval_95[1] for v in found]
-        if _unit(name, rows) is None:  # of axes that call different things the same
+        own = {v.unit for v in found if v is not None}
+        if len(own) > 1:  # of axes that call different things the same
             columns[f"{name}.unit"] = [None if v is None else v.unit for v in found]
+        elif own != {""}:
+            units |= dict.fromkeys((name, f"{name}.sd", f"{name}.low", f"{name}.high"), own.pop())
     found_out = [out.get(row.name) for row in rows]
     columns["outlier_distance"] = [None if each is None else each.distance for each in found_out]
     columns["outlier_p"] = [None if each is None else each.p_value for each in found_out]
     columns["seconds"] = [row.seconds for row in rows]
-    return columns
-
-
-def _each(mappings: Iterable[Mapping[str, object]]) -> list[str]:
-    """Names in any of them, in the order in which they come."""
-    return list(dict.fromkeys(name for each in mappings for name in each))
-
-
-def _unit(name: str, rows: Sequence[FleetRow]) -> str | None:
-    """The unit of a parameter; None where its rows have several."""
-    units = {row.parameters[name].unit for row in rows if name in row.parameters}
-    return units.pop() if len(units) == 1 else None
-
-
-def _units_of(rows: Sequence[FleetRow]) -> dict[str, str]:
-    """Units of the columns that have one."""
-    found: dict[str, str] = {"outlier_distance": "1", "outlier_p": "1", "seconds": "s"}
-    for name in _each([row.parameters for row in rows]):
-        if unit := _unit(name, rows):
-            found |= dict.fromkeys((name, f"{name}.sd", f"{name}.low", f"{name}.high"), unit)
-    for name in _each([row.conditions for row in rows]):
-        if unit := split_labels([name])[0][1]:
-            found[f"condition.{name}"] = unit
-    return found
-
-
-def _csv(columns: Columns, units: Mapping[str, str], _: Path) -> str:
-    # The name of a condition may have its unit already.
-    heads = [
-        f"{n} [{units[n]}]" if n in units and not n.endswith(("]", ")")) else n for n in columns
-    ]
-    return csv_text([heads, *zip(*columns.values(), strict=True)])
-
-
-def _parquet(columns: Columns, units: Mapping[str, str], file: Path) -> bytes:
-    return parquet_bytes(columns, units, {"axisid": schema_of(FleetRow)}, file)
-
-
-def _npz(columns: Columns, units: Mapping[str, str], _: Path) -> bytes:
-    arrays = {
-        name: np.array(["" if cell is None else cell for cell in cells])
-        if any(isinstance(cell, str) for cell in cells)
-        else np.array(cells, dtype=np.float64)
-        for name, cells in columns.items()
-    }
-    return npz_bytes({**arrays, UNITS_ENTRY: json.dumps(units)})
-
-
-_WRITERS: Mapping[str, Callable[[Columns, Mapping[str, str], Path], str | bytes]] = {
-    ".parquet": _parquet,
-    ".csv": _csv,
-    ".npz": _npz,
-}
+    return columns, units

@@ -148,7 +148,7 @@ def _of_fit(result: OutputFit) -> list[Row]:
             "at_bound": result.at_bound.get(name, ""),
             "fixed": name in result.fixed,
         }
-        for name, value in result.values.items()
+        for name, value in result.parameters.items()
     ]
 
 

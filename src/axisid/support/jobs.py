@@ -64,7 +64,7 @@ def run_jobs(
     limit: float | None = None,
     progress: Progress | None = None,
     said: str = "at work",
-) -> Iterator[tuple[int, Value | Failure]]:
+) -> Generator[tuple[int, Value | Failure], None, None]:
     """What a function makes of items, or why nothing, as they end, each with its item's place.
 
     Parameters

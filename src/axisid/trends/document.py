@@ -212,23 +212,22 @@ def _panel(chart: Chart, places: Array) -> Panel:
 
 def trend_page(series: Sequence[Series], by: str, document: Document) -> str:
     """One page with a figure of each series, those with a change first."""
-    ordered = notable_first(series)[:_MOST_DRAWN]
-    figures = "\n".join(_figure(each, by) for each in ordered)
-    title = escape(f"Trend of {', '.join(dict.fromkeys(each.axis for each in series))}")
-    return _PAGE.substitute(
-        version=__version__, title=title, text=blocks_html(document), figures=figures
-    )
-
-
-def _figure(series: Series, by: str) -> str:
     from axisid.presentation.drawing import draw
 
-    plot = trend_plot(series, by)
-    image = io.BytesIO()
-    draw(plot, plot.title).savefig(image, format="svg")
-    data = base64.b64encode(image.getvalue()).decode()
-    told = escape(f"{plot.title}. {plot.caption}")
-    return (
-        f'<figure><img alt="{told}" src="data:image/svg+xml;base64,{data}">'
-        f"<figcaption>{escape(plot.caption)}</figcaption></figure>"
+    figures = []
+    for each in notable_first(series)[:_MOST_DRAWN]:
+        plot, image = trend_plot(each, by), io.BytesIO()
+        draw(plot, plot.title).savefig(image, format="svg")
+        data = base64.b64encode(image.getvalue()).decode()
+        told = escape(f"{plot.title}. {plot.caption}")
+        figures.append(
+            f'<figure><img alt="{told}" src="data:image/svg+xml;base64,{data}">'
+            f"<figcaption>{escape(plot.caption)}</figcaption></figure>"
+        )
+    title = escape(f"Trend of {', '.join(dict.fromkeys(each.axis for each in series))}")
+    return _PAGE.substitute(
+        version=__version__,
+        title=title,
+        text=blocks_html(document),
+        figures="\n".join(figures),
     )

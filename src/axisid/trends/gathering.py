@@ -14,7 +14,7 @@ from scipy.special import ndtri
 
 from axisid.estimation.choices import FIT
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.fleets import FleetRow, FleetValue, Ledger, fleet_value, read_ledger, strays
+from axisid.fleets import FleetRow, Ledger, fleet_value, read_ledger, strays
 from axisid.populations import LARGEST
 from axisid.presentation.saved import SavedIdentification, SavedOutputFit, load_result
 from axisid.support.errors import DataError, UsageError, first_of, quoted
@@ -28,12 +28,29 @@ _DAY = 86_400.0  # s
 
 
 def _point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRow:
-    """A result as a row of a fleet, whatever wrote it, with what a fleet says of its log."""
+    """A result as a row of a fleet, whatever wrote it, with what a fleet says of its log.
+
+    Of a fit it has the outputs that were fitted, and the parameters that were free and that they
+    show.
+    """
     if isinstance(saved, SavedOutputFit):
-        told, parameters = _of_fit(saved, method)
+        own = f"{FIT}{saved.output.replace(' and ', ',')}"
+        if method not in (None, own):
+            raise UsageError(
+                f"{saved.file} is of a fit, which has no {quoted(method)} but {own}; leave it out.",
+                code="trend",
+            )
+        parameters = {}
+        for name, told in saved.document.parameters.items():
+            value = fleet_value(saved.parameters[name])
+            if told.at_bound:  # the deviation is by the 95 % interval to one side
+                low, high = value.interval_95
+                value = structs.replace(value, sd=float((high - low) / ndtri(INTERVAL_LEVEL.value)))
+            if not told.fixed and math.isfinite(value.sd):
+                parameters[name] = value
     else:
         estimate = saved.preferred if method is None else saved[method]
-        told = estimate.method
+        own = estimate.method
         parameters = {n: fleet_value(value) for n, value in estimate.parameters.items()}
     return FleetRow(
         name=Path(saved.file).stem,
@@ -42,30 +59,11 @@ def _point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRo
         status="ok",
         serial="" if row is None else row.serial,
         conditions={} if row is None else row.conditions,
-        method=told,
+        method=own,
         parameters=parameters,
         failing=tuple(check.name for check in saved.document.verdict if check.status == "fail"),
         signature=saved.document.signature,
     )
-
-
-def _of_fit(saved: SavedOutputFit, method: str | None) -> tuple[str, dict[str, FleetValue]]:
-    """The outputs that were fitted, and the parameters that were free and that they show."""
-    own = f"{FIT}{saved.output.replace(' and ', ',')}"
-    if method not in (None, own):
-        raise UsageError(
-            f"{saved.file} is of a fit, which has no {quoted(method)} but {own}; leave it out.",
-            code="trend",
-        )
-    found = {}
-    for name, told in saved.document.parameters.items():
-        value = fleet_value(saved.parameters[name])
-        if told.at_bound:  # the deviation is by the 95 % interval to one side
-            low, high = value.interval_95
-            value = structs.replace(value, sd=float((high - low) / ndtri(INTERVAL_LEVEL.value)))
-        if not told.fixed and math.isfinite(value.sd):
-            found[name] = value
-    return own, found
 
 
 def place_of(point: FleetRow, by: str) -> float:
@@ -92,16 +90,10 @@ def place_of(point: FleetRow, by: str) -> float:
             return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp() / _DAY
         except ValueError:
             told = math.nan
-    if not math.isfinite(told):
+    if not abs(told) < LARGEST:
         raise UsageError(
-            f"the {by} of {point.name} is {quoted(point.conditions[by])}; give numbers or dates "
-            "such as 2026-03-01.",
-            code="trend",
-        )
-    if abs(told) >= LARGEST:
-        raise UsageError(
-            f"the {by} of {point.name} is {quoted(told)}, which is too large to reckon with; give "
-            f"it in a larger unit, below {LARGEST:g}.",
+            f"the {by} of {point.name} is {quoted(point.conditions[by])}; give numbers below "
+            f"{LARGEST:g}, or dates such as 2026-03-01.",
             code="trend",
         )
     return float(told)
@@ -129,10 +121,11 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
             f"{quoted(str(twice[0]))} is given {files[twice[0]]} times; give each result once.",
             code="trend",
         )
-    found = []
-    for saved in every:
-        file = Path(saved.file)
-        found.append(_point_of(saved, ledgers(file.parent).rows.get(file.stem), method))
+    found = [
+        _point_of(saved, ledgers(file.parent).rows.get(file.stem), method)
+        for saved in every
+        for file in [Path(saved.file)]
+    ]
     folders = [
         Path(each) for each in given if isinstance(each, (str, Path)) and os.path.isdir(each)
     ]
@@ -154,16 +147,24 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
 def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
     if isinstance(given, Saved):
         yield given
-    elif not isinstance(given, (str, Path)):
+        return
+    if not isinstance(given, (str, Path)):
         raise UsageError(f"a result is {quoted(given)}; give a file, a folder or load_result(...).")
-    elif os.path.isdir(given):
+    files = [given]
+    if os.path.isdir(given):
         done = ledgers(Path(given)).rows
-        files = sorted(Path(given).glob("*.json"))
-        # What a fleet did not write in its folder may be anything.
         kept = last_results(done.values())
-        yield from (_loaded(file) for file in files if not done or file.stem in kept)
-    else:
-        yield _loaded(given)
+        # What a fleet did not write in its folder may be anything.
+        files = [f for f in sorted(Path(given).glob("*.json")) if not done or f.stem in kept]
+    for file in files:
+        found = load_result(file)
+        if not isinstance(found, Saved):
+            raise DataError(
+                f"{file} is of a study, and a trend is of results of identify and of fit; leave it "
+                "out.",
+                code="trend",
+            )
+        yield found
 
 
 def _left_out(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
@@ -189,14 +190,3 @@ def last_results(rows: Iterable[FleetRow]) -> set[str]:
     """
     last = {(row.log, row.axis, *sorted(row.columns.items())): row for row in rows}
     return {row.name for row in last.values() if row.has_result}
-
-
-def _loaded(file: str | Path) -> Saved:
-    found = load_result(file)
-    if not isinstance(found, Saved):
-        raise DataError(
-            f"{file} is of a study, and a trend is of results of identify and of fit; leave it "
-            "out.",
-            code="trend",
-        )
-    return found

@@ -10,7 +10,7 @@ from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.thresholds import TREND_LEVEL
 from axisid.fleets import FleetRow
-from axisid.populations import Change, Drift, Step, alike_points, change_in, limit_of_a_new_point
+from axisid.populations import Drift, Step, alike_points, change_in, limit_of_a_new_point
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing, first_of
 from axisid.support.mappings import grouped
@@ -105,12 +105,12 @@ def chart_of(
     change = change_in(values[counted], deviations[counted] ** 2, np.array(places)[counted], level)
     # What the results that count do, at the places of all.
     steps = tuple(replace(step, place=int(counted[step.place])) for step in change.steps)
-    drift = change.drift
+    drift, line = change.drift, np.zeros(len(points))
     if drift is not None:
         line = drift.line[0] + drift.slope * (np.array(places) - places[counted[0]])
         drift = replace(drift, line=line)
-    change = Change(steps=steps, drift=drift)
-    limits, beyond = _limits(values, deviations, change, counted, level)
+    before = counted[counted < steps[0].place] if steps else counted
+    limits, beyond = _limits(values, deviations, line, before, level)
     return Chart(
         parameter=parameter,
         unit=own[0].unit,
@@ -120,26 +120,21 @@ def chart_of(
         high=np.array([v.interval_95[1] for v in own]),
         limits=limits,
         beyond=beyond,
-        steps=change.steps,
-        drift=change.drift,
+        steps=steps,
+        drift=drift,
     )
 
 
 def _limits(
-    values: Array, deviations: Array, change: Change, counted: Places, level: float
+    values: Array, deviations: Array, line: Array, before: Places, level: float
 ) -> tuple[Limits | Missing, tuple[int, ...]]:
-    """Limits for all from the results that count before the first step, about a drift's line."""
-    first = change.steps[0].place if change.steps else len(values)
-    before = counted[counted < first]
+    """Limits for all about a line, from the results that count before the first step."""
     if len(before) < _MIN_SERIES:
         few = "1 result tells" if len(before) == 1 else f"{len(before)} results tell"
         return Missing(f"{few} no limits; {_MIN_SERIES} or more do"), ()
-    variances = deviations**2
-    line = np.zeros(len(values)) if change.drift is None else change.drift.line
-    apart = (values - line)[before]
+    variances, apart = deviations**2, (values - line)[before]
     if np.ptp(apart) <= _ROUNDING * np.max(np.abs(values[before])):
-        of = " before the first step" if change.steps else ""
-        return Missing(f"the values{of} do not scatter"), ()
+        return Missing("the values do not scatter"), ()
     found = alike_points(apart[:, None], variances[before, None, None], level)
     usual = found.usual
     each = limit_of_a_new_point(level / len(values), usual.count, 1)

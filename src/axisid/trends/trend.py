@@ -1,8 +1,7 @@
 """Results over time, by axis and machine, as a table and as plain data."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -45,9 +44,8 @@ def _csv(series: Sequence[Series]) -> str:
 
 
 def _chart_dict(chart: Chart) -> dict[str, object]:
-    limits = chart.limits
+    limits, drift = chart.limits, chart.drift
     known = None if isinstance(limits, Missing) else limits
-    drift = chart.drift
     return {
         "unit": chart.unit,
         "values": chart.values.tolist(),
@@ -144,18 +142,19 @@ class Trend(Reported):
             The ending is another one, or the place cannot be written to.
         """
         path = Path(file)
-        writers: dict[str, Callable[[], str]] = {
-            ".csv": partial(_csv, self.series),
-            ".html": partial(trend_page, self.series, self.by, self.document()),
-            ".json": lambda: json_text(self.to_dict()),
-        }
-        if path.suffix not in writers:
+        if path.suffix == ".csv":
+            content = _csv(self.series)
+        elif path.suffix == ".html":
+            content = trend_page(self.series, self.by, self.document())
+        elif path.suffix == ".json":
+            content = json_text(self.to_dict())
+        else:
             raise UsageError(
-                f"the trend cannot be written to {path}; give a name that ends in "
-                f"{', '.join(writers)}.",
+                f"the trend cannot be written to {path}; give a name that ends in .csv, .html, "
+                ".json.",
                 code="trend",
             )
-        return write_file(path, writers[path.suffix]())
+        return write_file(path, content)
 
 
 def trend(

@@ -3,7 +3,7 @@
 import math
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import date, timedelta
 from pathlib import Path
@@ -27,8 +27,6 @@ _MOST_DAYS = 10_000
 _VALUES = 100  # of the random numbers of a machine, beside those of its noise
 #: What the file of a twin's log says it is.
 MARK = "axisid.twin/1"
-#: Endings of logs.
-ENDINGS = (".csv", ".parquet")
 #: In the folder of the logs; what `fleet` takes.
 MANIFEST = "manifest.csv"
 
@@ -142,10 +140,6 @@ class TwinMachines:
         """Its number, from 1."""
         return f"{machine + 1:04}"
 
-    def each(self) -> Iterator[tuple[int, int]]:
-        """Every machine with every day."""
-        return ((machine, day) for machine in range(self.count) for day in range(self.days))
-
 
 def twin_content(record: Record, axis: Axis, file: Path) -> str | bytes:
     """The content of a log with the units of its columns and the truth of its twin.
@@ -180,7 +174,6 @@ def write_twin(machines: TwinMachines, file: str | Path) -> Path:
         The twin cannot be simulated, or its axis's columns not be written.
     """
     path = Path(file)
-    _check_ending(path.suffix, str(path))
     return write_file(path, twin_content(machines.record(0, 0), machines.axis.declared, path))
 
 
@@ -217,13 +210,12 @@ def write_twins(
         As `write_twin`; the folder is as it was.
     """
     place = Path(folder).resolve()
-    _check_ending(ending, ending)
     try:
         with (
             kept_if_filled(place),
             tempfile.TemporaryDirectory(prefix=".twins-", dir=place) as made,
         ):
-            names = {_name(machines, ending, *at): at for at in machines.each()}
+            names = _log_names(machines, ending)
             declared, rows = machines.axis.declared, []
             units = {p.name: p.unit for p in declared.parameters}
             for name in with_progress(names, progress, lambda name: f"simulating {name}"):
@@ -245,22 +237,20 @@ def write_twins(
 
 def twin_files(machines: TwinMachines, ending: str) -> dict[str, str]:
     """What `write_twins` writes into its folder, and which kind of file each is."""
-    logs = (_name(machines, ending, *at) for at in machines.each())
-    return {MANIFEST: "twin-manifest", **dict.fromkeys(logs, "twin")}
+    return {MANIFEST: "twin-manifest", **dict.fromkeys(_log_names(machines, ending), "twin")}
 
 
-def _check_ending(ending: str, given: str) -> None:
-    if ending not in ENDINGS:
-        raise UsageError(
-            f"{given}: a twin's log is written to {' or '.join(ENDINGS)}; give a name with "
-            "that ending.",
-            code="twin",
+def _log_names(machines: TwinMachines, ending: str) -> dict[str, tuple[int, int]]:
+    """The name of every log, with its machine and its day."""
+    axis = machines.axis.axis.name
+    return {
+        "-".join(filter(None, (axis, machines.serial(machine), machines.date(day)))) + ending: (
+            machine,
+            day,
         )
-
-
-def _name(machines: TwinMachines, ending: str, machine: int, day: int) -> str:
-    parts = (machines.axis.axis.name, machines.serial(machine), machines.date(day))
-    return "-".join(filter(None, parts)) + ending
+        for machine in range(machines.count)
+        for day in range(machines.days)
+    }
 
 
 def _from(folder: Path, axis: str) -> str:

@@ -270,7 +270,7 @@ def test_log_in_other_units_and_another_dialect_gives_the_same_estimates(
         (["--resample", "-1"], 2, "resample at is -1.0; give hertz, or auto"),
         (["--resample", "100"], 2, "its noise would fold"),
         (["--columns", "time=t,position=pos:deg,control=volts"], 2, "is measured in m"),
-        (["--columns", "time=t,position=pos:inc,control=volts"], 2, "'inc', which is not known"),
+        (["--columns", "time=t,position=pos:inc,control=volts"], 2, "say what one count is"),
         (["--gaps", "fill"], 2, "no repair of gaps 'fill'; choose from split"),
     ],
 )

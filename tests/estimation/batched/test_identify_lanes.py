@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Estimate, Prefilter, UsageError, build, identify, load_axis
+from axisid import Estimate, Prefilter, identify
 from axisid.codegen import GeneratedAxis
 from axisid.codegen.native import Native
 from axisid.estimation import LaneEstimates, RecordLanes, identify_lanes, simulate_batch
 from axisid.estimation.simulation.twin import trajectory
+from tests.refusals import refuses
 
 TRUTH = np.array([100.2, 236.9, 24.8])
 PERIOD = 1e-3
@@ -19,18 +20,13 @@ EVERY_ROW = Prefilter(cutoff=60.0, decimate=1, reversals="keep")
 
 
 @pytest.fixture(scope="module")
-def axis() -> GeneratedAxis:
-    return build(load_axis("emps2015"))
-
-
-@pytest.fixture(scope="module")
-def lanes(axis: GeneratedAxis) -> RecordLanes:
-    experiment = axis.axis.experiment
+def lanes(emps2015: GeneratedAxis) -> RecordLanes:
+    experiment = emps2015.axis.experiment
     reference = trajectory(experiment.moves, PERIOD)[:5000].copy()
     noise = 1e-6 * np.random.default_rng(3).normal(size=(len(reference), 3))
     sets = np.tile(TRUTH, (3, 1))
     wanted = ("position", "control")
-    made = simulate_batch(axis, sets, reference, PERIOD, position_noise=noise, wanted=wanted)
+    made = simulate_batch(emps2015, sets, reference, PERIOD, position_noise=noise, wanted=wanted)
     return RecordLanes(
         reference=reference,
         position=made["position"] + noise,
@@ -51,21 +47,21 @@ def _agree(found: LaneEstimates, lane: int, alone: Estimate) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("prefilter", [None, KEEP, PUBLISHED, EVERY_ROW])
 def test_a_lane_is_what_identify_makes_of_its_record(
-    axis: GeneratedAxis, lanes: RecordLanes, prefilter: Prefilter | None
+    emps2015: GeneratedAxis, lanes: RecordLanes, prefilter: Prefilter | None
 ) -> None:
-    found = identify_lanes(axis, lanes, prefilter=prefilter)
+    found = identify_lanes(emps2015, lanes, prefilter=prefilter)
     assert "side by side" in found.how
     lane = found.how.index("side by side")
-    alone = identify(axis, lanes.record(lane), prefilter, ["idm-iv"], bootstrap=0)
+    alone = identify(emps2015, lanes.record(lane), prefilter, ["idm-iv"], bootstrap=0)
     _agree(found, lane, alone["idm-iv"])
 
 
 def test_without_a_compiler_lanes_are_identified_alone(
-    axis: GeneratedAxis, lanes: RecordLanes, monkeypatch: pytest.MonkeyPatch
+    emps2015: GeneratedAxis, lanes: RecordLanes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compiled = identify_lanes(axis, lanes, prefilter=PUBLISHED)
+    compiled = identify_lanes(emps2015, lanes, prefilter=PUBLISHED)
     monkeypatch.setattr(Native, "lanes", lambda _: None)
-    plain = identify_lanes(axis, lanes, prefilter=PUBLISHED)
+    plain = identify_lanes(emps2015, lanes, prefilter=PUBLISHED)
     assert compiled.how == ("side by side",) * 3
     assert plain.how == ("alone",) * 3
     np.testing.assert_allclose(plain.values, compiled.values, rtol=1e-9)
@@ -73,35 +69,36 @@ def test_without_a_compiler_lanes_are_identified_alone(
 
 
 def test_a_lane_is_the_same_to_the_last_bit_in_any_company(
-    axis: GeneratedAxis, lanes: RecordLanes
+    emps2015: GeneratedAxis, lanes: RecordLanes
 ) -> None:
-    together = identify_lanes(axis, lanes, prefilter=PUBLISHED)
-    alone = identify_lanes(axis, lanes.part(slice(2, 3)), prefilter=PUBLISHED)
+    together = identify_lanes(emps2015, lanes, prefilter=PUBLISHED)
+    alone = identify_lanes(emps2015, lanes.part(slice(2, 3)), prefilter=PUBLISHED)
     assert np.array_equal(together.values[2:], alone.values)
     assert np.array_equal(together.deviations["hac"][2:], alone.deviations["hac"])
 
 
-def test_what_is_not_served_is_identified_alone(axis: GeneratedAxis, lanes: RecordLanes) -> None:
-    found = identify_lanes(axis, lanes.part(slice(0, 1)), "idm-ls", PUBLISHED)
+def test_what_is_not_served_is_identified_alone(
+    emps2015: GeneratedAxis, lanes: RecordLanes
+) -> None:
+    found = identify_lanes(emps2015, lanes.part(slice(0, 1)), "idm-ls", PUBLISHED)
     assert found.how == ("alone",)
-    alone = identify(axis, lanes.record(0), PUBLISHED, ["idm-ls"])["idm-ls"]
+    alone = identify(emps2015, lanes.record(0), PUBLISHED, ["idm-ls"])["idm-ls"]
     assert np.array_equal(found.values[0], alone.physical)
 
 
 def test_a_lane_that_cannot_be_identified_is_told_and_the_others_are_not_harmed(
-    axis: GeneratedAxis, lanes: RecordLanes
+    emps2015: GeneratedAxis, lanes: RecordLanes
 ) -> None:
     position = lanes.position.copy()
     position[100, 1] = np.nan
-    found = identify_lanes(axis, replace(lanes, position=position), prefilter=PUBLISHED)
+    found = identify_lanes(emps2015, replace(lanes, position=position), prefilter=PUBLISHED)
     assert found.how == ("side by side", "failed", "side by side")
     assert "position" in found.errors[1]
     assert np.all(np.isnan(found.values[1]))
-    alone = identify(axis, lanes.record(2), PUBLISHED, ["idm-iv"], bootstrap=0)
+    alone = identify(emps2015, lanes.record(2), PUBLISHED, ["idm-iv"], bootstrap=0)
     _agree(found, 2, alone["idm-iv"])
 
 
-def test_lanes_of_other_shapes_are_refused(axis: GeneratedAxis, lanes: RecordLanes) -> None:
-    with pytest.raises(UsageError) as shapes:
+def test_lanes_of_other_shapes_are_refused(lanes: RecordLanes) -> None:
+    with refuses("simulation-input"):
         replace(lanes, control=lanes.control[:, :2])
-    assert shapes.value.code == "simulation-input"

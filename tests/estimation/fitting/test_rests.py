@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Parameter, Record, build, fit, identify, load_axis, simulate, twin_record
+from axisid import Parameter, Record, build, fit, identify, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import dahl
 from axisid.estimation.fitting import OutputFit
@@ -16,10 +16,12 @@ from axisid.modeling import Move, back_and_forth
 from axisid.support.arrays import Array
 from benchmarks.machines import Machine, white
 from tests.axes.remembering import CASCADE, Fc, bristle, declared, virtual, x
+from tests.estimation.fitting.fits import checks, looped, off
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
 field: Any = import_module("field")
+PUSHED = Machine(resolution=5e-8, force_noise=white(3.0))
 
 
 def dwelling(moves: tuple[Move, ...], resolution: float = 2e-6) -> tuple[GeneratedAxis, Record]:
@@ -37,35 +39,23 @@ def dwells() -> tuple[GeneratedAxis, Record]:
     )
 
 
-def far(found: OutputFit, record: Record) -> list[float]:
-    """How far each parameter is from its true value, %."""
-    return [100 * abs(found[n].value / record.provenance.truth[n] - 1) for n in found.names]
-
-
 def note(found: OutputFit) -> Any:
-    return next((each for each in found.checks if each.name == "samples near rests"), None)
+    return checks(found).get("samples near rests")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("output", ["control", "position"])
-def test_rests_behind_an_encoder_bias_no_fit(
+def test_rests_behind_an_encoder_bias_no_fit_and_their_share_is_told(
     dwells: tuple[GeneratedAxis, Record], output: str
 ) -> None:
     axis, record = dwells
+    truth = np.array([*record.provenance.truth.values()])
     found, kept = (fit(axis, record, output, rests=rests) for rests in ("leave-out", "keep"))
-    assert max(far(found, record)) < 0.5
-    assert max(far(found, record)) < max(far(kept, record)) / 3
-
-
-@pytest.mark.slow
-def test_the_share_without_weight_is_told(dwells: tuple[GeneratedAxis, Record]) -> None:
-    axis, record = dwells
-    found = fit(axis, record)
-    (of_record,) = found.of_records
+    far, kept_far = (np.abs(each.physical / truth - 1).max() for each in (found, kept))
+    assert far < min(0.005, kept_far / 3)
     assert note(found).status == "note"
-    assert note(found).figure == pytest.approx(1 - of_record.rows / len(record))
+    assert note(found).figure == pytest.approx(1 - found.of_records[0].rows / len(record))
     assert 0.2 < note(found).figure < 0.6
-    kept = fit(axis, record, rests="keep")
     assert kept.of_records[0].rows == len(record)
     assert note(kept) is None
 
@@ -86,35 +76,30 @@ def test_rests_are_kept_from_the_command_line(run: Run, tmp_path: Any) -> None:
     assert "samples near rests" not in run("fit", "emps2015", log, "--rests", "keep")[1]
 
 
-def off(case: Any, output: str, count: int = 2) -> np.ndarray:
-    """How far each parameter is from the truth in deviations, of some records of a machine."""
-    fits = [fit(case.axis, record, output) for record in case.records(count, 5)]
-    return np.array(
-        [[(f[n].value - t) / f[n].deviation for n, t in case.truth.items()] for f in fits]
-    )
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "output"),
+    ("case", "output", "count"),
     [
-        ("PD, 2 um, dwells, force of 20 ms", "control"),
-        ("PD, 2 um, dwells, force of 20 ms", "position"),
-        ("P-PI, 1 um, dwells", "control"),
+        (field.FIXED["PD, 2 um, dwells, force of 20 ms"], "control", 2),
+        (field.FIXED["PD, 2 um, dwells, force of 20 ms"], "position", 2),
+        (field.FIXED["P-PI, 1 um, dwells"], "control", 2),
+        (
+            field.Case(machine=PUSHED, declared=PUSHED, motion=field.Motion("trapezoids")),
+            "open-loop",
+            12,
+        ),
     ],
 )
-def test_deviations_are_right_of_machines_that_rest(name: str, output: str) -> None:
-    """By a simulator of its own; with samples at rest they were three times too small."""
-    assert np.sqrt(np.mean(off(field.FIXED[name], output) ** 2)) < 1.7
+def test_deviations_are_right_of_machines_that_rest_or_are_pushed(
+    case: Any, output: str, count: int
+) -> None:
+    """By a simulator of its own.
 
-
-@pytest.mark.slow
-def test_deviations_of_an_open_loop_are_right_where_a_force_is_not_in_the_log() -> None:
-    """By the scatter over windows; by an autoregression they were three times too small."""
-    machine = Machine(resolution=5e-8, force_noise=white(3.0))
-    motion = field.Motion("trapezoids")
-    case = field.Case(machine=machine, declared=machine, motion=motion)
-    assert np.sqrt(np.mean(off(case, "open-loop", 12) ** 2)) < 1.7
+    They were three times too small with samples at rest, and in open loop by an autoregression in
+    place of the scatter over windows.
+    """
+    found = [fit(case.axis, record, output) for record in case.records(count, 5)]
+    assert np.sqrt(np.mean([off(each, case.truth) ** 2 for each in found])) < 1.7
 
 
 @pytest.mark.slow
@@ -122,10 +107,8 @@ def test_few_windows_are_not_believed_and_shorter_ones_are_named(
     dwells: tuple[GeneratedAxis, Record],
 ) -> None:
     found = fit(*dwells, "open-loop", horizon=1.0)
-    (check,) = (each for each in found.checks if each.name == "windows")
-    assert check.status == "fail"
-    assert not found.believed
-    assert "horizon=" in check.meaning
+    assert checks(found)["windows"].status == "fail"
+    assert "horizon=" in checks(found)["windows"].meaning
 
 
 def _record(axis: GeneratedAxis, theta: Array, *, noise: float, samples: int) -> Record:
@@ -135,14 +118,8 @@ def _record(axis: GeneratedAxis, theta: Array, *, noise: float, samples: int) ->
     held = np.floor(time / 0.5) % 3 == 2
     last = np.maximum.accumulate(np.where(held, 0, np.arange(samples)))
     reference = slow[last] + np.where(held, 1e-5 * np.sin(4 * np.pi * time), 0.0)
-    white = noise * np.random.default_rng(1).normal(size=samples)
-    loop = simulate(axis, theta, reference, time[1], position_noise=white)
-    return Record(
-        time=loop.time,
-        position=loop.measured_position,
-        reference=reference,
-        control=loop.control,
-    )
+    record, _ = looped(axis, theta, reference, noise, seed=1)
+    return record
 
 
 @pytest.mark.parametrize(
@@ -175,11 +152,10 @@ def test_the_parameters_of_a_bristle_lie_within_their_own_intervals() -> None:
     result = fit(axis, _record(axis, truth, noise=2e-9, samples=4000))
     assert result.started == "nominal"
     assert "remembers" in result.remarks[0]
-    for name, value in zip(axis.names, truth, strict=True):
-        low, high = result.parameters[name].interval
-        assert low <= value <= high, name
-        assert result.parameters[name].deviation < 1e-3 * value
-    assert not [c.name for c in result.checks if c.status == "fail"]
+    low, high = np.transpose([each.interval for each in result.parameters.values()])
+    assert np.all((low <= truth) & (truth <= high))
+    assert np.all(result.deviations < 1e-3 * truth)
+    assert result.believed
     assert result.of_records[0].rows == 4000  # friction that remembers is shown near rests
 
 

@@ -1,6 +1,10 @@
-"""Files written by each format's own library are read back; damaged ones are refused."""
+"""Files of each format, by its own library or as writers give JSON, are read back or refused."""
 
+import gzip
+import json
+import shutil
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -8,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import DataError, load_axis, read_record
+from axisid import DataError, Record, load_axis, read_record
 from axisid.estimation import Repairs
 from tests.refusals import refuses
 
@@ -63,12 +67,10 @@ def test_parquet_with_time_stamps_and_units_of_its_fields(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("kind", ["mapping", "pandas", "polars", "pyarrow"])
 def test_any_dataframe_of_a_script(kind: str) -> None:
-    columns: dict[str, Any] = {"time": T, "q [mm]": Q, "u": U}
-    frame: object = columns
-    if kind != "mapping":
-        pytest.importorskip("narwhals")
-        library = pytest.importorskip(kind)
-        frame = library.table(columns) if kind == "pyarrow" else library.DataFrame(columns)
+    makers = {"mapping": "dict", "pyarrow": "table"}
+    pytest.importorskip("narwhals")
+    library = pytest.importorskip("builtins" if kind == "mapping" else kind)
+    frame = getattr(library, makers.get(kind, "DataFrame"))({"time": T, "q [mm]": Q, "u": U})
     record = read_record(frame, columns=NAMED)
     assert record.position == pytest.approx(1e-3 * Q, rel=1e-15)
     assert np.array_equal(record.control, U)
@@ -89,9 +91,7 @@ def test_dataframe_without_one_name_for_each_column_is_explained() -> None:
 
 
 def test_time_stamp_that_is_missing_does_not_spoil_the_others() -> None:
-    stamps = STAMPS.copy()
-    stamps[0] = np.datetime64("NaT")
-    log = {"time": stamps, "position": Q}
+    log = {"time": np.where(T > 0, STAMPS, np.datetime64("NaT")), "position": Q}
     with refuses("empty-cells", says=r"1 \(1 of 50 "):
         read_record(log)
     record = read_record(log, repairs=Repairs(resample="auto"))
@@ -233,3 +233,220 @@ def test_time_column_that_the_axis_declares_gives_way_to_the_files_own_clocks(
     assert any("has 25 rows, the position 50" in said for said in record.provenance.assumed)
     with refuses("time", says="the columns differ in length"):
         read_record(file, axis, columns={"time": declared})
+
+
+KIND = "sensor_msgs/msg/JointState"
+EPOCH = 1_700_000_000_000_000_000
+MILLISECOND = 1_000_000
+ELBOW = {"position": "elbow.position", "force": "elbow.effort"}
+
+
+Message = tuple[str, int, int, list[float]]
+
+
+def bag_of(tmp_path: Path, messages: list[Message], version: int = 2) -> Path:
+    """Messages by topic, with their times of recording and their stamps, ns, and their effort.
+
+    Each is of two joints, of which the elbow comes second.
+    """
+    module = pytest.importorskip(f"rosbags.rosbag{version}")
+    stores = pytest.importorskip("rosbags.typesys")
+    ros1 = version == 1
+    store = stores.get_typestore(stores.Stores.ROS1_NOETIC if ros1 else stores.Stores.LATEST)
+    types: Any = store.types
+    make, header = types[KIND], types["std_msgs/msg/Header"]
+    write = store.serialize_ros1 if ros1 else store.serialize_cdr
+    connections: dict[str, Any] = {}
+    file = tmp_path / ("log.bag" if ros1 else "log")
+    with module.Writer(file) if ros1 else module.Writer(file, version=9) as writer:
+        for k, (topic, recorded, stamp, effort) in enumerate(messages):
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, KIND, typestore=store)
+            at = types["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9)
+            message = make(
+                header=header(stamp=at, frame_id="", **({"seq": k} if ros1 else {})),
+                name=["wrist", "elbow"],
+                position=np.array([0.0, Q[k % N]]),
+                velocity=np.array([]),
+                effort=np.array([1.0, *effort] if effort else []),
+            )
+            writer.write(connections[topic], recorded, write(message, KIND))
+    return file
+
+
+def written_bag(tmp_path: Path, version: int) -> Path:
+    times = [EPOCH + k * MILLISECOND for k in range(N)]
+    messages = [("/joint_states", now + 300, now, [u]) for now, u in zip(times, U, strict=True)]
+    return bag_of(tmp_path, messages, version)
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_ros_bags_give_the_joints_of_their_joint_states(tmp_path: Path, version: int) -> None:
+    file = written_bag(tmp_path, version)
+    for path in [file] if version == 1 else [file, next(file.glob("*.db3"))]:
+        record = read_record(path, columns=ELBOW)
+        assert record.time == pytest.approx(T, abs=1e-12)
+        assert np.array_equal(record.position, Q)
+        assert np.array_equal(record.force, U)
+        assert len(record.provenance.sha256) == 64
+    with refuses("columns", says=r"wrist\.position, wrist\.effort, elbow\.position"):
+        read_record(file)
+
+
+def test_file_of_a_bag_that_was_passed_on_alone_is_read(tmp_path: Path) -> None:
+    bag = written_bag(tmp_path, 2)
+    alone = tmp_path / "elsewhere"
+    alone.mkdir()
+    file = shutil.copy(next(bag.glob("*.db3")), alone)
+    assert np.array_equal(read_record(file, columns=ELBOW).position, Q)
+
+
+def test_topics_that_begin_apart_stay_apart(tmp_path: Path) -> None:
+    late = 10 * MILLISECOND
+    measured = [
+        ("/meas", EPOCH + k * MILLISECOND, EPOCH + k * MILLISECOND, [1.0 * k]) for k in range(N)
+    ]
+    commanded = [("/cmd", now, stamp + late, [0.0]) for _, now, stamp, _ in measured]
+    file = bag_of(tmp_path, measured + commanded)
+    columns = {"position": "meas.elbow.position", "reference": "cmd.elbow.position"}
+    with refuses("time", says="position and reference"):
+        read_record(file, columns=columns)
+    record = read_record(file, columns=columns, repairs=Repairs(resample=1000.0))
+    assert record.position == pytest.approx(Q[10:], abs=1e-9)
+    assert record.reference == pytest.approx(Q[:-10], abs=1e-9)
+
+
+def stamped(tmp_path: Path, stamp: Callable[[int], int], **settings: Any) -> Record:
+    messages = [("/js", EPOCH + k * MILLISECOND, stamp(k), [float(U[k])]) for k in range(N)]
+    return read_record(bag_of(tmp_path, messages), columns=ELBOW, **settings)
+
+
+@pytest.mark.parametrize(
+    ("stamp", "told"),
+    [
+        (lambda k: EPOCH + k * MILLISECOND, "time of the messages' headers"),
+        (lambda k: k * MILLISECOND, "time of the messages' headers"),
+        (lambda _: 0, "its messages have no time, so that of their recording"),
+    ],
+)
+def test_it_is_said_which_time_is_taken(
+    tmp_path: Path, stamp: Callable[[int], int], told: str
+) -> None:
+    record = stamped(tmp_path, stamp)
+    assert record.time == pytest.approx(T, abs=1e-9)
+    assert f"/js: {told}" in record.provenance.assumed
+
+
+def test_messages_out_of_the_order_of_their_times_are_sorted_and_counted(tmp_path: Path) -> None:
+    def swapped(k: int) -> int:
+        return EPOCH + {20: 21, 21: 20, 30: 33, 33: 30}.get(k, k) * MILLISECOND
+
+    record = stamped(tmp_path, swapped)
+    assert record.time == pytest.approx(T, abs=1e-9)
+    assert record.position[20:22] == pytest.approx(Q[[21, 20]])
+    told = "time of the messages' headers; 4 of 50 came after later ones and were sorted"
+    assert f"/js: {told}" in record.provenance.assumed
+
+
+COLUMNS: dict[str, list[float]] = {
+    "time": T.tolist(),
+    "position": Q.tolist(),
+    "control": U.tolist(),
+}
+ROWS = [list(row) for row in zip(*COLUMNS.values(), strict=True)]
+RECORDS = [dict(zip(COLUMNS, row, strict=True)) for row in ROWS]
+NUMBERED = {"time": "#1", "position": "#2", "control": "#3"}
+
+
+def lines(each: Any) -> str:
+    return "\n".join(map(json.dumps, each))
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("arrays.json", json.dumps(COLUMNS)),
+        ("below.json", json.dumps({"log": {"axis": COLUMNS}, "made by": "a drive"})),
+        (
+            "unit.json",
+            json.dumps(
+                {
+                    **COLUMNS,
+                    "position": {"unit": "m", "values": COLUMNS["position"]},
+                    "time [ms]": (1e3 * T).tolist(),
+                }
+                | {"time": None}
+            ),
+        ),
+        ("records.json", json.dumps(RECORDS)),
+        ("nested.json", json.dumps([{"axis": record} for record in RECORDS])),
+        (
+            "entries.json",
+            json.dumps({"mass": 0.7, "entries": RECORDS, "events": [{"at": 0.1, "of": "stop"}]}),
+        ),
+        ("rows.json", json.dumps([[*COLUMNS], *ROWS])),
+        ("split.json", json.dumps({"columns": [*COLUMNS], "data": ROWS})),
+        (
+            "pandas.json",
+            json.dumps({k: {str(i): x for i, x in enumerate(v)} for k, v in COLUMNS.items()}),
+        ),
+        ("records.jsonl", lines(RECORDS)),
+        ("records.ndjson", lines(RECORDS) + "\n\n"),
+        ("rows.jsonl", lines([[*COLUMNS], *ROWS])),
+    ],
+)
+def test_every_shape_is_the_same_record(tmp_path: Path, name: str, text: str) -> None:
+    file = tmp_path / name
+    file.write_text(text)
+    record = read_record(file)
+    assert record.position == pytest.approx(COLUMNS["position"], abs=1e-15)
+    assert record.time == pytest.approx(T, abs=1e-12)
+    assert np.asarray(record.control) == pytest.approx(COLUMNS["control"], abs=1e-15)
+
+
+def test_rows_without_names_are_called_by_number(tmp_path: Path) -> None:
+    file = tmp_path / "rows.jsonl"
+    file.write_text(lines(ROWS))
+    assert len(read_record(file, columns=NUMBERED)) == N
+
+
+def test_time_stamps_and_packed_files_are_read(tmp_path: Path) -> None:
+    stamps = [f"2026-02-01T12:00:00.{round(1e3 * t):03d}Z" for t in T]
+    file = tmp_path / "log.jsonl.gz"
+    records = [{**r, "time": s} for r, s in zip(RECORDS, stamps, strict=True)]
+    file.write_bytes(gzip.compress(lines(records).encode()))
+    record = read_record(file)
+    assert record.time == pytest.approx(T, abs=1e-9)
+    assert "time stamps counted from the first" in " ".join(record.provenance.assumed)
+
+
+def test_what_is_missing_in_a_record_is_an_empty_cell(tmp_path: Path) -> None:
+    file = tmp_path / "log.json"
+    lacking = [{**record} for record in RECORDS]
+    del lacking[7]["position"]
+    file.write_text(json.dumps([*lacking[:9], lacking[9] | {"position": None}, *lacking[10:]]))
+    with refuses("empty-cells", r"data row 8 \(2 of 50"):
+        read_record(file)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("log.json", "{1", "is no JSON: expecting property name"),
+        ("log.jsonl", '{"time": 1}\n{"time":', "line 2 is no JSON"),
+        ("log.json", "[" * 100_000, "nested too deep"),
+        ("log.json", '{"a": "b"}', "holds no columns of numbers; give arrays by name"),
+        ("log.json", "[]", "holds no columns of numbers"),
+        ("log.json", "3", "holds no columns of numbers"),
+        ("log.json", "[[1, 2], [3]]", "holds no columns of numbers"),
+        ("log.jsonl", lines([*RECORDS, [1, 2, 3]]), "holds no columns of numbers"),
+        ("log.json", '{"a": [[1], [2]], "b": ["x", "y"]}', "b: text"),
+        ("log.json", '{"schema": "axisid.stream/1"}', "a result of axisid"),
+        ("log.csv", json.dumps(RECORDS), "give the file the ending .json, or .jsonl"),
+    ],
+)
+def test_what_is_no_log_is_told(tmp_path: Path, name: str, text: str, said: str) -> None:
+    file = tmp_path / name
+    file.write_text(text)
+    with pytest.raises(DataError, match=said):
+        read_record(file)

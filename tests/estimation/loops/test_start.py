@@ -10,7 +10,6 @@ from axisid import Record, build, load_axis, simulate, twin_record
 from axisid.codegen import GeneratedAxis
 from axisid.control import BALANCED
 from axisid.estimation import check_law
-from axisid.estimation.diagnostics.law.control_law import LawCheck
 from axisid.estimation.loops import (
     LawAlong,
     LawPoint,
@@ -50,12 +49,6 @@ def carried(delay: int, noise: float = 0.0, cut: int = 0) -> tuple[Record, np.nd
     return record, loop.position[cut:]
 
 
-def checked(axis: GeneratedAxis, record: Record) -> LawCheck:
-    check = check_law(axis, record)
-    assert check.residual_percent is not None
-    return check
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("delay", "noise"), [(0, 1e-6), (2, 0.0)])
 @pytest.mark.parametrize("start", [0, BALANCED], ids=["at zero", "balanced"])
@@ -65,7 +58,7 @@ def test_a_load_that_an_integral_holds_neither_drops_nor_disturbs_the_law(
 ) -> None:
     record, position = carried(delay, noise, cut)
     axis = vertical(start, delay)
-    check = checked(axis, record)
+    check = check_law(axis, record)
     assert check.passed
     assert check.residual_percent < 1e-6
     (loop,) = simulated_loops(axis, record, THETA)
@@ -140,16 +133,6 @@ def test_a_record_cut_from_a_fast_move_begins_with_what_its_law_remembers(
     assert np.abs(leap - there).max() > 3.0
 
 
-def test_law_in_pieces_gives_the_terms_of_the_whole(
-    emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    ticks = law_ticks(emps2015, twin, (0, len(twin)))
-    start = state_at_rest(emps2015, ticks)
-    whole = law_run.terms_along(emps2015, ticks, start)
-    monkeypatch.setattr(law_run, "_EVALUATIONS", 3000)
-    assert np.array_equal(law_run.terms_along(emps2015, ticks, start), whole)
-
-
 def test_a_late_law_with_an_integral_is_the_sum_by_hand(rng: np.random.Generator) -> None:
     axis = build(AXES["delayed"], native=False)
     reference, position, velocity = rng.normal(size=(3, 50))
@@ -169,12 +152,9 @@ def test_what_is_added_to_a_late_law_is_as_late(rng: np.random.Generator) -> Non
 
 
 @cache
-def _twin(name: str, limit: float) -> Record:
-    return twin_record(with_law(name, limit))
-
-
 def _along(name: str, limit: float = 10.0) -> tuple[LawAlong, LawPoint]:
-    axis, record = with_law(name, limit), _twin(name, limit)
+    axis = with_law(name, limit)
+    record = twin_record(axis)
     whole = (0, len(record))
     ticks = law_ticks(axis, record, whole)
     along = LawAlong.of(axis, LAWS[name](), ticks, record)
@@ -188,12 +168,11 @@ def _along(name: str, limit: float = 10.0) -> tuple[LawAlong, LawPoint]:
     [("cascade_p_pi, feed-forward", 10.0), ("cascade_p_pi, back-calculation", 3.2), ("pid", 10.0)],
 )
 def test_a_run_by_gains_is_the_generated_law(name: str, limit: float) -> None:
-    axis, record = with_law(name, limit), _twin(name, limit)
     along, point = _along(name, limit)
-    wanted = control_along(axis, along.ticks, point.start)
+    wanted = control_along(with_law(name, limit), along.ticks, point.start)
     given = np.clip(along.output(point), -limit, limit)
     np.testing.assert_allclose(given, wanted, atol=1e-9)
-    np.testing.assert_allclose(given, np.asarray(record.control), atol=1e-9)
+    np.testing.assert_allclose(given, along.control, atol=1e-9)
 
 
 def test_slopes_are_those_of_the_output() -> None:

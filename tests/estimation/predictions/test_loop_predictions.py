@@ -7,19 +7,18 @@ import pytest
 
 from axisid import Record, build, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.parameters import with_time
+from axisid.estimation.parameters import ExtendedForm
 from axisid.estimation.predictions import (
     LoopPredictions,
     Predictions,
     WindowPredictions,
     jacobian_at,
 )
-from axisid.estimation.predictions.lanes import Lanes
-from axisid.estimation.regression import InverseForm, simulated_loops
+from axisid.estimation.regression import Form, InverseForm, simulated_loops
 from axisid.modeling.quantities import Parameter
-from axisid.support.arrays import Array
 from tests.axes.complex_loop import control_of, derivative_of
 from tests.axes.lagging import THETA as LAGGING, lagging
+from tests.estimation.predictions.formula import Formula
 from tests.refusals import refuses
 
 THETA = np.array([100.2, 236.9, 24.8])
@@ -103,33 +102,13 @@ def test_slopes_are_those_of_an_independent_derivative_through_reversals_and_res
     assert off.max() < 1e-5, off
 
 
-class _Parabola:
-    """Errors that are squares of the parameters, where these are allowed; for lanes that fail."""
-
-    def __init__(self, fails_beyond: float = np.inf) -> None:
-        self.seen: list[Array] = []
-        self._limit = fails_beyond
-
-    @property
-    def spans(self) -> tuple[tuple[slice, ...], ...]:
-        return ((slice(0, 2),),)
-
-    measured = counted = np.ones(2)
-
-    def settle(self, physical: Array) -> None:
-        pass
-
-    def __call__(self, physical: Array) -> Lanes:
-        self.seen.append(physical)
-        failed = {i: "it fails" for i, p in enumerate(physical) if np.any(p > self._limit)}
-        errors = (physical**2 + physical).T.copy()
-        errors[:, [*failed]] = np.nan
-        return Lanes(errors=errors, failures=failed)
+def _parabola(limit: float = np.inf) -> Formula:
+    return Formula(lambda physical: (physical**2 + physical).T.copy(), 2, limit)
 
 
 @pytest.mark.parametrize("at", [0.0, 1e-5, 0.5, 1.0])
 def test_at_a_bound_the_differences_stay_inside_and_are_of_second_order(at: float) -> None:
-    parabola, here = _Parabola(), np.array([at, 0.5])
+    parabola, here = _parabola(), np.array([at, 0.5])
     lower, upper = np.zeros(2), np.ones(2)
     found = jacobian_at(parabola, here, np.ones(2), lower, upper)
     np.testing.assert_allclose(found.jacobian, np.diag(2 * here + 1), atol=1e-9)
@@ -137,19 +116,13 @@ def test_at_a_bound_the_differences_stay_inside_and_are_of_second_order(at: floa
 
 
 def test_a_parameter_whose_lane_fails_is_stepped_less() -> None:
-    parabola, here = _Parabola(fails_beyond=1.0 + 2e-5), np.array([1.0, 0.2])
+    parabola, here = _parabola(limit=1.0 + 2e-5), np.array([0.2, 1.0])
     found = jacobian_at(parabola, here, np.ones(2), np.zeros(2), INFINITE[:2])
     np.testing.assert_allclose(found.jacobian, np.diag(2 * here + 1), atol=1e-8)
-    assert len(parabola.seen) == 2
-    assert len(parabola.seen[1]) == 3  # that of the parameter alone
+    assert {len(lanes) for lanes in parabola.seen[1:]} == {3}  # those of the parameter alone
 
 
 LATER, STEP = 2e-5, 5e-5
-
-
-def _late(axis: GeneratedAxis, name: str, time: float) -> GeneratedAxis:
-    drive = axis.declared.drive.with_time(name, time)
-    return build(replace(axis.declared, drive=drive))
 
 
 @pytest.mark.parametrize("name", ["lag", "delay"])
@@ -158,27 +131,23 @@ def test_errors_are_a_straight_line_of_the_time(
     emps2015: GeneratedAxis, output: str, name: str
 ) -> None:
     record = twin_record(emps2015).windowed((None, 0.4))
-    form = InverseForm(emps2015)
-    time = Parameter(name, "s", lower=0.0)
-
-    def of(axis: GeneratedAxis, form: InverseForm, records: list[Record]) -> Predictions:
-        axes = [axis] * len(records)
-        if output == "open-loop":
-            return WindowPredictions(form, axes, records, 0.1)
-        return LoopPredictions(form, axes, records, output)
-
+    form, drive = InverseForm(emps2015), emps2015.declared.drive
     every_other = {name: values[::2] for name, values in record.channels().items()}
     slow = Record(**every_other, sample_period=2e-3)
-    records = [record, slow] if output == "open-loop" else [record]
-    now, late = (_late(emps2015, name, 4e-4 + more) for more in (0.0, LATER))
-    searched = with_time(form, [now], time)
-    timed = of(now, searched, records)
-    step = of(_late(emps2015, name, 4e-4 + STEP), searched, records)
-    other, here = of(late, form, records), of(now, form, records)
-    timed.follow_time(step, np.append(THETA, 4e-4), 4e-4, STEP)
+
+    def of(more: float, form: Form = form) -> Predictions:
+        late = drive.with_time(name, 4e-4 + more)
+        axis = build(replace(emps2015.declared, drive=late))
+        if output == "open-loop":
+            return WindowPredictions(form, [axis, axis], [record, slow], 0.1)
+        return LoopPredictions(form, [axis], [record], output)
+
+    time = (Parameter(name, "s", lower=0.0),)
+    searched = replace(ExtendedForm.of(form, [emps2015]), time=time)
+    timed, other, here = of(0.0, searched), of(LATER), of(0.0)
+    timed.follow_time(of(STEP, searched), np.append(THETA, 4e-4), 4e-4, STEP)
     for each in (other, here):
         each.settle(THETA)
     found = timed(np.append(THETA, 4e-4 + LATER)[None, :]).errors[:, 0]
-    expected = other(THETA[None, :]).errors[:, 0]
-    before = here(THETA[None, :]).errors[:, 0]
+    expected, before = (each(THETA[None, :]).errors[:, 0] for each in (other, here))
     assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected - before)

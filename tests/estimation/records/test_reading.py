@@ -6,11 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.io import savemat
 
 import axisid
 from axisid import DataError, load_axis, read_record
-from axisid.estimation import Repairs
 from tests.refusals import refuses
 
 ROWS = [(0.001 * k, np.sin(k / 9), np.cos(k / 9), 0.1 * k % 0.7) for k in range(40)]
@@ -88,10 +86,9 @@ def test_all_missing_columns_are_told_at_once(tmp_path: Path) -> None:
     declared = (
         "no column 'qm' for the position, 'qg' for the reference, 'vir' for the control; found"
     )
-    with refuses("columns", says=f"{declared} t, pos, ref, volts. ") as refused:
+    advice = "columns position=NAME,reference=NAME,control=NAME"
+    with refuses("columns", says=f"{declared} t, pos, ref, volts. .*{advice}"):
         read_record(file, load_axis("emps"))
-    assert refused.value.code == "columns"
-    assert "columns position=NAME,reference=NAME,control=NAME" in str(refused.value)
     with refuses("columns", says="position=NAME,time=NAME,reference=NAME,control=NAME"):
         read_record(file)
 
@@ -112,30 +109,13 @@ def test_names_that_occur_twice_matter_only_where_they_are_asked_for(tmp_path: P
     assert np.array_equal(record.control, np.array(ROWS)[:, 3])
 
 
-@pytest.mark.parametrize("compress", [False, True])
-def test_damaged_mat_file_is_explained(
-    tmp_path: Path, rng: np.random.Generator, compress: bool
-) -> None:
-    file = tmp_path / "log.mat"
-    savemat(file, {"t": np.arange(1000.0), "qm": rng.normal(size=1000)}, do_compression=compress)
-    whole = file.read_bytes()
-    damaged = [whole[:size] for size in (4, 100, 130, 200, len(whole) // 2, len(whole) - 1)]
-    spoilt = rng.integers(200, len(whole), 20 if compress else 0)
-    damaged += [whole[:at] + bytes([whole[at] ^ 0xFF]) + whole[at + 1 :] for at in spoilt]
-    for content in damaged:
-        file.write_bytes(content)
-        with refuses("log-file", says=r"log\.mat"):
-            read_record(file)
-
-
 def test_period_that_is_given_stands_for_a_time_column_that_the_axis_declares() -> None:
     axis = replace(load_axis("emps2015"), columns={"time": "t", "position": "q", "control": "u"})
     log = {"q": np.sin(np.arange(50)), "u": np.cos(np.arange(50))}
-    with refuses("columns", says="'t' for the time"):
-        read_record(log, axis)
     assert read_record(log, axis, sample_period=1e-3).period == 1e-3
-    with refuses("columns", says="'t' for the time"):
-        read_record(log, axis, columns={"time": "t"}, sample_period=1e-3)
+    for more in ({}, {"columns": {"time": "t"}, "sample_period": 1e-3}):
+        with refuses("columns", says="'t' for the time"):
+            read_record(log, axis, **more)  # type: ignore[arg-type]
 
 
 def test_log_without_the_reference_that_the_axis_names_serves_least_squares() -> None:
@@ -153,22 +133,8 @@ def test_log_without_the_reference_that_the_axis_names_serves_least_squares() ->
 
 @pytest.mark.parametrize("repairs", [{}, {"wrap": 1.0}, {"resample": 100.0}])
 def test_log_without_a_number_is_refused_whatever_is_asked_for(repairs: dict[str, Any]) -> None:
+    said = r"position (has no row with a number|is inf in data row 1)"
     for rows in (0, 9):
         log = {"time": 0.01 * np.arange(rows), "position": np.full(rows, np.inf)}
-        with pytest.raises(
-            DataError, match=r"position (has no row with a number|is inf in data row 1)"
-        ):
+        with pytest.raises(DataError, match=said):
             read_record(log, repairs=axisid.estimation.Repairs(**repairs))
-
-
-@pytest.mark.parametrize(("jitter", "told"), [(0.0, False), (0.005, False), (0.1, True)])
-def test_jitter_that_is_taken_as_even_is_told(
-    rng: np.random.Generator, jitter: float, told: bool
-) -> None:
-    time = 1e-3 * (np.arange(2000) + jitter * rng.uniform(-1, 1, 2000))
-    record = read_record({"time": time, "position": np.sin(time)})
-    notes = [note for note in record.provenance.doubts if "taken as even, " in note]
-    assert bool(notes) == told
-    parts = {"time": np.delete(time, slice(900, 1000)), "position": np.sin(np.arange(1900))}
-    split = read_record(parts, repairs=Repairs(gaps="split"))
-    assert any("taken as even, " in note for note in split.provenance.doubts) == told

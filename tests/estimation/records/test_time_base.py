@@ -10,7 +10,6 @@ from axisid import Record, identify, read_record, validate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
 from axisid.estimation.diagnostics.law.control_law import LawCheck, check_law
-from axisid.estimation.records.resampling import own_period
 from axisid.support.errors import Missing
 from tests.refusals import refuses
 
@@ -91,20 +90,3 @@ def test_jitter_and_lost_samples_are_no_other_time(
         record = read_record(log, emps2015, repairs=Repairs(resample="auto", gaps="split"))
         said = in_words(check_law(emps2015, record))
         assert said.startswith(status) or (status == "passed" and "is sampled" not in said)
-
-
-@pytest.mark.parametrize("lost", [0.0, 0.03, 0.2])
-@pytest.mark.parametrize("jitter", [0.0, 0.1, 0.3])
-def test_period_of_uneven_times_is_the_loggers(
-    rng: np.random.Generator, jitter: float, lost: float
-) -> None:
-    time = 5.0 + 1e-3 * (np.arange(5000) + rng.uniform(-jitter, jitter, 5000))
-    period, uncertainty = own_period(time[rng.random(5000) >= lost])
-    assert period == pytest.approx(1e-3, rel=1e-4 if jitter else 1e-12)
-    assert uncertainty < 2e-3
-
-
-def test_times_without_a_phase_leave_the_period_open(rng: np.random.Generator) -> None:
-    period, uncertainty = own_period(np.cumsum(rng.uniform(0.2e-3, 1.8e-3, 3000)))
-    assert period == pytest.approx(1e-3, rel=0.05)
-    assert uncertainty == 0.1

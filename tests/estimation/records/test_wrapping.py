@@ -5,11 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
 
 from axisid import load_axis, read_record
 from axisid.estimation import Repairs
-from axisid.estimation.records.wrapping import undone
 from tests.refusals import refuses
 
 N = 400
@@ -17,29 +15,16 @@ PERIOD = 1e-3
 TIME = PERIOD * np.arange(N)
 TURN = 2 * np.pi
 TURNING = 3 + 4 * np.sin(10 * TIME) + 2 * TIME  # rad, over the seam and back
+SEAMED = np.mod(TURNING, TURN)
 
 
 def log(position: np.ndarray = TURNING, **changes: Any) -> dict[str, Any]:
     return {"time": TIME, "position": position, "control": np.cos(30 * TIME)} | changes
 
 
-@pytest.mark.slow
-@given(
-    steps=st.lists(st.floats(-0.49, 0.49), min_size=3, max_size=60),
-    start=st.floats(-20, 20),
-    modulus=st.floats(0.1, 100),
-)
-def test_unwrapping_undoes_wrapping(steps: list[float], start: float, modulus: float) -> None:
-    true = modulus * (start + np.cumsum(steps))
-    found, places = undone(np.mod(true, modulus), modulus)
-    assert np.diff(found) == pytest.approx(np.diff(true), abs=1e-9 * modulus)
-    assert len(places) == np.count_nonzero(np.diff(np.floor(true / modulus)))
-
-
 def test_position_and_reference_unwrap_onto_the_same_turn() -> None:
     true = 3 * np.sin(8 * TIME)
-    behind = true - 0.02
-    wrapped = log(np.mod(behind, TURN), reference=np.mod(true, TURN))
+    wrapped = log(np.mod(true - 0.02, TURN), reference=np.mod(true, TURN))
     record = read_record(wrapped, repairs=Repairs(wrap="360:deg"))
     assert record.reference - record.position == pytest.approx(0.02, abs=1e-12)
     (repair,) = record.provenance.repairs
@@ -76,11 +61,8 @@ def test_reference_keeps_its_own_turn_or_begins_on_the_positions(
 def test_reference_begins_on_the_positions_turn_after_every_gap() -> None:
     true = np.where(TIME < 0.15, 6.0, 6.0 + 0.45 * TURN) + 0.005 * np.sin(60 * TIME)
     ahead = true + np.where(TIME < 0.15, 0.0, 0.5)  # more than half a turn on from before
-    kept = (TIME < 0.1) | (TIME > 0.2)
-    wrapped = {
-        role: values[kept]
-        for role, values in log(np.mod(true, TURN), reference=np.mod(ahead, TURN)).items()
-    }
+    whole = log(np.mod(true, TURN), reference=np.mod(ahead, TURN))
+    wrapped = {role: np.delete(values, slice(100, 201)) for role, values in whole.items()}
     for more in ({}, {"resample": 1000.0}):
         record = read_record(wrapped, repairs=Repairs(wrap=TURN, gaps="split", **more))  # type: ignore[arg-type]
         apart = np.asarray(record.reference) - record.position
@@ -91,30 +73,31 @@ def test_reference_begins_on_the_positions_turn_after_every_gap() -> None:
 
 
 @pytest.mark.parametrize(
-    ("position", "wrap", "says"),
+    ("position", "wrap", "code", "says"),
     [
-        (TURNING, 1.0, "1 m or rad"),
-        *((np.mod(TURNING, TURN), wrap, "") for wrap in ("400:deg", "361:deg", "6.29", "7")),
+        (TURNING, 1.0, "wrap", "1 rad"),
+        *((SEAMED, wrap, "wrap", "") for wrap in ("400:deg", "361:deg", "6.29", "7")),
         *(
-            (np.mod(TURNING, TURN), wrap, r"jumps by 6\..*does not undo; .*360:deg")
-            for wrap in ("360", "1000:deg")
+            (SEAMED, w, "wrap", r"jumps by 6\..*does not undo; .*360:deg")
+            for w in ("360", "1000:deg")
         ),
+        # Recognised unasked.
+        (SEAMED, None, "wrap", r"\(\d such jumps\).* add wrap"),
+        (np.rad2deg(SEAMED), None, "wrap", r"\(\d such jumps\).* add columns.*and wrap"),
+        (TURNING, "torque=65536", "wrap", ""),
+        (TURNING, "time=4294967296", "wrap", ""),
+        (TURNING, "control=", "usage", ""),
+        (TURNING, "control=65536:mm", "units", ""),
     ],
 )
-def test_modulus_that_is_not_that_of_the_jumps_is_refused(
-    position: np.ndarray, wrap: Any, says: str
+def test_modulus_that_no_column_has_is_refused(
+    position: np.ndarray, wrap: Any, code: str, says: str
 ) -> None:
-    with refuses("wrap", says=says):
-        read_record(log(position), repairs=Repairs(wrap=wrap))
+    with refuses(code, says=says):
+        read_record(log(position), load_axis("pendulum"), repairs=Repairs(wrap=wrap))
 
 
-def test_wrapped_position_is_recognised_unasked() -> None:
-    for turn, settings in ((TURN, ["wrap"]), (360, ["columns", "wrap"])):
-        wrapped = log(np.mod(TURNING, TURN) * turn / TURN)
-        with refuses("wrap", says=r"\(\d such jumps\)") as refused:
-            read_record(wrapped)
-        assert refused.value.code == "wrap"
-        assert [s for s in ("columns", "wrap") if f"{s} " in str(refused.value)] == settings
+def test_jump_by_another_distance_is_told() -> None:
     by_range = read_record(log(np.mod(TURNING, 1.5)), load_axis("emps2015"))
     assert any("the position jumps by 1." in note for note in by_range.provenance.doubts)
 
@@ -126,15 +109,8 @@ def test_motion_that_is_not_wrapped_says_nothing_of_jumps() -> None:
     for position in (TURNING, outlier, np.round(0.3 * TURNING)):
         doubts = read_record(log(position), rest).provenance.doubts
         assert not any("jumps" in note for note in doubts)
-    repairs = read_record(
-        log(np.mod(TIME, 1.0)), repairs=Repairs(wrap="360:deg")
-    ).provenance.repairs
-    assert repairs[0].count == 0
-
-
-def _unsigned(control: np.ndarray, bits: int = 16) -> np.ndarray:
-    """As a logger writes signed words that it takes for unsigned ones."""
-    return np.mod(np.round(control), 2.0**bits)
+    (repair,) = read_record(log(TIME), repairs=Repairs(wrap="360:deg")).provenance.repairs
+    assert repair.count == 0
 
 
 VOLTS = "control:counts*10V/32768"
@@ -151,28 +127,11 @@ def test_a_control_that_lost_its_sign_has_it_back(given: Any) -> None:
             columns={"position": "position:m", "control": VOLTS},
             repairs=Repairs(wrap=wrap),
         )
-        for control, wrap in ((_unsigned(CONTROL), given), (np.round(CONTROL), None))
+        for control, wrap in (
+            (np.mod(np.round(CONTROL), 2.0**16), given),
+            (np.round(CONTROL), None),
+        )
     ]
     assert both[0].control == pytest.approx(both[1].control, abs=1e-12)
     (repair,) = both[0].provenance.repairs
     assert repair.count == np.count_nonzero(np.round(CONTROL) < 0)
-
-
-@pytest.mark.parametrize(
-    ("wrap", "code"),
-    [
-        ("control=100", "wrap"),
-        ("torque=65536", "wrap"),
-        ("time=4294967296", "wrap"),
-        ("control=", ""),
-        ("control=65536:mm", "units"),
-    ],
-)
-def test_a_modulus_that_no_column_has_is_refused(wrap: str, code: str) -> None:
-    with refuses(code or "usage"):
-        read_record(
-            log(0.01 * TURNING, control=_unsigned(CONTROL)),
-            load_axis("emps2015"),
-            columns={"position": "position:m", "control": "control:V"},
-            repairs=Repairs(wrap=wrap),
-        )

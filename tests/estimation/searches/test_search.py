@@ -8,34 +8,24 @@ import pytest
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
 from axisid.estimation.parameters import Unknowns
-from axisid.estimation.predictions.lanes import Lanes
 from axisid.estimation.searches import LOSSES, Search, SearchResult, WeightedLoss, robust_deviation
 from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.support.arrays import Array
+from tests.estimation.predictions.formula import Formula
 from tests.refusals import refuses
 
 TIME = np.linspace(0.0, 4.0, 400)
 
 
-class _Decay:
-    """``a exp(-b t)`` beside what was measured; no lane has a rate of more than it can."""
+def _decay(a: float, b: float) -> Array:
+    return np.asarray(a * np.exp(-b * TIME))
 
-    units = ("m",)
 
-    def __init__(self, measured: Array, most: float = np.inf) -> None:
-        self.measured, self.counted, self._most = measured, np.ones(len(measured)), most
-        self.spans = ((slice(0, len(measured)),),)
-        self.calls = 0
-
-    def settle(self, physical: Array) -> None:
-        pass
-
-    def __call__(self, physical: Array) -> Lanes:
-        self.calls += 1
-        failed = {i: "it runs away" for i, p in enumerate(physical) if p[1] > self._most}
-        errors = physical[:, 0] * np.exp(-np.outer(TIME, physical[:, 1])) - self.measured[:, None]
-        errors[:, [*failed]] = np.nan
-        return Lanes(errors=errors, failures=failed)
+def _less(measured: Array, most: float = np.inf) -> Formula:
+    """``a exp(-b t)`` less what was measured; no lane has a rate of more than it can."""
+    return Formula(
+        lambda p: p[:, 0] * np.exp(-np.outer(TIME, p[:, 1])) - measured[:, None], len(TIME), most
+    )
 
 
 def _unknowns(**changed: Any) -> Unknowns:
@@ -53,7 +43,7 @@ def _unknowns(**changed: Any) -> Unknowns:
 
 
 def _found(
-    predictions: _Decay,
+    predictions: Formula,
     unknowns: Unknowns,
     start: list[float],
     loss: str = SQUARES,
@@ -69,21 +59,17 @@ def _found(
     return Search(predictions, unknowns, scale, weighing).run(begun)
 
 
-def _decay(a: float, b: float) -> Array:
-    return np.asarray(a * np.exp(-b * TIME))
-
-
 @pytest.mark.parametrize("start", [[1.0, 1.0], [0.0, 0.0], [5.0, 3.0]])
 def test_it_ends_at_the_truth_also_from_a_bound(start: list[float]) -> None:
-    found = _found(_Decay(_decay(2.0, 0.7)), _unknowns(), start)
+    found = _found(_less(_decay(2.0, 0.7)), _unknowns(), start)
     assert found.converged
     np.testing.assert_allclose(found.physical, [2.0, 0.7], rtol=1e-6)
     assert not np.any(found.at_bound)
 
 
 def test_a_parameter_that_is_driven_to_a_bound_is_there_and_the_others_are_least_with_it() -> None:
-    found = _found(_Decay(_decay(2.0, 0.7)), _unknowns(upper=np.array([np.inf, 0.5])), [1.0, 0.1])
-    held = _found(_Decay(_decay(2.0, 0.7)), _unknowns(fixed=np.array([np.nan, 0.5])), [1.0, 0.1])
+    found = _found(_less(_decay(2.0, 0.7)), _unknowns(upper=np.array([np.inf, 0.5])), [1.0, 0.1])
+    held = _found(_less(_decay(2.0, 0.7)), _unknowns(fixed=np.array([np.nan, 0.5])), [1.0, 0.1])
     assert [*found.at_bound] == [0, 1]
     assert found.physical[1] == 0.5
     assert found.physical[0] == pytest.approx(held.physical[0], rel=1e-7)
@@ -98,24 +84,24 @@ def test_a_bound_near_the_least_is_told_apart_from_it_whatever_the_start_weighed
     """``gap`` in deviations of the rate; weights are of the errors at the start."""
     noise = 1e-3
     measured = _decay(2.0, 0.7) + noise * rng.standard_normal(len(TIME))
-    free = _found(_Decay(measured), _unknowns(), [1.0, 1.0], weight=weight)
+    free = _found(_less(measured), _unknowns(), [1.0, 1.0], weight=weight)
     scatter = np.linalg.inv(free.slopes.jacobian.T @ free.slopes.jacobian)
     deviation = noise * np.sqrt(scatter[1, 1])
     upper = np.array([np.inf, free.physical[1] + gap * deviation])
-    found = _found(_Decay(measured), _unknowns(upper=upper), [1.0, 0.1], weight=weight)
+    found = _found(_less(measured), _unknowns(upper=upper), [1.0, 0.1], weight=weight)
     assert found.converged
     assert not np.any(found.at_bound)
     assert abs(found.physical[1] - free.physical[1]) < 0.05 * deviation
 
 
 def test_a_truth_on_a_bound_is_found_exactly() -> None:
-    found = _found(_Decay(_decay(2.0, 0.0) + 0.01 * TIME), _unknowns(), [1.0, 1.0])
+    found = _found(_less(_decay(2.0, 0.0) + 0.01 * TIME), _unknowns(), [1.0, 1.0])
     assert found.physical[1] == 0.0
     assert [*found.at_bound] == [0, -1]
 
 
 def test_loops_that_cannot_be_simulated_shorten_the_step() -> None:
-    found = _found(_Decay(_decay(2.0, 1.2), most=1.25), _unknowns(), [50.0, 0.5])
+    found = _found(_less(_decay(2.0, 1.2), most=1.25), _unknowns(), [50.0, 0.5])
     np.testing.assert_allclose(found.physical, [2.0, 1.2], rtol=1e-5)
     assert found.lost
     assert found.why_lost == "it runs away"
@@ -123,15 +109,15 @@ def test_loops_that_cannot_be_simulated_shorten_the_step() -> None:
 
 def test_a_start_that_cannot_be_simulated_is_refused() -> None:
     with refuses("simulation", says="runs away"):
-        _found(_Decay(_decay(2.0, 0.7), most=3.0), _unknowns(), [1.0, 4.0])
+        _found(_less(_decay(2.0, 0.7), most=3.0), _unknowns(), [1.0, 4.0])
 
 
 def test_what_was_known_before_pulls_by_its_deviation() -> None:
     known = _unknowns(prior=np.array([3.0, 0.0]), prior_sd=np.array([1e-4, np.inf]))
-    found = _found(_Decay(_decay(2.0, 0.7)), known, [1.0, 1.0])
+    found = _found(_less(_decay(2.0, 0.7)), known, [1.0, 1.0])
     assert found.physical[0] == pytest.approx(3.0, abs=0.01)
     vague = _unknowns(prior=np.array([3.0, 0.0]), prior_sd=np.array([10.0, np.inf]))
-    found = _found(_Decay(_decay(2.0, 0.7)), vague, [1.0, 1.0])
+    found = _found(_less(_decay(2.0, 0.7)), vague, [1.0, 1.0])
     assert found.physical[0] == pytest.approx(2.0, abs=1e-4)
 
 
@@ -139,8 +125,8 @@ def test_what_was_known_before_pulls_by_its_deviation() -> None:
 def test_robust_losses_withstand_outliers(loss: str, rng: np.random.Generator) -> None:
     measured = _decay(2.0, 0.7) + 0.01 * rng.standard_normal(len(TIME))
     measured[rng.integers(0, len(TIME), 40)] += 3.0
-    robust = _found(_Decay(measured), _unknowns(), [1.0, 1.0], loss).physical
-    plain = _found(_Decay(measured), _unknowns(), [1.0, 1.0]).physical
+    robust = _found(_less(measured), _unknowns(), [1.0, 1.0], loss).physical
+    plain = _found(_less(measured), _unknowns(), [1.0, 1.0]).physical
     off, plain_off = np.abs(robust - [2.0, 0.7]), np.abs(plain - [2.0, 0.7])
     assert np.all(off < 0.02)
     assert np.all(off < 0.1 * plain_off)

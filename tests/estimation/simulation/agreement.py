@@ -1,5 +1,6 @@
 """Lanes of a batch, and the virtual machine, against the same loops one by one."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.codegen.lowering import SIGNALS
 from axisid.estimation import simulate_batch
 from axisid.support.arrays import Array
+from benchmarks.event_integrator import EventIntegrator
 
 LANES = 35  # more than a block has
 
@@ -47,3 +49,20 @@ def agree(
             assert np.abs(batch[name][:, lane] - found).max() <= allowed, (lane, name)
             if other is not None:
                 assert np.abs(getattr(other, name) - found).max() <= allowed, name
+
+
+def followed_by(
+    body: EventIntegrator,
+    samples: int,
+    period: float,
+    force: Callable[[int], Callable[..., float]],
+    *,
+    held: bool = True,
+) -> tuple[Array, Array]:
+    """Positions and velocities at samples, of an integrator that locates events, by its forces."""
+    found = []
+    for k in range(samples):
+        found.append((body.q, body.v))
+        body.advance(force(k), period, held=held)
+    position, velocity = np.array(found).T
+    return position, velocity

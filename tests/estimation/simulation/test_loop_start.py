@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import UsageError, build, newton, simulate
+from axisid import build, newton, simulate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import (
     BALANCED,
@@ -42,8 +42,8 @@ def p_pi(start: object, delay: int = 0) -> ControlLaw:
     )
 
 
-def vertical(start: object = 0, delay: int = 0, *, native: bool = True) -> GeneratedAxis:
-    """A stage that carries a load under an integral."""
+def stage(law: ControlLaw, *, native: bool = True) -> GeneratedAxis:
+    """A stage that carries a load."""
     axis = newton(
         "vertical",
         coordinate=q,
@@ -51,9 +51,14 @@ def vertical(start: object = 0, delay: int = 0, *, native: bool = True) -> Gener
         inertia=M,
         resistance=(viscous(Fv, q), coulomb(Fc, q), offset(F0)),
         drive=Drive(gain=35.15, limit=100.0),
-        control=p_pi(start, delay),
+        control=law,
     )
     return build(axis, native=native)
+
+
+def vertical(start: object = 0, delay: int = 0, *, native: bool = True) -> GeneratedAxis:
+    """Under an integral."""
+    return stage(p_pi(start, delay), native=native)
 
 
 def by_events(
@@ -113,28 +118,6 @@ def test_lanes_start_each_in_its_own_way(name: str) -> None:
     agree(axis, *given, machine=build(AXES[name], native=False), **own)
 
 
-def test_the_state_that_a_motion_has_continues_it() -> None:
-    axis = vertical(BALANCED)
-    reference = 0.01 * np.sin(2 * np.pi * 3 * T * np.arange(400))
-    whole = simulate(axis, THETA, reference, T)
-    error = 40.0 * (reference - whole.position)
-    rest = float(whole.control[0] - 150.0 * error[0])
-    last = np.concatenate([whole.position[:1], whole.position[:-1]])
-    change = 4000.0 * T * (error - (whole.position - last) / T)
-    total = rest + np.concatenate([[0.0], np.cumsum(change)[:-1]])
-    cut = 150
-    later = simulate(
-        axis,
-        THETA,
-        reference[cut:],
-        T,
-        start=whole.position[cut],
-        start_velocity=whole.velocity[cut],
-        memory=[last[cut], total[cut]],
-    )
-    assert np.abs(later.position - whole.position[cut:]).max() < 1e-12
-
-
 @pytest.mark.parametrize("delay", [0, 2])
 @pytest.mark.parametrize("native", [True, False], ids=["native", "virtual machine"])
 def test_an_integral_in_balance_holds_the_load(delay: int, native: bool) -> None:
@@ -170,22 +153,3 @@ def test_a_drive_that_rounds_begins_with_the_force_of_a_command(path: dict[str, 
     # 300 N are 8.53 A, and the nearest command that acts 8.5 A.
     assert loop.control[0] == pytest.approx(300.0 / 35.15)
     assert loop.force[:3] == pytest.approx(8.5 * 35.15)
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"start_velocity": np.nan}, "the start velocity is nan; give one number"),
-        (
-            {"memory": [1.0]},
-            r"the memory \(last, total\) has the shape \(1,\); give \(2,\)",
-        ),
-        ({"memory": [0.0, np.inf]}, "all finite"),
-    ],
-)
-def test_a_start_that_is_none_is_refused(options: dict[str, object], said: str) -> None:
-    with pytest.raises(UsageError, match=said):
-        simulate(vertical(), THETA, np.zeros(5), T, **options)  # type: ignore[arg-type]
-    lanes = {name: [value] for name, value in options.items()}
-    with pytest.raises(UsageError, match=r"all finite|finite numbers"):
-        simulate_batch(vertical(), [THETA], np.zeros(5), T, **lanes)  # type: ignore[arg-type]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +22,6 @@ from tests.estimation.simulation.agreement import LANES, agree
 q, J = x.symbol, Parameter("J", "N")
 PERIOD, STOP = 1e-3, 0.05
 KP, KV = 20.0, 30.0
-FIELDS = ("position", "velocity", "acceleration", "force", "direction", "direction_before")
 
 
 @cache
@@ -89,21 +89,6 @@ def random_stops(rng: np.random.Generator) -> tuple[list[float], np.ndarray]:
     return theta, sine(STOP * rng.uniform(1.01, 1.6), 10 ** rng.uniform(-0.3, 0.7), 800)
 
 
-@pytest.mark.slow
-def test_random_stops_are_met_within_a_micrometre_or_refused_with_a_sentence() -> None:
-    rng, met = np.random.default_rng(1), 0
-    for _ in range(40):
-        theta, reference = random_stops(rng)
-        try:
-            loop = simulate(axis("stops"), theta, reference, PERIOD)
-        except EstimationError as error:
-            assert "too fast to follow" in str(error)
-            continue
-        met += 1
-        assert np.abs(loop.position - exact("stops", theta, reference)).max() < 1e-6, theta
-    assert met > 35
-
-
 def random_jumps(rng: np.random.Generator) -> tuple[list[float], np.ndarray]:
     friction = np.array([rng.choice([0, 1]), 1]) * 10 ** rng.uniform([-1, -1], [1.5, 1])
     theta = [10 ** rng.uniform(-0.5, 1), *friction, 10 ** rng.uniform(-1, 2)]
@@ -113,15 +98,26 @@ def random_jumps(rng: np.random.Generator) -> tuple[list[float], np.ndarray]:
 
 
 @pytest.mark.slow
-def test_random_jumps_are_crossed_or_rested_in_as_in_closed_form() -> None:
-    """With friction, so that the motion is not chaotic."""
-    rng, rested = np.random.default_rng(2), 0.0
+@pytest.mark.parametrize(
+    ("kind", "drawn", "within"), [("stops", random_stops, 1e-6), ("jump", random_jumps, 1e-9)]
+)
+def test_random_events_are_met_as_in_closed_form_or_refused_with_a_sentence(
+    kind: str, drawn: Callable[[np.random.Generator], Any], within: float
+) -> None:
+    """Stops, and jumps that are crossed or rested in; with friction, so that none is chaotic."""
+    rng, met, rested = np.random.default_rng(1), 0, 0.0
     for _ in range(40):
-        theta, reference = random_jumps(rng)
-        loop = simulate(axis("jump"), theta, reference, PERIOD)
+        theta, reference = drawn(rng)
+        try:
+            loop = simulate(axis(kind), theta, reference, PERIOD)
+        except EstimationError as error:
+            assert "too fast to follow" in str(error)
+            continue
+        met += 1
         rested += np.mean((loop.velocity == 0) & (np.abs(loop.position) < 1e-12))
-        assert np.abs(loop.position - exact("jump", theta, reference)).max() < 1e-9, theta
-    assert rested > 5
+        assert np.abs(loop.position - exact(kind, theta, reference)).max() < within, theta
+    assert met > 35
+    assert rested > 5 * (kind == "jump")
 
 
 def without_feedback(name: str, *resistance: sympy.Expr, native: bool = True) -> GeneratedAxis:

@@ -1,7 +1,7 @@
-"""The loop for every kind of friction, load and law, against independent solutions."""
+"""The loop for every kind of friction, load and law, against independent solutions; its twins."""
 
 import math
-import re
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -9,30 +9,36 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given, settings, strategies as st
 
-from axisid import (
-    build,
-    load_axis,
-    simulate,
-)
+from axisid import Axis, build, load_axis, simulate, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.control import MEASURED_POSITION, ControlLaw, cascade_pd
-from axisid.elements import Drive
+from axisid.control import MEASURED_POSITION, cascade_pd
 from axisid.estimation import simulate_batch
-from axisid.estimation.simulation.simulated import (
-    signals_about,
-)
+from axisid.estimation.simulation import signals_about, twin_plan
+from axisid.estimation.simulation.twin import trajectory
+from axisid.modeling import Move, back_and_forth
 from benchmarks.event_integrator import EventIntegrator
-from tests.axes.bodies import force_law
+from tests.axes.bodies import body, force_law
 from tests.axes.simulated import AXES
 from tests.estimation.piecewise_axis import PiecewiseAxis, closed_loop
-from tests.estimation.simulation.agreement import LANES, agree
-from tests.estimation.simulation.test_closed_loop import MOTIONS, sine
+from tests.estimation.simulation.agreement import LANES, agree, followed_by
 from tests.refusals import refuses
 
 PERIOD = 1e-3
-FIELDS = ("position", "velocity", "acceleration", "force", "control", "direction")
+
+
+def sine(frequency: float, amplitude: float, seconds: float) -> np.ndarray:
+    t = np.arange(round(seconds / PERIOD)) * PERIOD
+    return amplitude * np.sin(2 * np.pi * frequency * t)
+
+
+THERE = trajectory((Move(0.05, 0.1, 1.0),), PERIOD)
+MOTIONS = {
+    "1 Hz, 0.1 m sine": sine(1.0, 0.1, 3.0),
+    "move, hold, return": np.r_[THERE, 0 * THERE + THERE[-1], THERE[-1] - THERE, 0 * THERE],
+    "0.1 Hz, 5 mm stick-slip": sine(0.1, 5e-3, 10.0),
+    "5 Hz, 2 mm reversals": sine(5.0, 2e-3, 2.0),
+}
 
 
 @cache
@@ -47,42 +53,12 @@ def motion_of(axis: GeneratedAxis, seconds: float = 0.6) -> np.ndarray:
     return size * np.clip(1.5 * np.sin(2 * np.pi * t / 0.4), -1, 1)
 
 
-def period_of(axis: GeneratedAxis) -> float:
-    return axis.axis.control.period
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", AXES)
-@settings(max_examples=8)
-@given(data=st.data())
-def test_native_code_and_virtual_machine_agree(name: str, data: st.DataObject) -> None:
-    axis, machine = built(name), built(name, native=False)
-    factors = data.draw(st.lists(st.floats(0.5, 1.5), min_size=len(axis.parameters)))
-    theta = axis.nominal * factors[: len(axis.parameters)]
-    seed = data.draw(st.integers(0, 1000))
-    reference = motion_of(axis)
-    law = axis.axis.control
-    noise = 1e-6 * np.random.default_rng(seed).normal(size=len(reference))
-    options: dict[str, Any] = {
-        "position_noise": data.draw(st.sampled_from([None, noise])),
-        "injected": data.draw(st.sampled_from([None, 0.2 * np.sin(np.arange(len(reference)))])),
-        "resolution": 0.0 if law.continuous else data.draw(st.sampled_from([0.0, 1e-6])),
-        "substeps": data.draw(st.sampled_from([None, 1, 3])),
-    }
-    native = simulate(axis, theta, reference, law.period, **options)
-    virtual = simulate(machine, theta, reference, law.period, **options)
-    for field in (*FIELDS, "direction_before", "measured_position"):
-        got, expected = getattr(native, field), getattr(virtual, field)
-        scale = max(np.abs(expected).max(), 1e-12)
-        assert np.abs(got - expected).max() <= 1e-9 * scale, field
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", AXES)
 def test_rows_satisfy_the_model_and_a_stuck_axis_rests(name: str) -> None:
     axis = built(name)
     theta = axis.nominal
-    loop = simulate(axis, theta, motion_of(axis), period_of(axis))
+    loop = simulate(axis, theta, motion_of(axis), axis.axis.control.period)
     for s in (loop.signals, signals_about(axis, theta, loop)[1]):
         row, known = axis.evaluate(
             "idm_regressor", s.position, s.velocity, s.acceleration, s.direction
@@ -113,30 +89,13 @@ def test_position_is_within_a_nanometre_of_the_closed_form(motion: str, offset: 
     assert np.abs(loop.position - position).max() < 1e-9
 
 
-def pendulum_events(
-    theta: np.ndarray, forces: np.ndarray, period: float, start: float
-) -> np.ndarray:
-    """Positions of the open pendulum by an integrator that locates its reversals."""
-    J, mgl, fc = map(float, theta)
-    body = EventIntegrator(lambda q, _, tau, s, __: (tau - mgl * math.sin(q) - fc * s) / J, start)
-    positions = []
-    for tau in forces:
-        positions.append(body.q)
-        body.advance(lambda *_, tau=float(tau): tau, period, held=True)
-    return np.array(positions)
-
-
-def pendulum_forces() -> np.ndarray:
-    t = np.arange(800) * 5e-3
-    return 0.6 * np.sin(2 * np.pi * 0.8 * t) * (t < 1.6)
-
-
 def test_pendulum_with_coulomb_friction_is_within_1e_8_rad_of_another_integrator() -> None:
-    axis = built("open_pendulum")
-    theta = np.array([0.0626, 1.0, 0.2])
-    forces = pendulum_forces()
+    axis, time = built("open_pendulum"), np.arange(800) * 5e-3
+    J, mgl, fc = theta = np.array([0.0626, 1.0, 0.2])
+    forces = 0.6 * np.sin(2 * np.pi * 0.8 * time) * (time < 1.6)
     loop = simulate(axis, theta, forces, 5e-3, start=0.3)
-    expected = pendulum_events(theta, forces, 5e-3, 0.3)
+    body = EventIntegrator(lambda q, _, tau, s, __: (tau - mgl * math.sin(q) - fc * s) / J, 0.3)
+    expected, _ = followed_by(body, 800, 5e-3, lambda k: lambda *_: float(forces[k]))
     assert (loop.mode == 0).sum() > 50
     assert (np.diff(np.sign(loop.velocity)) != 0).sum() > 6
     assert np.abs(loop.position - expected).max() < 1e-8
@@ -163,17 +122,15 @@ def test_continuous_law_is_the_differential_equation() -> None:
     loop = simulate(axis, theta, reference, PERIOD)
     assert np.abs(loop.control).max() < 9
     body = EventIntegrator(lambda _, v, tau, s, __: float((tau - Fv * v - Fc * s) / M), 0.0)
-    positions = []
-    for here, ahead in zip(reference, np.append(reference[1:], reference[-1]), strict=True):
+    rates = np.diff(reference, append=reference[-1]) / PERIOD
 
-        def force(
-            t: float, q: float, v: float, r: float = here, rate: float = ahead - here
-        ) -> float:
-            return float(35.15 * 243.45 * (160.18 * (r + rate * t / PERIOD - q) - v))
+    def force(k: int) -> Callable[..., float]:
+        return lambda t, q, v: float(
+            35.15 * 243.45 * (160.18 * (reference[k] + rates[k] * t - q) - v)
+        )
 
-        positions.append(body.q)
-        body.advance(force, PERIOD, held=False)
-    assert np.abs(loop.position - positions).max() < 2e-9
+    position, _ = followed_by(body, len(reference), PERIOD, force, held=False)
+    assert np.abs(loop.position - position).max() < 2e-9
 
 
 def test_encoder_counts_are_what_the_law_measures() -> None:
@@ -184,6 +141,18 @@ def test_encoder_counts_are_what_the_law_measures() -> None:
     assert np.abs(loop.measured_position - loop.position).max() <= resolution / 2 * (1 + 1e-9)
     expected = 243.45 * (160.18 * (sine(1.0, 0.01, 0.5) - loop.measured_position) - loop.velocity)
     assert loop.control == pytest.approx(np.clip(expected, -10, 10), abs=1e-6)
+
+
+def test_noise_enters_through_the_measured_position(
+    emps2015: GeneratedAxis, rng: np.random.Generator
+) -> None:
+    reference = MOTIONS["1 Hz, 0.1 m sine"]
+    noise = 1e-5 * rng.normal(size=len(reference))
+    clean = simulate(emps2015, TRUTH, reference, PERIOD)
+    loop = simulate(emps2015, TRUTH, reference, PERIOD, position_noise=noise)
+    assert loop.measured_position - loop.position == pytest.approx(noise, abs=1e-15)
+    first = 35.15 * 243.45 * 160.18 * -noise[0]
+    assert loop.force[0] - clean.force[0] == pytest.approx(first, rel=1e-9)
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3])
@@ -198,22 +167,6 @@ def test_batch_is_the_simulations_one_by_one(threads: int, rng: np.random.Genera
         whole["force"], simulate_batch(axis, theta, reference, PERIOD, **own)["force"]
     )
     agree(axis, theta, reference, PERIOD, rel=0.0, **own)
-
-
-@pytest.mark.slow
-def test_failing_lane_does_not_end_the_others() -> None:
-    axis = build(replace(AXES["offset"], drive=Drive(gain=35.15)))
-    theta = np.tile(axis.nominal, (3, 1))
-    theta[1, 0] = 0.1
-    reference = motion_of(axis)
-    batch = simulate_batch(axis, theta, reference, PERIOD)
-    assert set(batch.failures) == {1}
-    stopped = int(np.flatnonzero(np.isnan(batch["force"][:, 1]))[0])
-    assert re.search(f"at sample {stopped} .* with M = 0.1 kg", batch.failures[1])
-    single = simulate(axis, theta[0], reference, PERIOD)
-    # The light lane asks for more steps in a sample, of all lanes.
-    for lane in (0, 2):
-        assert batch["position"][:, lane] == pytest.approx(single.position, abs=1e-10)
 
 
 @pytest.mark.slow
@@ -238,56 +191,8 @@ def test_rounding_moves_no_axis_from_rest(native: bool, rng: np.random.Generator
         assert np.abs(loop.position - 0.1).max() < 1e-12
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code", "says"),
-    [
-        ({"parameters": [1.0, 2.0]}, "simulation-input", r"4 parameters .* the shape \(2,\)"),
-        ({"parameters": [[1.0]]}, "simulation-input", r"\(1, 1\)"),
-        ({"reference": []}, "simulation-input", r"reference \(0,\)"),
-        ({"reference": [0.0, np.nan]}, "simulation-input", ""),
-        ({"period": 0.0}, "time", "0.0"),
-        ({"period": np.nan}, "time", "nan"),
-        ({"position_noise": [0.0]}, "simulation-input", r"noise has the shape \(1,\); give \(3,\)"),
-        ({"position_noise": [0.0, np.nan, 0.0]}, "simulation-input", ""),
-        ({"injected": [0.0]}, "simulation-input", r"injected signal has the shape \(1,\)"),
-        ({"resolution": -1.0}, "simulation-input", "-1.0"),
-        ({"axis": "continuous", "resolution": 1e-6}, "simulation-input", "1e-06"),
-        ({"substeps": -2}, "simulation-input", "-2"),
-        ({"substeps": 10**19}, "simulation-input", "1000"),
-    ],
-)
-def test_bad_arguments_are_explained(arguments: dict[str, Any], code: str, says: str) -> None:
-    given: dict[str, Any] = {"reference": [0.0, 1e-3, 0.0], "period": PERIOD, **arguments}
-    axis = built(given.pop("axis", "offset"))
-    with refuses(code, says):
-        simulate(axis, **{"parameters": axis.nominal, **given})
-
-
-@pytest.mark.parametrize(
-    ("change", "code", "says"),
-    [
-        ({"parameters": np.ones((2, 3))}, "simulation-input", "has 4 parameters"),
-        ({"reference": np.zeros((5, 3))}, "simulation-input", r"\(5, 3\)"),
-        ({"position_noise": np.zeros((5, 3))}, "simulation-input", ""),
-        ({"injected": np.zeros(4)}, "simulation-input", ""),
-        ({"wanted": ("speed",)}, "simulation-input", "speed"),
-        ({"start": [0.0]}, "simulation-input", ""),
-        ({"parameters": np.ones((0, 4))}, "simulation-input", ""),
-        ({"wanted": "position"}, "simulation-input", ""),
-        ({"wanted": ("before",)}, "simulation-input", "direction_before"),
-    ],
-)
-def test_bad_batches_are_explained(change: dict[str, Any], code: str, says: str) -> None:
-    given: dict[str, Any] = {
-        "parameters": np.tile(built("offset").nominal, (2, 1)),
-        "reference": np.zeros(5),
-        **change,
-    }
-    with refuses(code, says):
-        simulate_batch(built("offset"), period=PERIOD, **given)
-
-
 TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
+LOADED, TWO = {**TRUTH, "F0": 0.0}, np.ones((2, 4))
 REFERENCE = 0.01 * np.sin(np.arange(200) / 20.0)
 
 
@@ -301,30 +206,68 @@ def test_parameters_by_name_are_those_in_order(emps2015: GeneratedAxis) -> None:
     np.testing.assert_array_equal(lanes["position"][:, 1], alone.position)
 
 
-@pytest.mark.parametrize(
-    ("given", "says"),
-    [
-        ({"M": 100.0, "Fv": 200.0}, "Fc is missing"),
-        ({**TRUTH, "m": 1.0}, "'m' is no parameter; give a value of each of M, Fv, Fc"),
-        ({**TRUTH, "M": np.ones(2), "Fc": np.ones(3)}, r"M \(2,\), Fv \(\), Fc \(3,\)"),
-    ],
-)
-def test_names_that_are_not_those_of_the_axis_are_refused(
-    emps2015: GeneratedAxis, given: dict[str, Any], says: str
-) -> None:
-    with refuses("simulation-input", says=says):
-        simulate(emps2015, given, REFERENCE, 1e-3)
+WRONG = [
+    ({"parameters": [1.0, 2.0]}, r"4 parameters .* the shape \(2,\)"),
+    ({"parameters": [[1.0]]}, r"\(1, 1\)"),
+    ({"parameters": {"M": 1.0, "Fv": 2.0, "Fc": 1.0}}, "F0 is missing"),
+    (
+        {"parameters": {**LOADED, "m": 1.0}},
+        "'m' is no parameter; give a value of each of M, Fv, Fc",
+    ),
+    ({"parameters": {**LOADED, "M": np.ones(2), "Fc": np.ones(3)}}, r"M \(2,\), .* Fc \(3,\)"),
+    ({"reference": []}, r"reference \(0,\)"),
+    ({"reference": [0.0, np.nan]}, ""),
+    ({"position_noise": [0.0]}, r"noise has the shape \(1,\); give \(3,\)"),
+    ({"position_noise": [0.0, np.nan, 0.0]}, ""),
+    ({"injected": [0.0]}, r"injected signal has the shape \(1,\)"),
+    ({"resolution": -1.0}, "-1.0"),
+    ({"axis": "continuous", "resolution": 1e-6}, "1e-06"),
+    ({"substeps": -2}, "-2"),
+    ({"substeps": 10**19}, "1000"),
+    ({"start_velocity": np.nan}, "the start velocity is nan; give one number"),
+    ({"axis": "delayed", "memory": [1.0]}, r"memory \(total, .*\) has .* give \(3,\)"),
+    ({"axis": "delayed", "memory": [0.0, np.inf, 0.0]}, "all finite"),
+    ({"lanes": np.ones((2, 3))}, "has 4 parameters"),
+    ({"lanes": np.ones((0, 4))}, ""),
+    ({"lanes": TWO, "reference": np.zeros((3, 3))}, r"\(3, 3\)"),
+    ({"lanes": TWO, "position_noise": np.zeros((3, 3))}, ""),
+    ({"lanes": TWO, "injected": np.zeros(4)}, ""),
+    ({"lanes": TWO, "wanted": ("speed",)}, "speed"),
+    ({"lanes": TWO, "wanted": "position"}, ""),
+    ({"lanes": TWO, "wanted": ("before",)}, "direction_before"),
+    ({"lanes": TWO, "start": [0.0]}, ""),
+    ({"lanes": TWO, "start_velocity": [np.nan, 0.0]}, "all finite"),
+    ({"lanes": TWO, "memory": [[1.0]]}, "all finite"),
+]
 
 
-PERIOD = 1e-3
+@pytest.mark.parametrize(("arguments", "says"), WRONG)
+def test_bad_arguments_are_explained(arguments: dict[str, Any], says: str) -> None:
+    given: dict[str, Any] = {"reference": [0.0, 1e-3, 0.0], **arguments}
+    axis, lanes = built(given.pop("axis", "offset")), given.pop("lanes", None)
+    with refuses("simulation-input", says):
+        if lanes is None:
+            simulate(axis, period=PERIOD, **{"parameters": axis.nominal, **given})
+        else:
+            simulate_batch(axis, lanes, period=PERIOD, **given)
+
+
+@pytest.mark.parametrize("period", [0.0, np.nan])
+def test_a_period_that_is_none_is_refused(period: float) -> None:
+    with refuses("time", str(period)):
+        simulate(built("offset"), built("offset").nominal, np.zeros(3), period)
+
+
+def test_axis_without_law_cannot_be_simulated() -> None:
+    with refuses("no-control-law"):
+        simulate(build(body()), np.array([1.0]), np.zeros(5), PERIOD)
+    with refuses("twin", says="experiment"):
+        twin_record(body())
+
+
 SECONDS = PERIOD * np.arange(1500)
 SINE = 0.005 * (1 - np.cos(2 * np.pi * SECONDS))
 ADDED = 0.3 * np.sin(2 * np.pi * 7 * SECONDS) + 0.2 * np.sin(2 * np.pi * 23 * SECONDS)
-
-
-@pytest.fixture(scope="module")
-def loop_axis() -> GeneratedAxis:
-    return build(load_axis("emps"))
 
 
 def _law(axis: GeneratedAxis, reference: np.ndarray, position: np.ndarray) -> np.ndarray:
@@ -334,29 +277,30 @@ def _law(axis: GeneratedAxis, reference: np.ndarray, position: np.ndarray) -> np
     return np.asarray(law.gains["kv"] * (law.gains["kp"] * (reference - position) - speed))
 
 
-def test_control_is_the_law_and_what_is_added_to_it(loop_axis: GeneratedAxis) -> None:
-    loop = simulate(loop_axis, loop_axis.nominal, SINE, PERIOD, injected=ADDED)
-    expected = _law(loop_axis, SINE, loop.position) + ADDED
-    np.testing.assert_allclose(loop.control, expected, atol=1e-9)
-    gain = loop_axis.axis.drive.gain
-    np.testing.assert_allclose(loop.force, gain * loop.control, rtol=1e-13)
-
-
-def test_what_is_added_is_within_the_limit_with_the_law(loop_axis: GeneratedAxis) -> None:
-    limit = loop_axis.axis.drive.limit
-    loop = simulate(loop_axis, loop_axis.nominal, SINE, PERIOD, injected=40 * ADDED)
-    expected = np.clip(_law(loop_axis, SINE, loop.position) + 40 * ADDED, -limit, limit)
-    np.testing.assert_allclose(loop.control, expected, atol=1e-9)
-    assert np.abs(loop.control).max() == limit
+@pytest.mark.parametrize("times", [1, 40])
+def test_control_is_the_law_and_what_is_added_to_it_within_the_limit(
+    emps: GeneratedAxis, times: int
+) -> None:
+    drive = emps.axis.drive
+    loop = simulate(emps, emps.nominal, SINE, PERIOD, injected=times * ADDED)
+    expected = _law(emps, SINE, loop.position) + times * ADDED
+    np.testing.assert_allclose(
+        loop.control, np.clip(expected, -drive.limit, drive.limit), atol=1e-9
+    )
+    np.testing.assert_allclose(loop.force, drive.gain * loop.control, rtol=1e-13)
+    assert (np.abs(loop.control).max() == drive.limit) == (times > 1)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
 def test_a_continuous_law_has_it_held_over_the_sample(*, native: bool) -> None:
     axis = load_axis("emps")
-    coarse, fine = (
-        build(replace(axis, control=_continuous(period), experiment=None), native=native)
+    laws = (
+        cascade_pd(kp=160.18, kv=243.45, period=period, continuous=True)
         for period in (PERIOD, PERIOD / 5)
+    )
+    coarse, fine = (
+        build(replace(axis, control=law, experiment=None), native=native) for law in laws
     )
     reference = np.interp(np.arange(991) / 5, np.arange(199), SINE[:199])
     loop = simulate(coarse, coarse.nominal, SINE[:199], PERIOD, injected=ADDED[:199])
@@ -367,12 +311,51 @@ def test_a_continuous_law_has_it_held_over_the_sample(*, native: bool) -> None:
     assert np.abs(loop.position - without.position).max() > 1e-6
 
 
-def _continuous(period: float) -> ControlLaw:
-    return cascade_pd(kp=160.18, kv=243.45, period=period, continuous=True)
-
-
-def test_a_loop_that_only_the_signal_moves_is_no_runaway(loop_axis: GeneratedAxis) -> None:
+def test_a_loop_that_only_the_signal_moves_is_no_runaway(emps: GeneratedAxis) -> None:
     still = np.zeros(1500)
     still[0] = 1e-12
-    loop = simulate(loop_axis, loop_axis.nominal, still, PERIOD, start=0.0, injected=ADDED)
+    loop = simulate(emps, emps.nominal, still, PERIOD, start=0.0, injected=ADDED)
     assert np.ptp(loop.position) > 1e-6
+
+
+def test_a_trajectory_rests_as_long_as_each_move_dwells() -> None:
+    there = Move(0.05, 0.1, 1.0)
+    q = trajectory(back_and_forth(speeds=(0.1,), acceleration=1.0, seconds=0.5, dwell=0.25), PERIOD)
+    moving, resting = round(there.duration / PERIOD), round(0.25 / PERIOD)
+    np.testing.assert_allclose(q[: moving + 1], trajectory((there,), PERIOD), atol=1e-15)
+    np.testing.assert_allclose(q[moving : moving + resting + 1], 0.05, atol=1e-15)
+    assert q[moving + resting + 2] < 0.05
+    assert len(q) == 2 * (moving + resting) + 1
+
+
+def test_trajectory_keeps_its_speed_and_acceleration() -> None:
+    moves = (Move(0.1, 0.2, 2.0), Move(-0.001, 0.2, 2.0), Move(0.0, 1.0, 1.0), Move(0.3, 0.5, 1.0))
+    q = trajectory(moves, PERIOD)
+    assert q[0] == 0
+    assert q[-1] == pytest.approx(0.399, abs=1e-6)
+    assert np.abs(np.diff(q)).max() / PERIOD == pytest.approx(0.5, rel=1e-6)
+    assert np.abs(np.diff(q, 2)).max() / PERIOD**2 <= 2.0 + 1e-6
+
+
+def test_twin_is_reproducible_and_its_seed_matters(emps2015: GeneratedAxis) -> None:
+    first, again = twin_record(emps2015), twin_record(emps2015)
+    assert np.array_equal(first.position, again.position)
+    assert not np.array_equal(first.position, twin_record(emps2015, seed=7).position)
+    quiet = twin_record(emps2015, position_noise=0.0)
+    assert np.std(first.position - quiet.position) == pytest.approx(3.8e-6, rel=0.3)
+
+
+def loaded(counterbalance: float) -> Axis:
+    """A vertical axis whose drive holds 22.6 kN, with a load of so much less."""
+    axis = load_axis("vertical_screw")
+    experiment = axis.experiment
+    truth = {**experiment.truth, "Fb": counterbalance}
+    return replace(axis, experiment=replace(experiment, truth=truth))
+
+
+def test_a_twin_whose_drive_cannot_hold_its_load_is_refused_with_numbers() -> None:
+    holds = 22619.467 - 180.0 * 9.80665  # beside the weight, without friction, which holds 160 N
+    twin_plan(build(loaded(-holds - 100.0), native=False))
+    for beyond in (-holds - 200.0, 25000.0):
+        with refuses("twin", says=rf"at its limit of 30 A it gives -2.* Fb = {beyond:g} N"):
+            twin_plan(build(loaded(beyond), native=False))

@@ -17,12 +17,10 @@ from tests.axes.remembering import (
     LEVELS,
     STIFFNESS,
     Drive,
-    bristle,
     dahl_axis,
     stack,
     virtual,
 )
-from tests.estimation.simulation.agreement import LANES, agree
 from tests.refusals import refuses
 
 PERIOD = 1e-3
@@ -160,21 +158,6 @@ def test_a_bristle_moves_as_an_independent_integrator_has_it() -> None:
     position, velocity = _exact(axis, reference).T
     assert np.abs(loop.position - position).max() < 1e-7 * np.ptp(position)
     assert np.abs(loop.velocity - velocity).max() < 1e-5 * np.ptp(velocity)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("declare", [bristle, stack])
-def test_native_code_and_lanes_are_the_virtual_machine(declare: object) -> None:
-    axis = build(declare())  # type: ignore[operator]
-    reference = 3e-4 * np.sin(2 * np.pi * 2 * PERIOD * np.arange(700))
-    lanes = axis.nominal * np.linspace(0.8, 1.2, LANES)[:, None]
-    agree(axis, lanes, reference, PERIOD, machine=virtual(axis.axis.name))
-
-
-def test_a_log_between_the_samples_of_the_law_is_refused() -> None:
-    axis = virtual("dahl")
-    with refuses("loop-period"):
-        simulate(axis, axis.nominal, np.zeros(30), 0.7e-3)
 
 
 @pytest.mark.parametrize(

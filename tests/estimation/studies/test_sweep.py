@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -25,13 +26,12 @@ def swept(emps2015: GeneratedAxis, twin: Record) -> Sweep:
     return sweep(emps2015, twin, (25.0, 50.0, 100.0, 200.0, 400.0), Prefilter(hold="zoh"))
 
 
-def masses(result: Sweep, method: str) -> np.ndarray:
-    return np.array([e.physical[0] for e in result.estimates(method) if e is not None])
-
-
 @pytest.mark.slow
 def test_least_squares_drifts_and_instruments_hold(swept: Sweep) -> None:
-    ls, iv = masses(swept, "idm-ls"), masses(swept, "idm-iv")
+    ls, iv = (
+        np.array([e.physical[0] for e in swept.estimates(method) if e is not None])
+        for method in ("idm-ls", "idm-iv")
+    )
     assert np.all(np.abs(iv / 100.2 - 1) < 0.01)
     assert ls[0] == pytest.approx(100.2, rel=0.01)
     assert np.all(np.diff(ls) < 0)
@@ -41,21 +41,9 @@ def test_least_squares_drifts_and_instruments_hold(swept: Sweep) -> None:
 def test_recommended_cutoff_is_one_where_both_agree(swept: Sweep) -> None:
     assert swept.recommended <= 100
     assert "instruments agree" in swept.reason
-    assert swept.belief == "believed"
     chosen = swept.results[swept.cutoffs.index(swept.recommended)]
-    assert swept.checks == chosen.checks
+    assert (swept.belief, swept.checks) == ("believed", chosen.checks)
     assert chosen["idm-ls"].physical == pytest.approx(chosen["idm-iv"].physical, rel=0.01)
-
-
-def off(result: Sweep, truth: dict[str, float]) -> dict[float, float]:
-    """Largest error of a parameter by cut-off, percent."""
-    return {
-        each.prefilter.cutoff: max(
-            100 * abs(v.corrected / truth[name] - 1)
-            for name, v in each.preferred.parameters.items()
-        )
-        for each in result.results
-    }
 
 
 @pytest.mark.slow
@@ -67,10 +55,16 @@ def test_without_instruments_the_steadiest_cutoff_is_recommended(
     axis = emps2015 if has_law else build(replace(emps2015.axis, control=None))
     cutoffs = (10.0, 20.0, 30.0, 45.0, 70.0, 110.0, 170.0, 260.0)
     result = sweep(axis, replace(twin, reference=None), cutoffs, methods=["idm-ls"])
-    errors = off(result, dict(twin.provenance.truth))
+    truth = twin.provenance.truth
+    errors = {
+        each.prefilter.cutoff: max(
+            100 * abs(v.corrected / truth[name] - 1)
+            for name, v in each.preferred.parameters.items()
+        )
+        for each in result.results
+    }
     chosen = errors[result.recommended]
-    assert chosen <= 5 * min(errors.values())
-    assert chosen < 1.0 < errors[70.0] + errors[260.0]
+    assert chosen <= min(5 * min(errors.values()), 1.0) < errors[70.0] + errors[260.0]
     assert "there are no instruments to compare with" in result.recommendation
     assert f"{result.recommended:g} Hz, where" in result.summary()
 
@@ -82,12 +76,10 @@ def test_a_log_on_which_least_squares_stands_still_nowhere_has_no_recommendation
     rng = np.random.default_rng(1)
     noisy = replace(twin, reference=None, position=twin.position + rng.normal(0.0, 2e-4, len(twin)))
     result = sweep(emps2015, noisy, (40.0, 60.0, 90.0, 130.0), methods=["idm-ls"])
-    assert result.recommended is None
     assert "stands still nowhere" in result.summary()
-    assert result.to_dict()["recommended_cutoff"] is None
+    assert result.to_dict()["recommended_cutoff"] is result.recommended is None
     sweep_figure(result, tmp_path / "sweep.png")
-    plot = sweep_plot(result, 60.0)
-    assert [name for _, name in plot.marks] == ["used"]
+    assert sweep_plot(result, 60.0).marks == ((60.0, "used"),)
 
 
 @pytest.mark.parametrize("cutoffs", [(60.0,), (60.0, 30.0)])
@@ -98,8 +90,7 @@ def test_two_cutoffs_do_not_show_where_noise_begins(
     assert result.cutoffs == tuple(sorted(cutoffs))
     assert result.recommended is None
     assert "give 3 or more" in result.reason
-    (check,) = result.checks
-    assert (check.status, check.meaning) == ("fail", result.reason)
+    assert [(c.status, c.meaning) for c in result.checks] == [("fail", result.reason)]
 
 
 def test_instruments_decide_where_noise_biases_least_squares_at_every_cutoff(
@@ -121,8 +112,7 @@ def test_cutoffs_that_give_nothing_are_told(emps2015: GeneratedAxis, twin: Recor
 
 
 def test_default_cutoffs_are_in_equal_ratios() -> None:
-    cutoffs = default_cutoffs(1000.0, points=4)
-    assert cutoffs == (20.0, 54.3, 147.0, 400.0)
+    assert default_cutoffs(1000.0, points=4) == (20.0, 54.3, 147.0, 400.0)
     for bad in ({"lowest": 0.0}, {"lowest": 50.0, "highest": 10.0}, {"points": 0}):
         with refuses("sweep"):
             default_cutoffs(1000.0, **bad)  # type: ignore[arg-type]
@@ -134,8 +124,7 @@ def test_command_prints_a_table_and_writes_json_and_a_figure(run: Run, tmp_path:
     options = ("--from", 30, "--to", 300, "--points", 3, "--hold", "zoh")
     code, out, err = run("sweep", "emps2015", *options, "--figure", figure, "--json", file)
     assert (code, err) == (0, "")
-    assert "IDM-LS M [kg]" in out
-    assert "recommended: " in out
+    assert re.search(r"(?s)IDM-LS M \[kg\].*recommended: ", out)
     assert figure.read_bytes().startswith(b"\x89PNG")
     result = json.loads(file.read_text())
     assert len(result["results"]) == 3
@@ -170,8 +159,8 @@ def test_a_result_stands_among_the_sweep_as_it_is(emps2015: GeneratedAxis, twin:
     swept = sweep(emps2015, twin, (30.0, 60.0, 90.0), methods=["idm-ls", "idm-iv"])
     result = identify(emps2015, twin, Prefilter(cutoff=60.0, decimate=12))
     beside = swept.with_result(result)
-    assert beside.cutoffs == (30.0, 60.0, 90.0)
-    assert [r.prefilter.decimate for r in beside.results] == [14, 12, 5]
+    filters = [(r.prefilter.cutoff, r.prefilter.decimate) for r in beside.results]
+    assert filters == [(30.0, 14), (60.0, 12), (90.0, 5)]
     assert list(beside.results[1].estimates) == ["idm-ls", "idm-iv"]
     assert beside.results[1]["idm-iv"] is result["idm-iv"]
     value = result["idm-iv"].parameters["M"]
@@ -186,14 +175,12 @@ def test_a_half_predicts_the_other_as_well_as_its_parameters_are_right(
     found = sweep(
         axis, replace(twin, reference=None), (25.0, 40.0, 55.0, 120.0), methods=["idm-ls"]
     )
-    results = [(each, each["idm-ls"]) for each in found.results]
-    errors = held_out_motion(results)
+    errors = held_out_motion([(each, each["idm-ls"]) for each in found.results])
     truth = np.array([*twin.provenance.truth.values()])
-    off = [np.abs(estimate.physical / truth - 1).max() for _, estimate in results]
+    off = [np.abs(each["idm-ls"].physical / truth - 1).max() for each in found.results]
     assert np.argmax(errors) == np.argmax(off) == 3
     assert errors[3] > 10 * min(errors)
-    assert "predicts the other's position to" in found.reason
-    assert "of 4 cut-offs are left out" in found.reason
+    assert re.search("predicts the other's position to .* of 4 cut-offs are left out", found.reason)
 
 
 def test_nothing_is_told_of_a_position_that_was_not_measured(

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from axisid.estimation.tables.unit_labels import label_unit, split_label, split_labels
+from axisid.estimation.tables.unit_labels import exact_unit, split_label, split_labels
 from axisid.modeling.quantities.units import parse_unit
 
 
@@ -13,6 +13,8 @@ from axisid.modeling.quantities.units import parse_unit
     [
         ("mm", 1e-3, "m"),
         ("um", 1e-6, "m"),
+        ("nm", 1e-9, "m"),
+        ("Nm", 1.0, "N m"),
         ("\u00b5m", 1e-6, "m"),
         ("Millimeter", 1e-3, "m"),
         ("inch", 0.0254, "m"),
@@ -34,16 +36,9 @@ from axisid.modeling.quantities.units import parse_unit
     ],
 )
 def test_factors(text: str, factor: float, coherent: str) -> None:
-    found = label_unit(text)
-    assert found[0] == pytest.approx(factor, rel=1e-15)
-    assert found[1].same_dimension(parse_unit(coherent))
-
-
-def test_newton_metre_and_nanometre_are_told_apart() -> None:
-    torque, length = label_unit("Nm"), label_unit("nm")
-    assert torque[0] == 1.0
-    assert length[0] == 1e-9
-    assert not torque[1].same_dimension(length[1])
+    found = exact_unit(text)
+    assert float(found) == pytest.approx(factor, rel=1e-15)
+    assert found.unit.same_dimension(parse_unit(coherent))
 
 
 def test_names_that_differ_by_their_units_only_stay_as_written() -> None:
@@ -53,7 +48,7 @@ def test_names_that_differ_by_their_units_only_stay_as_written() -> None:
 
 @pytest.mark.parametrize("text", ["counts", "Hz", "NM", "MM", "", "deg/", "m m m m m m m" * 20])
 def test_unknown_units_are_not_guessed(text: str) -> None:
-    assert label_unit(text) is None
+    assert exact_unit(text) is None
 
 
 @pytest.mark.parametrize(

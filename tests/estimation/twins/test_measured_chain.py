@@ -129,7 +129,7 @@ def _apart(result: Identification, record: Record) -> Array:
     return np.abs(apart) / _deviations(result)
 
 
-@pytest.mark.parametrize("bits", [6, 7])
+@pytest.mark.parametrize("bits", [6, 7, 14])
 def test_deviations_hold_what_a_control_of_few_steps_moves(
     emps2015: GeneratedAxis, quiet: Record, bits: int
 ) -> None:

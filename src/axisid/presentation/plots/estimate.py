@@ -313,8 +313,8 @@ def output_plot(fit: OutputFit, record: int = 0) -> Plot:
 
 def _output_panels(fit: OutputFit, record: int, place: int) -> tuple[Panel, Panel]:
     """Of one output."""
-    own, rows = fit.records[record], fit.samples[record]
-    output, unit = fit.outputs[place], fit.units[place]
+    own, rows = fit.records[record], fit.predictions.samples[record]
+    output, unit = fit.outputs[place], fit.predictions.units[place]
     recorded = measured_output(output, fit.axis, own).values[rows]
     time, errors = own.time[rows], fit.errors[record].reshape(len(rows), -1)[:, place]
     return (

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -62,15 +62,6 @@ class WrittenFitted(JsonObject, frozen=True, kw_only=True):
     ]
 
 
-@dataclass(frozen=True, kw_only=True)
-class WrittenRecordError(RecordError):  # noqa: D101  # it has that of what it is of
-    __doc__ = RecordError.__doc__
-
-    noise: Annotated[
-        float, about("Root mean square of what is noise of that error, in the output's unit.")
-    ]
-
-
 class WrittenLack(JsonObject, frozen=True, kw_only=True):
     """What errors ask for beside a model."""
 
@@ -119,9 +110,7 @@ class WrittenOutputFit(
         float | None,
         about("Part of the recorded output that is left beyond noise."),
     ]
-    record_errors: Annotated[
-        tuple[WrittenRecordError, ...], about("By record, and in each by output.")
-    ]
+    record_errors: Annotated[tuple[RecordError, ...], about("By record, and in each by output.")]
     lacks: Annotated[
         tuple[WrittenLack, ...] | None,
         about("What is asked for beside the model, the strongest first; null where not looked."),
@@ -179,20 +168,17 @@ def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
         left_out=left_out(fit.axis),
         records=tuple(written_record(record) for record in fit.records),
         position_unit=str(fit.axis.axis.coordinate.unit),
-        encoder_step=fit.step,
+        encoder_step=fit.predictions.step,
         parameters={name: _fitted(fit, j, name) for j, name in enumerate(fit.names)},
         chosen_covariance=fit.chosen,
-        record_errors=tuple(
-            WrittenRecordError(**asdict(each), noise=noise)
-            for each, noise in zip(fit.of_records, fit.noise, strict=True)
-        ),
+        record_errors=fit.of_records,
         lacks=_lacks(fit),
         horizon=UNSET if fit.horizon is None else fit.horizon,
         local=dict(fit.local) or UNSET,
         iterations=tuple(
-            dict(zip(fit.names, map(float, step.physical), strict=True)) for step in fit.steps
+            dict(zip(fit.names, map(float, step.physical), strict=True)) for step in fit.best.steps
         ),
-        iteration_errors=tuple(step.error for step in fit.steps),
+        iteration_errors=tuple(step.error for step in fit.best.steps),
         costs=tuple(cost for cost, _ in fit.ends),
         law_check=written_law(fit.law),
         verdict=fit.checks,
@@ -222,7 +208,7 @@ def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
 
 
 def _fitted(fit: OutputFit, place: int, name: str) -> WrittenFitted:
-    value, (low, high) = fit.values[name], fit.bounds[name]
+    value, (low, high) = fit.parameters[name], fit.bounds[name]
     known = fit.prior.get(name)
     return written_as(
         WrittenFitted,

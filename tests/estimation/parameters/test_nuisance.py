@@ -1,4 +1,4 @@
-"""The drive's gain, found with the parameters of the model."""
+"""The drive's gain, and where loops start, found with the parameters of the model."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,14 +9,17 @@ import pytest
 from axisid import Axis, Record, build, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.elements import CONTROL, DRIVE_GAIN, formula_drive, voltage_drive
-from axisid.estimation.parameters import with_drive_gain
+from axisid.estimation.parameters import ExtendedForm
 from axisid.estimation.predictions import LoopPredictions
 from axisid.estimation.regression import InverseForm
+from axisid.estimation.studies import validate_fit
 from axisid.modeling.quantities import Constant
+from axisid.support.arrays import Array
+from tests.estimation.fitting.fits import TRUTH, looped, off
 from tests.refusals import refuses
 
 OFF = 1.03
-TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}
+BEGIN = 300  # where the axis is moving
 
 
 def _off(axis: Axis, factor: float = OFF) -> GeneratedAxis:
@@ -40,14 +43,12 @@ def test_a_loop_by_another_gain_is_that_of_the_drive_declared_so(name: str, outp
     declared = build(AXES[name]())
     other, record = _off(declared.axis), twin_record(declared)
     truth = np.array([*record.provenance.truth.values()])
-    form = with_drive_gain(InverseForm(declared), [declared])
+    form = ExtendedForm.of(InverseForm(declared), [declared]).with_drive_gain()
     by_gain = LoopPredictions(form, [declared], [record], output)
     alone = LoopPredictions(InverseForm(other), [other], [record], output)
-    gain = float(other.axis.drive.gain)
-    found = by_gain(np.append(truth, gain)[None, :]).errors
-    expected = alone(truth[None, :]).errors
+    found = by_gain(np.append(truth, other.axis.drive.gain)[None, :]).errors
     size = float(np.abs(by_gain.measured).max())
-    np.testing.assert_allclose(found, expected, atol=1e-9 * size)
+    np.testing.assert_allclose(found, alone(truth[None, :]).errors, atol=1e-9 * size)
 
 
 @pytest.mark.parametrize("output", ["control", "position", "open-loop"])
@@ -58,10 +59,8 @@ def test_a_gain_that_is_declared_wrong_is_found_where_a_parameter_is_held(
     found = fit(_off(emps2015.axis), twin, output, free="gain", fixed={"M": truth["M"]})
     assert found.names == (*TRUTH, "drive_gain")
     assert found["drive_gain"].unit == "N/V"
-    for name in found.names[1:]:
-        assert abs(found[name].value - truth[name]) < 3.5 * found[name].deviation
-    off = (OFF - 1) * emps2015.axis.drive.gain
-    assert found["drive_gain"].deviation < 0.02 * off
+    assert np.abs(off(found, {name: truth[name] for name in found.names[1:]})).max() < 3.5
+    assert found["drive_gain"].deviation < 0.02 * (OFF - 1) * emps2015.axis.drive.gain
     assert found.believed
 
 
@@ -71,8 +70,7 @@ def test_what_the_drive_declares_of_its_gain_was_known_before(
     drive = replace(emps2015.axis.drive, relative_sd=0.01)
     axis = build(replace(emps2015.axis, drive=drive))
     found, alone = fit(axis, twin, free="gain"), fit(emps2015, twin)
-    relative = [found[name].deviation / found[name].value for name in found.names]
-    own = [alone[name].deviation / alone[name].value for name in alone.names]
+    relative, own = (each.deviations / each.physical for each in (found, alone))
     np.testing.assert_allclose(relative, np.hypot([*own, 0.0], 0.01), rtol=0.02)
     assert found.believed
     asked = fit(axis, twin, free="drive_gain", prior={"drive_gain": (36.0, 0.01)})
@@ -112,3 +110,45 @@ def test_a_gain_that_cannot_be_searched_is_refused_with_the_reason(
     record = replace(twin, force=np.asarray(twin.control) * emps2015.axis.drive.gain)
     with refuses("free", says="force column"):
         fit(emps2015, record, "force", free="gain")
+
+
+def _moving(axis: GeneratedAxis, seed: int) -> tuple[Record, Array]:
+    """A record that begins in motion, with the position and the velocity there."""
+    theta, reference = [*TRUTH.values()], np.asarray(twin_record(axis).reference)
+    record, loop = looped(axis, theta, reference, 3.8e-6, seed=seed, first=BEGIN)
+    return record, np.array([loop.position[BEGIN], loop.velocity[BEGIN]])
+
+
+def test_a_start_in_motion_is_found_with_the_parameters(emps2015: GeneratedAxis) -> None:
+    record, begun = _moving(emps2015, 1)
+    found = fit(emps2015, record, free="start")
+    assert found.names == (*TRUTH, "start_position", "start_velocity")
+    assert [found[name].unit for name in found.names[3:]] == ["m", "m/s"]
+    truth = {**TRUTH, "start_position": begun[0], "start_velocity": begun[1]}
+    assert np.abs(off(found, truth)).max() < 3
+    assert found["start_position"].deviation < 3.8e-6
+    assert abs(begun[1]) > 50 * found["start_velocity"].deviation
+    assert found.believed
+    assert "start_velocity" in found.summary()
+    # It is a little less than what the start of the record leaves.
+    assert found.error < fit(emps2015, record).error
+
+
+def test_each_record_has_a_start_of_its_own(emps2015: GeneratedAxis, twin: Record) -> None:
+    record, begun = _moving(emps2015, 2)
+    bounds = {"start_position": (0, 1)}
+    found = fit(emps2015, [twin, record], free="start", bounds=bounds)
+    names = [f"start_{what}_{i}" for i in (1, 2) for what in ("position", "velocity")]
+    assert [*found.names[3:]] == names
+    assert found.local["start_velocity"] == ("start_velocity_1", "start_velocity_2")
+    assert found.bounds["start_position_2"] == (0.0, 1.0)
+    assert abs(found["start_position_2"].value - begun[0]) < 4e-6
+    assert abs(found["start_velocity_2"].value - begun[1]) < 3 * found["start_velocity_2"].deviation
+    cut = replace(twin, segments=((0, 3000), (3000, len(twin))))
+    pieces = fit(emps2015, cut, free="start", fixed={"start_velocity_1": 0.0})
+    assert [*pieces.names[3:]] == names
+    assert pieces.fixed == {"start_velocity_1": 0.0}
+    # A record that is held against it starts where it is.
+    assert validate_fit(found, record).percent == pytest.approx(
+        found.of_records[1].percent, rel=0.02
+    )

@@ -1,4 +1,4 @@
-"""Exports of TwinCAT Scope, built as its manual and its real exports have them."""
+"""Text of TwinCAT Scope and LabVIEW, built as manuals and real exports have it."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -163,3 +163,60 @@ def test_rows_filled_with_the_previous_value_are_left_out_and_counted(tmp_path: 
 def test_damaged_exports_are_explained(tmp_path: Path, change, code: str) -> None:  # type: ignore[no-untyped-def]
     with refuses(code):
         read_record(log(tmp_path, change(export(CHANNELS))), columns=COLUMNS)
+
+
+VI_COLUMNS = {"time": "X_Value", "position": "pos", "control": "cur"}
+
+VI_HEADS = """LabVIEW Measurement\t
+Writer_Version\t2
+Separator\tTab
+Decimal_Separator\t,
+X_Columns\tOne
+Date\t2026/02/01
+Time\t12:00:00,1234567
+***End_of_Header***\t
+\t
+Channels\t2\t\t
+Samples\t50\t50\t
+Time\t12:00:00,1234567\t12:00:00,1234567\t
+Y_Unit_Label\tmm\tVolts\t
+X0\t0,0E+0\t0,0E+0\t
+Delta_X\t1,0E-3\t1,0E-3\t
+***End_of_Header***\t\t\t
+"""
+
+
+def lvm(file: Path, first: str = "", end: str = "", name: str = "\tComment") -> Path:
+    """A file whose first row ends in `first`, every other in `end`."""
+    rows = [
+        f"{1e-3 * t:.6f}\t{q:.9f}\t{k % 7}".replace(".", ",") + (end if k else first)
+        for k, (t, q) in enumerate(zip(TIME[:50], ACTUAL[:50], strict=True))
+    ]
+    file.write_text("\n".join([f"{VI_HEADS}X_Value\tpos\tcur{name}", *rows]) + "\n")
+    return file
+
+
+@pytest.mark.parametrize(
+    ("first", "end", "name"),
+    [
+        ("", "", "\tComment"),
+        ("\t", "\t", "\tComment"),
+        ("\tstart; 7", "", "\tComment"),
+        ("\tstart", "\t", "\tComment"),
+        ("", "", ""),
+    ],
+)
+def test_comments_are_passed_over_and_units_are_those_of_the_head(
+    tmp_path: Path, first: str, end: str, name: str
+) -> None:
+    record = read_record(lvm(tmp_path / "log.lvm", first, end, name), columns=VI_COLUMNS)
+    assert record.time == pytest.approx(1e-3 * TIME[:50], abs=1e-12)
+    assert record.position == pytest.approx(1e-3 * ACTUAL[:50], abs=1e-12)
+    assert "position: mm -> m" in record.provenance.assumed
+
+
+def test_file_without_samples_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "log.lvm"
+    file.write_text(VI_HEADS)
+    with refuses("log-text"):
+        read_record(file)

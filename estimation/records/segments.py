@@ -1,0 +1,254 @@
+"""What of a log is taken, and where it is cut: windows of time, gaps, and segments of samples."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from itertools import accumulate, pairwise
+from operator import index
+from typing import Any
+
+import numpy as np
+
+from axisid.estimation.records.columns import Mask, RoleColumns
+from axisid.estimation.tables import PeriodSource, Repair, Samples
+from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
+from axisid.support.arrays import Array, covered
+from axisid.support.errors import DataError, UsageError, quoted
+
+from .clocks import long_steps, open_end
+
+#: First sample and the one after the last.
+Span = tuple[int, int]
+#: First and last time that is taken, s, as the log's own time counts.
+Window = tuple[float, float]
+
+_GIVE = 'give FROM..TO in seconds, such as "2..5", "2.." or "..5", or a pair, such as (2.0, None)'
+
+
+def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
+    """Windows in their order, an end that is left open at infinity.
+
+    Raises
+    ------
+    UsageError
+        One is no pair of numbers, ends before it begins, or reaches into another.
+    """
+    listed = [windows] if isinstance(windows, str) else windows
+    if isinstance(listed, bytes) or not isinstance(listed, Iterable):
+        raise UsageError(f"the windows are {quoted(windows)}; {_GIVE}.", code="window")
+    found = sorted(_checked(each) for each in listed)
+    for one, other in pairwise(found):
+        if other[0] < one[1]:
+            raise UsageError(
+                f"the windows {windows_text([one])} and {windows_text([other])} overlap; give them "
+                "as one.",
+                code="window",
+            )
+    return tuple(found)
+
+
+def _checked(window: Any) -> Window:
+    ends = window.split("..") if isinstance(window, str) else window
+    try:
+        start, stop = (
+            infinite if end is None or not str(end).strip() else float(end)
+            for end, infinite in zip(ends, (-math.inf, math.inf), strict=True)
+        )
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"a window is {quoted(window)}; {_GIVE}.", code="window") from error
+    if not start < stop:
+        raise UsageError(
+            f"the window {quoted(window)} does not end after it begins; give two times of the log "
+            "in seconds, the earlier one first.",
+            code="window",
+        )
+    return start, stop
+
+
+def windows_text(windows: Sequence[Window]) -> str:
+    """Windows as they are said: ``from 2 to 5 s and from 10 s on``."""
+    texts = {
+        (False, False): "from {0:.9g} to {1:.9g} s",
+        (False, True): "from {0:.9g} s on",
+        (True, False): "up to {1:.9g} s",
+        (True, True): "of all",
+    }
+    said = (
+        texts[math.isinf(start), math.isinf(stop)].format(start, stop) for start, stop in windows
+    )
+    return " and ".join(said)
+
+
+def samples_within(
+    source: str, time: Array, windows: Sequence[Window], fewest: int = 1
+) -> tuple[Span, ...]:
+    """First sample and the one after the last of each window.
+
+    A time on the edge of two windows is the earlier one's. Samples without a time belong to those
+    around them.
+
+    Parameters
+    ----------
+    source : str
+        For messages.
+    time : (N,) array
+        s
+    windows : sequence of Window
+    fewest : int
+        Samples that a window needs.
+
+    Raises
+    ------
+    DataError
+        A window is outside the log, or holds too few samples.
+    """
+    finite = time[np.isfinite(time)]
+    close = 1e-6 * float(np.median(np.abs(np.diff(finite)))) if finite.size > 1 else 0.0
+    spans: list[Span] = []
+    for start, stop in windows:
+        inside = np.flatnonzero((time >= start - close) & (time <= stop + close))
+        begin = max(int(inside[0]), spans[-1][1] if spans else 0) if inside.size else 0
+        end = int(inside[-1]) + 1 if inside.size else 0
+        if end - begin < fewest:
+            reach = f"{finite.min():.9g} to {finite.max():.9g} s" if finite.size else "nan to nan"
+            raise DataError(
+                f"{source}: the window {windows_text([(start, stop)])} holds "
+                f"{max(end - begin, 0) or 'no'} samples of the log, whose time goes from {reach}; "
+                "give times of the log, or a longer window.",
+                code="window",
+            )
+        spans.append((begin, end))
+    return tuple(spans)
+
+
+def within(
+    columns: RoleColumns, windows: Sequence[Window]
+) -> tuple[RoleColumns, tuple[Window, ...]]:
+    """The samples of the windows, each column by its own clock.
+
+    Returns
+    -------
+    RoleColumns
+    tuple of Window
+        As far as the motion's clock reaches.
+    """
+    clock, kept = columns.motion.times, {}
+    own = samples_within(columns.source, clock, windows)
+    for role, s in columns.samples.items():
+        spans = samples_within(f"{columns.source}, {role}", s.times, windows)
+        kept[role] = s.taken(covered(spans, len(s.values)))
+    reached = reaching(windows, float(np.nanmin(clock)), float(np.nanmax(clock)))
+    found = columns.repaired(kept, window_repair(windows, own, len(clock)))
+    return replace(found, source=f"{columns.source} {windows_text(reached)}"), reached
+
+
+def reaching(windows: Sequence[Window], first: float, last: float) -> tuple[Window, ...]:
+    """Windows as far as a log reaches, from its first to its last time, s."""
+    return tuple((max(start, first), min(stop, last)) for start, stop in windows)
+
+
+def window_repair(windows: Sequence[Window], spans: Sequence[Span], samples: int) -> Repair:
+    """What is said of windows, and of how many samples are left out."""
+    left = samples - sum(stop - start for start, stop in spans)
+    each = ", each filtered and simulated by itself" if len(spans) > 1 else ""
+    text = f"only {windows_text(windows)} taken{each}: {left} of {samples} samples left out"
+    return Repair(kind="window", count=left, text=text)
+
+
+def edges(windows: Sequence[Window]) -> Array:
+    """Times between windows that follow one another, at which a log is cut."""
+    return np.array([(one[1] + other[0]) / 2 for one, other in pairwise(windows)])
+
+
+def as_sampled(
+    columns: RoleColumns, period: float | None, windows: Sequence[Window], *, split: bool
+) -> RoleColumns:
+    """Columns at the times that they have, cut between windows, and at gaps if it was asked for."""
+    time = np.asarray(columns.motion.times, dtype=np.float64)
+    cuts = [int(row) for row in np.searchsorted(time, edges(windows), side="right")]
+    kept = np.ones(len(time), dtype=bool)
+    lengths = [stop - start for start, stop in pairwise([0, *cuts, len(time)])]
+    if split:
+        kept, lengths, repair = split_at_gaps(time, cuts)
+        columns = columns.repaired({}, repair)
+    segments, time = adjoining(lengths), time[kept]
+    jitter = open_end([time[start:stop] for start, stop in segments or ((0, len(time)),)])
+    return replace(
+        columns,
+        samples={r: Samples(values=s.values[kept], clock=time) for r, s in columns.samples.items()},
+        masks={role: mask[kept] for role, mask in columns.masks.items()},
+        segments=segments,
+        period=period,
+        clock=PeriodSource(
+            uncertainty=jitter if period is None else 0.0, stated=period is not None
+        ),
+    )
+
+
+def split_at_gaps(time: Array, cuts: Sequence[int]) -> tuple[Mask, list[int], Repair]:
+    """Rows to keep, (N,), the lengths of the segments that they make, and what was found.
+
+    Pieces of fewer than 3 rows are left out. The rows `cuts` begin a segment of their own, whatever
+    the time before them.
+    """
+    steps = np.diff(time)
+    gaps = np.setdiff1d(long_steps(time, MAX_EVEN_STEP.value), [row - 1 for row in cuts])
+    begins = sorted({*(gaps + 1).tolist(), *cuts})
+    pieces = [*zip([0, *begins], [*begins, len(time)], strict=True)]
+    long = [(a, b) for a, b in pieces if b - a >= MIN_RECORD_SAMPLES.value]
+    kept, lengths = covered(long, len(time)), [b - a for a, b in long]
+    lost = float(np.sum(steps[gaps] - np.median(steps))) if len(gaps) else 0.0
+    repair = gaps_repair(len(gaps), lost, len(lengths), int(np.sum(~kept)))
+    return kept, lengths, repair
+
+
+def adjoining(lengths: Sequence[int]) -> tuple[Span, ...]:
+    """Segments of these lengths, one after the other; none where there is one alone."""
+    return tuple(pairwise(accumulate(lengths, initial=0))) if len(lengths) > 1 else ()
+
+
+def gaps_repair(gaps: int, lost: float, segments: int, dropped: int) -> Repair:
+    """What is said of a split log."""
+    text = (
+        f"cut at {gaps} {'gap' if gaps == 1 else 'gaps'} ({lost:.4g} s are missing) into "
+        f"{segments} segments, each filtered and simulated by itself"
+    )
+    if dropped:
+        text += f"; {dropped} rows in pieces of fewer than {MIN_RECORD_SAMPLES.value} left out"
+    return Repair(kind="gaps", count=gaps, text=text if gaps else "no gaps found")
+
+
+def checked_spans(source: str, name: str, spans: object) -> tuple[Span, ...]:
+    """Pairs of whole numbers."""
+    try:
+        return tuple((index(start), index(stop)) for start, stop in spans)  # type: ignore[attr-defined]
+    except (TypeError, ValueError) as error:
+        raise UsageError(
+            f"{source}: the {name} are {quoted(spans)}; give pairs of rows, the first and the one "
+            "after the last."
+        ) from error
+
+
+def check_spans(
+    source: str, time: Array, segments: tuple[Span, ...], masked: tuple[Span, ...]
+) -> None:
+    """Refuse segments that do not follow one another, and masked samples that there are not."""
+    fewest, samples = MIN_RECORD_SAMPLES.value, len(time)
+    ends = [0, *(end for span in segments for end in span), samples]
+    whole = not segments or ends[::2] == ends[1::2]
+    for start, stop in segments:
+        if whole and start < stop < start + fewest:
+            raise DataError(
+                f"{source}: the part from {time[start]:.6g} to {time[stop - 1]:.6g} s has "
+                f"{stop - start} of its rows, and needs {fewest} or more; give a longer window, or "
+                "leave it out.",
+                code="too-short",
+            )
+    lasting = all(stop > start for start, stop in segments)
+    inside = all(0 <= start < stop <= samples for start, stop in masked)
+    if not (whole and lasting and inside):
+        raise DataError(
+            f"{source}: the segments {segments} and masked rows {masked} are no parts of {samples} "
+            f"rows; segments follow one another, with {fewest} rows or more each.",
+            code="record",
+        )
