@@ -22,12 +22,11 @@ from axisid.estimation.diagnostics.method import (
     instrument_tests,
 )
 from axisid.estimation.estimates import Estimate, HausmanTest
-from axisid.support.errors import Missing
 from benchmarks.machines import Machine, records, white
 from tests.refusals import refuses
 
 BOTH = ("idm-iv", "didim")
-NO_STEPS = Missing("no steps")
+NO_STEPS: dict[str, float] = {}
 STAGE = Machine(mass=100.2, viscous=236.9, coulomb=24.8, control_noise=white(2e-3))
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from axisid import Record, build, identify, load_axis, simulate, twin_record
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.diagnostics.misfit_checks import following
+from axisid.estimation.diagnostics.diagnose import following
 from axisid.estimation.estimates import NotSimulated
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.methods.instrumental import NEARLY_CONVERGED
