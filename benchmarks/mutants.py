@@ -146,8 +146,8 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "the virtual machine sees no dip": (
         _VIRTUAL,
-        "if dq and end.first * direction < 0 < end.last * direction:",
-        "if dq and end.first * direction < 0 < end.last * direction * 0:",
+        "if not (dq and end.first * direction < 0 < end.last * direction):",
+        "if not (dq and end.first * direction < 0 < end.last * direction * 0):",
         (f"{_PULSE}[any-signal-False]",),
     ),
     "the virtual machine's step bends unnoticed": (

@@ -13,11 +13,7 @@ from .diagnostics import (
 from .diagnostics.law import LawCheck as LawCheck, check_law as check_law
 from .estimates import Iterate as Iterate, Value as Value
 from .fitting import OutputFit as OutputFit
-from .identification import (
-    DriveTime as DriveTime,
-    DriveTiming as DriveTiming,
-    estimate_drive_timing as estimate_drive_timing,
-)
+from .identification import DriveTime as DriveTime
 from .lack_of_fit import JackknifeInterval as JackknifeInterval, LackOfFit as LackOfFit
 from .law_search import ExplainedLaw as ExplainedLaw, LawSearch as LawSearch, find_law as find_law
 from .methods import METHODS as METHODS

@@ -1,4 +1,4 @@
-"""One check of a result: a figure held against a threshold, and what it means; where it is run.
+"""One check of a result: a figure held against a threshold, and what it means; what several do.
 
 In: a figure, what it is held against, what that means. Out: `Check`. Knows nothing of what is
 checked.
@@ -8,7 +8,7 @@ checked.
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Literal, Protocol, TypeVar
 
 from msgspec import Meta
 
@@ -23,12 +23,13 @@ from axisid.support.errors import (
     quoted,
 )
 
+#: How far the numbers of a result can be believed.
+Belief = Literal["believed", "with care", "not believed"]
 Status = Literal["pass", "note", "fail", "not evaluated"]
 
 Found = TypeVar("Found")
 Else = TypeVar("Else")
-_WORST: tuple[Status, ...] = ("fail", "note", "pass")
-_UNMADE: Status = "not evaluated"
+WORST_FIRST: tuple[Status, ...] = ("fail", "note", "pass")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,18 +192,23 @@ def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | Non
     if len(records) == 1:
         return found[0]
     every = [(name, each) for name, each in zip(records, found, strict=True) if each is not None]
-    made = [(name, each) for name, each in every if each.status != _UNMADE]
+    made = [(name, each) for name, each in every if each.status != "not evaluated"]
     if not made:
         return every[0][1] if every else None
-    status = min((each.status for _, each in made), key=_WORST.index)
+    status = min((each.status for _, each in made), key=WORST_FIRST.index)
     worst = [(n, each) for n, each in made if each.status == status]
     first = max((each for _, each in worst), key=_distance)
     same = [n for n, each in worst if each.meaning == first.meaning]
     others = [n for n, each in worst if n not in same]
-    unmade = [n for n, each in every if each.status == _UNMADE]
-    also = "fails" if status == "fail" else "is noted"
+    unmade = [n for n, each in every if each.status == "not evaluated"]
     before, after = first_case(
-        (status != "pass", (f"{' and '.join(same)}: ", f"; it {also} of {_listed(others)} too")),
+        (
+            status != "pass",
+            (
+                f"{' and '.join(same)}: ",
+                f"; it {'fails' if status == 'fail' else 'is noted'} of {_listed(others)} too",
+            ),
+        ),
         (True, ("", f" (not evaluated of {_listed(unmade)})")),
     )
     more = after if (unmade if status == "pass" else others) else ""
@@ -296,3 +302,60 @@ def kind_of(check: str) -> Kind:
 def lines_of(checks: Iterable[str]) -> tuple[str, ...]:
     """The lines of checks, each once, in the order of the checks."""
     return tuple(dict.fromkeys(kind_of(check).line for check in checks))
+
+
+#: What is told where it could not be asked: of what an axis declares, and what noise does.
+_OF_THE_MODEL = ("missing terms", "control law", "method")
+
+
+def conclusion(checks: Sequence[Check]) -> str:
+    """Whether the numbers can be believed, from the checks of a result."""
+    failed = [check.name for check in by_weight(checks) if check.status == "fail"]
+    # What could not be asked of the model: what it lacks, and whether the law is the drive's.
+    skipped = {check.name for check in checks if check.status == "not evaluated"}
+    names = lines_of(name for name in _OF_THE_MODEL if name in skipped)
+    unchecked = f"; not checked: {', '.join(names)}" if names else ""
+    lines, how = lines_of(failed), belief(failed)
+    return first_case(
+        (
+            how == "believed",
+            f"Nothing that was checked speaks against these numbers{unchecked}.",
+        ),
+        (
+            how == "not believed",
+            f"Do not believe these numbers before this is mended: {''.join(lines[:1])}.",
+        ),
+        (True, f"Believe these numbers with care; to look at: {', '.join(lines)}{unchecked}."),
+    )
+
+
+def belief(failing: Iterable[str]) -> Belief:
+    """How far the numbers of a result can be believed of which checks of these names fail."""
+    first = min(map(kind_of, failing), key=lambda kind: kind.rank, default=None)
+    return "believed" if first is None else "not believed" if first.grave else "with care"
+
+
+class _HasChecks(Protocol):
+    @property
+    def checks(self) -> tuple[Check, ...]: ...
+
+
+class Checked:
+    """A result with `checks`, which say what it is worth."""
+
+    __slots__ = ()
+
+    @property
+    def belief(self: _HasChecks) -> Belief:
+        """How far the numbers can be believed: "believed", "with care", "not believed"."""
+        return belief(check.name for check in self.checks if check.status == "fail")
+
+    @property
+    def believed(self: _HasChecks) -> bool:
+        """Whether no check fails."""
+        return all(check.status != "fail" for check in self.checks)
+
+
+def by_weight(checks: Sequence[Check]) -> list[Check]:
+    """Checks by what it means for the numbers that they fail, the gravest first."""
+    return sorted(checks, key=lambda check: kind_of(check.name).rank)

@@ -36,7 +36,7 @@ cluster jackknife and its t distribution with groups less one.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
+from itertools import product
 from typing import Annotated
 
 import numpy as np
@@ -51,7 +51,6 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_MODEL_SHARE
 from axisid.support.arrays import Array, Exact, MaybeInfinite
 
 _MIN_MOVE_SPEED = 0.02  # of the largest speed, that a move has to reach
-_MIN_MOVE_PROMINENCE = 0.5  # of its largest speed, that a move has to fall by before the next
 _MAX_LEVEL_SPREAD = 0.1  # relative difference of largest speeds of one level
 _MIN_SPEED_OF_A_MOVE = 1e-3  # of the largest speed; slower is between two moves
 
@@ -119,44 +118,19 @@ def moves_of(velocity: Array) -> Moves:
     """The moves of a velocity, (N,): of a reference, or filtered."""
     from scipy.signal import find_peaks
 
-    speed = np.concatenate([[0.0], np.abs(velocity), [0.0]])
-    top = float(speed.max())
-    found, shape = find_peaks(speed, height=_MIN_MOVE_SPEED * top, prominence=0.0)
-    own = shape["prominences"] > _MIN_MOVE_PROMINENCE * shape["peak_heights"]
-    speed = speed[1:-1]
-    peaks = _apart(speed, found[own] - 1) if top > 0 else np.empty(0, dtype=np.intp)
-    slow = _MIN_SPEED_OF_A_MOVE * top
-    gaps = [_gap(speed, a, b, slow) for a, b in pairwise(peaks)]
-    moving = np.flatnonzero(speed > slow)
-    first, last = (moving[0], moving[-1] + 1) if len(moving) else (0, 0)
-    return Moves(
-        starts=np.array([first, *(b for _, b in gaps)], dtype=np.intp)[: len(peaks)],
-        stops=np.array([*(a for a, _ in gaps), last], dtype=np.intp)[: len(peaks)],
-        speeds=np.asarray(velocity[peaks], dtype=float),
-    )
-
-
-def _apart(speed: Array, peaks: Index) -> Index:
-    """Peaks between which the speed falls; of those that are as high as one another the first."""
-    kept: list[int] = []
-    for peak in map(int, peaks):
-        if kept:
-            lowest, height = speed[kept[-1] : peak].min(), min(speed[kept[-1]], speed[peak])
-            if lowest > (1 - _MIN_MOVE_PROMINENCE) * height:
-                continue
-        kept.append(peak)
-    return np.array(kept, dtype=np.intp)
-
-
-def _gap(speed: Array, before: int, after: int, slow: float) -> tuple[int, int]:
-    """Where a move ends and where the next begins, between their peaks."""
-    between = speed[before:after]
-    lowest = float(between.min())
-    low = before + np.flatnonzero(between <= lowest + slow)  # one speed, but for its last digits
-    if lowest <= slow and len(low) > _TURN:
-        return int(low[0]), int(low[-1]) + 1
-    middle = int(low[len(low) // 2])
-    return middle, middle
+    top = float(np.abs(velocity).max(initial=0.0))
+    speed = np.where(np.abs(velocity) > _MIN_SPEED_OF_A_MOVE * top, np.abs(velocity), 0.0)
+    valleys, shape = find_peaks(-speed, prominence=_MIN_MOVE_SPEED * top, plateau_size=1)
+    falls = shape["prominences"] >= speed[valleys]  # by half of the lower speed beside it
+    stops, starts = shape["left_edges"][falls], shape["right_edges"][falls] + 1
+    turns = (starts - stops <= _TURN) | (speed[valleys[falls]] > 0)
+    stops[turns] = starts[turns] = (stops[turns] + starts[turns]) // 2
+    moving = np.flatnonzero(speed)
+    first, last = (moving[0], moving[-1] + 1) if len(moving) else (0, 1)
+    starts, stops = np.append(first, starts), np.append(stops, last)
+    fastest = [a + int(np.argmax(speed[a:b])) for a, b in zip(starts, stops, strict=True)]
+    own = speed[fastest] > _MIN_MOVE_SPEED * top
+    return Moves(starts=starts[own], stops=stops[own], speeds=velocity[fastest][own])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -212,11 +186,17 @@ def repeats_of(reference: Array, spans: tuple[tuple[int, int], ...]) -> Repeats 
             move[begin:stop] = number
             offset[begin:stop] = np.arange(stop - begin)
     used = np.flatnonzero(move != _NONE)
-    lags = {int(lag) for alike in repeated for lag in np.diff(begins[alike])}
+    inside = reference[used[0] : used[-1] + 1]
+    lags = sorted({int(lag) for alike in repeated for lag in np.diff(begins[alike])})
+    off = (
+        (lag, float(np.abs(inside[lag:] - inside[:-lag]).max()))
+        for lag in lags
+        if 0 < lag < len(inside)
+    )
     return Repeats(
         move=move,
         offset=offset,
-        period=_period(reference[used[0] : used[-1] + 1], lags, tolerance),
+        period=next((lag for lag, away in off if away <= tolerance), None),
         times=max(map(len, repeated)),
     )
 
@@ -225,39 +205,18 @@ def _kinds(reference: Array, moves: Moves, tolerance: float) -> tuple[Index, Ind
     """Which moves are the same, by the number of the first such, and their shifts against it."""
     kinds, shifts = np.arange(len(moves)), np.zeros(len(moves), dtype=np.intp)
     lengths = moves.stops - moves.starts
-    near = tolerance + max(map(abs, _SHIFTS)) * np.abs(np.diff(reference)).max()
-    for i in range(len(moves)):
+    near = tolerance + max(_SHIFTS) * np.abs(np.diff(reference)).max()
+    for i, begin in enumerate(moves.starts):
         alike = (kinds[:i] == np.arange(i)) & (np.abs(lengths[:i] - lengths[i]) <= max(_SHIFTS))
-        alike &= np.abs(reference[moves.starts[:i]] - reference[moves.starts[i]]) <= near
+        alike &= np.abs(reference[moves.starts[:i]] - reference[begin]) <= near
         alike &= np.sign(moves.speeds[:i]) == np.sign(moves.speeds[i])
-        for j in np.flatnonzero(alike):
+        for j, shift in product(np.flatnonzero(alike), _SHIFTS):
             own = reference[moves.starts[j] + _ENDS : moves.stops[j] - _ENDS]
-            shift, away = _shift(reference, own, int(moves.starts[i]) + _ENDS)
-            if away <= tolerance:
+            other = reference[begin + _ENDS + shift :][: len(own)]
+            if 0 < len(own) == len(other) and np.abs(other - own).max() <= tolerance:
                 kinds[i], shifts[i] = j, shift
                 break
     return kinds, shifts
-
-
-def _shift(reference: Array, own: Array, start: int) -> tuple[int, float]:
-    """By how many samples another move is best shifted to be one, and how far it is off then."""
-    last = len(reference) - len(own)
-    begins = (
-        start + shift if 0 <= start + shift <= last and len(own) else None for shift in _SHIFTS
-    )
-    away = [
-        np.inf if begin is None else float(np.abs(reference[begin:][: len(own)] - own).max())
-        for begin in begins
-    ]
-    best = int(np.argmin(away))  # the smaller shift of two as good
-    return _SHIFTS[best], away[best]
-
-
-def _period(reference: Array, lags: set[int], tolerance: float) -> int | None:
-    """The shortest of these lags after which a stretch of the reference is the same all along."""
-    possible = (lag for lag in sorted(lags) if 0 < lag < len(reference))
-    off = ((lag, float(np.abs(reference[lag:] - reference[:-lag]).max())) for lag in possible)
-    return next((lag for lag, away in off if away <= tolerance), None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

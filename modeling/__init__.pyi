@@ -4,8 +4,8 @@ from .declaration import (
     Move as Move,
     back_and_forth as back_and_forth,
 )
-from .derivation import AxisModel as AxisModel
-from .description import (
+from .derivation import (
+    AxisModel as AxisModel,
     describe_determined as describe_determined,
     describe_unidentifiable as describe_unidentifiable,
 )

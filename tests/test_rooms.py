@@ -21,7 +21,6 @@ FLOORS = (
     ("elements", "control"),
     ("modeling.derivation", "modeling.library"),
     ("modeling.text",),
-    ("modeling.description",),
     ("codegen.thresholds",),
     ("codegen.lowering",),
     ("codegen.printers",),
@@ -77,7 +76,6 @@ FLOORS = (
 #: Rooms without a face: their modules are imported by name, so that nothing unused is loaded.
 BY_NAME = (
     "support",
-    "codegen.thresholds",
     "presentation",
     "exports",
     "commands",
@@ -91,7 +89,6 @@ TO_BE_TOLD_APART = frozenset("Alike Block Column Quantity Series Table Target".s
 TESTED_ELSEWHERE = {
     "elements": "modeling.declaration",
     "control": "modeling.laws",
-    "modeling.description": "modeling.derivation",
     "codegen.thresholds": "estimation.thresholds",
 }
 

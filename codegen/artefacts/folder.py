@@ -109,20 +109,10 @@ def check_files(
     """
     findings = []
     for path, text in sorted(files.items()):
-        found = _read(folder / path)
-        if found != text:
-            state = "missing" if found is None else "stale"
-            findings.append(Finding(path=path, state=state, diff=_diff(path, found or "", text)))
-    present = _present(folder) - set(files)
-    if others is not None:
-        axes = {path.parts[0] for path in files}
-        made = {p.name for p in folder.glob("*") if {Path(p.name, x) for x in _MARKS} <= present}
-        present = {path for path in present if path.parts[0] in axes | made - set(others)}
-    return [*findings, *(Finding(path=path, state="orphan") for path in sorted(present))]
-
-
-def _present(folder: Path) -> set[Path]:
-    """The files in a folder, and the folders in it that have none, as one whose axis is gone."""
+        there = _read(folder / path)
+        if there != text:
+            state = "missing" if there is None else "stale"
+            findings.append(Finding(path=path, state=state, diff=_diff(path, there or "", text)))
     found = {
         path.relative_to(folder)
         for path in folder.rglob("*")
@@ -130,9 +120,13 @@ def _present(folder: Path) -> set[Path]:
         if not (path.is_dir() or "__pycache__" in path.parts or path.name.startswith("."))
     }
     named = {path.parts[0] for path in found}
-    return found | {
-        Path(p.name) for p in folder.glob("[!.]*") if p.is_dir() and p.name not in named
-    }
+    empty = (p.name for p in folder.glob("[!.]*") if p.is_dir() and p.name not in named)
+    present = {*found, *map(Path, empty)} - set(files)  # as a folder of an axis that is gone
+    if others is not None:
+        axes = {path.parts[0] for path in files}
+        made = {p.name for p in folder.glob("*") if {Path(p.name, x) for x in _MARKS} <= present}
+        present = {path for path in present if path.parts[0] in axes | made - set(others)}
+    return [*findings, *(Finding(path=path, state="orphan") for path in sorted(present))]
 
 
 def _read(path: Path) -> str | None:

@@ -14,16 +14,14 @@ from numpy.typing import ArrayLike
 
 from axisid.codegen.lowering import (
     Program,
-    drive_force_by_gain,
-    drive_force_in_mode,
+    drive_force,
     evaluate,
     over_time,
 )
 from axisid.codegen.native import Native, slices
 from axisid.codegen.runtime import FunctionShape, by_sample, checked_arguments, execute
 from axisid.modeling.declaration import Axis, ControlLaw, check_axis
-from axisid.modeling.derivation import AxisModel, BaseModel, derive
-from axisid.modeling.description import describe_loss
+from axisid.modeling.derivation import AxisModel, BaseModel, derive, describe_loss
 from axisid.modeling.quantities import (
     CONTROL,
     DIRECTION,
@@ -182,8 +180,11 @@ class GeneratedAxis:
             As `with_gains` does.
         """
         if self.loop is None:
+            law = self.axis.control
+            kind = "continuous law" if law and law.continuous else "control law without gains"
+            lacking = f"has a {kind}" if law else "has no control law"
             raise ModelError(
-                f"axis {self.axis.name!r} {_lacking(self.axis.control)}, so there are no gains to "
+                f"axis {self.axis.name!r} {lacking}, so there are no gains to "
                 "change in its loop; build an axis of another law.",
                 code="law",
             )
@@ -242,7 +243,7 @@ class GeneratedAxis:
         By control, motion, and the recorded signals in the axis's order.
         """
         motion = (control, position, velocity)
-        return self._driven(drive_force_by_gain(self.axis), motion, recorded)
+        return self._driven(drive_force(self.axis, by_gain=True), motion, recorded)
 
     def force_in_mode(
         self,
@@ -254,7 +255,7 @@ class GeneratedAxis:
     ) -> Array:
         """The drive's force in friction directions, (N,), which at rest no velocity tells."""
         motion = (control, position, velocity, direction)
-        return self._driven(drive_force_in_mode(self.axis), motion, recorded)
+        return self._driven(drive_force(self.axis, directed=True), motion, recorded)
 
     def _driven(
         self, program: Program, motion: Sequence[Array], recorded: Sequence[Array]
@@ -332,7 +333,9 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
         ),
         ddm_parameters=_ddm_parameters(model),
         uniform=_is_uniform(model),
-        evenly_damped=not _damping(model).has(axis.coordinate.velocity),
+        evenly_damped=not model.acceleration.diff(axis.coordinate.velocity).has(
+            axis.coordinate.velocity
+        ),
         has_direction=any(
             c.has(DIRECTION)
             for c in (*model.idm.columns, model.idm.intercept, model.axis.drive.force)
@@ -346,21 +349,10 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
     )
 
 
-def _lacking(law: ControlLaw | None) -> str:
-    """Why the loop of a law has no gains that could change."""
-    if law is None:
-        return "has no control law"
-    return "has a continuous law" if law.continuous else "has a control law without gains"
-
-
 @lru_cache(maxsize=32)
 def _rebuilt(declared: bytes, native: bool) -> GeneratedAxis:
     """Build a pickled declaration, once in a process: every task of a worker brings it along."""
     return build(pickle.loads(declared), native=native)  # noqa: S301
-
-
-def _damping(model: AxisModel) -> sympy.Expr:
-    return model.acceleration.diff(model.axis.coordinate.velocity)
 
 
 def _is_uniform(model: AxisModel) -> bool:

@@ -1,4 +1,4 @@
-"""The closed loop of an axis with the gains of its law as arguments.
+"""The closed loop of an axis, and its law by itself, with the gains of the law as arguments.
 
 Generated files have the gains as numbers, so that each can be read and taken elsewhere by itself.
 What is compiled and run takes them as arguments: its text is the same whatever they are, so that
@@ -12,14 +12,37 @@ from typing import Any
 
 import casadi
 import numpy as np
+import sympy
 
+from axisid.codegen.lowering import law_by_gains
 from axisid.codegen.native import Native
+from axisid.codegen.printers import print_function
 from axisid.codegen.runtime import execute
 from axisid.modeling.declaration import ControlLaw
 from axisid.modeling.derivation import AxisModel
 from axisid.support.arrays import Array
 
 from .texts import by_gains_artefacts
+
+
+def law_functions(law: ControlLaw, signals: tuple[sympy.Symbol, ...]) -> Mapping[str, Any]:
+    """``law_step`` and ``law_start``; see `law_by_gains`.
+
+    Parameters
+    ----------
+    law : ControlLaw
+    signals : tuple of sympy.Symbol
+        Recorded signals, in their order.
+
+    Returns
+    -------
+    mapping of str to casadi.Function
+    """
+    programs = law_by_gains(law, signals)
+    names = "".join(f'    "{program.name}": {program.name},\n' for program in programs)
+    texts = "\n\n".join(map(print_function, programs))
+    return execute(f"import casadi\n\n\n{texts}\n\nFUNCTIONS = {{\n{names}}}\n", "law")
+
 
 _OF_THE_LAW = ("control_start", "control_law", "control_terms")
 _STEP = "closed_loop_step"

@@ -6,12 +6,13 @@ machine: no time, no path, no version of a library.
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 
+import numpy as np
 import sympy
 
-from axisid.codegen.lowering import Output, Program, axis_programs
+from axisid.codegen.lowering import Output, Program, axis_programs, evaluate
 from axisid.codegen.printers import (
     print_c_function,
     print_c_loop,
@@ -20,13 +21,65 @@ from axisid.codegen.printers import (
     print_function,
     with_c_loop,
 )
-from axisid.modeling.derivation import AxisModel
-from axisid.modeling.description import derived_sections
+from axisid.codegen.thresholds import MAX_CONTROL_DIFFERENCE
+from axisid.modeling.derivation import AxisModel, derived_sections
 from axisid.modeling.library import LIBRARY
-from axisid.modeling.quantities import Formula, with_numbers, with_own_symbols
-from axisid.support.errors import Missing
+from axisid.modeling.quantities import CONTROL, FORCE, Formula, with_numbers, with_own_symbols
+from axisid.support.arrays import Array
+from axisid.support.errors import Missing, ModelError
 
-from .drive_check import check_drive
+# Controls as shares of the limit, position and velocity, SI; of no simple ratio to one another.
+_SHARES = np.array([-0.83, -0.31, -0.07, 0.011, 0.29, 0.61, 0.97])
+_POSITIONS = np.array([0.317, -0.8137, 0.0113, 2.71, -0.05, 0.2, -1.3])
+_VELOCITIES = np.array([0.73, -0.21, -0.013, 3.1, 0.0, -0.4, 0.09])
+_RECORDED = np.array([0.91, 1.3, 0.77, 1.9, 0.63, 1.1, 2.3])  # of every signal
+_LEAST = 1e-300
+
+
+def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
+    """Compare controls with those that the drive's inverse makes of their forces.
+
+    Raises
+    ------
+    ModelError
+        The inverse does not undo the force, or a gain that has a deviation is not in it.
+    """
+    axis, of_name = model.axis, {program.name: program for program in programs}
+    most = axis.drive.limit if np.isfinite(axis.drive.limit) else 1.0
+    controls = most * _SHARES
+    motion = {axis.coordinate.name: _POSITIONS, str(axis.coordinate.velocity): _VELOCITIES}
+    motion |= {signal.name: _RECORDED for signal in axis.signals}
+    arguments = {**motion, str(CONTROL): controls}
+    force = _result(of_name["drive_force"], arguments)
+    if axis.drive.relative_sd and axis.drive.force_by_gain == 0:
+        raise ModelError(
+            f"axis {axis.name!r}: the gain of the drive {type(axis.drive).__name__} has a "
+            "deviation and no part in its force; define force_by_gain, or leave out relative_sd.",
+            code="generated-code",
+        )
+    again = _result(of_name["drive_control"], {**motion, str(FORCE): force})
+    size = np.abs(force)
+    held = (size > _LEAST) & np.isfinite(size)  # elsewhere nothing tells the control
+    wrong = held & ~(np.abs(again - controls) <= MAX_CONTROL_DIFFERENCE.value * most)
+    # A force at the end of what the drive can make has many controls: any of them will do.
+    remade = _result(of_name["drive_force"], {**motion, str(CONTROL): again})
+    with np.errstate(invalid="ignore"):  # forces that no number holds, which are not held to it
+        wrong &= ~(np.abs(remade - force) <= MAX_CONTROL_DIFFERENCE.value * size)
+    if not np.any(wrong):
+        return
+    i, unit = int(np.argmax(wrong)), axis.drive.unit
+    raise ModelError(
+        f"axis {axis.name!r}: of a control of {controls[i]:.6g} {unit} the drive "
+        f"{type(axis.drive).__name__} makes a force of {force[i]:.6g}, for which its inverse "
+        f"gives {again[i]:.6g} {unit}; correct one of the two.",
+        code="generated-code",
+    )
+
+
+def _result(program: Program, elements: Mapping[str, Array]) -> Array:
+    (values,) = evaluate(program, elements).values()
+    return values[:, 0]
+
 
 #: Counts changes of what is emitted; part of every signature.
 SCHEMA = 6
@@ -199,31 +252,21 @@ def _native(
             inputs = (port.name for port in by_name["switching"].inputs)
             sizes |= {"MOVING": 1} if "held" in inputs else {}
         if model.states:
-            sizes |= _of_states(model, sizes)
+            sizes["STATES"] = len(model.states)
+            if limited := sum(state.limit is not None for state in model.states):
+                sizes["FIRST_LIMIT"] = sizes["SIDES"] - limited
         sizes |= {"WAVES": 1} if "wave_number" in by_name else {}
-        printed.append(print_c_loop(sizes, continuous=law.continuous, response=_response_of(model)))
+        response, following = model.axis.response, dict[str, float]()
+        if response is not None and not response.is_held:
+            following = {"LAGGED": int(response.keeps_force)}
+            following |= {"SPLIT": response.share} if response.share else {}
+        printed.append(print_c_loop(sizes, continuous=law.continuous, response=following))
     head = "".join(f"   {line}\n" for line in header.splitlines())
     body = "\n".join(printed)
     return (
         f"/* Native code of the axis {model.axis.name}.\n\n{head}*/\n\n"
         f"{print_c_prelude(with_c_loop(body))}\n{body}"
     )
-
-
-def _of_states(model: AxisModel, sizes: Mapping[str, int]) -> dict[str, int]:
-    """How many internal states there are; the first side that is of a limit, if any is."""
-    limited = sum(state.limit is not None for state in model.states)
-    first = {"FIRST_LIMIT": sizes["SIDES"] - limited} if limited else {}
-    return {"STATES": len(model.states), **first}
-
-
-def _response_of(model: AxisModel) -> Mapping[str, float]:
-    """Whether a force and more is held, and after what part of a sample a command begins to act."""
-    response = model.axis.response
-    if response is None or response.is_held:
-        return {}
-    split = {"SPLIT": response.share} if response.share else {}
-    return {"LAGGED": int(response.keeps_force), **split}
 
 
 def _equations(model: AxisModel, mark: str) -> str:
@@ -244,7 +287,9 @@ def _equations(model: AxisModel, mark: str) -> str:
 def _manifest(
     model: AxisModel, mark: str, programs: tuple[Program, ...], texts: Mapping[str, str]
 ) -> dict[str, object]:
-    mapping = model.parameter_map
+    mapping, drive = model.parameter_map, model.axis.drive
+    timing = {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged, **drive.path.declared}
+    follows = model.axis.response is None and drive.path.is_plain
     return {
         "axis": model.axis.name,
         "schema": SCHEMA,
@@ -252,7 +297,7 @@ def _manifest(
         "parameters": [{"name": p.name, "unit": p.unit} for p in model.axis.parameters],
         **_listed("signals", model.axis.signals, ("name", "unit", "between")),
         **_listed("states", model.axis.states, ("name", "unit")),
-        **_timing(model),
+        **({} if follows else {"drive": timing}),
         "ddm_parameters": None
         if isinstance(mapping, Missing)
         else [
@@ -280,14 +325,6 @@ def _manifest(
 def _listed(key: str, items: Iterable[object], names: Iterable[str]) -> dict[str, object]:
     listed = [{name: getattr(item, name) for name in names} for item in items]
     return {key: listed} if listed else {}
-
-
-def _timing(model: AxisModel) -> dict[str, object]:
-    drive = model.axis.drive
-    if model.axis.response is None and drive.path.is_plain:
-        return {}
-    timing = {"lag": drive.lag, "delay": drive.delay, "logged": drive.logged}
-    return {"drive": {**timing, **drive.path.declared}}
 
 
 def _shape(port: Output) -> str:

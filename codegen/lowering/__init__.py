@@ -4,15 +4,11 @@ In: `AxisModel`. Out: `Program`.
 Knows nothing of languages and compilers.
 """
 
-from .axis_functions import axis_programs as axis_programs
+from .axis_functions import axis_programs as axis_programs, law_by_gains as law_by_gains
 from .drive import (
     drive_force as drive_force,
-    drive_force_by_gain as drive_force_by_gain,
-    drive_force_in_mode as drive_force_in_mode,
 )
-from .evaluate import evaluate as evaluate
 from .feed_forward import FeedForward as FeedForward, feed_forward as feed_forward
-from .law_by_gains import law_by_gains as law_by_gains
 from .loop_settings import (
     BLOCK as BLOCK,
     HELD_REFERENCE as HELD_REFERENCE,
@@ -37,5 +33,6 @@ from .program import (
     Operation as Operation,
     Output as Output,
     Program as Program,
+    evaluate as evaluate,
 )
 from .switching import demanding_term as demanding_term

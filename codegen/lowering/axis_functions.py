@@ -5,6 +5,8 @@ friction direction (sign of the velocity while sliding). Recorded signals, if th
 come after the other scalars.
 """
 
+from collections.abc import Sequence
+
 import sympy
 
 from axisid.modeling.declaration import ControlLaw, gain
@@ -45,7 +47,7 @@ def axis_programs(model: AxisModel, *, by_gains: bool = False) -> tuple[Program,
     programs = [inverse_dynamics(model)]
     # With states there are no rows of measured signals.
     programs += [acceleration] if model.states else [_idm_regressor(model), acceleration]
-    programs += [*_direct_regressor(model), drive_force(model), drive_control(model)]
+    programs += [*_direct_regressor(model), drive_force(model.axis), drive_control(model)]
     law = model.axis.control
     gains = tuple(map(gain, law.gains)) if law is not None and by_gains else ()
     driven = None if law is None else _control_law(model, law, gains, injected=True)
@@ -102,7 +104,7 @@ def _direct_dynamics(model: AxisModel) -> Program:
 def _direct_regressor(model: AxisModel) -> list[Program]:
     if isinstance(model.ddm, Missing) or isinstance(model.parameter_map, Missing):
         return []
-    row, mapping = model.ddm.regressor, model.parameter_map
+    row, mapping = model.ddm, model.parameter_map
     builder = _motion(model, force=True).lower(row=[row.columns], known=[[row.intercept]])
     forward = Arguments().vector("parameters", mapping.parameters)
     backward = Arguments().vector("ddm_parameters", mapping.symbols)
@@ -137,7 +139,7 @@ def _control_start(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol,
         position, still = arguments.values[MEASURED_POSITION], rest[MEASURED_VELOCITY]
         signals = [(arguments.values[s],) for s in model.axis.signal_symbols]
         acting, last = acting_control(builder, model, first, first)
-        made = builder.inline(drive_force(model), (acting,), (position,), (still,), *signals)
+        made = builder.inline(drive_force(model.axis), (acting,), (position,), (still,), *signals)
         commands = [acting] * (len(response.forces) - 1) if response.holds_control else []
         state += [*last, *commands, *made["tau"] * (len(response.forces) - len(commands))]
     builder.output("state", [[index] for index in state])
@@ -215,3 +217,41 @@ def _control_terms(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol,
     return builder.program(
         "control_terms", "What the law adds up, one number for each product of gains."
     )
+
+
+def law_by_gains(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> tuple[Program, Program]:
+    """A law's step, and what it remembers at rest.
+
+    Parameters
+    ----------
+    law : ControlLaw
+    signals : sequence of sympy.Symbol
+        Recorded signals that it may read, in their order.
+
+    Returns
+    -------
+    tuple of Program
+        ``law_step``: from what the law reads, the limit that its output has there (infinite for
+        none), its gains and its memory to the next memory and the output as it is, without its
+        delay. ``law_start``: from reference and position at rest to the memory; what balances is 0.
+    """
+    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION)
+    builder = arguments.builder
+    lower = Lowering(builder, {**arguments.values, BALANCED: builder.constant(0.0)})
+    builder.output("state", [[lower(with_numbers(memory.start))] for memory in law.memory])
+    start = builder.program("law_start", "What the law remembers at rest.")
+    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *signals)
+    builder = arguments.builder
+    limit = builder.scalar("limit")
+    arguments.vector("gains", [gain(name) for name in law.gains])
+    arguments.vector("state", [memory.symbol for memory in law.memory])
+    values = {**arguments.values, PERIOD: builder.constant(law.period)}
+    output = Lowering(builder, values)(with_numbers(law.output))
+    limited = builder.apply("min", output, limit)
+    limited = builder.apply("max", limited, builder.apply("neg", limit))
+    following = Lowering(builder, {**values, LIMITED_OUTPUT: limited})
+    builder.output(
+        "next_state", [[following(with_numbers(memory.following))] for memory in law.memory]
+    )
+    builder.output("output", [[output]])
+    return builder.program("law_step", "The law at a sample, by its gains."), start

@@ -1,8 +1,18 @@
-"""The drive as programs: the force that a control makes, and the control that makes a force."""
+"""The drive as programs: the force of a control, its inverse, and what follows a command.
+
+With a lag the force is ``target + (tau - target) exp(-t/lag)`` some time t on. A Runge-Kutta step
+looks at a force four times. Of an exponential that is much shorter than the step these values would
+say little: taken are the one at the start and three of which the step makes exactly the force's
+integral and the two integrals after that, as they enter velocity, position, and damping.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import sympy
 
-from axisid.modeling.declaration import Axis, Drive
+from axisid.modeling.declaration import Axis, Drive, Response
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import CONTROL, DIRECTION, FORCE, number
 
@@ -10,38 +20,24 @@ from .lower import Arguments, Lowering
 from .program import Builder, Program
 
 
-def drive_force(model: AxisModel) -> Program:
-    """Build the force of a control and the motion."""
-    return _of_control(
-        model.axis,
-        model.axis.drive.force,
-        "drive_force",
-        "Force that the drive makes of a control within its limit.",
-    )
+def drive_force(axis: Axis, *, directed: bool = False, by_gain: bool = False) -> Program:
+    """Build the force of a control and the motion, as it is in generated files.
 
-
-def drive_force_in_mode(axis: Axis) -> Program:
-    """The same in a friction direction, behind the velocity, which at rest no sign tells."""
-    return _of_control(
-        axis,
-        axis.drive.force,
-        "drive_force_in_mode",
-        "Force that the drive makes of a control in a friction direction.",
-        directed=True,
-    )
-
-
-def drive_force_by_gain(axis: Axis) -> Program:
-    """Build the slope of that force by the logarithm of the gain.
-
-    It is in no generated file: what a deviation of the gain does is asked seldom.
+    Parameters
+    ----------
+    axis : Axis
+    directed : bool
+        In a friction direction, behind the velocity, which at rest no sign tells.
+    by_gain : bool
+        The slope of the force by the logarithm of the gain in its place.
     """
-    return _of_control(
-        axis,
-        axis.drive.force_by_gain,
-        "drive_force_by_gain",
-        "Slope of the drive's force by the logarithm of its gain.",
-    )
+    q, drive = axis.coordinate, axis.drive
+    direction = (DIRECTION,) if directed else ()
+    arguments = Arguments().scalars(CONTROL, q.symbol, q.velocity, *direction, *axis.signal_symbols)
+    value = drive.force_by_gain if by_gain else drive.force
+    arguments.builder.output("tau", [[_lowered(arguments, axis, value)]])
+    about = "Force that the drive makes of a control within its limit."
+    return arguments.builder.program("drive_force", about)
 
 
 def drive_control(model: AxisModel) -> Program:
@@ -93,16 +89,6 @@ def within(limit: float, builder: Builder, value: int) -> int:
     return builder.apply("select", builder.apply("lt", value, lower), lower, value)
 
 
-def _of_control(
-    axis: Axis, value: sympy.Expr, name: str, about: str, *, directed: bool = False
-) -> Program:
-    q = axis.coordinate
-    direction = (DIRECTION,) if directed else ()
-    arguments = Arguments().scalars(CONTROL, q.symbol, q.velocity, *direction, *axis.signal_symbols)
-    arguments.builder.output("tau", [[_lowered(arguments, axis, value)]])
-    return arguments.builder.program(name, about)
-
-
 def _lowered(arguments: Arguments, axis: Axis, value: sympy.Expr) -> int:
     """An expression of the drive; without a friction direction that is the velocity's sign."""
     values, builder = arguments.values, arguments.builder
@@ -121,3 +107,147 @@ def drive_lowering(arguments: Arguments, drive: Drive) -> Lowering:
         for symbol, value in drive.constants.items()
     }
     return Lowering(builder, {**arguments.values, **constants})
+
+
+# Below it the mean of an exponential is a series, above it a formula, which would lose digits.
+_SMALL, _TERMS = 1.0, 18
+
+
+def drive_response(response: Response) -> Program:
+    """Build what the time loop asks of a drive that does not follow at once."""
+    builder = Arguments().builder
+    tau, target, span = map(builder.scalar, ("tau", "target", "span"))
+    later = later_force(builder, response.lag, (tau, target), span) if response.lag else tau
+    builder.output("tau_later", [[later]])
+    until = builder.apply("mul", builder.constant(response.share), span)
+    builder.output("until", [[until]])
+    return builder.program(
+        "drive_response",
+        "The drive's force later, and when a command acts within a sample of such a length.",
+    )
+
+
+def later_force(builder: Builder, lag: float, held: Sequence[int], span: int) -> int:
+    """The force some time on, from what is held: the force, and what it goes to."""
+    build, (tau, target) = builder.apply, held
+    decay = build("exp", build("neg", build("div", span, builder.constant(lag))))
+    return build("add", target, build("mul", build("sub", tau, target), decay))
+
+
+def forces_in_step(
+    builder: Builder, lag: float, held: Sequence[int], step: int
+) -> tuple[int, int, int]:
+    """The forces that a Runge-Kutta step takes where it looks a second, third and fourth time.
+
+    With x = step/lag and p0 = exp(-x), p1 = (1 - p0)/x, p2 = (1 - p1)/x, p3 = (1/2 - p2)/x the
+    force's integral, that one's own and the next are ``target/k! + (tau - target) pk`` over powers
+    of the step, k = 1, 2 and 3. The step makes (f1 + 2 f2 + 2 f3 + f4)/6, (f1 + f2 + f3)/6 and
+    (f1 + f2)/12 of them.
+    """
+    build, number, (tau, target) = builder.apply, builder.constant, held
+    x = build("div", step, number(lag))
+    p3 = _third_mean(builder, x)
+    p2 = build("sub", number(0.5), build("mul", x, p3))
+    p1 = build("sub", number(1), build("mul", x, p2))
+    six, twelve = number(6), build("mul", number(12), p3)
+    shares = (
+        build("sub", twelve, number(1)),
+        build("sub", build("mul", six, p2), twelve),
+        build("add", build("mul", six, build("sub", p1, build("mul", number(2), p2))), number(1)),
+    )
+    off = build("sub", tau, target)
+    second, third, fourth = (build("add", target, build("mul", off, share)) for share in shares)
+    return second, third, fourth
+
+
+def _third_mean(builder: Builder, x: int) -> int:
+    """``(1/2 - (1 - (1 - exp(-x))/x)/x)/x`` of a number that is not negative."""
+    build, number = builder.apply, builder.constant
+    few, many = build("min", x, number(_SMALL)), build("max", x, number(_SMALL))
+    series = number(0)
+    for k in reversed(range(_TERMS)):
+        term = number(1 / math.factorial(k + 3))
+        series = build("sub", term, build("mul", few, series))
+    rest = build("sub", number(1), build("exp", build("neg", many)))
+    p1 = build("div", rest, many)
+    p2 = build("div", build("sub", number(1), p1), many)
+    formula = build("div", build("sub", number(0.5), p2), many)
+    return build("select", build("lt", x, number(_SMALL)), series, formula)
+
+
+@dataclass(frozen=True, slots=True)
+class DriveInMode:
+    """A drive in a friction direction, beside the values of the recorded signals."""
+
+    builder: Builder
+    model: AxisModel
+    direction: tuple[int, ...]
+    signals: Sequence[tuple[int]]
+
+    def force(self, control: int, q: int, dq: int) -> int:
+        """The force of a control at a position and velocity."""
+        directed = self.model.axis.drive.force.has(DIRECTION)
+        program = drive_force(self.model.axis, directed=directed)
+        mode = (self.direction,) if directed else ()
+        (tau,) = self.builder.inline(program, (control,), (q,), (dq,), *mode, *self.signals)["tau"]
+        return tau
+
+
+def acting_from_sample(
+    drive: DriveInMode,
+    command: int,
+    motion: tuple[int, int],
+    remembered: tuple[int, ...],
+    slope: Callable[[int], int],
+) -> tuple[int, tuple[int, ...], tuple[int, ...]]:
+    """Force at a sample, what is held from it on, and what the drive remembers at the next.
+
+    `slope` is the acceleration under a force there.
+    """
+    builder, response = drive.builder, drive.model.axis.response
+    acting, last = acting_control(builder, drive.model, command, next(iter(remembered), None))
+    if response is None:
+        tau = drive.force(acting, *motion)
+        return tau, (tau,), ()
+    forces = remembered[len(remembered) - len(response.forces) :]
+    held: tuple[int, ...]
+    if response.holds_control:
+        pending = (acting, *forces[:-1])  # the newest first
+        control = pending[-1] if response.share else pending[response.whole]
+        tau = drive.force(control, *motion)
+        held, following = (tau, control), (*pending[:-1], tau)
+    else:
+        if response.by_motion:
+            # Taken half a sample later it is as early as late: what a drive with a lag makes of the
+            # motion is held as the command is.
+            build, half, (q, dq) = builder.apply, builder.constant(response.period / 2), motion
+            sliding = build("abs", drive.direction[0])
+            change = build("mul", slope(forces[-1]), sliding)
+            motion = (
+                build("add", q, build("mul", half, dq)),
+                build("add", dq, build("mul", half, change)),
+            )
+        held, following = _driven(builder, response, drive.force(acting, *motion), forces)
+    return held[0], held, (*last, *following)
+
+
+def _driven(
+    builder: Builder, response: Response, tau: int, remembered: tuple[int, ...]
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """What is held from a sample on, and what the drive remembers at the next.
+
+    `tau` is the force of the command that is new.
+    """
+    count = len(remembered) - bool(response.lag)
+    pending = (tau, *remembered[:count])  # the newest first
+    then = pending[response.whole]
+    first = pending[-1] if response.share else then
+    if not response.lag:
+        return (first,), pending[:-1]
+    now = remembered[-1]
+    parts = ((first, response.share), (then, 1 - response.share))
+    end = now
+    for target, share in parts if response.share else parts[1:]:
+        span = builder.constant(share * response.period)
+        end = later_force(builder, response.lag, (end, target), span)
+    return (now, first), (*pending[:-1], end)

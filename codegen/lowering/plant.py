@@ -13,11 +13,10 @@ from axisid.modeling.declaration import FORCE_TARGET
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE, Signal
 
-from .drive_in_mode import DriveInMode, acting_from_sample
+from .drive import DriveInMode, acting_from_sample, drive_response, forces_in_step, later_force
 from .loop_settings import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED, RESOLVED_STATES
 from .lower import Arguments
 from .program import Builder, Program
-from .response import drive_response, forces_in_step, later_force
 from .states import STATES, Remembering, state_dynamics, state_start, with_mode
 from .switching import Switching, largest_wave, switching, wave_number
 
@@ -56,9 +55,19 @@ def plant_programs(
     """
     found = switching(model)
     if found.sides or model.states:
-        acceleration = _by_sides(model, found)
+        q = model.axis.coordinate
+        motion = (q.symbol, q.velocity, FORCE, DIRECTION, *model.axis.signal_symbols)
+        arguments = with_mode(Arguments().scalars(*motion), model, found)
+        builder = arguments.lower(acceleration=[[found.acceleration]])
+        acceleration = builder.program("acceleration_by_sides", "Acceleration in one mode.")
+    held = _plant(model, law, acceleration, found)
+    name = model.axis.coordinate.acceleration.name
+    held.builder.output(name, [[held.accelerate(*held.motion, None)]])
+    held.builder.output("tau", [[held.force(*held.motion, None)]])
     programs = [
-        _held_acceleration(_plant(model, law, acceleration, found)),
+        held.builder.program(
+            "held_acceleration", "Acceleration and force under what is held since the last sample."
+        ),
         _plant_step(_plant(model, law, acceleration, found)),
     ]
     if found.sides:
@@ -76,14 +85,6 @@ def plant_programs(
     return tuple(programs)
 
 
-def _by_sides(model: AxisModel, found: Switching) -> Program:
-    q = model.axis.coordinate
-    recorded = model.axis.signal_symbols
-    arguments = Arguments().scalars(q.symbol, q.velocity, FORCE, DIRECTION, *recorded)
-    builder = with_mode(arguments, model, found).lower(acceleration=[[found.acceleration]])
-    return builder.program("acceleration_by_sides", "Acceleration in one mode.")
-
-
 def _switching(model: AxisModel, found: Switching) -> Program:
     """With recorded signals among what decides they are taken `step` seconds later."""
     q = model.axis.coordinate
@@ -99,8 +100,20 @@ def _switching(model: AxisModel, found: Switching) -> Program:
         for name, by in (("by_position", {q.symbol, *following}), ("by_velocity", {q.velocity}))
     }
     if found.moved_by:
-        _moved(arguments, lines, model)
-        slopes["by_time"] = [[_by_time(value, found.moved_by) for value in found.functions]]
+        # The signals are where their lines are `step` seconds later.
+        builder = arguments.builder
+        step = builder.scalar("step")
+        rates: dict[Signal, sympy.Symbol] = {}
+        for signal, (value, rate) in zip(model.axis.signals, lines, strict=True):
+            later = builder.apply("add", value, builder.apply("mul", rate, step))
+            rates[signal] = sympy.Symbol(signal.rate_name, real=True)
+            arguments.values |= {signal.symbol: later, rates[signal]: rate}
+        slopes["by_time"] = [
+            [
+                sum(slope(each, s.symbol, "what decides a side") * rates[s] for s in found.moved_by)
+                for each in found.functions
+            ]
+        ]
     builder = arguments.lower(switches=[found.functions], **slopes)
     return builder.program(
         "switching", "What changes its sign where a side changes, and how it changes."
@@ -111,24 +124,6 @@ def _slope(value: sympy.Expr, by: set[sympy.Symbol], following: set[sympy.Symbol
     """How what decides a side changes; states with a limit change as the position does."""
     own = by if value.free_symbols & following else by - following
     return sum(slope(value, each, "what decides a side") for each in own)
-
-
-def _moved(arguments: Arguments, lines: _Lines, model: AxisModel) -> None:
-    """Take the signals where their lines are `step` seconds later, and their rates."""
-    builder = arguments.builder
-    step = builder.scalar("step")
-    for signal, (value, rate) in zip(model.axis.signals, lines, strict=True):
-        later = builder.apply("add", value, builder.apply("mul", rate, step))
-        arguments.values |= {signal.symbol: later, _rate_of(signal): rate}
-
-
-def _by_time(value: sympy.Expr, signals: tuple[Signal, ...]) -> sympy.Expr:
-    """How what decides a side changes with the recorded signals."""
-    return sum(slope(value, s.symbol, "what decides a side") * _rate_of(s) for s in signals)
-
-
-def _rate_of(signal: Signal) -> sympy.Symbol:
-    return sympy.Symbol(signal.rate_name, real=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +156,8 @@ class _Plant:
     def force(self, q: int, dq: int, elapsed: int | None) -> int:
         """Force at a state, some time into the period."""
         if self.law is None:
-            of_control = self._holds_control
+            response = self.model.axis.response
+            of_control = response is not None and response.holds_control
             return self._made(self.held[1], q, dq, elapsed) if of_control else self.held[0]
         reference, rate, error, injected = self.held
         reference = self._later(reference, rate, elapsed)
@@ -171,11 +167,6 @@ class _Plant:
             self.law, (reference,), (measured,), (dq,), *signals, (injected,), ()
         )
         return self._made(law["control"][0], q, dq, elapsed)
-
-    @property
-    def _holds_control(self) -> bool:
-        response = self.model.axis.response
-        return response is not None and response.holds_control
 
     def _made(self, control: int, q: int, dq: int, elapsed: int | None) -> int:
         signals = self._signals(elapsed)
@@ -265,20 +256,22 @@ def _plant(
     )
 
 
-def _held_acceleration(plant: _Plant) -> Program:
-    name = plant.model.axis.coordinate.acceleration.name
-    plant.builder.output(name, [[plant.accelerate(*plant.motion, None)]])
-    plant.builder.output("tau", [[plant.force(*plant.motion, None)]])
-    return plant.builder.program(
-        "held_acceleration", "Acceleration and force under what is held since the last sample."
-    )
-
-
 def _plant_step(plant: _Plant) -> Program:
     names = plant.model.axis.coordinate
     step = plant.builder.scalar("step")
     if plant.states:
-        return _remembering_step(plant, step)
+        builder = plant.builder
+        q, dq, *states = _remembering(plant).step((*plant.motion, *plant.states), step)
+        ended = replace(plant, states=tuple(states))
+        builder.output(f"{names.name}_next", [[q]])
+        builder.output(f"{names.velocity}_next", [[dq]])
+        builder.output("first_slope", [[plant.accelerate(*plant.motion, None)]])
+        builder.output("last_slope", [[ended.accelerate(q, dq, None)]])
+        builder.output(f"next_{STATES}", [[z] for z in states])
+        return builder.program(
+            "plant_step",
+            "Motion and states `step` seconds later in one friction mode (Rodas4), and its slopes.",
+        )
     end_q, end_dq, first, last = _runge_kutta(plant, step)
     plant.builder.output(f"{names.name}_next", [[end_q]])
     plant.builder.output(f"{names.velocity}_next", [[end_dq]])
@@ -286,21 +279,6 @@ def _plant_step(plant: _Plant) -> Program:
     plant.builder.output("last_slope", [[last]])
     return plant.builder.program(
         "plant_step", "Motion `step` seconds later in one friction mode (RK4), and its slopes."
-    )
-
-
-def _remembering_step(plant: _Plant, step: int) -> Program:
-    names, builder = plant.model.axis.coordinate, plant.builder
-    q, dq, *states = _remembering(plant).step((*plant.motion, *plant.states), step)
-    ended = replace(plant, states=tuple(states))
-    builder.output(f"{names.name}_next", [[q]])
-    builder.output(f"{names.velocity}_next", [[dq]])
-    builder.output("first_slope", [[plant.accelerate(*plant.motion, None)]])
-    builder.output("last_slope", [[ended.accelerate(q, dq, None)]])
-    builder.output(f"next_{STATES}", [[z] for z in states])
-    return builder.program(
-        "plant_step",
-        "Motion and states `step` seconds later in one friction mode (Rodas4), and its slopes.",
     )
 
 
@@ -352,7 +330,13 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
     else:
         rate = _probed_rate(plant, wave if found.wave_numbers else None)
         if found.by_velocity:
-            rate = build("max", rate, _passing_speeds(plant, found))
+            # What varies with the velocity, such as a Stribeck peak, lies about rest: a step
+            # changes the velocity by at most a part of itself, or of how far the peak reaches.
+            widest = largest_wave(plant.arguments, found.by_velocity)
+            speed, change = build("abs", dq), build("abs", plant.accelerate(q, dq, None))
+            reach = build("add", builder.constant(1), build("mul", widest, speed))
+            share = build("mul", change, build("div", widest, reach))
+            rate = build("max", rate, build("mul", builder.constant(RESOLVED / PASSED), share))
     passing = build(
         "mul", builder.constant(RESOLVED / PASSED), build("mul", build("abs", dq), wave)
     )
@@ -376,20 +360,6 @@ def _probed_rate(plant: _Plant, wave: int | None) -> int:
     damping = changed(q, build("add", dq, probe), probe)
     stiffness = changed(build("add", q, way), dq, way)
     return build("max", damping, build("sqrt", stiffness))
-
-
-def _passing_speeds(plant: _Plant, found: Switching) -> int:
-    """The same for what varies with the velocity, such as a Stribeck peak, and lies about rest.
-
-    A step changes the velocity by at most a part of itself, or of how far the peak reaches.
-    """
-    builder, build = plant.builder, plant.builder.apply
-    wave = largest_wave(plant.arguments, found.by_velocity)
-    speed, change = (
-        build("abs", x) for x in (plant.motion[1], plant.accelerate(*plant.motion, None))
-    )
-    near = build("div", wave, build("add", builder.constant(1), build("mul", wave, speed)))
-    return build("mul", builder.constant(RESOLVED / PASSED), build("mul", change, near))
 
 
 def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:

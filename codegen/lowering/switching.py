@@ -75,6 +75,8 @@ def switching(model: AxisModel) -> Switching:
     running = {signal.symbol for signal in model.axis.signals if not signal.is_held}
     if _has_kink(acceleration, {q.symbol} | running, q.velocity):
         acceleration = _Sides({q.symbol} | running, q.velocity, sides)(acceleration)
+    on_one_side = acceleration.replace(sympy.Abs, lambda inside: inside)
+    on_one_side = on_one_side.replace(sympy.sign, lambda _: 1)
     moving = signals_in(*sides)
     rates, limits = _with_limits(model, sides)
     return Switching(
@@ -82,16 +84,11 @@ def switching(model: AxisModel) -> Switching:
         sides=tuple(sides.values()),
         functions=tuple(sides),
         wave_numbers=_wave_numbers((acceleration, *sides), q.symbol),
-        by_velocity=_wave_numbers((_on_one_side(acceleration),), q.velocity),
+        by_velocity=_wave_numbers((on_one_side,), q.velocity),
         moved_by=tuple(signal for signal in model.axis.signals if signal.symbol in moving),
         rates=rates,
         limits=limits,
     )
-
-
-def _on_one_side(value: sympy.Expr) -> sympy.Expr:
-    """What varies as a value does on one side of each of its kinks."""
-    return value.replace(sympy.Abs, lambda inside: inside).replace(sympy.sign, lambda _: 1)
 
 
 def _with_limits(

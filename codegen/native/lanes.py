@@ -1,17 +1,20 @@
-"""Rows of many lanes of an axis in compiled code."""
+"""Rows of many lanes of an axis, and filters of columns side by side, in compiled code."""
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
-from threading import local
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.codegen.printers import print_c_filter
 from axisid.support.arrays import Array
 
 from .library import LoadedLibrary
+from .library_cache import NativeUnavailableError, compiled_library
 
 _WIDE, _STATES, _STREAMS, _STRETCH = 8, 8, 7, 16  # as in the C text
 
@@ -67,7 +70,6 @@ class LaneLibrary(LoadedLibrary):
     def __init__(self, path: Path, parameters: int, *, known: bool) -> None:
         super().__init__(path, "lanes_measured")
         self._parameters, self._columns = parameters, parameters + known
-        self._own = local()
 
     def motion(
         self,
@@ -91,7 +93,7 @@ class LaneLibrary(LoadedLibrary):
             padding,
             float(period),
             *into,
-            self._memory((samples + 2 * padding) * _WIDE),
+            self.memory(_WIDE + (samples + 2 * padding) * _WIDE),
         )
 
     def measured(
@@ -205,14 +207,7 @@ class LaneLibrary(LoadedLibrary):
         columns, groups = self._columns + 1, -(-lanes // _WIDE)
         blocked = every * (_STREAMS + 2 * columns + 1)
         states = groups * (_STRETCH + -(-blocks // _STRETCH) + 1)
-        return self._memory((blocked + columns * states * _STATES) * _WIDE)
-
-    def _memory(self, size: int) -> Array:
-        """Floats to work in, and as many to spare as a register has; each thread has its own."""
-        kept: Array | None = getattr(self._own, "memory", None)
-        if kept is None or len(kept) < size + _WIDE:
-            kept = self._own.memory = np.empty(size + _WIDE)
-        return kept
+        return self.memory(_WIDE + (blocked + columns * states * _STATES) * _WIDE)
 
 
 def _rows_apart(columns: Array) -> Array:
@@ -222,3 +217,56 @@ def _rows_apart(columns: Array) -> Array:
 
 def _bytes(chosen: NDArray[np.bool_] | None) -> NDArray[np.uint8] | None:
     return None if chosen is None else np.ascontiguousarray(chosen).view(np.uint8)
+
+
+_FILTERED = 4  # as in the C text
+_KEPT = 2**21  # values to work in that a thread keeps, 17 MB
+
+
+class ColumnFilter(LoadedLibrary):
+    """Second-order sections forward and backward along columns.
+
+    SciPy filters one column after the other, and waits for each sum before it begins the next;
+    columns side by side take as long as one. What comes of it is the same to the last bit.
+    """
+
+    def without_phase(self, columns: Array, sections: Array, settled: Array, padding: int) -> Array:
+        """Columns (N, k) with odd extensions at both ends, (N, k).
+
+        Parameters
+        ----------
+        columns : (N, k) array
+        sections : (s, 6) array
+            As SciPy has them; at most 5.
+        settled : (s, 2) array
+            Their state after a step has settled.
+        padding : int
+            Samples of an extension.
+        """
+        samples, count = columns.shape
+        over_time, over_columns = (stride // columns.itemsize for stride in columns.strides)
+        out = np.empty((samples, count))
+        self(
+            "filter_columns",
+            samples,
+            count,
+            columns,
+            over_time,
+            over_columns,
+            len(sections),
+            sections,
+            settled,
+            padding,
+            out,
+            self.memory((samples + 2 * padding + 1) * _FILTERED, _KEPT),
+        )
+        return out
+
+
+@lru_cache(maxsize=1)
+def column_filter() -> ColumnFilter | None:
+    """Return the compiled filter, made when first needed; None where it cannot be had."""
+    with contextlib.suppress(NativeUnavailableError, OSError):
+        path = compiled_library(print_c_filter())
+        return ColumnFilter(path, "filter_columns")
+    return None

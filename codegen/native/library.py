@@ -1,10 +1,15 @@
-"""A loaded library and its functions, called with NumPy arrays."""
+"""A loaded library and its functions, called with NumPy arrays.
+
+Long calls are cut in parts or told to stop, so that Ctrl-C is answered at once.
+"""
 
 import ctypes
-from collections.abc import Callable, Mapping, Sequence
+from _thread import allocate_lock, start_new_thread
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from threading import local
 from typing import Any
 
 import numpy as np
@@ -14,7 +19,65 @@ from axisid.codegen.lowering import BLOCK, GAINS, SIGNALS, LoopSettings, LoopSta
 from axisid.codegen.runtime import FunctionShape, checked_arguments
 from axisid.support.arrays import Array
 
-from .slices import slices, stoppable
+_PART = 65_536  # samples, at which any function is evaluated within a tenth of a second
+_WAIT = 0.05  # s
+#: Steps of a loop that end as soon on any machine: no thread is worth while.
+_FEW_STEPS = 50_000
+
+
+def slices(samples: int) -> Iterator[slice]:
+    """Cut samples into parts, between which the signals of the operating system are looked at."""
+    for begin in range(0, samples, _PART):
+        yield slice(begin, min(begin + _PART, samples))
+
+
+def stoppable(runs: Sequence[Callable[[NDArray[np.int32]], int]], steps: int) -> list[int]:
+    """Run loops side by side so that Ctrl-C ends them: in threads, or at once where they are short.
+
+    Parameters
+    ----------
+    runs : sequence of callable
+        Each takes a flag, (1,), and ends soon after that is not 0 any more.
+    steps : int
+        That all take together.
+
+    Returns
+    -------
+    list of int
+        What they return.
+    """
+    stop = np.zeros(1, dtype=np.int32)
+    if len(runs) == 1 and steps <= _FEW_STEPS:
+        return [runs[0](stop)]
+    # Each loop in a thread of its own; this one waits where Ctrl-C reaches it. An interrupt may
+    # come between any two steps of Python. Were a lock both threads take held then, as in a pool's
+    # futures, the other would wait for it for ever: here only one ever takes it.
+    results, errors = [0] * len(runs), list[BaseException]()
+    ended = [allocate_lock() for _ in runs]
+
+    def work(i: int) -> None:
+        try:
+            results[i] = runs[i](stop)
+        except BaseException as error:  # it is raised below
+            errors.append(error)
+            stop[0] = 1
+        finally:
+            ended[i].release()
+
+    try:
+        for i, lock in enumerate(ended):
+            lock.acquire()
+            start_new_thread(work, (i,))
+        for lock in ended:
+            # Short waits: a signal that another thread gets does not wake this one.
+            while not lock.acquire(timeout=_WAIT):
+                pass
+    except BaseException:
+        stop[0] = 1  # what still runs holds all that it writes to, and ends soon
+        raise
+    if errors:
+        raise errors[0]
+    return results
 
 
 class LoadedLibrary:
@@ -36,6 +99,7 @@ class LoadedLibrary:
     def __init__(self, path: Path, having: str = "direct_dynamics_rows") -> None:
         self._library = ctypes.CDLL(str(path))
         self._typed: dict[str, Callable[..., int]] = {}
+        self._own = local()
         if not hasattr(self._library, having):
             raise OSError(f"{path} is not the library of an axis")
 
@@ -45,6 +109,15 @@ class LoadedLibrary:
         if call is None:
             call = self._typed[function] = self._of_types(function, arguments)
         return call(*[_address(each) if type(each) is np.ndarray else each for each in arguments])
+
+    def memory(self, size: int, most: int | None = None) -> Array:
+        """Floats to work in; each thread has its own, and keeps as many as that."""
+        kept: Array | None = getattr(self._own, "memory", None)
+        if kept is None or len(kept) < size:
+            kept = np.empty(size)
+            if most is None or size <= most:
+                self._own.memory = kept
+        return kept
 
     def has(self, function: str) -> bool:
         """Whether it evaluates a function at many samples."""

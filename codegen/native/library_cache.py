@@ -1,22 +1,31 @@
-"""Compiled libraries on disk: built once, checked before they are loaded.
+"""Compiled libraries on disk: built once by the system's compiler, checked before they are loaded.
 
 A library is named by the content it is made from, so that an edited axis never meets old code. It
 is built in a private folder, tried, and moved into place whole; its digest stands beside it and is
 compared before the library is loaded. Only a library that passed its trial gets a digest.
+
+Where there is no compiler Zig's serves. Flags keep IEEE semantics: no contraction to fused
+operations and no fast-math, so that native results are those of the CasADi virtual machine to
+rounding.
 """
 
 import contextlib
 import errno
 import hashlib
+import importlib.util
 import os
+import platform
 import secrets
+import shlex
 import shutil
+import signal
 import stat
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from filelock import FileLock, Timeout
@@ -24,7 +33,118 @@ from platformdirs import user_cache_path
 
 from axisid.support.files import read_regular
 
-from .compiler import FLAGS, Compiler, NativeUnavailableError, find_compiler
+FLAGS = (
+    "-std=c11",
+    "-O3",
+    "-march=native",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-fPIC",
+    "-shared",
+)
+_SECONDS = 120.0
+_MOST_OUTPUT = 100_000
+
+
+class NativeUnavailableError(Exception):
+    """Native code cannot be had; the message says why, and the virtual machine serves instead."""
+
+
+@dataclass(frozen=True, slots=True)
+class Compiler:
+    """A C compiler.
+
+    Attributes
+    ----------
+    command : tuple of str
+        What is run, before flags and files.
+    identity : str
+        Changes when the compiler or the processor does.
+    """
+
+    command: tuple[str, ...]
+    identity: str
+
+    def compile(self, source: Path, target: Path, seconds: float = _SECONDS) -> None:
+        """Compile one file into a shared library, both in one folder.
+
+        Raises
+        ------
+        NativeUnavailableError
+            The compiler fails or hangs; what it started is ended.
+        """
+        command = [*self.command, *FLAGS, source.name, "-o", target.name, "-lm"]
+        # Not into a pipe, which what the compiler starts may hold open beyond its end.
+        with source.with_name("output").open("w+b") as output:
+            process = subprocess.Popen(  # noqa: S603
+                command,
+                cwd=source.parent,
+                env={**os.environ, "TMPDIR": str(source.parent)},  # what it leaves goes with it
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=output,
+                start_new_session=True,  # Ctrl-C is for this process to answer
+            )
+            try:
+                code = process.wait(seconds)
+            except subprocess.TimeoutExpired:
+                reason = f"{command[0]} did not finish within {seconds:g} s"
+                raise NativeUnavailableError(reason) from None
+            finally:  # whatever it started ends with it
+                with contextlib.suppress(ProcessLookupError, PermissionError):
+                    os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+            output.seek(0)
+            said = output.read(_MOST_OUTPUT).decode(errors="replace").strip().splitlines()
+        if code != 0 or not target.is_file():
+            telling = [line for line in said if "error" in line] or said[-1:]
+            reason = telling[0] if telling else f"exit code {code}"
+            raise NativeUnavailableError(f"{self.command[0]} failed: {reason}")
+
+
+def find_compiler() -> Compiler:
+    """Return ``$CC``, a compiler on the path, or Zig's (the extra ``native``).
+
+    Raises
+    ------
+    NativeUnavailableError
+        There is none, or the system is none that a library could be tried on.
+    """
+    if not hasattr(os, "getuid"):
+        raise NativeUnavailableError("it needs a POSIX system, such as Linux or macOS")
+    requested = os.environ.get("CC")
+    for name in [requested] if requested else ["cc", "gcc", "clang"]:
+        try:
+            words = shlex.split(name)
+        except ValueError as error:
+            raise NativeUnavailableError(
+                f"the compiler CC={name!r} cannot be read: {error}"
+            ) from error
+        found = shutil.which(words[0]) if words else None
+        if found is not None:
+            path = Path(found).absolute()
+            return Compiler((str(path), *words[1:]), _identity(path))
+    if requested:
+        raise NativeUnavailableError(f"the compiler CC={requested!r} is not found")
+    zig = importlib.util.find_spec("ziglang")
+    if zig is not None and zig.origin is not None:
+        command = (sys.executable, "-m", "ziglang", "cc")
+        return Compiler(command, _identity(Path(zig.origin)))
+    raise NativeUnavailableError(
+        "there is no C compiler (install one, or pip install 'axisid[native]')"
+    )
+
+
+def _identity(executable: Path) -> str:
+    real = executable.resolve()
+    status = real.stat()
+    processor = platform.processor()  # what -march=native depends on
+    with contextlib.suppress(OSError):
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        found = (line for line in lines if line.startswith(("flags", "Features")))
+        processor = next(found, processor)
+    return f"{real} {status.st_size} {status.st_mtime_ns} {platform.machine()} {processor}"
+
 
 _LOCK_SECONDS = 300.0
 _LOAD_SECONDS = 60.0
@@ -111,14 +231,24 @@ def _is_intact(library: Path) -> bool:
 
 def _build(text: str, compiler: Compiler, library: Path, check: Callable[[Path], object]) -> None:
     """Compile and try in a private folder beside the library, then move both files into place."""
-    _clear(library.parent)
+    # What builds left that were killed together with the process that clears up.
+    for left in library.parent.glob("build-*"):
+        with contextlib.suppress(OSError):
+            if time.time() - left.lstat().st_mtime >= _OLD_SECONDS:
+                shutil.rmtree(left, ignore_errors=True)
     with tempfile.TemporaryDirectory(dir=library.parent, prefix="build-") as name:
         folder = Path(name)
         # A path that was loaded once keeps giving the old code.
         source, target = folder / "native.c", folder / f"{secrets.token_hex(8)}.so"
         source.write_text(text)
         compiler.compile(source, target)
-        _check_loads(target)
+        # In another process, which a library that is cut short would end.
+        load = "import ctypes, sys; ctypes.CDLL(sys.argv[1])"
+        command = [sys.executable, "-c", load, str(target)]
+        try:
+            subprocess.run(command, capture_output=True, timeout=_LOAD_SECONDS, check=True)  # noqa: S603
+        except (OSError, subprocess.SubprocessError) as error:
+            raise NativeUnavailableError("the compiled library does not load") from error
         check(target)
         digest = folder / "sha256"
         digest.write_text(_digest(target, library.name))
@@ -127,21 +257,3 @@ def _build(text: str, compiler: Compiler, library: Path, check: Callable[[Path],
                 os.fsync(written.fileno())
         digest.replace(library.with_suffix(".sha256"))
         target.replace(library)
-
-
-def _check_loads(library: Path) -> None:
-    """Load a fresh library in another process, which one that is cut short would end."""
-    load = "import ctypes, sys; ctypes.CDLL(sys.argv[1])"
-    command = [sys.executable, "-c", load, str(library)]
-    try:
-        subprocess.run(command, capture_output=True, timeout=_LOAD_SECONDS, check=True)  # noqa: S603
-    except (OSError, subprocess.SubprocessError) as error:
-        raise NativeUnavailableError("the compiled library does not load") from error
-
-
-def _clear(folder: Path) -> None:
-    """Remove what builds left that were killed together with the process that clears up."""
-    for left in folder.glob("build-*"):
-        with contextlib.suppress(OSError):
-            if time.time() - left.lstat().st_mtime >= _OLD_SECONDS:
-                shutil.rmtree(left, ignore_errors=True)

@@ -11,14 +11,52 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from axisid.codegen.printers import has_known_part, print_c_lanes, with_c_loop
 from axisid.support.arrays import Array
 
-from .compiler import NativeUnavailableError
 from .lanes import LaneLibrary
 from .library import NativeLibrary
-from .library_cache import cached_library, compiled_library
-from .trial import check_values
+from .library_cache import NativeUnavailableError, cached_library, compiled_library
+
+_PERIOD = 1e-3
+#: Of a size, or of what a change of all arguments by `_LITTLE` moves, up to which results agree.
+_ALLOWED, _LITTLE, _MAGNIFIED = 1e-9, 1e-15, 1e3
+
+
+def check_values(library: NativeLibrary, functions: Mapping[str, Any], text: str) -> None:
+    """Call each function of a C text, and compare with the virtual machine.
+
+    Raises
+    ------
+    NativeUnavailableError
+        One computes wrong values.
+    """
+    for name, function in functions.items():
+        if f"void {name}_rows(" not in text:
+            continue
+        point = _point(function)
+        wanted, moved = (
+            [out.full().ravel() for out in function.call([scale * x for x in point])]
+            for scale in (1.0, 1 + _LITTLE)
+        )
+        for found, here, there in zip(library.evaluate(name, point), wanted, moved, strict=True):
+            with np.errstate(invalid="ignore"):
+                near = _ALLOWED * (1 + np.abs(here)) + _MAGNIFIED * np.abs(there - here)
+                wrong = ~(np.abs(found[0] - here) <= near) & np.isfinite(near)
+            if wrong.any():
+                raise NativeUnavailableError(f"the compiled {name} computes wrong values")
+
+
+def _point(function: Any) -> list[Array]:
+    """Arguments about 1, of either side, and a step of a sampling period."""
+    rng = np.random.default_rng(0)
+    scales = {"step": _PERIOD, "sides": 0.0}
+    names = function.name_in()
+    sizes = {name: rng.uniform(0.5, 1.5, function.size1_in(name)) for name in names}
+    return [scales.get(name, 1.0) * sizes[name] + (name == "sides") for name in names]
+
 
 _MOTION = 4  # what the inverse model takes where no signals are recorded
 
@@ -60,31 +98,21 @@ class Native:
         """Return the library, compiling it if it is not cached; None where it cannot be had."""
         if self._library is None and not self.refusal:
             try:
-                self._library = self._load(compiled_library(self.text, self._check))
+                path = compiled_library(self.text, self._check)
+                self._library = NativeLibrary(path, self._functions, self._gains)
             except (NativeUnavailableError, OSError) as error:
                 self.refusal = str(error)
         return self._library
 
-    def _load(self, path: Path) -> NativeLibrary:
-        return NativeLibrary(path, self._functions, self._gains)
-
     def _check(self, path: Path) -> None:
-        try:
-            fresh = NativeLibrary(path, self._functions)
-        except OSError as error:
-            reason = f"the compiled library does not load: {error}"
-            raise NativeUnavailableError(reason) from error
-        check_values(fresh, self._functions, self.text)
+        check_values(NativeLibrary(path, self._functions), self._functions, self.text)
 
+    @cached_property
     def lanes(self) -> LaneLibrary | None:
-        """Return compiled rows of lanes, made when first needed; None where they cannot be had.
+        """Compiled rows of lanes, made when first needed; None where they cannot be had.
 
         They are of an axis without recorded signals.
         """
-        return self._lanes
-
-    @cached_property
-    def _lanes(self) -> LaneLibrary | None:
         if self._functions["idm_regressor"].n_in() != _MOTION or self.library() is None:
             return None
         count = self._functions["direct_dynamics"].size1_in("parameters")
@@ -108,7 +136,8 @@ class Native:
         if self._library is None and not self.refusal and not self._looked:
             self._looked = True
             path = cached_library(self.text)
-            with contextlib.suppress(OSError):
-                self._library = None if path is None else self._load(path)
+            if path is not None:
+                with contextlib.suppress(OSError):
+                    self._library = NativeLibrary(path, self._functions, self._gains)
         library = self._library
         return None if library is None or not library.has(function) else library

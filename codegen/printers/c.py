@@ -1,11 +1,11 @@
-"""Programs to C11 text: one static inline function each, and loops over samples.
+"""Programs to C text: functions of one sample, loops over samples and lanes, and the feed-forward.
 
 Functions take scalars by value and vectors by pointer, and write each output through a pointer, row
 by row. Inputs end in an underscore and outputs in `_out`, so that no name is a header's macro.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib import resources
 
 from axisid.codegen.lowering import (
@@ -14,12 +14,13 @@ from axisid.codegen.lowering import (
     RESOLVED,
     STEPS_IN_ALL,
     STEPS_OF_EACH,
+    FeedForward,
     Input,
     Output,
     Program,
 )
 
-from .shared import Language, print_operations
+from .shared import Language, comment, print_operations
 
 _INCLUDES = """\
 #include <math.h>
@@ -147,7 +148,9 @@ def print_c_loop(
     lines = "".join(f"#define {name} {value}\n" for name, value in values.items())
     if "SIGNALS" in sizes:
         lines += _start_of(sizes["SIGNALS"], by_gains="GAINS" in sizes)
-    return f"{lines}{_with_signals(sizes.get('SIGNALS', 0))}{_INCLUDE_LOOP}"
+    # What gives a function the values of recorded signals, one by one, after its other scalars.
+    values_of = "".join(f", (values)[{i}]" for i in range(sizes.get("SIGNALS", 0)))
+    return f"{lines}{f'#define WITH(values) {values_of}'.rstrip()}\n{_INCLUDE_LOOP}"
 
 
 def print_c_loop_header() -> str:
@@ -159,14 +162,6 @@ def print_c_loop_header() -> str:
 def with_c_loop(text: str) -> str:
     """Return native code with what it includes in its place, as one text to compile."""
     return text.replace(_INCLUDE_LOOP, print_c_loop_header())
-
-
-def _with_signals(signals: int) -> str:
-    """What gives a function the values of recorded signals, one by one, after its other scalars."""
-    return (
-        f"#define WITH(values) {''.join(f', (values)[{i}]' for i in range(signals))}".rstrip()
-        + "\n"
-    )
 
 
 def _start_of(signals: int, *, by_gains: bool) -> str:
@@ -201,3 +196,86 @@ def _is_scalar(port: Input) -> bool:
 
 def _size(port: Output) -> int:
     return sum(len(row) for row in port.rows)
+
+
+def print_c99(export: FeedForward) -> str:
+    """Return the text of a C file with the two functions."""
+    force, control = export.functions
+    arguments = ", ".join(f"double {name}_" for name in export.motion)
+    passed = ", ".join(f"{name}_" for name in export.motion)
+    constants = [
+        f"    static const double {c.name}_ = {c.value!r}; /* {comment(c.comment)} */"
+        for c in export.constants
+    ]
+    ports = [*export.motion, *(c.name for c in export.constants)]
+    functions = "\n".join(
+        (
+            f"/* {comment(export.force_about)} */\ndouble {force}({arguments})\n{{",
+            *constants,
+            *_body(export.force, ports),
+            f"}}\n\n/* {comment(export.control_about)} */\ndouble {control}({arguments})\n{{",
+            f"    const double tau_ = {force}({passed});",
+            *_body(export.control, ["tau"]),
+            "}\n",
+        )
+    )
+    helpers = print_c_helpers(functions)
+    # Helpers bear the function's name: a header that the file is joined with may have a `select`.
+    for name in re.findall(r"static inline double (\w+)\(", helpers):
+        helpers, functions = (
+            re.sub(rf"\b{name}\(", f"{force}_{name}(", text) for text in (helpers, functions)
+        )
+    about = "\n   ".join(map(comment, export.about))
+    units = ", ".join(f"{name} in {unit}" for name, unit in export.motion.items())
+    return (
+        f"/* {about}\n*/\n\n#include <math.h>\n\n"
+        + (f"{helpers}\n" if helpers else "")
+        + f"/* {comment(units)}. */\n"
+        f"double {force}({arguments});\ndouble {control}({arguments});\n\n{functions}"
+    )
+
+
+def _body(program: Program, elements: list[str]) -> list[str]:
+    texts, lines = print_operations(program, C)
+    used = {op.symbol for op in program.operations if op.name == "input"}
+    unused = [f"    (void){name}_;" for name in elements if name not in used]
+    return [*unused, *lines, f"    return {texts[program.outputs[0].rows[0][0]]};"]
+
+
+#: In the order of the text, each of which calls those before it.
+_PARTS = ("sections.c", "motion.c", "rows.c", "products.c", "turns.c")
+_FILTER = ("sections.c", "filter.c")
+_HEADERS = "#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n"
+
+
+def print_c_lanes(native: str, parameters: int) -> str:
+    """Return the C text of the lanes of an axis, from that of its native code.
+
+    Parameters
+    ----------
+    native : str
+        With its functions of one sample first.
+    parameters : int
+        How many it has.
+    """
+    functions = native[: native.index("\nvoid ")]
+    functions = re.sub(r"^#include .*\n", "", functions, flags=re.MULTILINE)
+    known = int(has_known_part(native))
+    sizes = f"#define WIDE 8\n#define PARAMETERS {parameters}\n#define KNOWN {known}\n"
+    return f"{_HEADERS}{sizes}\n{functions}\n{_joined(_PARTS)}"
+
+
+def print_c_filter() -> str:
+    """Return the C text that filters columns, which is of no axis."""
+    return f"{_HEADERS}#define WIDE 4\n\n{_joined(_FILTER)}"
+
+
+def _joined(parts: Iterable[str]) -> str:
+    folder = resources.files(__package__) / "lanes"
+    return "".join((folder / part).read_text() for part in parts)
+
+
+def has_known_part(native: str) -> bool:
+    """Whether the inverse model of native code has a part that no parameter scales."""
+    begin = native.index("static inline void idm_regressor(")
+    return "known_out[0] = 0.0;" not in native[begin : native.index("\n}\n", begin)]

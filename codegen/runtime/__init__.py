@@ -8,8 +8,8 @@ from .arguments import (
     FunctionShape as FunctionShape,
     by_sample as by_sample,
     checked_arguments as checked_arguments,
+    execute as execute,
     is_continuous as is_continuous,
     recorded_values as recorded_values,
 )
-from .execute import execute as execute
 from .virtual_loop import VirtualLoop as VirtualLoop

@@ -1,7 +1,9 @@
-"""Arguments and results of functions that are evaluated at many samples at once."""
+"""Functions that are evaluated at many samples at once, and the generated text that makes them."""
 
+import linecache
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -127,3 +129,26 @@ def _floats(values: ArrayLike, shape: FunctionShape, index: int) -> Array:
     # Only vectors of which there is one a sample stay as they are.
     own = shape.vectors[index] and array.ndim == 2 and len(array) > 1
     return array if own and array.shape[1] == shape.lengths[index] else array.ravel()
+
+
+@lru_cache(maxsize=64)  # of loops by gains and laws it is asked again and again
+def execute(text: str, name: str) -> Mapping[str, Any]:
+    """Build the CasADi functions of a generated ``functions.py``.
+
+    Parameters
+    ----------
+    text : str
+        As `axis_artefacts` wrote it in this process: every name in it was checked at declaration,
+        every number is a literal. Text from elsewhere must not come here; it would run.
+    name : str
+        The axis, for tracebacks.
+
+    Returns
+    -------
+    mapping of str to casadi.Function
+    """
+    filename = f"<generated {name}>"
+    linecache.cache[filename] = (len(text), None, text.splitlines(keepends=True), filename)
+    namespace: dict[str, Any] = {}
+    exec(compile(text, filename, "exec"), namespace)  # noqa: S102
+    return {function: make() for function, make in namespace["FUNCTIONS"].items()}

@@ -183,27 +183,23 @@ class VirtualLoop:
         several = substeps > 1 or self._cut
         if direction and moved.dq * direction >= 0 and not (bends or plant.sides or several):
             return moved.q, moved.dq, mode.after(moved), (moved.first, force, control, direction)
-        plant.hold(self._held(held, force, targets), recorded)
+        of_law = (force, targets[0]) if plant.lagged else (force,)
+        plant.hold(held if plant.continuous else of_law, recorded)
         if not dq:
             mode = plant.chosen_at_rest(q, mode)
         ddq = 0.0 if mode.sticks else plant.accelerate(q, dq, mode)
         force = plant.force(q, dq, mode) if plant.lagged else force
         row = (ddq, force, control, mode.direction)
-        for i, step in enumerate(self._steps):
-            if i == substeps:
-                plant.take_over(targets[-1])
+        # A command that begins to act within a sample cuts it in two.
+        period, until = self._settings.period, plant.until * self._settings.period
+        parts = (until, period - until) if until else (period,)
+        for i, step in enumerate(part / substeps for part in parts for _ in range(substeps)):
+            if i == substeps:  # the force of another command acts, or what is there goes to it
+                plant.held[int(plant.lagged)] = targets[-1]
             if i and dq == 0:
                 mode = plant.chosen_at_rest(q, mode)
             q, dq, mode = self._advance(q, dq, mode, step)
         return q, dq, mode, row
-
-    @property
-    def _steps(self) -> list[float]:
-        """The steps of a sample, which a command that begins to act within it cuts in two."""
-        period, count = self._settings.period, self._settings.substeps
-        until = self._plant.until * period
-        parts = (until, period - until) if until else (period,)
-        return [part / count for part in parts for _ in range(count)]
 
     def _law(
         self,
@@ -238,14 +234,6 @@ class VirtualLoop:
         q_next, dq_next, ddq, force, control, last = (float(out[i][0]) for i in (0, 1, 3, 4, 5, 6))
         states = tuple(out[7].tolist()) if mode.states else ()
         return StepResult(q_next, dq_next, ddq, last, states), (force, control), targets
-
-    def _held(
-        self, line: tuple[float, ...], force: float, targets: tuple[float, ...]
-    ) -> tuple[float, ...]:
-        """What is held first: a line that a continuous law follows, or the force."""
-        if self._plant.continuous:
-            return line
-        return (force, targets[0]) if self._plant.lagged else (force,)
 
     def _advance(self, q: float, dq: float, mode: Mode, whole: float) -> tuple[float, float, Mode]:
         """Move for `whole` seconds through every change of the mode."""
@@ -314,26 +302,18 @@ class VirtualLoop:
         self, q: float, dq: float, mode: Mode, span: float, end: StepResult
     ) -> tuple[bool, float, StepResult]:
         """Whether the velocity reaches zero in a step, which then ends there."""
-        if end.dq * mode.direction >= 0:
-            lowest = self._lowest(q, dq, mode, span, end)
-            if lowest is None:
+        direction = mode.direction
+        if end.dq * direction >= 0:  # it may have dipped below zero in between
+            # From rest it leaves in its direction, whatever rounding says of the first slope.
+            if not (dq and end.first * direction < 0 < end.last * direction):
+                return False, span, end
+            lowest = span * end.first / (end.first - end.last)
+            if not self._plant.move(q, dq, mode, lowest).dq * direction < 0:
                 return False, span, end
             span = lowest
         span = self._crossing(q, dq, mode, span)
         end = self._plant.move(q, dq, mode, span)
         return True, span, StepResult(end.q, 0.0, end.first, end.last, end.states)
-
-    def _lowest(
-        self, q: float, dq: float, mode: Mode, span: float, end: StepResult
-    ) -> float | None:
-        """Time at which a velocity that ends in its direction dips below zero, if it does."""
-        direction = mode.direction
-        # From rest it leaves in its direction, whatever rounding says of the first slope.
-        if dq and end.first * direction < 0 < end.last * direction:
-            lowest = span * end.first / (end.first - end.last)
-            if self._plant.move(q, dq, mode, lowest).dq * direction < 0:
-                return lowest
-        return None
 
     def _crossing(self, q: float, dq: float, mode: Mode, high: float) -> float:
         """Time at which the velocity reaches zero; by `high` it has changed its sign."""
@@ -391,25 +371,17 @@ class VirtualLoop:
         plant = self._plant
         mode = mode.beside(index, -mode.sides[index])
         mode = plant.beyond(q, dq, mode, index + 1)
-        if self._is_caught(index, q, dq, mode, whole):
-            dq, mode = 0.0, mode.beside(index, 0.0)
+        # An axis is held in a place that it passes where its acceleration points to it on both
+        # sides, so that it would come back, and pass again, ever sooner. If friction would hold it
+        # on each side too, it comes to rest by itself; and nothing rests in a place that moves.
+        if not plant.switches(q, dq, mode).moved(index):
+            forward, backward = plant.leaving(q, mode.beside(index, 0.0))
+            if 2 * abs(dq) < _CAUGHT * whole * min(backward, -forward) and any(
+                abs(plant.at_rest(q, mode.beside(index, side)).direction) >= 1
+                for side in (1.0, -1.0)
+            ):
+                dq, mode = 0.0, mode.beside(index, 0.0)
         return dq, plant.chosen_at_rest(q, mode) if dq == 0 else mode
-
-    def _is_caught(self, index: int, q: float, dq: float, mode: Mode, whole: float) -> bool:
-        """Whether an axis that passes a place is held there.
-
-        Its acceleration points to it on both sides, so that it would come back, and pass again,
-        ever sooner. If friction would hold it on each side too, it comes to rest by itself.
-        """
-        if self._plant.switches(q, dq, mode).moved(index):
-            return False  # nothing rests in a place that moves
-        forward, backward = self._plant.leaving(q, mode.beside(index, 0.0))
-        if not 2 * abs(dq) < _CAUGHT * whole * min(backward, -forward):
-            return False
-        return any(
-            abs(self._plant.at_rest(q, mode.beside(index, side)).direction) >= 1
-            for side in (1.0, -1.0)
-        )
 
     def _breakaway(self, q: float, mode: Mode, left: float) -> float:
         """Time at which a stuck axis leaves rest, at most `left`."""

@@ -159,10 +159,6 @@ class VirtualPlant:
         self.held[:until] = first
         self.held[until:] = recorded
 
-    def take_over(self, force: float) -> None:
-        """Let the force of another command act, or what is there go to it."""
-        self.held[int(self.lagged)] = force
-
     def move(self, q: float, dq: float, mode: Mode, span: float) -> StepResult:
         """Take one step in a mode."""
         if self.moving and mode.sticks:

@@ -6,8 +6,8 @@ from importlib import import_module
 from axisid import derive, load_axis
 from axisid.modeling import AxisModel
 from axisid.modeling.declaration import Axis
-from axisid.modeling.description import describe_combinations
-from axisid.modeling.quantities import named_constants
+from axisid.modeling.derivation import describe_loss
+from axisid.modeling.quantities import ConstantSymbol
 from axisid.presentation.formulas.latex import equation_latex
 from axisid.support.errors import Missing
 from benchmarks.library import prefilter_of
@@ -33,8 +33,9 @@ def _linked(text: str) -> str:
 
 
 def _drive(axis: Axis) -> str:
-    constants = named_constants(axis.force + axis.drive.profile)
-    listed = "".join(f", {c.name} = {c.value:g} {c.unit}" for c in constants)
+    found = (axis.force + axis.drive.profile).atoms(ConstantSymbol)
+    named = sorted((c for c in found if c.name.isidentifier()), key=str)
+    listed = "".join(f", {c.name} = {c.value:g} {c.unit}" for c in named)
     drive = axis.drive
     facts = (
         f"`tau = {drive.gain:.6g} * control` in {axis.coordinate.force_unit}, the control in "
@@ -55,9 +56,7 @@ def _parameters(axis: Axis) -> str:
 
 def _exceptions(model: AxisModel) -> str:
     """What no motion tells, methods that cannot run, terms whose unit is not checked."""
-    lines = [
-        f"Only {describe_combinations(unidentifiable)}." for unidentifiable in model.unidentifiable
-    ]
+    lines = [f"{describe_loss(lost).capitalize()}." for lost in model.unidentifiable]
     if isinstance(model.ddm, Missing):
         lines.append("No direct regressor, so neither DDM-LS nor DDM-IV.")
     lines += [f"Not checked in its unit: {term}." for term in model.axis.unchecked_terms]

@@ -11,13 +11,13 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 
-from axisid.codegen.thresholds.threshold import Threshold
+from axisid.codegen.thresholds import Threshold
 
 ROOT = Path(__file__).resolve().parents[2]
 _STAGES = ("codegen", "estimation")
 #: Modules of rows, in the order in which an axis and a log become a result, with their headings.
 SUBJECTS: Mapping[str, str] = {
-    "axisid.codegen.thresholds.generation": "Generated code",
+    "axisid.codegen.thresholds": "Generated code",
     "axisid.estimation.thresholds": "From a log to a result",
 }
 

@@ -121,8 +121,8 @@ check = axisid.estimation.check_law(axisid.build(replace(axis, control=wrong)), 
 print(check.sentence)
 
 # %% [markdown]
-# A law with an integral, a filter or a limit is no sum of products of its gains. It is then run along the record with
-# each gain a little off, and what is told is the least change of gains that explains the control.
+# The law is run along the record with each gain a little off, and what is told is the least change of gains that explains
+# the control: a law with an integral, a filter or a limit is no sum of products of its gains.
 #
 # ## Which law does the drive run?
 #

@@ -218,7 +218,7 @@ class Block:
     @cached_property
     def library(self) -> LaneLibrary:
         """Compiled rows."""
-        library = self.axis.native.lanes()
+        library = self.axis.native.lanes
         assert library is not None  # noqa: S101
         return library
 

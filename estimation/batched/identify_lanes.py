@@ -41,7 +41,7 @@ def is_served(axis: GeneratedAxis, period: float, method: str) -> bool:
         and law is not None
         and not law.continuous
         and is_same_period(period, law.period)
-        and axis.native.lanes() is not None
+        and axis.native.lanes is not None
     )
 
 

@@ -4,6 +4,14 @@ In: estimates and what they were made from. Out: `Diagnosis` with what rooms bel
 Knows nothing of how it is shown.
 """
 
+from axisid.estimation.checks import (
+    Belief as Belief,
+    Checked as Checked,
+    belief as belief,
+    by_weight as by_weight,
+    conclusion as conclusion,
+)
+
 from .alignment import (
     Alignment as Alignment,
     estimate_delay as estimate_delay,
@@ -15,15 +23,9 @@ from .column_comparison import (
 )
 from .diagnose import (
     DIAGNOSTICS as DIAGNOSTICS,
-    Belief as Belief,
-    Checked as Checked,
-    Diagnosed as Diagnosed,
     Diagnostic as Diagnostic,
-    belief as belief,
-    by_weight as by_weight,
-    conclusion as conclusion,
     diagnose as diagnose,
-    gravest_first as gravest_first,
+    lacks_check as lacks_check,
 )
 from .diagnosis import (
     Case as Case,
@@ -49,7 +51,6 @@ from .method import (
     method_check as method_check,
     tests_of_instruments as tests_of_instruments,
 )
-from .misfit_checks import lacks_check as lacks_check
 from .records_alike import (
     Alike as Alike,
     Difference as Difference,

@@ -102,7 +102,11 @@ def alignment_of(scores: RecordScores) -> Alignment | Missing:
     column = scores.along.reduce(scores.along.by_stretch(np.gradient, force))[:, None]
     declared = math.floor(declared_lateness(data) / data.period)
     tried = (min(_EARLIEST, -1 - min(declared, _MOST_DECLARED)), _LATEST)
-    start = delay = _held(scores)
+    commanded = data.record.force is None and data.axis.axis.jumps
+    start = delay = data.hold_delay
+    if scores.by_loop and commanded and data.prefilter.hold == "raw":
+        # The loop holds a command whatever the filter supposes.
+        start = delay = hold_delay(data.axis.axis.control, data.period, clock_of(data.record))
     deviation = np.inf
     for _ in range(_STEPS):
         moved = _delayed(scores, delay - start)
@@ -124,15 +128,6 @@ def alignment_of(scores: RecordScores) -> Alignment | Missing:
         names=tuple(p.name for p in parameters),
         units=tuple(p.unit for p in parameters),
     )
-
-
-def _held(scores: RecordScores) -> float:
-    """Samples that the hold takes; the loop holds a command whatever the filter supposes."""
-    data, axis = scores.data, scores.data.axis.axis
-    commanded = data.record.force is None and axis.jumps
-    if not (scores.by_loop and commanded and data.prefilter.hold == "raw"):
-        return data.hold_delay
-    return hold_delay(axis.control, data.period, clock_of(data.record))
 
 
 def _delayed(scores: RecordScores, samples: float) -> RecordScores:
@@ -216,9 +211,10 @@ def alignment_check(
         ),
         (True, f"{abs(delay.best):.2f} +- {delay.deviation:.2g} samples"),
     )
+    side, supposed = ("before" if each < 0 else "after" for each in (delay.best, used))
     fits = (
-        f"the force fits the motion best {size} {_side(delay.best)} it is recorded; "
-        f"hold {hold} supposes {abs(used):g} samples {_side(used)}{by_ls}"
+        f"the force fits the motion best {size} {side} it is recorded; "
+        f"hold {hold} supposes {abs(used):g} samples {supposed}{by_ls}"
     )
     moves, advice = f"A sample of delay moves {moved}", _advice(delay, data, remedy, by_log=by_log)
     column = "control" if data.record.force is None else "force"
@@ -273,10 +269,6 @@ def declared_lateness(data: FilteredRecord) -> float:
     drive = data.axis.axis.drive
     behind = {"command": drive.delay + drive.lag, "applied": drive.lag}
     return float(behind.get(drive.logged, 0.0))
-
-
-def _side(delay: float) -> str:
-    return "before" if delay < 0 else "after"
 
 
 @of_found

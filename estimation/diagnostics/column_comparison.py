@@ -64,6 +64,7 @@ _MAX_FORCE_LAG = 5e-3  # s, of the recorded force behind the control
 _MAX_LIMIT_EXCESS_SHARE = 1e-3
 
 
+<<<<<<< HEAD
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LowPassed:
     """Two columns of a record, low-passed alike, in the rows that tell all that is left of them.
@@ -130,6 +131,8 @@ class LowPassed:
         return delay, moved, fitted
 
 
+=======
+>>>>>>> main
 def unmasked(record: Record) -> NDArray[np.bool_]:
     """Which samples are not masked, (N,)."""
     return ~covered(record.masked, len(record))
@@ -185,11 +188,36 @@ class ColumnComparison:
         return max(self.distances.values())
 
     @classmethod
-    def of(cls, columns: LowPassed) -> "ColumnComparison | Missing":
-        """Of two columns; missing where the axis hardly moves in them."""
+    def of(
+        cls, computed: Array, measured: Array, rows: NDArray[np.int64], step: int
+    ) -> "ColumnComparison | Missing":
+        """Of two columns, (N,), in one row of so many; missing where the axis hardly moves there.
+
+        The delay is the one that leaves none to be fitted. Two signals that have nothing to do with
+        each other have none.
+        """
+        order = RowTimes.of(rows, step)
+
+        def fit(given: Array, target: Array) -> Solution:
+            columns = np.column_stack([given, np.gradient(given), np.ones_like(given)])[rows]
+            regressor = factor(columns, ("factor", "delay", "offset"), neighbours=order)
+            return least_squares(target[rows], regressor)
+
+        delay, moved = 0.0, computed
         try:
-            delay, moved, fitted = columns.in_step()
-            back = columns.fit(columns.measured, moved)
+            fitted = first = fit(computed, measured)
+            for _ in range(_STEPS):
+                gain, by_sample, _ = map(float, fitted.theta)
+                change = -by_sample / gain if gain else np.inf
+                if abs(change) < _STILL:
+                    break
+                if not abs(delay + change) < _FARTHEST:
+                    delay, moved, fitted = 0.0, computed, first
+                    break
+                delay += change
+                moved = np.asarray(shift(computed, delay, order=3, mode="nearest"), dtype=float)
+                fitted = fit(moved, measured)
+            back = fit(measured, moved)
         except EstimationError:
             return Missing("the axis hardly moves in what is compared")
         deviations = np.sqrt(np.diag(Hac(2 * _OFTEN).matrix(fitted)))
@@ -203,9 +231,33 @@ class ColumnComparison:
             delay_deviation=float(deviations[1] / abs(gain)) if gain else float("inf"),
             offset=float(fitted.theta[2]),
             offset_deviation=float(deviations[2]),
-            size=float(np.sqrt(np.mean(columns.computed[columns.rows] ** 2))),
+            size=float(np.sqrt(np.mean(computed[rows] ** 2))),
             left_percent=100 * float(np.sqrt(max(1 - alike, 0.0))),
         )
+
+
+def low_passed(
+    record: Record, computed: Array, measured: Array, times: int = 0
+) -> tuple[Array, Array, NDArray[np.int64], int] | Missing:
+    """Two columns of a record of one piece, low-passed alike, and the rows that tell all of them.
+
+    The computed one is differentiated so many times. Of the samples one in so many is a row: what
+    is slow needs no more.
+    """
+    period = record.period
+    cutoff = min(COMPARISON_CUTOFF.value / period, _MAX_CUTOFF)
+    settle = round(1 / (cutoff * period))
+    used = minimum_filter1d(unmasked(record), 2 * settle + 1, mode="constant", cval=0)
+    if used.sum() < _MIN_SETTLING_TIMES * settle:
+        return Missing("too few samples that follow one another were measured for it")
+    smooth = SampledFilter(Prefilter(cutoff=cutoff), period)
+    computed, measured = smooth.low_passed(computed), smooth.low_passed(measured)
+    for _ in range(times):
+        computed = np.gradient(computed, period)
+        # Means over the two samples that a central difference spans, by Simpson's rule.
+        measured[1:-1] = (measured[:-2] + 4 * measured[1:-1] + measured[2:]) / 6
+    step = max(settle // _OFTEN, 1)
+    return computed, measured, np.flatnonzero(used).astype(np.int64)[::step], step
 
 
 def scale_remedy(role: str, column: str, declared: str, times: float, vague: float) -> str | None:
@@ -353,11 +405,11 @@ def _compared(record: Record, commanded: Array) -> tuple[float, ColumnComparison
     of which no factor can be told, are compared as they are.
     """
     slow, target = commanded, np.asarray(record.force)
-    columns = LowPassed.of(record, commanded, target)
+    columns = low_passed(record, commanded, target)
     found: ColumnComparison | Missing = Missing("too few samples")
     if not isinstance(columns, Missing):
-        slow, target = columns.computed[columns.rows], columns.measured[columns.rows]
-        found = ColumnComparison.of(columns)
+        slow, target = (each[columns[2]] for each in columns[:2])
+        found = ColumnComparison.of(*columns)
     if isinstance(found, Missing):  # nothing tells how well the factor is known
         found = ColumnComparison(
             factor=float(slow @ target / (slow @ slow)),
@@ -412,8 +464,8 @@ def compared_motion(
                 f"be simulated: the scale of the motion rests on the column of the {role} alone"
             )
         basis, times = max(velocities, key=len), 0
-    columns = LowPassed.of(longest, basis, np.asarray(getattr(longest, role)), times)
-    return columns if isinstance(columns, Missing) else ColumnComparison.of(columns)
+    columns = low_passed(longest, basis, np.asarray(getattr(longest, role)), times)
+    return columns if isinstance(columns, Missing) else ColumnComparison.of(*columns)
 
 
 def motion_check(
@@ -422,11 +474,21 @@ def motion_check(
     """What was found of a measured velocity or acceleration; nothing without the column."""
     if found is None or isinstance(found, Missing):
         return found
-    against, way = _derivative(record, role), "late" if found.delay >= 0 else "early"
+    q, way = axis.axis.coordinate, "late" if found.delay >= 0 else "early"
+    unit = str(q.velocity_unit if role == "velocity" else q.acceleration_unit)
+    against = first_case(
+        (
+            role == "velocity" and record.integrated,
+            "that of the simulated loop, which follows the reference",
+        ),
+        (role == "velocity", "the position's derivative"),
+        (record.velocity is None, "the position's second derivative"),
+        (True, "the measured velocity's derivative"),
+    )
     told = (
         f"{found.factor:.4g} +- {max(found.factor_deviation, 1e-4):.1g} times, "
         f"{abs(found.delay):.2f} +- {max(found.delay_deviation, 1e-2):.1g} samples {way} and "
-        f"{found.offset:+.3g} +- {found.offset_deviation:.1g} {_unit(axis, role)}"
+        f"{found.offset:+.3g} +- {found.offset_deviation:.1g} {unit}"
     )
     is_other, column = found.distances["left"] > 1, f"columns {role}=NAME:UNIT"
     meaning = first_case(
@@ -437,7 +499,7 @@ def motion_check(
         ),
         (
             found.worst > 1,
-            f"is {told} beside {against}: {_remedy(axis, record, found, role)}",
+            f"is {told} beside {against}: {_remedy(record, found, role, unit)}",
         ),
         (True, f"is {against} ({told})"),
     )
@@ -454,38 +516,16 @@ def motion_check(
     )
 
 
-def _derivative(record: Record, role: str) -> str:
-    return first_case(
-        (
-            role == "velocity" and record.integrated,
-            "that of the simulated loop, which follows the reference",
-        ),
-        (role == "velocity", "the position's derivative"),
-        (record.velocity is None, "the position's second derivative"),
-        (True, "the measured velocity's derivative"),
-    )
-
-
-def _unit(axis: GeneratedAxis, role: str) -> str:
-    q = axis.axis.coordinate
-    return str(q.velocity_unit if role == "velocity" else q.acceleration_unit)
-
-
-def _remedy(axis: GeneratedAxis, record: Record, found: ColumnComparison, role: str) -> str:
+def _remedy(record: Record, found: ColumnComparison, role: str, unit: str) -> str:
     """What sets right what is wrong."""
-    far, unit, name = (
-        found.distances,
-        _unit(axis, role),
-        record.provenance.columns.get(role, "NAME"),
-    )
-    of_loop = role == "velocity" and record.integrated
+    far, name = found.distances, record.provenance.columns.get(role, "NAME")
     vague = MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation / (abs(found.factor) or _TINY)
     vague += MAX_SCALE_ERROR.value
     column, of_sign, zero = (
         f"columns {role}={name}:UNIT{change}"
         for change in ("", "*-1", f"{-found.offset:+.3g}{unit}")
     )
-    beside = "reference" if of_loop else "position"
+    beside = "reference" if role == "velocity" and record.integrated else "position"
     parts = {
         "delay": first_case(
             (

@@ -1,42 +1,60 @@
-"""Every diagnostic, in the order of the verdict, and what it is worth.
+"""Every diagnostic, in the order of the verdict, and checks of what a model leaves.
 
 No check passes silently: one that could not be made says so. None is a universal gate; each names
 where its threshold comes from.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal, Protocol
 
+import numpy as np
+
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import (
+    DEFAULT_LEVELS,
     Check,
-    first_case,
+    Levels,
     joined,
-    kind_of,
-    lines_of,
     made,
+    status_of,
     told_or,
     unless_faulty,
 )
 from axisid.estimation.diagnostics.law import law_check
-from axisid.estimation.misspecification import Misspecification
+from axisid.estimation.estimates import Estimate, NotSimulated
+from axisid.estimation.lack_of_fit import LackOfFit
+from axisid.estimation.misspecification import Misspecification, sentence
+from axisid.estimation.records import Record, advised_shift, record_labels
 from axisid.estimation.signals import rests_first
-from axisid.support.errors import Missing
+from axisid.estimation.thresholds import (
+    MAX_SIMULATION_ERROR,
+    MIN_DISTANCE_FROM_NOISE,
+    MIN_MODEL_SHARE,
+)
+from axisid.support.errors import Missing, of_found
 
 from .alignment import alignment_check, declared_lateness
-from .column_comparison import force_check, limit_check, motion_check
+from .column_comparison import force_check, limit_check, motion_check, scale_remedy
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
-from .excitation import NOMINAL_VALUES, gain_check, nominal_check, precision, within_bounds
+from .excitation import (
+    NOMINAL_VALUES,
+    fixed_check,
+    gain_check,
+    nominal_check,
+    precision,
+    within_bounds,
+)
 from .method import forms_check, method_check
-from .misfit_checks import following, lack_of_fit_check, lacks_check
 from .records_alike import alike_check, repeated_check
 
-#: How far the numbers of a result can be believed.
-Belief = Literal["believed", "with care", "not believed"]
-
-#: What is told where it could not be asked: of what an axis declares, and what noise does.
-_OF_THE_MODEL = ("missing terms", "control law", "method")
+#: By check of what is lacking: what is said where there is nothing.
+_NOTHING: Mapping[str, str] = {
+    "missing terms": "nothing that was looked for is in the residuals",
+    "recorded signals": "the recorded signals are in time with the forces that they make, and of "
+    "their size",
+    "outliers": "no single sample leaves its course",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,16 +82,13 @@ class Diagnostic:
 def _method(case: Case) -> Check | Missing | None:
     if len(case.estimates) == 1 and case.preferred.Z is not None:
         return None  # nothing is beside it
-    laws = [part.law for part in case.parts]
-    checked = [law for law in laws if not isinstance(law, Missing)]
-    law_passed = all(law.passed for law in checked) if len(checked) == len(laws) else None
     return method_check(
         case.preferred,
         case.estimates,
         case.compared,
         case.steps,
         case.levels,
-        law_passed=law_passed,
+        law_passed=None if any(isinstance(law, Missing) for law in case.laws) else case.laws_hold,
     )
 
 
@@ -83,39 +98,32 @@ def _outliers(case: Case) -> Check | Missing:
         return Missing(
             "single samples are held against twins of the record, of which there are none"
         )
-    return _lacks("outliers", case, bounded=case.preferred.counts is not None)
-
-
-def _lacks(name: str, case: Case, *, bounded: bool = False) -> Check | Missing:
-    data = case.data
-    return lacks_check(case.lacking, name, data.axis, data.record, case.levels, bounded=bounded)
-
-
-def _alignment(case: Case) -> Check | Missing:
-    if case.weak:
-        return Missing("the instruments are too weak to measure a delay")
-    return alignment_check(
-        case.alignment, case.data, late=_delay(case), law=case.law, timing=case.timing
+    return lacks_check(
+        case.lacking,
+        "outliers",
+        case.data.axis,
+        case.data.record,
+        case.levels,
+        bounded=case.preferred.counts is not None,
     )
 
 
-def _delay(case: Case) -> Misspecification | Missing | None:
+def _alignment(case: Case) -> Check | Missing:
+    return alignment_check(
+        case.alignment, case.data, late=_delay(case.lacking, case), law=case.law, timing=case.timing
+    )
+
+
+@of_found
+def _delay(lacking: Sequence[Misspecification], case: Case) -> Misspecification | Missing | None:
     """The delay that the model lacks, which twins tell from noise."""
-    if isinstance(case.lacking, Missing):
-        return case.lacking
     if isinstance(case.scores, Missing) or not case.scores.twins:
         return Missing("there are no twins")
-    return next((lack for lack in case.lacking if lack.kind == "delay"), None)
+    return next((lack for lack in lacking if lack.kind == "delay"), None)
 
 
-def _measured(role: str, case: Case) -> Check | Missing | None:
-    return motion_check(case.data.axis, case.data.record, role, case.motions.get(role))
-
-
-def _missing_terms(case: Case) -> Check | Missing:
-    lacking = case.lacking
-    if isinstance(lacking, Missing):
-        return lacking
+@of_found
+def _missing_terms(lacking: Sequence[Misspecification], case: Case) -> Check | Missing:
     aligned = _alignment(case)  # which says how late, where it fails
     told = [lack for lack in lacking if not (lack.kind == "delay" and _fails(aligned))]
     found = lacks_check(told, "missing terms", case.data.axis, case.data.record, case.levels)
@@ -132,6 +140,69 @@ def _missing_terms(case: Case) -> Check | Missing:
 
 def _fails(found: Check | Missing | None) -> bool:
     return isinstance(found, Check) and found.status == "fail"
+
+
+@of_found
+def lacks_check(
+    found: Sequence[Misspecification],
+    name: str,
+    axis: GeneratedAxis,
+    record: Record,
+    levels: Levels = DEFAULT_LEVELS,
+    *,
+    bounded: bool = False,
+) -> Check:
+    """Whether something of a kind is in the residuals that the model lacks.
+
+    Parameters
+    ----------
+    found : sequence of Misspecification
+        Of any kind.
+    name : {"missing terms", "recorded signals", "outliers"}
+        A term or a parameter that changes; a recorded signal that is late or of another size; or a
+        single sample of what was measured that leaves its course.
+    axis : GeneratedAxis
+    record : Record
+    levels : Levels
+    bounded : bool
+        Whether the loss has bounded what outliers do, which are no more than a note then.
+    """
+    own = [lack for lack in found if lack.check == name]
+    advice = ""
+    if own and name == "recorded signals":
+        advice = f": {_advice(axis, record, own[0])}"
+    elif own and name == "outliers" and not bounded:
+        advice = (
+            '; empty such cells and read with resample="auto", or let such rows count for '
+            'less, loss="huber"'
+        )
+    return Check(
+        name=name,
+        status=status_of(not own, matters=not bounded),
+        figure=100 * max((lack.own_share for lack in own), default=0.0),
+        threshold=100 * levels.least_share,
+        p_value=min((lack.p_value for lack in own), default=None),
+        source="percent of the force, root mean square; fails where the residuals hold more of it "
+        f"than those of twins (Hotelling's test, {100 * levels.level:g} % over all that is looked "
+        f"for, by Holm's rule) and it is more than {100 * levels.least_share:g} % of the force "
+        "beside what the parameters make of it, or moves one by more than its interval",
+        meaning=("; ".join(sentence(lack, axis, record) for lack in own) or _NOTHING[name])
+        + advice,
+    )
+
+
+def _advice(axis: GeneratedAxis, record: Record, found: Misspecification) -> str:
+    value, deviation, name = found.values[0], found.deviation, found.parameter
+    if found.kind == "late signal":
+        return advised_shift(name, value, max(MIN_DISTANCE_FROM_NOISE.value * deviation, 0.5))
+    column = record.provenance.columns.get(name, "NAME")
+    (declared,) = (s for s in axis.axis.signals if s.name == name)
+    # A factor within 2 % of that of another unit is that.
+    vague = 0.02 + MIN_DISTANCE_FROM_NOISE.value * deviation / abs(value)
+    if known := scale_remedy(name, column, str(declared.unit), 1 / value, vague):
+        return known
+    scaled = f"columns {name}={column}:UNIT*{value:.4g}"
+    return f"check its unit and its scale ({scaled}), and what is declared as known of its force"
 
 
 #: By name, in the order of the verdict.
@@ -176,25 +247,51 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(name="alignment", check=_alignment, by_record=True),
         Diagnostic(
             name="fixed values",
-            check=lambda case: case.fixed if case.data.axis.base.known else None,
+            check=lambda case: (
+                fixed_check(case.preferred, case.levels.level)
+                if case.data.axis.base.known
+                else None
+            ),
         ),
         Diagnostic(
             name="physical parameters",
-            check=lambda case: None if case.data.axis.base.known else case.fixed,
+            check=lambda case: (
+                None
+                if case.data.axis.base.known
+                else fixed_check(case.preferred, case.levels.level)
+            ),
         ),
         Diagnostic(
             name="force against control",
             check=lambda case: force_check(case.data.axis, case.data.record),
             by_record=True,
         ),
-        Diagnostic(name="measured velocity", check=partial(_measured, "velocity"), by_record=True),
         Diagnostic(
-            name="measured acceleration", check=partial(_measured, "acceleration"), by_record=True
+            name="measured velocity",
+            check=lambda case: motion_check(
+                case.data.axis, case.data.record, "velocity", case.motions.get("velocity")
+            ),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="measured acceleration",
+            check=lambda case: motion_check(
+                case.data.axis, case.data.record, "acceleration", case.motions.get("acceleration")
+            ),
+            by_record=True,
         ),
         Diagnostic(
             name="recorded signals",
             check=lambda case: (
-                _lacks("recorded signals", case) if case.data.axis.axis.signals else None
+                lacks_check(
+                    case.lacking,
+                    "recorded signals",
+                    case.data.axis,
+                    case.data.record,
+                    case.levels,
+                )
+                if case.data.axis.axis.signals
+                else None
             ),
             by_record=True,
         ),
@@ -203,7 +300,11 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
             check=lambda case: limit_check(case.data.axis, case.data.record),
             by_record=True,
         ),
-        Diagnostic(name="missing terms", check=_missing_terms, by_record=True),
+        Diagnostic(
+            name="missing terms",
+            check=lambda case: _missing_terms(case.lacking, case),
+            by_record=True,
+        ),
         Diagnostic(
             name="lack of fit",
             check=lambda case: lack_of_fit_check(case.lack_of_fit, case.preferred),
@@ -216,7 +317,9 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         ),
         Diagnostic(
             name="records alike",
-            check=lambda case: alike_check(case.alike, case.names, case.levels),
+            check=lambda case: alike_check(
+                case.alike, record_labels([data.record for data in case.problem.data]), case.levels
+            ),
             several=True,
         ),
         Diagnostic(
@@ -236,6 +339,7 @@ def diagnose(case: Case) -> Diagnosis:
         if d.by_record
     }
     alike = unless_faulty(lambda: case.alike)
+    names = record_labels([data.record for data in case.problem.data])
     records = [
         RecordDiagnosis(
             law=unless_faulty(partial(getattr, part, "law")),
@@ -247,11 +351,10 @@ def diagnose(case: Case) -> Diagnosis:
         )
         for i, part in enumerate(case.parts)
     ]
-    alone = len(case.names) == 1
     checks = (
-        joined(by_record[name], case.names) if d.by_record else made(name, partial(d.check, case))
+        joined(by_record[name], names) if d.by_record else made(name, partial(d.check, case))
         for name, d in DIAGNOSTICS.items()
-        if not (d.several and alone)
+        if not (d.several and len(names) == 1)
     )
     law, alignment, velocity = (
         records[_first_failing(by_record[name])]
@@ -280,83 +383,75 @@ def _first_failing(found: Sequence[Check | None]) -> int:
 
     A check that faults fails too, and measures nothing: one that does comes before it.
     """
-    fails = [(each.figure is None, i) for i, each in enumerate(found) if each and _fails(each)]
+    fails = ((each.figure is None, i) for i, each in enumerate(found) if each and _fails(each))
     return min(fails, default=(False, 0))[1]
 
 
-def conclusion(checks: Sequence[Check]) -> str:
-    """Whether the numbers can be believed, from the checks of a result."""
-    failed = [check.name for check in by_weight(checks) if check.status == "fail"]
-    # What could not be asked of the model: what it lacks, and whether the law is the drive's.
-    skipped = [check.name for check in checks if check.status == "not evaluated"]
-    names = lines_of(name for name in _OF_THE_MODEL if name in skipped)
-    unchecked = f"; not checked: {', '.join(names)}" if names else ""
-    lines, how = lines_of(failed), belief(failed)
-    return first_case(
-        (
-            how == "believed",
-            f"Nothing that was checked speaks against these numbers{unchecked}.",
-        ),
-        (
-            how == "not believed",
-            f"Do not believe these numbers before this is mended: {''.join(lines[:1])}.",
-        ),
-        (True, f"Believe these numbers with care; to look at: {', '.join(lines)}{unchecked}."),
+def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | None:
+    """How much of what is left is the model's, by what is left again where the motion repeats."""
+    if found is None:
+        return None
+    coordinate = preferred.form.axis.axis.coordinate
+    unit = coordinate.acceleration_unit if preferred.is_direct else coordinate.force_unit
+    noise, where = f"{found.noise:.2g} {unit} is noise", "wherever a move does"
+    again = f"repeats {where if found.period is None else f'every {found.period:.4g} s'}"
+    # From half as large again they are too wide for noise; without any there is no ratio.
+    low, high = min(found.hac_excess.values()), max(found.hac_excess.values())
+    times = f"{low:.2g}" if f"{low:.2g}" == f"{high:.2g}" else f"{low:.2g} to {high:.2g}"
+    too_wide = (
+        f"; HAC deviations are {times} times those of that noise, and say nothing of how far the "
+        "model's error moves the parameters"
+    ) * (low >= 1.5 and high < np.inf)
+    return Check(
+        name="lack of fit",
+        status=status_of(not found.is_mostly_model, matters=False),
+        figure=100 * found.share,
+        threshold=100 * MIN_MODEL_SHARE.value,
+        source="percent of the residuals' power that is left again where the reference repeats, "
+        "from the products of residuals of different repeats; it counts where noise "
+        "repeats as much but for a chance of 1e-3 (HAC over the phases), and where it goes on from "
+        "row to row",
+        meaning=f"{100 * found.share:.0f} % of what the model leaves is the model: "
+        f"{found.repeated:.2g} {unit} ({100 * found.repeated / found.left:.2g} % of the "
+        f"{preferred.form.left}) {again}, {noise}{too_wide}"
+        if found.is_mostly_model
+        else f"{found.repeated:.2g} {unit} of what the model leaves {again} but jumps from "
+        f"row to row, as the steps of an encoder do, {noise}"
+        if found.is_there and not found.is_smooth
+        else f"most of what the model leaves is noise: {found.repeated:.2g} {unit} {again}, {noise}"
+        if found.is_there
+        else f"what the model leaves is noise: nothing of it {again}, {noise}",
     )
 
 
-def belief(failing: Iterable[str]) -> Belief:
-    """How far the numbers of a result can be believed of which checks of these names fail."""
-    names = gravest_first(failing)
-    if names and kind_of(names[0]).grave:
-        return "not believed"
-    return "with care" if names else "believed"
-
-
-class _HasChecks(Protocol):
-    @property
-    def checks(self) -> tuple[Check, ...]: ...
-
-
-class Checked:
-    """A result with `checks`, which say what it is worth."""
-
-    __slots__ = ()
-
-    @property
-    def belief(self: _HasChecks) -> Belief:
-        """How far the numbers can be believed: "believed", "with care", "not believed"."""
-        return belief(check.name for check in self.checks if check.status == "fail")
-
-    @property
-    def believed(self: _HasChecks) -> bool:
-        """Whether no check fails."""
-        return all(check.status != "fail" for check in self.checks)
-
-
-class _HasDiagnosis(Protocol):
-    @property
-    def diagnosis(self) -> Diagnosis: ...
-
-
-class Diagnosed(Checked):
-    """A result whose checks are those of its diagnosis."""
-
-    __slots__ = ()
-
-    @property
-    def checks(self: _HasDiagnosis) -> tuple[Check, ...]:
-        """What was checked: a name, a status, a sentence and a figure each."""
-        return self.diagnosis.verdict
-
-    verdict = checks
-
-
-def by_weight(checks: Sequence[Check]) -> list[Check]:
-    """Checks by what it means for the numbers that they fail, the gravest first."""
-    return sorted(checks, key=lambda check: kind_of(check.name).rank)
-
-
-def gravest_first(names: Iterable[str]) -> list[str]:
-    """Names of checks in the order of `by_weight`."""
-    return sorted(names, key=lambda name: kind_of(name).rank)
+def following(preferred: Estimate, rest: float) -> Check | Missing:
+    """The simulation error of an estimate; `rest` is the part of its samples at which it stands."""
+    simulated, form = preferred.simulated, preferred.form
+    if isinstance(simulated, NotSimulated):
+        failed = Check(
+            name="simulation",
+            status="fail",
+            source="an axis that was recorded can be simulated",
+            meaning="the loop cannot be simulated with the estimate, as that of an axis that was "
+            f"recorded can: {str(simulated).removesuffix('.')}",
+        )
+        return failed if simulated.by_estimate else simulated
+    error = preferred.simulation_error_percent or 0.0  # none but where nothing was simulated
+    good = error < MAX_SIMULATION_ERROR.value
+    but = f" but for {error:.2g} %" * (error >= 10.0)  # less is not said
+    units = form.axis.axis.coordinate.unit, form.axis.axis.drive.unit
+    noise = "".join(f" ({chain.told(*units)})" for chain in preferred.inference.chains[:1])
+    blamed = rests_first(rest) or (
+        f"check the law, signs and units, or see whether the record is noise{noise}, or a motion "
+        "that the model does not have"
+    )
+    lost = f"the simulated loop leaves {error:.3g} % of the {form.left} unexplained; {blamed}"
+    return Check(
+        name="simulation",
+        status=status_of(good),
+        figure=error,
+        threshold=MAX_SIMULATION_ERROR.value,
+        source="simulation error in percent of the left side; at 50 the loop explains three "
+        "quarters of its power, at 100 nothing",
+        meaning="the simulated loop follows the record" + but if good else lost,
+    )

@@ -28,8 +28,12 @@ from axisid.estimation.misspecification import (
     find_misspecification,
     scores_at,
 )
-from axisid.estimation.problems import Problem, noise_free_record
-from axisid.estimation.records import record_labels
+from axisid.estimation.problems import (
+    Problem,
+    moved_by_rounding,
+    noise_free_record,
+    position_step,
+)
 from axisid.estimation.regression import DirectForm, recorded_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
@@ -38,14 +42,14 @@ from axisid.support.presentable import Presentable
 
 from .alignment import Alignment, ForceTiming, alignment_of, force_timing, law_in_time
 from .column_comparison import ColumnComparison, compared_motion
-from .excitation import Excitation, excitation, fixed_check
+from .excitation import Excitation, excitation
 from .method import (
+    FEWEST_STEPS,
     FORMS,
     LESS,
     LS_LESS_IV,
     SECOND_OPINION,
     InstrumentTests,
-    moved_by_steps,
     strength_check,
     tests_of_instruments,
     vaguer,
@@ -149,9 +153,8 @@ class Case:
         apart = self._less("idm-iv", "didim")
         if isinstance(apart, Missing):
             return by_law
-        iv, didim = self.estimates[first], self.estimates[by_law]
-        less_sure = vaguer(significant_differences(apart, self.levels.level), iv, didim)
-        return first if less_sure else by_law
+        moved = significant_differences(apart, self.levels.level)
+        return first if vaguer(moved, self.estimates[first], self.estimates[by_law]) else by_law
 
     @cached_property
     def laws(self) -> tuple[LawCheck | Missing, ...]:
@@ -185,11 +188,6 @@ class Case:
     def data(self) -> FilteredRecord:
         """The record; of several the first, see `parts`."""
         return self.problem.data[0]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the records."""
-        return record_labels([data.record for data in self.problem.data])
 
     @cached_property
     def parts(self) -> "tuple[Case, ...]":
@@ -235,8 +233,6 @@ class Case:
     @cached_property
     def timing(self) -> ForceTiming | Missing:
         """Whole samples between where the force is recorded and where it acts."""
-        if self.weak:
-            return Missing("the instruments are too weak to measure a delay")
         return force_timing(self.alignment, self.data)
 
     @cached_property
@@ -249,11 +245,6 @@ class Case:
     def strength(self) -> Check | Missing:
         """Whether those instruments are strong, or why that cannot be told."""
         return strength_check(self.instruments, self.preferred)
-
-    @property
-    def weak(self) -> bool:
-        """Whether the instruments of the judged estimate tell nothing."""
-        return isinstance(self.strength, Check) and self.strength.status == "fail"
 
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
@@ -268,11 +259,11 @@ class Case:
     @cached_property
     def alignment(self) -> Alignment | Missing:
         """The delay of the force, by instruments where there are any, or why it is not measured."""
-        scores = self.scores
-        alone = not isinstance(scores, Missing) and not scores.by_loop
-        if alone and self.preferred.Z is not None:
-            scores = scores_at(self.data, self.preferred, by_loop=True)
-        return alignment_of(scores)
+        if isinstance(self.strength, Check) and self.strength.status == "fail":
+            return Missing("the instruments are too weak to measure a delay")
+        judged = self.preferred
+        by_loop = judged.Z is not None and not judged.inference.chains
+        return alignment_of(scores_at(self.data, judged, by_loop=True) if by_loop else self.scores)
 
     @cached_property
     def motions(self) -> Mapping[str, ColumnComparison | Missing]:
@@ -281,8 +272,11 @@ class Case:
         if record.integrated and record.reference is not None:
             loops = partial(recorded_loops, self.data, self.preferred.physical)
             velocities = tuple(loop.velocity for loop in told_or((), loops))
-        measured = (role for role in record.motion if role != "position")
-        return {role: compared_motion(record, role, velocities) for role in measured}
+        return {
+            role: compared_motion(record, role, velocities)
+            for role in record.motion
+            if role != "position"
+        }
 
     @cached_property
     def scores(self) -> RecordScores | Missing:
@@ -292,19 +286,26 @@ class Case:
     @cached_property
     def lacking(self) -> tuple[Misspecification, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
+        half = np.ptp([v.interval for v in self.preferred.parameters.values()], axis=1) / 2
         records = len((self.whole or self).problem.data)
-        half = [np.ptp(value.interval) / 2 for value in self.preferred.parameters.values()]
-        return find_misspecification(self.scores, np.array(half), records, self.levels)
+        return find_misspecification(self.scores, half, records, self.levels)
 
     @cached_property
-    def steps(self) -> Mapping[str, float] | Missing:
-        """What the steps of a logged position move a judged least squares without twins by."""
-        ls = self.preferred
-        if self.whole is not None or self.has_parts:
-            return Missing("it is told of one record by itself")
-        if ls.Z is not None or ls.filter_bias is not None:
-            return Missing("loops tell it")
-        return moved_by_steps(self.data, ls)
+    def steps(self) -> Mapping[str, float]:
+        """What the steps of a logged position, that no control answers to, move least squares by.
+
+        By parameter; infinite where there are too few of them to be noise; empty where none are
+        known, where loops tell it, and of several records.
+        """
+        ls, record = self.preferred, self.data.record
+        by_loops = ls.Z is not None or ls.filter_bias is not None
+        step = 0.0 if self.whole or self.has_parts or by_loops else position_step(record)
+        if not step or ls.is_direct:
+            return {}
+        if float(np.ptp(record.position)) < FEWEST_STEPS * step:
+            return dict.fromkeys(ls.parameters, np.inf)
+        by = moved_by_rounding(ls.form, self.data, step, ls.physical)
+        return dict(zip(ls.parameters, map(float, by), strict=True))
 
     @cached_property
     def lack_of_fit(self) -> LackOfFit | None:
@@ -325,14 +326,10 @@ class Case:
         """Estimates against each other, or why they cannot be; none that are not there both."""
         instruments = any(each.Z is not None for each in self.estimates.values())
         is_weak = isinstance(self.strength, Check) and self.strength.status != "pass"
-        weak = Missing("the instruments are too weak to tell")
         return {
-            pair: weak if instruments and is_weak else (self.whole or self)._less(*pair.split(LESS))
+            pair: Missing("the instruments are too weak to tell")
+            if is_weak
+            else (self.whole or self)._less(*pair.split(LESS))
             for pair in ([SECOND_OPINION, *LS_LESS_IV] if instruments else [FORMS])
             if {*pair.split(LESS)} <= {*self.estimates}
         }
-
-    @cached_property
-    def fixed(self) -> Check | Missing | None:
-        """What was fixed against the record; None where nothing can be asked."""
-        return fixed_check(self.preferred, self.levels.level)

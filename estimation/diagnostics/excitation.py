@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.checks import Check, first_case, status_of
-from axisid.estimation.estimates import Estimate, Physical, Value, physical_parameters
+from axisid.estimation.estimates import Estimate, Value, physical_parameters
 from axisid.estimation.parameters import GAIN
 from axisid.estimation.problems import ParameterAtBound, Problem, SignalRanges, typical_magnitudes
 from axisid.estimation.regression import InverseForm
@@ -43,7 +43,7 @@ NOMINAL_VALUES = "nominal values"
 _MAX_GAIN_RATIO = 2.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Excitation:
     """What the motion shows of one parameter.
 
@@ -76,11 +76,6 @@ class Excitation:
     rows: float
     largest_share: float
     natural: float
-
-    def __repr__(self) -> str:
-        alike = f", like {' and '.join(self.alike)}" if self.alike else ""
-        lacking = f", {' and '.join(self.lacking)}" if self.lacking else ""
-        return f"{self.name}: {100 * self.share:.3g} % of the force{alike}{lacking}"
 
     @property
     def reason(self) -> str:
@@ -190,15 +185,13 @@ def _lacking(
     needs: dict[str, NDArray[np.bool_]],
     columns: Sequence[int],
 ) -> tuple[str, ...]:
-    def need(*names: str) -> bool:
-        return any(bool(needs[name][j]) for name in names for j in columns)
-
+    needed = {signal for signal, of in needs.items() if of[[*columns]].any()}
     slow = any(needs["acceleration"][j] and shares[j] < _MIN_ACCELERATION_SHARE for j in columns)
     placed = [X[:, j] for j in columns if needs["position"][j] and not needs["acceleration"][j]]
     still = any(np.ptp(x) < _MIN_POSITION_VARIATION * np.abs(x).max() for x in placed)
     facts = (
-        (need("velocity", "direction"), one_direction(signals)),
-        (need("velocity"), one_speed(signals)),
+        ({"velocity", "direction"} & needed, one_direction(signals)),
+        ("velocity" in needed, one_speed(signals)),
         (slow, "the axis hardly accelerates"),
         (still, "the axis hardly leaves its place"),
     )
@@ -362,6 +355,20 @@ def fixed_check(estimate: Estimate, level: float = CHECK_LEVEL.value) -> Check |
     if physical.p_value is None:
         why = "the record alone does not determine what was fixed, so that it cannot contradict it"
         return Missing(physical.undetermined[-1] if physical.undetermined else why)
+    sides = []
+    for p in physical.known:
+        sides.append(f"{p.name} is fixed at {known_text(p)} {p.unit}")
+        if alone := estimate.parameters.get(p.name):
+            deviation = np.hypot(alone.deviation, alone.sd_gain)
+            sides[-1] += f", the record alone gives {alone.corrected:.4g} +- {deviation:.2g}"
+    unknown = "; its bias, which could do it too, is not known without a control law"
+    fault = (
+        f"no values of the parameters agree with the record{' and what was fixed' * bool(sides)} "
+        f"(squared distance {physical.statistic:.3g}, restrictions {physical.dof})"
+        f"{': ' * bool(sides)}{'; '.join(sides)}. "
+        "Check what was fixed, the drive gain and the terms of the model"
+        f"{unknown * (estimate.filter_bias is None)}"
+    )
     good = physical.p_value >= level
     return Check(
         name="fixed values" if physical.known else "physical parameters",
@@ -372,26 +379,7 @@ def fixed_check(estimate: Estimate, level: float = CHECK_LEVEL.value) -> Check |
         source=f"Hotelling's T squared with {physical.dof} restrictions, covariance of the "
         "estimate and declared deviations, less the bias of filter and noise; fails below "
         f"{100 * level:g} %",
-        meaning="the record agrees with them" if good else _contradiction(physical, estimate),
-    )
-
-
-def _contradiction(physical: Physical, estimate: Estimate) -> str:
-    """What was fixed beside what the record alone says of it, where it says anything."""
-    sides = []
-    for p in physical.known:
-        said = f"{p.name} is fixed at {known_text(p)} {p.unit}"
-        if alone := estimate.parameters.get(p.name):
-            deviation = np.hypot(alone.deviation, alone.sd_gain)
-            said += f", the record alone gives {alone.corrected:.4g} +- {deviation:.2g}"
-        sides.append(said)
-    what = f": {'; '.join(sides)}" if sides else ""
-    unknown = "; its bias, which could do it too, is not known without a control law"
-    return (
-        f"no values of the parameters agree with the record{' and what was fixed' * bool(sides)} "
-        f"(squared distance {physical.statistic:.3g}, restrictions {physical.dof}){what}. "
-        "Check what was fixed, the drive gain and the terms of the model"
-        f"{unknown * (estimate.filter_bias is None)}"
+        meaning="the record agrees with them" if good else fault,
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from axisid.estimation.checks import (
     DEFAULT_LEVELS,
+    WORST_FIRST,
     Check,
     Levels,
     Status,
@@ -24,33 +25,21 @@ from axisid.estimation.estimates import (
     NOTICEABLE,
     Estimate,
     HausmanTest,
-    Value,
     significant_differences,
 )
+<<<<<<< HEAD
 from axisid.estimation.problems import moved_by_rounding
 from axisid.estimation.regression import factor, position_step
 from axisid.estimation.signals import FilteredRecord
+=======
+from axisid.estimation.regression import factor
+>>>>>>> main
 from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
 from axisid.support.arrays import Array, MaybeInfinite, MaybeNan
 from axisid.support.errors import Missing, of_found
 
-_FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
-_WORST: tuple[Status, ...] = ("fail", "note", "pass")
-_HAUSMAN = (
-    "largest difference of two estimates in deviations of the other; counts where a HAC test of "
-    "all differences at once (Hausman, Hotelling, the p-value) rejects at {level:g} %; a failure "
-    "where it is more than {share:g} % of the value and more than either 95 % interval allows for"
-)
-_STEPS = (
-    "what as much noise again as the steps of the position make moves least squares by, in "
-    "deviations; a failure where it is more than {share:g} % of the value"
-)
-_BY_OPEN_LOOP = (
-    "; take a fit of the position under the recorded control, which no noise of a "
-    f"derivative moves: {OPEN_LOOP_FIT}"
-)
-_TWINS = "bias of least squares, as its twins tell, in deviations"
-
+#: Of a logged position: fewer are no noise.
+FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
 #: Between two methods of which estimates are compared, the one less the other.
 LESS = " less "
 SECOND_OPINION = f"idm-iv{LESS}didim"
@@ -59,14 +48,13 @@ FORMS = f"ddm-ls{LESS}idm-ls"
 
 
 Compared = Mapping[str, Mapping[str, HausmanTest] | Missing]
-_NOTHING = 1e-9  # of the column
 
 
 def method_check(
     judged: Estimate,
     estimates: Mapping[str, Estimate],
     compared: Compared,
-    steps: Mapping[str, float] | Missing,
+    steps: Mapping[str, float],
     levels: Levels = DEFAULT_LEVELS,
     *,
     law_passed: bool | None,
@@ -80,8 +68,8 @@ def method_check(
         By method.
     compared : mapping of str to mapping of str to HausmanTest, or Missing
         By parameter, of one estimate less another; by what is compared, see `SECOND_OPINION`.
-    steps : mapping of str to float, or Missing
-        What the steps of a logged position move a judged least squares by, see `moved_by_steps`.
+    steps : mapping of str to float
+        What the steps of a logged position move a judged least squares by, see `Case.steps`.
     levels : Levels
     law_passed : bool or None
         Whether the recorded control is the declared law's; None where that cannot be checked.
@@ -111,17 +99,15 @@ def method_check(
         ),
         _least_squares_judged(judged, steps, levels),
     )
-    found = [each for each in made if each is not None]
+    found = [each for each in made if isinstance(each, Check)]
     if not found:
         why = (each for each in compared.values() if isinstance(each, Missing))
         return next(why, Missing(f"nothing is compared with {judged.method}"))
-    worst = min(found, key=lambda each: (_WORST.index(each.status), -(each.figure or 0.0)))
+    worst = min(found, key=lambda each: (WORST_FIRST.index(each.status), -(each.figure or 0.0)))
     told = "; ".join(each.meaning for each in found if each.status == worst.status)
-    lead = f"{judged.method} is judged: " if worst.status == "pass" else ""
-    return replace(worst, meaning=f"{lead}{told}")
-
-
-_method = partial(Check, name="method", threshold=NOTICEABLE)
+    return replace(
+        worst, meaning=f"{judged.method} is judged: {told}" if worst.status == "pass" else told
+    )
 
 
 def _by_difference(
@@ -133,7 +119,7 @@ def _by_difference(
     apart: Callable[[Mapping[str, HausmanTest], str], str],
     *,
     matters: bool = True,
-) -> Check | None:
+) -> Check | Missing | None:
     """Two estimates against each other, where they are compared.
 
     What is said is `same`, or `apart` of what they part in and a list of it. It is no more than a
@@ -141,35 +127,30 @@ def _by_difference(
     """
     found = compared.get(pair)
     if found is None or isinstance(found, Missing):
-        return None
-    one, other = (estimates[method] for method in pair.split(LESS))
-    moved = significant_differences(found, levels.level)
-    large = matters and any(
-        _is_large(each.difference, one.parameters[name], other.parameters[name], levels)
-        for name, each in moved.items()
-    )
+        return found
+    one, other = (estimates[method].parameters for method in pair.split(LESS))
+    moved, is_large, listed = significant_differences(found, levels.level), False, []
+    for name, each in moved.items():
+        value, by = other[name], each.difference
+        precise = one[name].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
+        widest = max(float(np.ptp(of[name].interval)) for of in (one, other))
+        least = max(widest / 2, levels.least_share * abs(one[name].value))
+        is_large |= matters and precise and abs(by) > least
+        percent = f"{100 * by / value.value:+.2g} %, " if value.value else ""
+        listed.append(f"{name} by {by:+.2g} {value.unit} ({percent}{each.shift:.2g} deviations)")
     worst = max((moved or found).values(), key=lambda each: each.shift)
-    listed = ", ".join(_parting(name, each, other) for name, each in moved.items())
-    return _method(
-        status="fail" if large else "note" if moved else "pass",
-        meaning=apart(moved, listed) if moved else same,
+    return Check(
+        name="method",
+        threshold=NOTICEABLE,
+        status="fail" if is_large else "note" if moved else "pass",
+        meaning=apart(moved, ", ".join(listed)) if moved else same,
         figure=worst.shift,
-        source=_source(_HAUSMAN, levels),
+        source="largest difference of two estimates in deviations of the other; counts where a HAC "
+        "test of all differences at once (Hausman, Hotelling, the p-value) rejects at "
+        f"{100 * levels.level:g} %; a failure where it is more than {100 * levels.least_share:g} % "
+        "of the value and more than either 95 % interval allows for",
         p_value=worst.joint_p_value,
     )
-
-
-def _is_large(difference: float, one: Value, other: Value, levels: Levels) -> bool:
-    precise = one.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
-    widest = max(value.interval[1] - value.interval[0] for value in (one, other))
-    least = max(widest / 2, levels.least_share * abs(one.value))
-    return precise and abs(difference) > least
-
-
-def _parting(name: str, each: HausmanTest, other: Estimate) -> str:
-    value = other.parameters[name]
-    percent = f"{100 * each.difference / value.value:+.2g} %, " if value.value else ""
-    return f"{name} by {each.difference:+.2g} {value.unit} ({percent}{each.shift:.2g} deviations)"
 
 
 def vaguer(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> list[str]:
@@ -205,71 +186,47 @@ def _whom(less_sure: Sequence[str], law_passed: bool | None) -> str:
 
 
 def _least_squares_judged(
-    judged: Estimate, steps: Mapping[str, float] | Missing, levels: Levels
+    judged: Estimate, steps: Mapping[str, float], levels: Levels
 ) -> Check | None:
     """What noise and steps move a judged least squares by: by its twins, or by the steps alone."""
-    if judged.Z is not None:
-        return None
     values, bias = judged.parameters, judged.filter_bias
     moved = steps if bias is None else dict(zip(values, map(float, bias), strict=True))
-    if isinstance(moved, Missing) or not moved:
+    if judged.Z is not None or not moved:
         return None
-    what, whose, source, told = first_case(
-        (
-            bias is None,
-            (
-                "the steps of the logged position move",
-                "",
-                _source(_STEPS, levels),
-                "its intervals miss for it: log the position as finely as the drive measures it, "
-                "record the reference, from which instruments are made, or lower the cut-off",
-            ),
-        ),
-        (
-            True,
-            (
-                "noise moves",
-                ", as its twins tell",
-                _TWINS,
-                "its intervals are less that: identify by instruments "
-                f"({instruments_of(judged.method)})",
-            ),
-        ),
-    )
+    what, whose = "noise moves", ", as its twins tell"
+    source = "bias of least squares, as its twins tell, in deviations"
+    told = f"its intervals are less that: identify by instruments ({instruments_of(judged.method)})"
+    if bias is None:
+        what, whose = "the steps of the logged position move", ""
+        source = (
+            "what as much noise again as the steps of the position make moves least squares by, in "
+            f"deviations; a failure where it is more than {100 * levels.least_share:g} % of the "
+            "value"
+        )
+        told = (
+            "its intervals miss for it: log the position as finely as the drive measures it, "
+            "record the reference, from which instruments are made, or lower the cut-off"
+        )
     shifts = {n: abs(by) / values[n].deviation for n, by in moved.items() if values[n].deviation}
     far = {n: moved[n] for n, shift in shifts.items() if shift > NOTICEABLE}
     worst = max(shifts.values(), default=0.0)
     by = ", ".join(f"{n} by about {by:+.2g} {values[n].unit}" for n, by in far.items())
     if not np.all(np.isfinite([*far.values()])):
-        by = f"by what none tells, as there are fewer than {_FEWEST_STEPS} in the whole motion"
-    said = f"{what} least squares by less than half a deviation{whose}"
-    if far:
-        said = f"{what} least squares, {by}{whose}, and {told}"
+        by = f"by what none tells, as there are fewer than {FEWEST_STEPS} in the whole motion"
+    little = f"{what} least squares by less than half a deviation{whose}"
+    said = f"{what} least squares, {by}{whose}, and {told}" if far else little
     large = bias is None and any(
         abs(by) > levels.least_share * abs(values[n].value) for n, by in far.items()
     )
     status: Status = "fail" if large else "note" if far else "pass"
-    return _method(status=status, meaning=said, figure=worst, source=source)
-
-
-def moved_by_steps(data: FilteredRecord, ls: Estimate) -> Mapping[str, float] | Missing:
-    """What the steps of a logged position, that no control answers to, move least squares by.
-
-    By parameter; infinite where there are too few of them to be noise.
-
-    Raises
-    ------
-    AxisidError
-        Noise of that size leaves no estimate.
-    """
-    step = position_step(data.record)
-    if not step or ls.is_direct:
-        return Missing("the position has no steps that are known")
-    few = float(np.ptp(data.record.position)) < _FEWEST_STEPS * step
-    if few:
-        return dict.fromkeys(ls.parameters, np.inf)
-    by = moved_by_rounding(ls.form, data, step, ls.physical)
-    return {name: float(each) for name, each in zip(ls.parameters, by, strict=True)}
+    return Check(
+        name="method",
+        threshold=NOTICEABLE,
+        status=status,
+        meaning=said,
+        figure=worst,
+        source=source,
+    )
 
 
 def forms_check(
@@ -291,15 +248,13 @@ def forms_check(
             "nothing tells which"
         ),
     )
-    if check is None:
-        found = compared.get(FORMS)
-        return found if isinstance(found, Missing) else None
-    advice = _BY_OPEN_LOOP * (check.status == "fail")
+    if not isinstance(check, Check):
+        return check
+    advice = (
+        "; take a fit of the position under the recorded control, which no noise of a derivative "
+        f"moves: {OPEN_LOOP_FIT}"
+    ) * (check.status == "fail")
     return replace(check, name="inverse against direct", meaning=check.meaning + advice)
-
-
-def _source(said: str, levels: Levels) -> str:
-    return said.format(level=100 * levels.level, share=100 * levels.least_share)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -352,9 +307,7 @@ def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
 
     Beside an estimate by output error, which rests on the loop's own rows, weak ones are a note.
     """
-    names = [q.label for q in judged.form.quantities]
-    weakest = min(range(len(names)), key=lambda j: tests.columns[j].conditional_f)
-    f = tests.weakest
+    f, j = tests.weakest, int(np.argmin([column.conditional_f for column in tests.columns]))
     strong = f >= MIN_FIRST_STAGE_F.value
     return Check(
         name="instrument strength",
@@ -365,8 +318,8 @@ def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
         "other columns as in Sanderson and Windmeijer (2016)",
         meaning="the simulated loop explains every column of the regressor"
         if strong
-        else f"the simulated loop hardly explains the column of {names[weakest]}: its estimate "
-        "by instruments cannot be believed",
+        else "the simulated loop hardly explains the column of "
+        f"{judged.form.quantities[j].label}: its estimate by instruments cannot be believed",
     )
 
 
@@ -404,7 +357,7 @@ def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTest
     # Of each column what the others, by two-stage least squares, leave; they take k - 1 of the
     # k instruments.
     beside = unseen @ (seen.inverse @ seen.inverse.T / projected).astype(float)
-    is_exact = unexplained <= (_NOTHING * regressor.scale) ** 2
+    is_exact = unexplained <= (1e-9 * regressor.scale) ** 2
     told = np.where(is_exact, 0.0, np.sum(beside**2, axis=0)) / (n - k)
     with np.errstate(divide="ignore"):
         columns = zip(
@@ -414,11 +367,12 @@ def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTest
             1 / projected / told,
             strict=True,
         )
-    product = (Z / np.linalg.norm(Z, axis=0)).T @ (X / regressor.scale)
     return InstrumentTests(
         columns=tuple(
             Strength(r_squared=float(r), shea=float(shea), f=float(f), conditional_f=float(c))
             for r, shea, f, c in columns
         ),
-        condition_number=float(np.linalg.cond(product)),
+        condition_number=float(
+            np.linalg.cond((Z / np.linalg.norm(Z, axis=0)).T @ (X / regressor.scale))
+        ),
     )

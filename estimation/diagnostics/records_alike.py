@@ -339,32 +339,27 @@ def records_alike(
     levels : Levels
     """
     tested = partial(_tested, instruments, records, extended, levels)
-    left, against = [*range(len(records))], list[int]()
+    left, aside, against = [*range(len(records))], list[int](), list[int]()
     differences = {i: tested((), i) for i in left}
     first = tuple(e if isinstance(e, Missing) else e.apart for e in differences.values())
     chances = [each.p_value for each in first if isinstance(each, RecordDifference)]
     if not chances:
         return next(each for each in first if isinstance(each, Missing))
-    aside = list[int]()
     while told := {i: e.apart for i, e in differences.items() if isinstance(e, Difference)}:
         worst = min(told, key=lambda i: (told[i].p_value, -told[i].statistic))
         if _allowed(told[worst].p_value, len(left)) >= levels.level:
             break
-        if told[worst].matters(levels):
-            against.append(worst)
+        against += [worst] * told[worst].matters(levels)
         aside.append(worst)
         left.remove(worst)
         differences = {i: tested(aside, i) for i in left}
-    differing = None
-    if aside:
-        most = (against or aside)[0]
-        of_most = tested([i for i in aside if i != most], most)
-        differing = None if isinstance(of_most, Missing) else of_most.explained
+    most = next(iter(against or aside), None)
+    of_most = None if most is None else tested([i for i in aside if i != most], most)
     return Alike(
         records=first,
         against=tuple(against),
         p_value=_allowed(min(chances), len(chances)),
-        differing=differing,
+        differing=of_most.explained if isinstance(of_most, Difference) else None,
     )
 
 
@@ -496,17 +491,19 @@ def common_samples(one: Record, other: Record) -> tuple[_Chosen, _Chosen] | None
     rows = _measured(*written)
     if rows is None:
         return None
-    (values, places), (others, there) = map(_once, rows)
-    _, *matched = np.intersect1d(values, others, assume_unique=True, return_indices=True)
-    if len(matched[0]) < _MIN_COMMON_ROWS:
+    _, number = np.unique(np.concatenate(rows), return_inverse=True)
+    numbers = np.split(number, [len(rows[0])])
+    counts = [np.bincount(own, minlength=len(number)) for own in numbers]
+    matched = (counts[0] == 1) & (counts[1] == 1)
+    if matched.sum() < _MIN_COMMON_ROWS:
         return None
     found, shares = [], []
-    for k, (own, which) in enumerate(zip((places, there), matched, strict=True)):
-        first, last = own[which].min(), own[which].max()
+    for k, own in enumerate(numbers):
+        first, last = np.flatnonzero(matched[own])[[0, -1]]
         # Rows that two runs of one motion have alike by chance have others between.
-        shares.append(len(which) / np.sum((own >= first) & (own <= last)))
-        same = np.isin(rows[k], rows[1 - k])
-        if not np.array_equal(rows[0], rows[1]):  # else the same as they rest at the ends too
+        shares.append(matched.sum() / np.sum(counts[k][own[first : last + 1]] == 1))
+        same = counts[1 - k][own] > 0
+        if not np.array_equal(numbers[0], numbers[1]):  # else the same as they rest at the ends too
             same[:first] = same[last + 1 :] = False
         found.append(np.interp(records[k].time, written[k].time, same) == 1)
     return (found[0], found[1]) if max(shares) >= MIN_COMMON_SAMPLES.value else None
@@ -549,24 +546,21 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
     )
 
 
-def _measured(*records: Record) -> tuple[NDArray[np.void], NDArray[np.void]] | None:
+def _measured(*records: Record) -> list[NDArray[np.void]] | None:
     """What two records measured of the motion and of the drive, by row, as bytes; None without.
 
     A reference is the same whenever it is run, and a position in few steps may be.
     """
     columns = [record.channels() for record in records]
-    roles = [*records[0].motion, "control", "force"]
-    both = [role for role in roles if all(role in each for each in columns)]
+    both = [
+        role
+        for role in (*records[0].motion, "control", "force")
+        if all(role in each for each in columns)
+    ]
     if not {"control", "force"} & {*both} or len(both) < 2:
         return None
     with np.errstate(all="ignore"):
         rows = [np.column_stack([each[role] for role in both]) for each in columns]
-        one, other = (each.astype(np.float32) + np.float32(0) for each in rows)  # -0 is 0
+        single = [each.astype(np.float32) + np.float32(0) for each in rows]  # -0 is 0
     row = f"V{4 * len(both)}"
-    return np.ascontiguousarray(one).view(row)[:, 0], np.ascontiguousarray(other).view(row)[:, 0]
-
-
-def _once(rows: NDArray[np.void]) -> tuple[NDArray[np.void], NDArray[np.intp]]:
-    """Rows that occur once, and where."""
-    found, places, counts = np.unique(rows, return_index=True, return_counts=True)
-    return found[counts == 1], places[counts == 1]
+    return [np.ascontiguousarray(each).view(row)[:, 0] for each in single]

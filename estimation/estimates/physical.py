@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import Quantity
 from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import Form, delta_method, joint_p
-from axisid.modeling.derivation import BaseModel
-from axisid.modeling.description import describe_undetermined, undetermined_names
+from axisid.modeling.derivation import BaseModel, describe_undetermined, undetermined_names
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError, is_among, quoted

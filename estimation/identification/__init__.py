@@ -4,14 +4,10 @@ In: `Axis`, `Record`, `Prefilter`. Out: `Identification`.
 Knows nothing of how it is shown.
 """
 
-from .drive_time import (
-    DriveTiming as DriveTiming,
-    at_time as at_time,
-    check_time as check_time,
-)
 from .identify import (
+    at_time as at_time,
     check_choices as check_choices,
-    estimate_drive_timing as estimate_drive_timing,
+    check_time as check_time,
     identify as identify,
     identify_problem as identify_problem,
     records_of as records_of,

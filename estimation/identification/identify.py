@@ -6,19 +6,25 @@ rows. What it has at a bound is held, the others are identified anew with it, un
 its bound. What a bound holds is not known, so the others are as unsure as its parameter lets them
 be: they have the covariance that they have without bounds. The bounded estimate is, by that
 covariance, nearer to whatever is within the bounds than the free one is, so that it is enough.
+
+A drive's lag or delay makes the force act where the motion shows it: the loop is simulated with it,
+and the delay that the alignment finds beside it is added, until there is none. A lag, a delay and
+the half sample of the hold move the force alike at the frequencies of a motion: a record shows
+their sum, so that at most one of them can be estimated, and the others are to be known.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.special import stdtrit
 
-from axisid.codegen.artefacts import GeneratedAxis, Quantity, as_generated, build
-from axisid.estimation.checks import DEFAULT_LEVELS, Levels
+from axisid.codegen.artefacts import GeneratedAxis, as_generated, build
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels, unless_faulty
 from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, check_among, is_output_error
 from axisid.estimation.diagnostics import Case
-from axisid.estimation.estimates import COVARIANCES, Estimate
+from axisid.estimation.estimates import COVARIANCES, Estimate, student_interval
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
 from axisid.estimation.parameters import KnownValue, bounded_quadratic_minimum
 from axisid.estimation.problems import ParameterAtBound, Problem, check_has_rows
@@ -27,20 +33,15 @@ from axisid.estimation.regression import LoopDataError, covariance_root
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.twins import DEFAULT_COUNT, check_count
-from axisid.modeling.declaration import Axis, leave_out
-from axisid.support.arrays import Array
-from axisid.support.errors import (
-    AxisidError,
-    EstimationError,
-    ModelError,
-    UsageError,
-    is_among,
-    quoted,
-)
+from axisid.modeling.declaration import HIDDEN_FROM, Axis, leave_out
+from axisid.modeling.quantities import Parameter
+from axisid.support.errors import AxisidError, EstimationError, Missing, ModelError, UsageError
 
-from .drive_time import DriveTiming, identified_with_time, searched_time
-from .result import Identification
+from .result import DriveTime, Identification
 from .shared import shared_records
+
+#: Identifies an axis by methods; None for all that axis and record allow.
+Identify = Callable[[GeneratedAxis, Sequence[str] | None], Identification]
 
 
 def identify(
@@ -191,26 +192,27 @@ def identify_problem(
     levels: Levels = DEFAULT_LEVELS,
 ) -> Identification:
     """`identify` from records that are filtered already, by the prefilter that was asked for."""
-    estimates: dict[str, Estimate] = {}
-    skipped: dict[str, str] = {}
-    failed: dict[str, str] = {}
+    estimates, skipped, failed = dict[str, Estimate](), dict[str, str](), dict[str, str]()
     lost: EstimationError | None = None
     chosen = [*METHODS] if requested is None else requested
-    twins = None
-    if bootstrap:
-        twins = Bootstrap(
-            problem=problem,
-            count=bootstrap,
-            methods=chosen,
-            has_laws=lambda: Case(problem=problem, estimates={}).laws_hold,
-            loss=loss,
-        )
+    twins = Bootstrap(
+        problem=problem,
+        count=bootstrap,
+        methods=chosen,
+        has_laws=lambda: Case(problem=problem, estimates={}).laws_hold,
+        loss=loss,
+    )
     for method in dict.fromkeys(chosen):
-        started = replace(METHODS[method], start=start, loss=loss)
         try:
             # What is not finite is refused by name; NumPy's own warnings would only repeat it.
             with np.errstate(all="ignore"):
-                estimates[method] = estimate_by(problem, started, lags, covariance, twins)
+                estimates[method] = estimate_by(
+                    problem,
+                    replace(METHODS[method], start=start, loss=loss),
+                    lags,
+                    covariance,
+                    twins if bootstrap else None,
+                )
         except (ModelError, LoopDataError) as error:
             if requested is not None:
                 raise
@@ -243,22 +245,11 @@ def requested_methods(methods: str | Iterable[object] | None) -> tuple[str, ...]
     UsageError
         There is none, or none of that name.
     """
-    if methods is None:
-        return None
-    listed = (methods,) if isinstance(methods, str) else tuple(map(str, methods))
+    given = "all" if methods is None else methods
+    listed = (given,) if isinstance(given, str) else tuple(map(str, given))
     if "all" in listed:
-        if len(listed) > 1:
-            raise UsageError(
-                "'all' methods are asked for beside others by name; give it by itself, or names.",
-                code="method",
-            )
         return None
-    for method in listed:
-        if not is_among(method, METHODS):
-            raise UsageError(
-                f"there is no method {quoted(method)}; choose from {', '.join(METHODS)}.",
-                code="method",
-            )
+    check_among(*(("method", method, METHODS) for method in listed))
     if not listed:
         raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.", code="method")
     return listed
@@ -279,44 +270,12 @@ def check_choices(covariance: object, start: object, loss: object) -> None:
     )
 
 
-def estimate_drive_timing(
-    axis: Axis | GeneratedAxis,
-    record: Record,
-    name: str = "lag",
-    prefilter: Prefilter | None = None,
-) -> DriveTiming:
-    """Estimate the lag or the delay of an axis's drive, and its parameters with it.
-
-    Parameters
-    ----------
-    axis : Axis or GeneratedAxis
-        With a sampled control law. What is declared of the other time is taken as known.
-    record : Record
-        With a control and a reference.
-    name : str
-        ``lag`` or ``delay``: at most one, since a record shows their sum.
-    prefilter : Prefilter, optional
-        What suits the record by default.
-
-    Raises
-    ------
-    UsageError
-        There is no such time, or the control was recorded where nothing shows it.
-    EstimationError
-        The record does not show it, or the force acts before its command.
-    """
-    generated = as_generated(axis)
-    return searched_time(
-        generated, record, name, lambda tried, methods: identify(tried, record, prefilter, methods)
-    )
-
-
-#: Identifies an axis, from records that it knows.
-Identify = Callable[[GeneratedAxis], Identification]
-
-
-def bounded_result(axis: GeneratedAxis, identify: Identify) -> Identification:
+def bounded_result(
+    axis: GeneratedAxis, identify: Callable[[GeneratedAxis], Identification]
+) -> Identification:
     """What is identified with every declared parameter within its bounds, by the judged method.
+
+    Its covariances are those of the free estimates: a parameter that is held is not known.
 
     Parameters
     ----------
@@ -333,12 +292,18 @@ def bounded_result(axis: GeneratedAxis, identify: Identify) -> Identification:
     while beyond := _at_bounds(axis, result.preferred):
         bounds |= beyond
         result = identify(_axis_with(axis, bounds))
+    if not bounds:
+        return free
     held = []
     for name, bound in bounds.items():
         others = {other: at for other, at in bounds.items() if other != name}
         without = identify(_axis_with(axis, others)) if others else free
         held.append(_held(without.preferred, axis, name, bound))
-    return _with_held(result, held, free) if held else free
+    estimates = {
+        method: _as_unsure(estimate, free.estimates.get(method, estimate))
+        for method, estimate in result.estimates.items()
+    }
+    return replace(result, problem=replace(result.problem, held=tuple(held)), estimates=estimates)
 
 
 def _axis_with(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxis:
@@ -354,50 +319,29 @@ def _axis_with(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxi
         ) from error
 
 
-def _with_held(
-    result: Identification, held: list[ParameterAtBound], free: Identification
-) -> Identification:
-    """The bounded result, which says what is held, with the covariances of the free one."""
-    estimates = {
-        method: _as_unsure(estimate, free.estimates[method])
-        if method in free.estimates
-        else estimate
-        for method, estimate in result.estimates.items()
-    }
-    problem = replace(result.problem, held=tuple(held))
-    return replace(result, problem=problem, estimates=estimates)
-
-
 def _as_unsure(estimate: Estimate, free: Estimate) -> Estimate:
     """The same with the covariances that its parameters have where nothing is held."""
-    places = _places(estimate.quantities, free.quantities)
-    own = _places(estimate.ddm_quantities, free.ddm_quantities)
-    if places is None or own is None:
+    names, own = ([q.name for q in each] for each in (free.quantities, free.ddm_quantities))
+    try:
+        at = [names.index(q.name) for q in estimate.quantities]
+        of_ddm = [own.index(q.name) for q in estimate.ddm_quantities]
+    except ValueError:  # what is held regrouped the others
         return estimate
-
-    def of(covariances: Mapping[str, Array], at: list[int]) -> dict[str, Array]:
-        return {name: whole[np.ix_(at, at)] for name, whole in covariances.items()}
-
     return estimate.with_inference(
-        covariances=of(free.covariances, places),
+        covariances={n: each[np.ix_(at, at)] for n, each in free.covariances.items()},
         covariance_names=free.covariance_names,
-        ddm_covariances=of(free.ddm_covariances, own),
-        freedom={n: each[places] for n, each in free.freedom.items()},
-        ddm_freedom={n: each[own] for n, each in free.inference.ddm_freedom.items()},
+        ddm_covariances={
+            n: each[np.ix_(of_ddm, of_ddm)] for n, each in free.ddm_covariances.items()
+        },
+        freedom={n: each[at] for n, each in free.freedom.items()},
+        ddm_freedom={n: each[of_ddm] for n, each in free.inference.ddm_freedom.items()},
     )
-
-
-def _places(names: Sequence[Quantity], among: Sequence[Quantity]) -> list[int] | None:
-    """Where each is among others; None where one is not."""
-    where = {quantity.name: i for i, quantity in enumerate(among)}
-    return [where[q.name] for q in names] if all(q.name in where for q in names) else None
 
 
 def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
     """Declared parameters that the bounded estimate has at a bound, with that bound."""
-    names = {p.name for p in axis.declared.parameters}
+    names, free = {p.name for p in axis.declared.parameters}, estimate.corrected
     declared = [p if p.name in names else None for p in estimate.form.declared]
-    free = estimate.corrected
     if all(p is None or p.allows(x) for p, x in zip(declared, free, strict=True)):
         return {}
     lower = np.array([-np.inf if p is None else p.lower for p in declared])
@@ -412,15 +356,13 @@ def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
 
 def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> ParameterAtBound:
     """A parameter at its bound, and what it is in an estimate that has it free."""
-    (parameter,) = (p for p in axis.declared.parameters if p.name == name)
-    value = estimate.parameters[parameter.name]
-    place = [q.name for q in estimate.quantities].index(parameter.name)
-    freedom = float(estimate.freedom[estimate.chosen][place])
+    value = estimate.parameters[name]
+    is_lower = any((p.name, p.lower) == (name, bound) for p in axis.declared.parameters)
+    freedom = dict(zip(estimate.parameters, estimate.freedom[estimate.chosen], strict=True))[name]
     away = float(stdtrit(freedom, INTERVAL_LEVEL.value)) * value.deviation
-    is_lower = bound == parameter.lower
     reach = value.corrected + (away if is_lower else -away)
     return ParameterAtBound(
-        name=parameter.name,
+        name=name,
         unit=value.unit,
         bound=bound,
         is_lower=is_lower,
@@ -428,3 +370,131 @@ def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> P
         deviation=value.deviation,
         reach=max(bound, reach) if is_lower else min(bound, reach),
     )
+
+
+def at_time(axis: GeneratedAxis, name: str, value: float) -> GeneratedAxis:
+    """The axis with another lag or delay of its drive, s, which is then known.
+
+    To compile its loop takes less than a search without does.
+    """
+    drive = axis.declared.drive.with_time(name, value)
+    return build(replace(axis.declared, drive=drive), native=axis.native.enabled)
+
+
+def identified_with_time(
+    axis: GeneratedAxis,
+    records: Sequence[Record],
+    run: Identify,
+    methods: Sequence[str] | None,
+) -> Identification:
+    """Identify an axis whose drive has a lag or a delay that is estimated too.
+
+    Every deviation of the parameters has in it what that of the time adds: the estimates are made
+    once more with the time a deviation longer.
+
+    Raises
+    ------
+    UsageError
+        There are several records, or the control was recorded where nothing shows the time.
+    EstimationError
+        The record does not show it, or the force acts before its command.
+    """
+    declared = axis.declared
+    name, parameter = declared.drive.estimated or ("lag", Parameter("lag", "s"))
+    if len(records) > 1:
+        raise UsageError(
+            f"axis {declared.name!r}: the drive's {name} is to be estimated, which one record "
+            f"tells, and {len(records)} are given; identify it from one of them, and declare it as "
+            "a number for all.",
+            code="drive-time",
+        )
+    value, deviation = _searched(axis, records[0], name, run)
+    result = run(at_time(axis, name, value), methods)
+    moved = run(at_time(axis, name, value + deviation), [*result.estimates])
+    judged = result.preferred
+    low, high = student_interval(value, deviation, float(len(judged.y) - len(judged.theta)))
+    return replace(
+        result,
+        estimates={n: _widened(e, moved.estimates[n]) for n, e in result.estimates.items()},
+        drive_time=DriveTime(
+            name=name,
+            parameter=parameter,
+            value=value,
+            deviation=deviation,
+            interval=(max(low, 0.0), high),
+        ),
+    )
+
+
+def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> tuple[float, float]:
+    """The lag or the delay with which force and motion are aligned, and its deviation, s."""
+    declared, period = axis.declared, record.period
+    check_time(declared, record, name)
+    value = float(getattr(declared.drive, name))
+    for _ in range(10):
+        result = run(at_time(axis, name, value), ["idm-iv"])
+        found = unless_faulty(partial(getattr, result.case.parts[0], "alignment"))
+        if isinstance(found, Missing) or found.at_the_end:
+            unseen = "the record tells no delay between force and motion"
+            why = found if isinstance(found, Missing) else unseen
+            raise EstimationError(
+                f"axis {declared.name!r}: the drive's {name} cannot be estimated: {why}.",
+                code="drive-time",
+            )
+        step, deviation = (found.best - result.data.hold_delay) * period, found.deviation * period
+        # It has settled within a twentieth of its deviation, or what rounding does not reach.
+        near = max(0.05 * deviation, 1e-9 * period)
+        if abs(step) < near or (value == 0 and step <= 0):
+            break
+        value = max(value + step, 0.0)
+    else:
+        raise EstimationError(
+            f"axis {declared.name!r}: the estimate of the drive's {name} does not settle; it is "
+            f"about {value:.3g} s. See whether the law and the model are right.",
+            code="no-convergence",
+        )
+    if step < -2 * deviation:
+        raise EstimationError(
+            f"axis {declared.name!r}: the force acts {-step:.3g} s before its command, so there is "
+            f"no {name} to estimate; see whether the control is logged late, and its hold.",
+            code="drive-time",
+        )
+    return value, deviation
+
+
+def _widened(estimate: Estimate, moved: Estimate) -> Estimate:
+    """An estimate whose covariances have in them that a time may be a deviation longer."""
+    away = {
+        "covariances": moved.physical - estimate.physical,
+        "ddm_covariances": moved.theta_ddm - estimate.theta_ddm,
+    }
+    return estimate.with_inference(
+        **{
+            which: {n: each + np.outer(by, by) for n, each in getattr(estimate, which).items()}
+            for which, by in away.items()
+        }
+    )
+
+
+def check_time(declared: Axis, record: Record, name: str, *, by_law: bool = True) -> None:
+    """Refuse a time that a record cannot show, of a loop under a law or of one without.
+
+    Raises
+    ------
+    UsageError
+        The control was recorded where nothing shows it.
+    """
+    law = declared.control
+    unsampled = by_law and (law is None or law.continuous)
+    if unsampled or record.force is not None or record.control is None:
+        raise UsageError(
+            f"axis {declared.name!r}: the drive's {name} is told by a recorded control"
+            f"{' of a sampled law' * by_law}, and by no force that was measured.",
+            code="drive-time",
+        )
+    if declared.drive.logged in HIDDEN_FROM[name]:
+        raise UsageError(
+            f"axis {declared.name!r}: the control was recorded behind the drive's {name} "
+            f"(logged={declared.drive.logged!r}), so that the motion does not show it.",
+            code="drive-time",
+        )

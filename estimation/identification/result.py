@@ -8,15 +8,14 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.choices import INSTRUMENT_STARTS
-from axisid.estimation.diagnostics import Case, Diagnosed, Diagnosis, diagnose
+from axisid.estimation.diagnostics import Case, Diagnosis, diagnose
 from axisid.estimation.estimates import (
     Estimate,
     Physical,
     PhysicalByMethod,
     Value,
-    part_of,
     physical_parameters,
 )
 from axisid.estimation.problems import ParameterAtBound, Problem
@@ -84,45 +83,6 @@ def record_place(number: object, records: int) -> int:
     return int(number) - 1
 
 
-def of_records(
-    problem: Problem, parts: tuple[Estimate, ...], diagnosis: Diagnosis
-) -> tuple[RecordResult, ...]:
-    """What there is to say of each record; empty for one by itself.
-
-    Parameters
-    ----------
-    problem : Problem
-    parts : tuple of Estimate
-        The judged estimate, as each record has it.
-    diagnosis : Diagnosis
-    """
-    if not diagnosis.records:
-        return ()
-    names = record_labels([data.record for data in problem.data])
-    layout = problem.layout
-    found = []
-    for i, (data, part) in enumerate(zip(problem.data, parts, strict=True)):
-        apart = diagnosis.records[i].apart
-        told = None if isinstance(apart, Missing) else apart
-        known = () if layout is None else layout.known
-        found.append(
-            RecordResult(
-                name=names[i],
-                record=data.record,
-                sampling=data.sampling,
-                known={each.name: (each.values[i], each.deviations[i]) for each in known},
-                rows=len(part.y),
-                weight=problem.weights[i] if problem.weights else 1.0,
-                noise=float(np.linalg.norm(part.residuals)) / max(len(part.y), 1) ** 0.5,
-                equation_error_percent=part.equation_error_percent,
-                simulation_error_percent=part.simulation_error_percent,
-                share_percent=None if told is None else told.share_percent,
-                p_value=None if told is None else told.p_value,
-            )
-        )
-    return tuple(found)
-
-
 Estimated_co = TypeVar("Estimated_co", covariant=True)
 
 
@@ -158,12 +118,21 @@ class DriveTime:
 class _HasEstimates(Protocol[Estimated_co]):
     @property
     def estimates(self) -> Mapping[str, Estimated_co]: ...
+    @property
+    def diagnosis(self) -> Diagnosis: ...
 
 
-class ByMethod(Diagnosed):
+class ByMethod(Checked):
     """Estimates by method: ``result["idm-iv"]``; it iterates over the methods."""
 
     __slots__ = ()
+
+    @property
+    def checks(self: _HasEstimates[object]) -> tuple[Check, ...]:
+        """What was checked: a name, a status, a sentence and a figure each."""
+        return self.diagnosis.verdict
+
+    verdict = checks
 
     def __getitem__(self: _HasEstimates[Estimated_co], method: str) -> Estimated_co:
         name = str(method).lower()
@@ -268,11 +237,6 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
         """The same with records that could not even be read."""
         return replace(self, set_aside={**unread, **self.set_aside}) if unread else self
 
-    def without_signals(self) -> "Identification":
-        """The same without what was computed of it, of which many results would keep many."""
-        data = tuple(replace(each) for each in self.problem.data)
-        return replace(self, problem=replace(self.problem, data=data))
-
     @cached_property
     def parts(self) -> "tuple[Identification, ...]":
         """The result as each record has it: its rows, and the parameters of its own axis.
@@ -280,16 +244,9 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
         What a record leaves of the model can be looked at in its part as of a record by itself; the
         parameters are those of all records. One record is its own part.
         """
-        if len(self.problem.data) == 1 and self.problem.layout is None:
-            return (self,)
-        return tuple(
-            replace(
-                self,
-                problem=Problem(axis=data.axis, data=(data,)),
-                estimates={n: part_of(e, self.problem, i) for n, e in self.estimates.items()},
-            )
-            for i, data in enumerate(self.problem.data)
-        )
+        parts = self.case.parts if self.case.has_parts else ()
+        whole = (replace(self, problem=p.problem, estimates=p.estimates) for p in parts)
+        return tuple(whole) or (self,)
 
     def part(self, number: int) -> "Identification":
         """The result as one of its records has it, by its number from 1; see `parts`.
@@ -304,9 +261,28 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
     @cached_property
     def of_records(self) -> tuple[RecordResult, ...]:
         """What there is to say of each of several records; empty for one."""
-        judged = self.diagnosis.preferred
-        parts = tuple(part.estimates[judged] for part in self.parts)
-        return of_records(self.problem, parts, self.diagnosis)
+        problem, diagnosis, found = self.problem, self.diagnosis, []
+        known = () if problem.layout is None else problem.layout.known
+        every = zip(self.record_names, problem.data, diagnosis.records, self.parts, strict=False)
+        for i, (name, data, measured, own) in enumerate(every):
+            part = own.estimates[diagnosis.preferred]
+            told = None if isinstance(measured.apart, Missing) else measured.apart
+            found.append(
+                RecordResult(
+                    name=name,
+                    record=data.record,
+                    sampling=data.sampling,
+                    known={each.name: (each.values[i], each.deviations[i]) for each in known},
+                    rows=len(part.y),
+                    weight=problem.weights[i] if problem.weights else 1.0,
+                    noise=float(np.linalg.norm(part.residuals)) / max(len(part.y), 1) ** 0.5,
+                    equation_error_percent=part.equation_error_percent,
+                    simulation_error_percent=part.simulation_error_percent,
+                    share_percent=None if told is None else told.share_percent,
+                    p_value=None if told is None else told.p_value,
+                )
+            )
+        return tuple(found)
 
     @property
     def local_names(self) -> Mapping[str, tuple[str, ...]]:
@@ -315,21 +291,21 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
 
     @property
     def shared_as(self) -> dict[str, Any]:
-        """What was said of several records, as `identify` takes it."""
+        """Where instruments started, and what was said of records, as `identify` takes it."""
+        every = self.estimates.values()
+        start = next((each.started for each in every if each.started), INSTRUMENT_STARTS[0])
         layout = self.problem.layout
         if layout is None:
-            return {}
+            return {"start": start}
         known = {
             each.name: [*zip(each.values, each.deviations, strict=True)] for each in layout.known
         }
-        gain = "declared" if layout.gain is None else "identified"
-        return {"local": tuple(layout.local), "known": known, "gain": gain}
-
-    @property
-    def start(self) -> str:
-        """Where instruments started, as `identify` takes it."""
-        started = (estimate.started for estimate in self.estimates.values())
-        return next((each for each in started if each), INSTRUMENT_STARTS[0])
+        return {
+            "start": start,
+            "local": tuple(layout.local),
+            "known": known,
+            "gain": "declared" if layout.gain is None else "identified",
+        }
 
     @property
     def declared_gain(self) -> float | None:
@@ -343,8 +319,10 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
         return {name: tuple(values[each] for each in own) for name, own in self.local_names.items()}
 
     def __repr__(self) -> str:
-        source = " and ".join(self.record_names)
-        return f"identification of {self.axis.axis.name} from {source}: {', '.join(self.estimates)}"
+        return (
+            f"identification of {self.axis.axis.name} from {' and '.join(self.record_names)}: "
+            f"{', '.join(self.estimates)}"
+        )
 
     @cached_property
     def physical(self) -> PhysicalByMethod[Physical]:

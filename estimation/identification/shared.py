@@ -1,5 +1,6 @@
 """The records that are used, under their filters as one problem: what they share, their weights."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,9 +21,6 @@ from axisid.estimation.signals import (
 )
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, DataError, UsageError
-
-# of the noisiest record; less noise is rounding, and tells nothing of a record's worth
-_MIN_NOISE_RATIO = 1e-6
 
 
 def layout_for(
@@ -69,10 +67,9 @@ def bound_records(
     fastest = max(float(np.abs(data.motion[1]).max()) for data in moving)
     reversals = asked.reversals
     if reversals is None and axes[0].has_direction and not searches_friction(axes[0]):
-        little = show_too_little([data.without_turns(fastest) for data in moving], into)
-        reversals = "keep" if little else "leave-out"
-    every = tuple((a, r, replace(f, reversals=reversals)) for a, r, f in every)
-    return tuple(bound_record(a, r, f, fastest) for a, r, f in every)
+        turned = [data.without_turns(fastest) for data in moving]
+        reversals = "keep" if show_too_little(turned, into) else "leave-out"
+    return tuple(bound_record(a, r, replace(f, reversals=reversals), fastest) for a, r, f in every)
 
 
 def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
@@ -94,48 +91,16 @@ def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
             residuals = replace(METHODS["idm-ls"], loss=loss).fit(problem).solution.residuals
     except AxisidError:
         return problem
-    sizes = [len(residuals[span]) for span in problem.spans]
-    if not min(sizes):
+    parts, of_squares = [residuals[span] for span in problem.spans], loss == ROW_LOSSES[0]
+    if not all(map(len, parts)):
         return problem
-    sized = scale_of if loss != ROW_LOSSES[0] else _rms
-    noise = np.array([sized(residuals[span]) for span in problem.spans])
-    if not (np.all(np.isfinite(noise)) and noise.min() > _MIN_NOISE_RATIO * noise.max()):
+    noise = np.array([np.sqrt(np.mean(e**2)) if of_squares else scale_of(e) for e in parts])
+    # Less noise than a millionth of another's is rounding, and tells nothing of a record's worth.
+    if not (np.all(np.isfinite(noise)) and noise.min() > 1e-6 * noise.max()):
         return problem
     # In the unit of the rows: the residuals of all keep their mean square.
-    unit = 1 / np.sqrt(np.average(noise**-2.0, weights=sizes))
+    unit = 1 / np.sqrt(np.average(noise**-2.0, weights=[*map(len, parts)]))
     return replace(problem, weights=tuple(float(unit / each) for each in noise))
-
-
-def _rms(residuals: Array) -> float:
-    return float(np.sqrt(np.mean(residuals**2)))
-
-
-def usable_records(
-    axis: GeneratedAxis, records: Sequence[Record], as_given: Prefilter | None, *, skip_bad: bool
-) -> tuple[list[int], dict[str, str]]:
-    """Which of several records the filter serves, and why not the others.
-
-    One is refused later; without a filter all serve.
-
-    Raises
-    ------
-    DataError
-        Some cannot be used, and are not to be skipped; or none is left.
-    """
-    if len(records) == 1 or as_given is None:
-        return [*range(len(records))], {}
-    filters = prefilters_of(as_given, records[0].period, [record.period for record in records])
-    usable, bad = [], dict[str, str]()
-    pairs = zip(record_labels(records), records, filters, strict=True)
-    for i, (name, record, prefilter) in enumerate(pairs):
-        try:
-            with np.errstate(all="ignore"):
-                _ = FilteredRecord.bind(axis, record, prefilter).force
-            usable.append(i)
-        except AxisidError as error:
-            bad[name] = str(error)
-    check_bad(bad, len(records), skip_bad=skip_bad)
-    return usable, bad
 
 
 def check_bad(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
@@ -148,18 +113,13 @@ def check_bad(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
     """
     if not bad or (skip_bad and len(bad) < count):
         return
-    reasons = "; ".join(f"{name}: {_unnamed(name, note)}" for name, note in bad.items())
+    # A reason may begin with the record's name.
+    own = {name: f"^({re.escape(name)}|{re.escape(Path(name).name)})[:,] " for name in bad}
+    reasons = "; ".join(f"{name}: {re.sub(own[name], '', note)}" for name, note in bad.items())
     said = f"{len(bad)} of {count} records cannot be used: {reasons}"
     if len(bad) < count:
         said += " Mend them, or go on without them: skip-bad."
     raise DataError(said, code="record")
-
-
-def _unnamed(name: str, note: str) -> str:
-    """A reason that does not begin with the record's name once more."""
-    for said in (name, Path(name).name):
-        note = note.removeprefix(f"{said}: ").removeprefix(f"{said}, ")
-    return note
 
 
 def known_without(
@@ -209,8 +169,7 @@ class JointRecords:
         """
         if axis is self.axis:
             return self.own_layout
-        declared = [p.name for p in axis.declared.parameters]
-        own = [name for name in self.local if name in declared]
+        own = [n for n in self.local if n in {p.name for p in axis.declared.parameters}]
         return layout_for(axis, len(self.records), own, self.known, commanded=self.commanded)
 
     def axes(self, axis: GeneratedAxis, layout: JointForm | None) -> list[GeneratedAxis]:
@@ -268,7 +227,17 @@ def shared_records(
     # A known force may tell the gain of the drive, where nothing measures its force.
     commanded = gain == "identified" and all(record.force is None for record in records)
     layout = layout_for(axis, len(records), own, known, commanded=commanded)
-    used, aside = usable_records(axis, records, prefilter, skip_bad=skip_bad)
+    names, aside = record_labels(records), dict[str, str]()
+    if len(records) > 1 and prefilter is not None:  # one is refused later
+        filters = prefilters_of(prefilter, records[0].period, [each.period for each in records])
+        for name, record, own_filter in zip(names, records, filters, strict=True):
+            try:
+                with np.errstate(all="ignore"):
+                    _ = FilteredRecord.bind(axis, record, own_filter).force
+            except AxisidError as error:
+                aside[name] = str(error)
+        check_bad(aside, len(records), skip_bad=skip_bad)
+    used = [i for i, name in enumerate(names) if name not in aside]
     known = known_without(used, known)
     if aside:
         own = own if len(used) > 1 else ()

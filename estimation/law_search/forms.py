@@ -64,10 +64,6 @@ class LawForm:
         """The law with gains."""
         return replace(LAWS[self.law](**gains, **self.words, period=period), delay=delay)
 
-    def wound(self, anti_windup: str) -> "LawForm":
-        """The same with an anti-windup."""
-        return replace(self, words={**self.words, "anti_windup": anti_windup})
-
     def wound_gains(self, gains: Mapping[str, float]) -> Iterator[Mapping[str, float]]:
         """Gains to begin with: back-calculation may have a time of its own, or the integral's."""
         yield gains

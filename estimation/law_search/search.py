@@ -90,15 +90,15 @@ def find_law(
 
 def _fit_for_it(record: Record) -> Record:
     """The longest piece of a record that has what a law reads and gives."""
-    columns = record.reference, record.control, None if record.integrated else record.position
-    named = zip(("reference", "control", "position"), columns, strict=True)
-    missing = [name for name, values in named if values is None]
-    if missing:
-        raise DataError(
-            f"the record has no {missing[0]}; a law is found from position, reference and control. "
-            "Name its columns, columns={...}.",
-            code="missing-column",
-        )
+    position = None if record.integrated else record.position
+    read = {"reference": record.reference, "control": record.control, "position": position}
+    for name, values in read.items():
+        if values is None:
+            raise DataError(
+                f"the record has no {name}; a law is found from position, reference and control. "
+                "Name its columns, columns={...}.",
+                code="missing-column",
+            )
     piece = record.longest()
     needed = 2 * _BLOCKS * MIN_SAMPLES_PER_FACTOR.value
     if len(piece) < needed:
@@ -216,12 +216,13 @@ class _AlongRecord:
         ]
         if not np.all(np.isfinite(left)):
             return None
-        steps = best.steps
+        steps, scatter, _ = best.asked
+        deviations = zip(steps, np.sqrt(np.diag(scatter)), strict=True)
         return ExplainedLaw(
             law=replace(law, gains=gains),
             function=form.law,
             words=dict(form.words),
-            deviations={name: float(abs(gains[name]) * sd) for name, (_, sd) in steps.items()},
+            deviations={name: float(abs(gains[name]) * sd) for name, sd in deviations},
             held_out_percent=left[0],
             fitted_percent=left[1],
             same=form.same,
@@ -233,7 +234,8 @@ class _AlongRecord:
         if "sum of error" not in form.columns or limited < _MIN_LIMITED_SHARE:
             return []  # no integral that may have wound up
         starts, found = [law, self.begun(form, apart=True)], list[ExplainedLaw | None]()
-        for wound in map(form.wound, ANTI_WINDUP[1:]):
+        for how in ANTI_WINDUP[1:]:
+            wound = replace(form, words={**form.words, "anti_windup": how})
             laws = [
                 wound.made(gains, self.record.period, start.delay)
                 for start in starts
@@ -289,22 +291,21 @@ def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> L
         least = min(each.held_out_percent for each in found)
     most = _as_well(least)
 
-    def is_first(each: ExplainedLaw) -> bool:
-        return each.held_out_percent <= most and not (explained and each.law.takes_velocity)
-
     found = [each for each in found if not any(_says_no_more(each, than) for than in found)]
+    others = [
+        each
+        for each in found
+        if each.held_out_percent > most or (explained and each.law.takes_velocity)
+    ]
     first = sorted(
-        filter(is_first, found),
+        (each for each in found if each not in others),
         key=lambda each: (len(each.law.gains), len(each.words), each.held_out_percent),
-    )
-    others = sorted(
-        (each for each in found if not is_first(each)), key=lambda each: each.held_out_percent
     )
     return LawSearch(
         axis=axis.axis.name,
         unit=axis.axis.drive.unit,
         record=record,
-        laws=(*first, *others),
+        laws=(*first, *sorted(others, key=lambda each: each.held_out_percent)),
         explained=first[0].held_out_percent < MAX_LAW_RESIDUAL.value,
         as_well=len(first),
     )
@@ -312,11 +313,9 @@ def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> L
 
 def _says_no_more(law: ExplainedLaw, than: ExplainedLaw) -> bool:
     """Whether a law is another one with more gains or words, which explain nothing more."""
-
-    def size(each: ExplainedLaw) -> tuple[int, int]:
-        return len(each.law.gains), len(each.words)
-
-    (gains, words), (fewer_gains, fewer_words) = size(law), size(than)
+    (gains, words), (fewer_gains, fewer_words) = (
+        (len(each.law.gains), len(each.words)) for each in (law, than)
+    )
     return (
         law.function == than.function
         and fewer_gains <= gains

@@ -12,6 +12,7 @@ from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import orth
 from scipy.special import fdtrc
 
 from axisid.estimation.problems import noise_free_record
@@ -31,12 +32,8 @@ from axisid.support.errors import Missing
 
 from .terms import Along
 
-_OWN_PART = 0.05  # of a column, below which the model's own span it: twenty times the deviation
 _FEWEST_ROWS = 20  # for each column
-_MOSTLY = 0.8  # of the residuals' power: beyond it their covariance is that of the term itself
-_CONFIRMED = 0.01  # by the score test
 _RANK = 1e-9
-_SPAN = 1e-3  # of the largest: directions in which instruments of near places differ
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -120,29 +117,20 @@ class RecordScores:
     @cached_property
     def nets(self) -> Array:
         """Residuals beyond twins', less what is in the basis, of record and twins, (n, 1 + R)."""
-        nets = self.residuals - self.basis @ self._in_basis
+        nets = self.residuals - self.basis @ (self.basis.T @ self.residuals)
         if self.twins:
             nets -= nets[:, 1:].mean(axis=1, keepdims=True)
             # The mean holds a twin itself, and the record not: beside the mean of the others.
             nets[:, 1:] *= self.twins / max(self.twins - 1, 1)
         return nets
 
-    @cached_property
-    def _in_basis(self) -> Array:
-        """Parts of the residuals in its directions, (r, 1 + R)."""
-        return np.asarray(self.basis.T @ self.residuals)
-
     def beside(self, columns: Array) -> "RecordScores":
         """With columns (n, g) taken into the model."""
         own = columns - self.basis @ (self.basis.T @ columns)
         sizes, least = np.linalg.norm(own, axis=0), _RANK * np.linalg.norm(columns, axis=0)
         shown = sizes > least  # none of a column that the model spans, or that no row shows
-        extra = np.linalg.qr(own[:, shown] / sizes[shown])[0]
-        return replace(
-            self,
-            basis=np.hstack([self.basis, extra]),
-            columns=np.hstack([self.columns, columns]),
-        )
+        basis = np.hstack([self.basis, np.linalg.qr(own[:, shown] / sizes[shown])[0]])
+        return replace(self, basis=basis, columns=np.hstack([self.columns, columns]))
 
     def nearest(self, instruments: Array, columns: Array) -> int:
         """The place of columns (n, m, g) that fits the residuals best, by their instruments.
@@ -151,8 +139,8 @@ class RecordScores:
         are of the loop.
         """
         span = instruments.reshape(len(instruments), -1)
-        u, cut, _ = np.linalg.svd(span - self.basis @ (self.basis.T @ span), full_matrices=False)
-        u = u[:, cut > _SPAN * cut[0]]
+        # Instruments of near places differ by less.
+        u = orth(span - self.basis @ (self.basis.T @ span), 1e-3)
         left, taken = u.T @ self.nets[:, 0], list[float]()
         for own in np.moveaxis(columns, 1, 0):
             seen = u.T @ (own - self.basis @ (self.basis.T @ own))
@@ -171,18 +159,25 @@ class RecordScores:
         of_place = np.ascontiguousarray(np.moveaxis(columns, 0, 1))
         whole, within = of_place.transpose(0, 2, 1) @ of_place, flat.T @ self.basis
         own = whole - (by_place := within.reshape(m, g, -1)) @ by_place.transpose(0, 2, 1)
-        scores = (flat.T @ self.residuals - within @ self._in_basis).reshape(m, g, -1)
-        is_own = _is_own(own, whole)
+        scores = (flat.T @ self.residuals - within @ (self.basis.T @ self.residuals)).reshape(
+            m, g, -1
+        )
+        # Of which the model's columns do not span a block, nor its own each other.
+        sizes = np.sqrt(np.einsum("mgg->mg", whole))
+        is_there = np.all(sizes > 0, axis=1)
+        sizes = np.where(is_there[:, None], sizes, 1.0)
+        alike = own / sizes[:, :, None] / sizes[:, None, :]
+        # A twentieth of a column is its own: beside less its deviation is twenty times as large.
+        is_own = is_there & (np.linalg.eigvalsh(alike)[:, 0] > 0.05**2)
         own = np.where(is_own[:, None, None], own, np.eye(g))
-        away = scores[:, :, 0]
-        if self.twins:
-            away = away - scores[:, :, 1:].mean(axis=2)
+        away = scores[:, :, 0] - (scores[:, :, 1:].mean(axis=2) if self.twins else 0.0)
         values = np.asarray(np.linalg.solve(own, away[:, :, None])[:, :, 0], dtype=float)
         powers = np.where(is_own, np.einsum("mg,mg->m", away, values) / n, 0.0)
-        if self.twins:
-            p_values, spread = self._by_twins(away, scores[:, :, 1:], is_own)
-        else:
-            p_values, spread = self._by_hac(columns, values, own, powers)
+        p_values, spread = (
+            self._by_twins(away, scores[:, :, 1:], is_own)
+            if self.twins
+            else self._by_hac(columns, values, own, powers)
+        )
         inverse = np.linalg.inv(own)
         return ColumnTests(
             p_values=np.where(is_own, p_values, 1.0),
@@ -200,9 +195,8 @@ class RecordScores:
         spread = np.einsum("mgr,mhr->mgh", apart, apart) / (count - 1)
         spread = np.where(is_own[:, None, None], spread, np.eye(g))
         square = np.einsum("mg,mg->m", away, np.linalg.solve(spread, away[:, :, None])[:, :, 0])
-        square *= count / (count + 1)
-        rest = count - g
-        return np.asarray(fdtrc(g, rest, square * rest / (g * (count - 1)))), spread
+        square *= count / (count + 1) * (count - g) / (g * (count - 1))
+        return np.asarray(fdtrc(g, count - g, square)), spread
 
     def _by_hac(
         self, columns: Array, values: Array, own: Array, powers: Array
@@ -213,32 +207,21 @@ class RecordScores:
         nearly all of the residuals.
         """
         m, g = values.shape
-        p_values, spread = np.ones(m), np.zeros((m, g, g))
-        place = int(np.argmax(powers))
+        p_values, spread, place = np.ones(m), np.zeros((m, g, g)), int(np.argmax(powers))
         if not powers[place] > 0:
             return p_values, spread
         block = columns[:, place] - self.basis @ (self.basis.T @ columns[:, place])
-        residuals = self.nets[:, 0]
-        away = own[place] @ values[place]
-        chances = []
+        residuals, away, chances = self.nets[:, 0], own[place] @ values[place], []
         for left in (residuals - block @ values[place], residuals):
-            scores = partial(score_products, block * left[:, None], self.neighbours)
-            run = Hac().long_run(scores, len(left))
+            products = partial(score_products, block * left[:, None], self.neighbours)
+            run = Hac().long_run(products, len(left))
             square = float(away @ np.linalg.solve(run.matrix, away))
             chances.append((joint_p(square, g, float(np.min(run.freedom))), run.matrix))
         (wald, spread[place]), (score, _) = chances
-        mostly = powers[place] > _MOSTLY * np.mean(residuals**2)
-        p_values[place] = wald if mostly or score <= _CONFIRMED else max(wald, score)
+        # Where it is most of the residuals, their covariance is that of the term itself.
+        mostly = powers[place] > 0.8 * np.mean(residuals**2)
+        p_values[place] = wald if mostly or score <= 0.01 else max(wald, score)
         return p_values, spread
-
-
-def _is_own(own: Array, whole: Array) -> NDArray[np.bool_]:
-    """Which blocks, (m, g, g), the model's columns do not span, nor their own each other's."""
-    sizes = np.sqrt(np.einsum("mgg->mg", whole))
-    there = np.all(sizes > 0, axis=1)
-    sizes = np.where(there[:, None], sizes, 1.0)
-    alike = own / sizes[:, :, None] / sizes[:, None, :]
-    return np.asarray(there & (np.linalg.eigvalsh(alike)[:, 0] > _OWN_PART**2))
 
 
 def scores_of(
@@ -275,12 +258,20 @@ def scores_of(
         loops = recorded_loops(data, physical)
         quiet = noise_free_record(data, loops)
         # Without rows near rests and reversals of the loop, if rows are left then.
+<<<<<<< HEAD
         moving = data.turning_as(quiet.record.position, also=True)
         enough = len(moving.sampling.rows) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1)
         data = moving if enough else data
         twins += [] if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)
         if 2 * len(twins) < DEFAULT_COUNT:
             twins = []
+=======
+        moving = data.also_turning_as(quiet.record.position)
+        if len(moving.row_numbers) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1):
+            data = moving
+        drawn = [] if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)
+        twins = [*drawn] if 2 * len(drawn) >= DEFAULT_COUNT else twins
+>>>>>>> main
         moved = Signals(
             position=quiet.record.position,
             velocity=np.concatenate([loop.velocity for loop in loops]),
@@ -297,13 +288,11 @@ def scores_of(
     clean = form.equations(quiet.signals).reduced(data)
     instruments = clean.regressor[:, free]
     sizes = np.linalg.norm(instruments, axis=0)
-    basis, cut, _ = np.linalg.svd(instruments[:, sizes > 0] / sizes[sizes > 0], full_matrices=False)
-    basis = basis[:, cut > _RANK * cut.max(initial=0.0)]
+    basis = orth(instruments[:, sizes > 0] / sizes[sizes > 0], _RANK)
     every = (rows, *(form.equations(twin.signals).reduced(data) for twin in twins))
-    found = [_residuals(each, physical, free, basis) for each in every]
-    if moved is not None:
-        left = _residuals(clean, physical, free, basis)
-        found = [each - left for each in found]
+    # What the filter itself leaves of a loop.
+    left = 0.0 if moved is None else _residuals(clean, physical, free, basis)
+    found = [_residuals(each, physical, free, basis) - left for each in every]
     return RecordScores(
         basis=basis,
         columns=rows.regressor[:, free],
@@ -345,5 +334,6 @@ def _along(s: Signals, data: FilteredRecord) -> Along:
         spans=sampling.spans,
         rows=rows,
         reduce=sampling.reduce,
+        period=sampling.period,
         row_period=sampling.period * sampling.prefilter.decimate,
     )

@@ -9,10 +9,11 @@ the others are asked again.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import takewhile
+from typing import Any
 
 import numpy as np
 
@@ -25,25 +26,15 @@ from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing, of_found, quoted
 
-from .scores import ColumnTests, RecordScores, scores_of
-from .terms import TERMS, Along, Term, said_of, terms_for
+from .scores import RecordScores, scores_of
+from .terms import TERMS, Along, Term
 
 #: What stands for a parameter where it is the drive's gain that changes.
 GAIN = "the drive gain"
 
-_TIMES = 15  # of a change, in the middle 70 % of the record
-_TRIMMED = 0.15
-_LONGEST = 0.5  # s, of a signal's delay
-_DELAYS = 14  # of either sign
-_STEP = 1e-3  # of a factor
-_FINER = 65  # places between those of a grid, once it is told
-
-_PULSE = 1e-4  # of a signal's size: so small that it moves no sign
-_PLACES = 5  # from one row to the next but one
 # residuals less the filter's own, by the left side, up to which their look is a note: measured,
 # at most 4e-7 without noise, 5e-3 and more on wrong models that residuals tell
 _NEGLIGIBLE_RESIDUAL = 1e-4
-_MOST = 3  # that are told
 #: By kind of what is no term: the check that tells it.
 _CHECKS = {
     "late signal": "recorded signals",
@@ -90,38 +81,27 @@ class Hypothesis:
     least: float = 0.0
     is_whole: bool = False
 
-    def taken(self, tested: ColumnTests) -> Array:
-        """Mean square that each place takes of the residuals, (m,)."""
-        if not self.is_whole:
-            return tested.powers
-        values = np.where(tested.values[:, 0] == 0, np.inf, tested.values[:, 0])
-        return np.asarray(tested.powers * (2 / values - 1 / values**2))
-
-    def chances(self, tested: ColumnTests) -> Array:
-        """That noise has as much of it at each place, over all of them, (m,)."""
-        told = np.clip(tested.p_values * len(self.places), self.least, 1.0)
-        return np.where(tested.values[:, 0] <= 0, 1.0, told) if self.is_positive else told
-
 
 def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
     """All that is looked for: terms of the motion, what is held or changes in time, signals."""
     data = scores.data
     axis, drive = data.axis.axis, data.axis.axis.drive
     commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
-    terms = terms_for(axis, commanded=commanded)
+    # A turn is told of an angle, a dead band of what is commanded.
+    told = {"turn": axis.coordinate.unit == "rad", "dead band": commanded}
     most = scores.twins - 1 if scores.twins else len(scores.along.place)
     found = [
         Hypothesis(
             kind=term.kind,
             unit=term.unit.format(force=axis.coordinate.force_unit, unit=axis.coordinate.unit),
-            places=_of_user(term, partial(term.places, scores.along)),
+            places=_of_user(term, term.places, scores.along),
             columns=partial(_columns, term, most, scores.along),
             measured=partial(_columns, term, most, scores.measured),
-            between=None if term.between is None else partial(_near, term, term.between),
+            between=None if term.between is None else partial(_of_user, term, term.between),
             is_positive=term.is_positive,
         )
-        for term in terms
-        if scores.twins or not term.is_of_force
+        for term in TERMS.values()
+        if told.get(term.kind, True) and (scores.twins or not term.is_of_force)
     ]
     held = [  # parameters that have a value which the record did not tell
         Hypothesis(
@@ -143,16 +123,10 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
     return [each for each in found if len(each.places)]
 
 
-def _near(term: Term, between: Callable[[Array, float], Array], grid: Array, at: float) -> Array:
-    """Places about one of a term's grid; that one where it gives none."""
-    found = _of_user(term, lambda: between(grid, at))
-    return found if found.ndim == 1 and len(found) else np.array([at])
-
-
-def _of_user(term: Term, made: Callable[[], Array]) -> Array:
+def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
     """What a term makes, which may be a user's own and raise."""
     try:
-        return np.asarray(made(), dtype=float)
+        return np.atleast_1d(np.asarray(make(*arguments), dtype=float))
     except Exception as error:
         said = f"{type(error).__name__}: {error}".rstrip(": ")
         raise EstimationError(
@@ -164,10 +138,9 @@ def _of_user(term: Term, made: Callable[[], Array]) -> Array:
 
 def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
     """Columns of a term, (n, m, g), which a user's own may give otherwise; so many at most."""
-    found = _of_user(term, lambda: term.columns(along, places))
-    rows, finite = len(along.place), bool(np.isfinite(found).all())
-    is_block = found.ndim == 3 and found.shape[:2] == (rows, len(places))
-    if not (is_block and 0 < found.shape[2] <= most and finite):
+    found, rows = _of_user(term, term.columns, along, places), len(along.place)
+    finite, is_block = bool(np.isfinite(found).all()), found.shape[:-1] == (rows, len(places))
+    if not (is_block and found.size and found.shape[2] <= most and finite):
         raise EstimationError(
             f"the columns of the candidate {quoted(term.kind)} have the shape {found.shape}"
             f"{', and are not all finite' * (not finite)}; give finite ones of {rows} rows, "
@@ -185,7 +158,7 @@ def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
     if commanded:
         of[GAIN, "times"] = scores.along.reduce(scores.along.force)
     times = scores.data.times_of_rows
-    places = times[0] + (times[-1] - times[0]) * np.linspace(_TRIMMED, 1 - _TRIMMED, _TIMES)
+    middle = times[0] + (times[-1] - times[0]) * np.linspace(0.15, 0.85, 15)
     return [
         hypothesis
         for (name, unit), column in of.items()
@@ -202,7 +175,7 @@ def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
                 parameter=name,
                 unit=unit,
                 columns=partial(_from, column, times),
-                places=places,
+                places=middle,
                 between=_between,
             ),
         )
@@ -228,32 +201,31 @@ def _from(column: Array, times: Array, places: Array) -> Array:
 def _between(grid: Array, at: float) -> Array:
     """Places about one of a grid."""
     place = int(np.argmin(np.abs(grid - at)))
-    return np.linspace(grid[max(place - 1, 0)], grid[min(place + 1, len(grid) - 1)], _FINER)
+    return np.linspace(grid[max(place - 1, 0)], grid[min(place + 1, len(grid) - 1)], 65)
 
 
 def _of_signals(scores: RecordScores) -> list[Hypothesis]:
     """Each recorded signal that makes a force, late or early, and of another size."""
     by, record = _by_change(scores, scores.quiet), scores.quiet.record
-    longest = min(_LONGEST / scores.data.period, 0.1 * len(scores.data))
-    late = np.unique(np.round(np.geomspace(1.0, max(longest, 2.0), _DELAYS)))
-    delays = np.concatenate([-late[::-1], late])
-    scaled = {name: (1 + _STEP) * values for name, values in record.channels().items()}
+    longest = min(0.5 / scores.data.period, 0.1 * len(scores.data))  # half a second
+    late = np.unique(np.round(np.geomspace(1.0, max(longest, 2.0), 14)))
     return [
         hypothesis
-        for name in (signal.name for signal in scores.data.axis.axis.signals)
+        for name, values in record.signals.items()
+        if name in {signal.name for signal in scores.data.axis.axis.signals}
         for hypothesis in (
             Hypothesis(
                 kind="late signal",
                 parameter=name,
                 columns=partial(_of_late, by, record, name),
-                places=delays,
+                places=np.concatenate([-late[::-1], late]),
                 between=_between,
                 is_whole=True,
             ),
             Hypothesis(
                 kind="scaled signal",
                 parameter=name,
-                columns=partial(_once, -by(name, scaled[name])[:, None] / _STEP),
+                columns=partial(_once, -by(name, 1.001 * values)[:, None] / 1e-3),
             ),
         )
     ]
@@ -271,16 +243,14 @@ def _of_late(by: Callable[[str, Array], Array], record: Record, name: str, delay
 
 def _by_change(scores: RecordScores, data: FilteredRecord) -> Callable[[str, Array], Array]:
     """What rows leave more, (n,), where a record has other values of a column, by its role."""
-    columns = data.record.channels()
 
-    def left(changed: dict[str, Array]) -> Array:
-        other = replace(data, record=data.record.with_channels({**columns, **changed}))
-        rows = scores.form.equations(other.signals).reduced(scores.data)
-        found = rows.left - rows.intercept - rows.regressor @ scores.physical
-        return np.asarray(found, dtype=float)
+    def left(**changed: Array) -> Array:
+        record = data.record.with_channels({**data.record.channels(), **changed})
+        rows = scores.form.equations(replace(data, record=record).signals).reduced(scores.data)
+        return rows.left - rows.intercept - rows.regressor @ scores.physical
 
-    whole = left({})
-    return lambda role, values: left({role: values}) - whole
+    whole = left()
+    return lambda role, values: left(**{role: values}) - whole
 
 
 def outliers_of(scores: RecordScores) -> list[Hypothesis]:
@@ -291,35 +261,31 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
     if not scores.twins:
         return []
     data = scores.data
+<<<<<<< HEAD
     rows = data.sampling.rows.astype(np.int64)
+=======
+>>>>>>> main
     left = np.abs(scores.nets)
-    worst, chance = int(np.argmax(left[:, 0])), _chance(left.max(axis=0))
+    worst, (largest, *of_twins) = int(np.argmax(left[:, 0])), left.max(axis=0)
+    # That noise leaves as much: by Gumbel's law of the twins' largest.
+    spread = np.std(of_twins, ddof=1) * math.sqrt(6 * (1 + 1 / len(of_twins))) / math.pi
+    beyond = (largest - np.mean(of_twins)) / spread + np.euler_gamma if spread else np.inf
     width = data.prefilter.decimate
-    near = np.round(np.linspace(-width, width, _PLACES if width > 1 else 3))
-    places = np.clip(rows[worst] + near, 0, len(data.record) - 1)
+    near = data.row_numbers[worst] + np.round(np.linspace(-width, width, 5 if width > 1 else 3))
     by, columns = _by_change(scores, data), data.record.channels()
-    hidden = {"control"} if data.record.force is not None else set()
     return [
         Hypothesis(
             kind="outlier",
             parameter=role,
             unit=expected_units(role, data.axis.axis)[0],
             columns=partial(_pulses, by, columns[role], role),
-            places=np.unique(places),
-            least=chance,
+            places=np.unique(np.clip(near, 0, len(data.record) - 1)),
+            least=-math.expm1(-math.exp(-beyond)),
             between=_every_sample,
         )
         for role in ("position", "velocity", "acceleration", "force", "control")
-        if role in columns.keys() - hidden
+        if role in columns and (role != "control" or data.record.force is None)
     ]
-
-
-def _chance(largest: Array) -> float:
-    """That noise leaves as much in the row of which most is left: by twins', as Gumbel's law."""
-    own, twins = largest[0], largest[1:]
-    spread = float(np.std(twins, ddof=1)) * math.sqrt(6 * (1 + 1 / len(twins))) / math.pi
-    beyond = (own - twins.mean()) / spread + np.euler_gamma if spread else np.inf
-    return -math.expm1(-math.exp(-beyond))
 
 
 def _every_sample(grid: Array, at: float) -> Array:
@@ -329,7 +295,7 @@ def _every_sample(grid: Array, at: float) -> Array:
 
 def _pulses(by: Callable[[str, Array], Array], values: Array, role: str, samples: Array) -> Array:
     """By a pulse of one in each sample of a column, (n, m, 1)."""
-    pulse = _PULSE * (float(np.std(values)) or 1.0)
+    pulse = 1e-4 * (float(np.std(values)) or 1.0)  # so small that it moves no sign
     alone = (pulse * (np.arange(len(values)) == sample) for sample in samples)
     return np.stack([by(role, values + each) / pulse for each in alone], axis=1)[:, :, None]
 
@@ -410,19 +376,13 @@ class TestedHypothesis:
     share: float
     moved: float
 
-    def matters(self, least_share: float) -> bool:
-        """Whether it is any part of the force, or more than rounding and moves a parameter."""
-        moves = self.moved > 1 and self.share > _NEGLIGIBLE_RESIDUAL
-        return self.share > least_share or moves
-
 
 def scores_at(
     data: FilteredRecord, preferred: Estimate, *, by_loop: bool = False
 ) -> RecordScores | Missing:
     """Residuals of a record and of its twins at the judged estimate, as by `scores_of`."""
-    chains = preferred.inference.chains
-    at = preferred.corrected if chains else preferred.physical
-    chain = chains[0] if chains else None
+    chain = next(iter(preferred.inference.chains), None)
+    at = preferred.physical if chain is None else preferred.corrected
     return scores_of(data, at, chain, range(len(at)), by_loop=by_loop)
 
 
@@ -444,52 +404,51 @@ def find_misspecification(
         How many are searched by themselves, which share the level.
     levels : Levels
     """
-    own = replace(levels, level=levels.level / records)
     lasting = [(each, each.columns(each.places)) for each in hypotheses_of(scores)]
     # Without twins nothing tells what the filter itself moves the parameters by.
     half = half_widths[scores.free] if scores.twins else np.full(len(scores.free), np.inf)
-    named, beside = list[Misspecification](), scores
-    while len(named) < _MOST:
+    level, named, beside = levels.level / records, list[Misspecification](), scores
+    while len(named) < 3:
         single = [(each, each.columns(each.places)) for each in outliers_of(beside)]
-        failing = findings(beside, [*lasting, *single], half, own)
-        if not failing:
+        sure = level / max(len(lasting) + len(single), 1)
+        every = [_tested(beside, *each, half, sure) for each in (*lasting, *single)]
+        every.sort(key=lambda each: each.p_value)
+        holm = zip(every, level / np.arange(len(every), 0, -1), strict=True)
+        # Any part of the force, or more than rounding and moves a parameter.
+        most = max(
+            (
+                each
+                for each, _ in takewhile(lambda pair: pair[0].p_value <= pair[1], holm)
+                if each.share > levels.least_share
+                or (each.moved > 1 and each.share > _NEGLIGIBLE_RESIDUAL)
+            ),
+            key=lambda each: each.share,
+            default=None,
+        )
+        if most is None or (named and most.share <= levels.least_share):
             break
-        name = _located(beside, failing[0])
-        if named and name.share <= own.least_share:
-            break
-        named.append(_told(beside, name))
-        beside = beside.beside(name.columns)
+        found = _located(beside, most)
+        named.append(_told(beside, found))
+        beside = beside.beside(found.columns)
     return tuple(named)
 
 
-def findings(
-    scores: RecordScores,
-    hypotheses: Sequence[tuple[Hypothesis, Array]],
-    half: Array,
-    levels: Levels,
-) -> list[TestedHypothesis]:
-    """What is there and matters, by its part of the force, the largest first."""
-    sure = levels.level / max(len(hypotheses), 1)
-    every = [_finding(scores, *each, half, sure) for each in hypotheses]
-    every.sort(key=lambda each: each.p_value)
-    holm = zip(every, levels.level / np.arange(len(every), 0, -1), strict=True)
-    there = [each for each, _ in takewhile(lambda pair: pair[0].p_value <= pair[1], holm)]
-    return sorted((e for e in there if e.matters(levels.least_share)), key=lambda each: -each.share)
-
-
-def _finding(
+def _tested(
     scores: RecordScores, hypothesis: Hypothesis, columns: Array, half: Array, sure: float
 ) -> TestedHypothesis:
     """It at the place that takes most of those that are sure, else at the surest."""
     tested = scores.test(columns)
-    p_values = hypothesis.chances(tested)
+    first, taken = tested.values[:, 0], tested.powers
+    if hypothesis.is_whole:
+        sizes = np.where(first == 0, np.inf, first)
+        taken = taken * (2 / sizes - 1 / sizes**2)
+    p_values = np.clip(tested.p_values * len(hypothesis.places), hypothesis.least, 1.0)
+    if hypothesis.is_positive:
+        p_values = np.where(first <= 0, 1.0, p_values)
     told = p_values <= sure
-    taken = np.where(told, hypothesis.taken(tested), -np.inf)
-    best = int(np.argmax(taken) if told.any() else np.argmin(p_values))
-    values = tested.values[best]
-    moved = np.abs(scores.moved_by(columns[:, best], values))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        far = np.nan_to_num(moved / half, nan=0.0, posinf=0.0)
+    best = int(np.argmax(np.where(told, taken, -np.inf)) if told.any() else np.argmin(p_values))
+    moved = np.abs(scores.moved_by(columns[:, best], tested.values[best]))
+    far = np.divide(moved, half, out=np.zeros_like(moved), where=half > 0)
     return TestedHypothesis(
         hypothesis=hypothesis,
         at=float(hypothesis.places[best]),
@@ -511,8 +470,7 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
         best = int(np.argmax(scores.test(made).powers))
     else:
         best = scores.nearest(made, hypothesis.measured(near))
-    values = scores.test(made[:, [best]]).values[0]
-    if hypothesis.is_positive and values[0] <= 0:
+    if hypothesis.is_positive and scores.test(made[:, [best]]).values[0, 0] <= 0:
         return found
     return replace(found, at=float(near[best]), columns=made[:, best])
 
@@ -543,9 +501,9 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
     if parameter == GAIN:  # what it makes is on the other side
         values, before = -values, 1.0
     elif parameter in names:
-        moved = np.zeros(len(names))
-        moved[scores.free] = scores.moved_by(columns, factors)
-        before = float((scores.physical + moved)[names.index(parameter)] + begun)
+        estimate = scores.physical.copy()
+        estimate[scores.free] += scores.moved_by(columns, factors)
+        before = float(estimate[names.index(parameter)] + begun)
     size, made_by = float(np.linalg.norm(values)), columns @ factors
     return Misspecification(
         kind=kind,
@@ -564,14 +522,23 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
 def sentence(lack: Misspecification, axis: GeneratedAxis, record: Record) -> str:
     """What is missing, changes or is logged wrongly, how much of it, and what to do about it."""
     size, deviation, unit = lack.size, lack.deviation, lack.unit
-    kind, name, part = lack.kind, lack.parameter, "this is more than the force"
-    if lack.share <= 1:
-        part = f"{100 * lack.share:.2g} % of the force is this"
+    kind, name, whole = lack.kind, lack.parameter, "this is more than the force"
+    part = whole if lack.share > 1 else f"{100 * lack.share:.2g} % of the force is this"
     by = f"{size:+.3g} +- {deviation:.1g} {unit}".rstrip()
     if not name:
-        what, advice = said_of(TERMS[kind], lack.at, axis.axis, size)
-        return f"{what}{f', {by}' * bool(unit)}: {advice} ({part})"
-    held_by = f"{abs(size):.3g} +- {deviation:.1g} {unit}".rstrip()
+        term, drive = TERMS[kind], axis.axis.drive
+        what, advice = term.opposite if term.opposite and size < 0 else (term.what, term.declare)
+        if kind == "stribeck" and axis.axis.has_stribeck:
+            advice = "another velocity or exponent of stribeck"
+        words = {
+            "q": axis.axis.coordinate.name,
+            "unit": axis.axis.coordinate.unit,
+            "drive": drive.unit,
+            "at": lack.at,
+            "rigid": lack.at / 3,  # of an antiresonance
+            "band": drive.deadband + size / abs(drive.gain) if kind == "dead band" else 0.0,
+        }
+        return f"{what}{f', {by}' * bool(unit)}: {advice} ({part})".format(**words)
     changed = by + (f" ({100 * size / lack.before:+.2g} %)" if lack.before else "")
     sample = int(lack.at) if kind == "outlier" else 0
     return first_case(
@@ -592,7 +559,7 @@ def sentence(lack: Misspecification, axis: GeneratedAxis, record: Record) -> str
         ),
         (
             kind == "held",
-            f"another {name} than was given, {held_by} {'more' if size > 0 else 'less'}",
+            f"another {name} than was given, {by[1:]} {'more' if size > 0 else 'less'}",
         ),
         (
             kind == "drift",

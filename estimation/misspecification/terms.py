@@ -7,30 +7,19 @@ antiresonances), says what it is, and which element declares it.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.signals import Span
-from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError, quoted
 
-_SPEEDS = np.geomspace(0.015, 0.5, 8)  # of a Stribeck velocity, by the largest speed
-_MOST_WAVES, _WAVES_APART = 60, 0.75  # in the travel
-_FASTEST_WAVE = 25.0  # Hz, at the usual speed
-_SAMPLES_IN_A_WAVE = 4.0
-_TURN = np.array([2 * np.pi])  # rad
-_LONGEST = 0.75  # of the least wave number
-_FINER = np.linspace(-0.5, 0.5, 15)  # steps of the grid of waves
+_WAVES_APART = 0.75  # in the travel
 _SLOWEST, _FASTEST = 3.0, 120.0  # Hz, of an antiresonance
 _APART = 1.25  # from one antiresonance to the next
 _BETWEEN = 97  # frequencies, or speeds, among which it is told
-_SAMPLES_IN_A_SWING = 7.0
-_DAMPING = 0.1  # of a load: wide enough to be seen between places
-_NUMBERS = ("at", "rigid", "band")  # that texts of a term may have
-_RIGID_PART = 3.0  # of the frequency of an antiresonance
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,8 +36,8 @@ class Along:
         Samples of the rows; of all where there are none.
     reduce : callable
         What rows make of values (N,) or (N, m).
-    row_period : float
-        s, between rows.
+    period, row_period : float
+        s, of the samples and between rows.
     middle : float
         Of the positions, which a spring is not about.
     """
@@ -60,25 +49,11 @@ class Along:
     direction: Array
     force: Array
     spans: Sequence[Span]
+    period: float
     row_period: float
     rows: NDArray[np.int64] | None = None
     reduce: Callable[[Array], Array] = field(default_factory=lambda: np.asarray)
     middle: float = 0.0
-
-    @property
-    def period(self) -> float:
-        """Sampling period, s."""
-        return float(self.time[1] - self.time[0])
-
-    @property
-    def fastest(self) -> float:
-        """The largest speed."""
-        return float(np.abs(self.velocity).max())
-
-    @property
-    def travel(self) -> float:
-        """The way from one end to the other."""
-        return float(np.ptp(self.place))
 
     @cached_property
     def place(self) -> Array:
@@ -88,8 +63,8 @@ class Along:
     def waves(self, factor: Array, periods: Array) -> Array:
         """Cosine and sine over the position, of each period, by what rows make of a factor."""
         angle = 2 * np.pi * self.place[:, None] / periods
-        both = np.stack([np.cos(angle), np.sin(angle)], axis=2)
-        return np.asarray(self.reduce(factor)[:, None, None] * both, dtype=float)
+        waves = np.stack([np.cos(angle), np.sin(angle)], axis=2)
+        return np.asarray(self.reduce(factor)[:, None, None] * waves, dtype=float)
 
     def by_stretch(self, change: Callable[[Array], Array], values: Array) -> Array:
         """What is made of values (N,) in each stretch by itself; zero outside of them."""
@@ -140,7 +115,9 @@ class Term:
     is_of_force: bool = False
 
     def __post_init__(self) -> None:
-        words = dict.fromkeys(("q", "unit", "drive", "force"), "") | dict.fromkeys(_NUMBERS, 0.0)
+        words = dict.fromkeys(("q", "unit", "drive", "force"), "") | dict.fromkeys(
+            ("at", "rigid", "band"), 0.0
+        )
         try:
             for text in (self.what, self.declare, self.unit, *(self.opposite or ())):
                 text.format(**words)
@@ -155,41 +132,36 @@ class Term:
 
 def wave_periods(s: Along) -> Array:
     """Periods of waves over the position; longer ones are slopes and bends."""
-    moving = np.abs(s.velocity[s.velocity != 0])
-    usual = float(np.median(moving)) if len(moving) else 0.0
-    shortest = usual * max(1 / _FASTEST_WAVE, _SAMPLES_IN_A_WAVE * s.row_period)
-    most = min(_MOST_WAVES, s.travel / shortest) if shortest > 0 else 0.0
-    return np.asarray(s.travel / np.arange(1.0, most, _WAVES_APART), dtype=float)
+    travel = float(np.ptp(s.place))
+    usual = float(np.median(np.abs(s.velocity[s.velocity != 0]))) if s.velocity.any() else 0.0
+    shortest = usual * max(1 / 25.0, 4.0 * s.row_period)  # 25 Hz, and four rows
+    most = min(60, travel / shortest) if shortest > 0 else 0.0
+    return np.asarray(travel / np.arange(1.0, most, _WAVES_APART), dtype=float)
 
 
 def _periods_near(periods: Array, at: float) -> Array:
-    near = 1 / at + _WAVES_APART / periods[0] * _FINER
-    return np.asarray(1 / near[near > _LONGEST / periods[0]], dtype=float)
+    near = 1 / at + _WAVES_APART / periods[0] * np.linspace(-0.5, 0.5, 15)
+    return np.asarray(1 / near[near > 0.75 / periods[0]], dtype=float)  # or it is a slope
 
 
 def antiresonances(s: Along) -> Array:
     """Frequencies of loads behind springs that the samples can follow, Hz."""
-    last = min(_FASTEST, 1 / (_SAMPLES_IN_A_SWING * s.period))
+    last = min(_FASTEST, 1 / (7.0 * s.period))  # seven samples in a swing
     many = int(np.log(last / _SLOWEST) / np.log(_APART)) + 1 if last > _SLOWEST else 0
     return np.asarray(_SLOWEST * _APART ** np.arange(many), dtype=float)
 
 
 def behind_spring(s: Along, frequencies: Array) -> Array:
     """Acceleration of a load behind a spring, less that of the axis, (N, m)."""
-    from scipy.signal import lfilter
+    from scipy.signal import bilinear, lfilter
 
     found = []
     for rate in 2 * np.pi * frequencies:
-        # By the bilinear transform, s = c (1 - 1/z) / (1 + 1/z), exact at the frequency.
-        c, damped = rate / np.tan(rate * s.period / 2), 2 * _DAMPING * rate
-        b = [damped * c + rate**2, 2 * rate**2, rate**2 - damped * c]
-        a = [c**2 + b[0], 2 * (rate**2 - c**2), c**2 + b[2]]
-
-        def beside(own: Array, b: Sequence[float] = b, a: Sequence[float] = a) -> Array:
-            return np.asarray(lfilter(b, a, own) - own, dtype=float)
-
-        found.append(s.by_stretch(beside, s.acceleration))
-    return np.stack(found, axis=1)
+        # Exact at the frequency; its damping is wide enough to be seen between places.
+        c, damped = rate / np.tan(rate * s.period / 2), 2 * 0.1 * rate
+        b, a = bilinear([damped, rate**2], [1.0, damped, rate**2], fs=c / 2)
+        found.append(s.by_stretch(partial(lfilter, b, a), s.acceleration))
+    return np.stack(found, axis=1) - s.by_stretch(np.asarray, s.acceleration)[:, None]
 
 
 def _one(shape: Callable[[Along], Array]) -> Callable[[Along, Array], Array]:
@@ -204,40 +176,23 @@ def _ones(s: Along) -> Array:
     return np.ones_like(s.velocity)
 
 
-def _peaks(s: Along, widths: Array) -> Array:
-    peaks = s.direction[:, None] * np.exp(-np.abs(s.velocity)[:, None] / widths)
-    return s.reduce(peaks)[:, :, None]
-
-
-def _loss(s: Along, _: Array) -> Array:
-    """Force times the sign of the power, and its size."""
-    sizes = np.stack([np.sign(s.force * s.velocity) * s.force, np.abs(s.force)], axis=1)
-    return s.reduce(sizes)[:, None]
-
-
 def _pushes(s: Along) -> Array:
     """Which way the axis is pushed, the last one where it hardly is, (N,)."""
     size = np.abs(s.acceleration)
     sign = np.where(size > 0.05 * size.max(), np.sign(s.acceleration), 0.0)
-    last = np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), 0))
-    return np.asarray(sign[last])
+    return np.asarray(sign[np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), 0))])
 
 
 def _after(
-    sign: Callable[[Along], Array], times: Sequence[float], *, signed: bool = False
-) -> Callable[[Along, Array], Array]:
+    sign: Callable[[Along], Array], times: Sequence[float], signed: bool, s: Along, _: Array
+) -> Array:
     """What dies away after a sign changes, in each time, s; with the sign, and without if asked."""
-
-    def columns(s: Along, _: Array) -> Array:
-        signs = sign(s)
-        turns = np.concatenate([[True], signs[1:] != signs[:-1]])
-        number = np.arange(len(signs))
-        since = s.period * (number - np.maximum.accumulate(np.where(turns, number, 0)))
-        made = [signs * np.exp(-since / time) for time in times]
-        made += [np.exp(-since / time) for time in times if signed]
-        return s.reduce(np.stack(made, axis=1))[:, None]
-
-    return columns
+    signs, number = sign(s), np.arange(len(s.time))
+    turns = np.concatenate([[True], signs[1:] != signs[:-1]])
+    since = s.period * (number - np.maximum.accumulate(np.where(turns, number, 0)))
+    made = [signs * np.exp(-since / time) for time in times]
+    made += [np.exp(-since / time) for time in times if signed]
+    return s.reduce(np.stack(made, axis=1))[:, None]
 
 
 _TERMS = (
@@ -292,8 +247,10 @@ _TERMS = (
         what="friction that is higher or lower at speeds of about {at:.1g} {unit}/s and less",
         declare="declare stribeck(Fs, {q}, velocity={at:.1g}, exponent=1) beside coulomb",
         unit="{force}",
-        columns=_peaks,
-        places=lambda s: _SPEEDS * s.fastest,
+        columns=lambda s, widths: s.reduce(
+            s.direction[:, None] * np.exp(-np.abs(s.velocity)[:, None] / widths)
+        )[:, :, None],
+        places=lambda s: np.geomspace(0.015, 0.5, 8) * np.abs(s.velocity).max(),
         between=lambda grid, _: np.geomspace(grid[0], grid[-1], _BETWEEN),
     ),
     Term(
@@ -316,7 +273,7 @@ _TERMS = (
         declare="declare gravity_moment(a, b, {q})",
         unit="{force}",
         columns=_waves(_ones),
-        places=lambda _: _TURN,
+        places=lambda _: np.array([2 * np.pi]),
     ),
     Term(
         kind="place",
@@ -380,7 +337,10 @@ _TERMS = (
         what="a loss by the load: less force from the drive where it drives, more where it brakes",
         declare="no element has it; its part of the force is said here",
         unit="",
-        columns=_loss,
+        # The force with the sign of its power, and its size.
+        columns=lambda s, _: s.reduce(
+            np.stack([np.sign(s.force * s.velocity) * s.force, np.abs(s.force)], axis=1)
+        )[:, None],
         is_of_force=True,
     ),
     Term(
@@ -388,14 +348,14 @@ _TERMS = (
         what="friction that is less or more just after a reversal (presliding)",
         declare="declare a bristle (dahl or lugre), or leave out more of the reversals",
         unit="",
-        columns=_after(lambda s: s.direction, (0.02,), signed=True),
+        columns=partial(_after, lambda s: s.direction, (0.02,), True),
     ),
     Term(
         kind="backlash",
         what="a force that is late where it changes its sign (backlash, play)",
         declare="mend the play, or identify motions in which the force keeps its sign",
         unit="",
-        columns=_after(_pushes, (0.01, 0.03)),
+        columns=partial(_after, _pushes, (0.01, 0.03), False),
         is_of_force=True,
     ),
     Term(
@@ -412,32 +372,3 @@ _TERMS = (
 
 #: What is looked for, by kind; a row that is added is looked for too.
 TERMS: dict[str, Term] = {term.kind: term for term in _TERMS}
-
-
-def terms_for(axis: Axis, *, commanded: bool) -> tuple[Term, ...]:
-    """Terms that can be told of an axis: a turn of an angle, a dead band of what is commanded."""
-    told = {"turn": axis.coordinate.unit == "rad", "dead band": commanded}
-    return tuple(term for term in TERMS.values() if told.get(term.kind, True))
-
-
-def said_of(term: Term, at: float, axis: Axis, size: float = 0.0) -> tuple[str, str]:
-    """What a term is, and what to do about it.
-
-    Parameters
-    ----------
-    term : Term
-    at : float
-        Its place on the grid.
-    axis : Axis
-    size : float
-        How much of it there is; of a dead band the force beyond the declared one.
-    """
-    q, drive = axis.coordinate, axis.drive
-    words: dict[str, object] = {"q": q.name, "unit": q.unit, "drive": drive.unit, "at": at}
-    words["rigid"] = at / _RIGID_PART
-    if term.kind == "dead band":
-        words["band"] = drive.deadband + size / abs(drive.gain)
-    what, advice = term.opposite if term.opposite and size < 0 else (term.what, term.declare)
-    if term.kind == "stribeck" and axis.has_stribeck:
-        advice = "another velocity or exponent of stribeck"
-    return what.format(**words), advice.format(**words)

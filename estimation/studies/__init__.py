@@ -1,6 +1,6 @@
 """Many identifications, or one held against other data.
 
-In: axes, records, cut-offs. Out: `Sweep`, `Comparison`, `Validation`, `DriveTiming`. Knows
+In: axes, records, cut-offs. Out: `Sweep`, `Comparison`, `Validation`. Knows
 nothing of how it is shown.
 """
 

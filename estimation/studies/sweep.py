@@ -402,7 +402,9 @@ def sweep(
                 least_share=least_share,
             )
             # Without the signals, of which many cut-offs of a long record would keep many.
-            results.append(result.without_signals())
+            # Without the filtered signals, of which many results would keep many.
+            data = tuple(replace(each) for each in result.problem.data)
+            results.append(replace(result, problem=replace(result.problem, data=data)))
         except (EstimationError, DataError) as error:
             failures[cutoff] = str(error)
     if not results:

@@ -133,25 +133,6 @@ def _changes(
     return not is_nothing((one - other, less - more))
 
 
-def vanishes_where(expression: sympy.Expr, inside: sympy.Expr, variable: sympy.Symbol) -> bool:
-    """Whether an expression is 0 where another, affine in a variable, is 0."""
-    try:
-        points = Points(expression, inside)
-        with points.digits():
-            for turn in range(points.count):
-                others = {
-                    s: points.at(turn)(s) for s in expression.free_symbols | inside.free_symbols
-                }
-                start = _Values({**others, variable: NOTHING})(inside)
-                rate = _Values(others)(inside.diff(variable))
-                place = -start[0] / rate[0], -start[1] / rate[1]
-                if not is_nothing(_Values({**others, variable: place})(expression)):
-                    return False
-    except CANNOT:
-        return False
-    return True
-
-
 def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
     """The real value of an expression at a point.
 
@@ -238,13 +219,12 @@ class Points:
         return self._made[turn]
 
     def beside(self, turn: int, symbols: AbstractSet[sympy.Symbol]) -> "_Drawn":
-        """Values where some symbols are others than at a point, beyond their edges if at one."""
+        """Values where some symbols are others than at a point."""
         here = self.at(turn)
         there = _Drawn(self, turn)
         there.values |= here.placed
         for symbol in symbols:
-            other = exactly(here.drawn("other", symbol.name))
-            there.values[symbol] = here.beyond.get(symbol, other)
+            there.values[symbol] = exactly(here.drawn("other", symbol.name))
         return there
 
 
@@ -274,7 +254,7 @@ class _Values:
     def _value(self, node: sympy.Basic) -> Value:
         if not node.args:
             return self._symbol(node) if node.is_Symbol else _number(node)
-        if isinstance(node, (sympy.Piecewise, sympy.ITE)):
+        if isinstance(node, sympy.Piecewise):
             return self(self._chosen(node))
         inner = [self(argument) for argument in node.args]
         if node.is_Add:
@@ -313,8 +293,6 @@ class _Values:
         raise TypeError(f"{type(node).__name__} has no value")
 
     def _chosen(self, node: sympy.Basic) -> sympy.Basic:
-        if isinstance(node, sympy.ITE):
-            return node.args[1] if self._holds(node.args[0]) else node.args[2]
         for value, condition in node.args:
             if self._holds(condition):
                 return value
@@ -336,14 +314,13 @@ class _Drawn(_Values):
 
     Attributes
     ----------
-    placed, beyond : dict
-        Symbols that are close to an edge, and their values beyond it.
+    placed : dict
+        Symbols that are close to an edge.
     """
 
     def __init__(self, points: Points, turn: int) -> None:
         super().__init__(points.given, turn)
         self.placed: dict[sympy.Symbol, Value] = {}
-        self.beyond: dict[sympy.Symbol, Value] = {}
         self._points, self._turn = points, turn
 
     def drawn(self, *about: str) -> Any:
@@ -365,7 +342,9 @@ class _Drawn(_Values):
         return numbers.zero if is_nothing(value) else numbers.sign(numbers.re(value[0]))
 
     def _opaque(self, node: sympy.Basic, inner: Iterable[Any]) -> Value:
-        return exactly(self.drawn(type(node).__name__, *map(_text, inner)))
+        return exactly(
+            self.drawn(type(node).__name__, *(str(numbers.nstr(number, _TOLD)) for number in inner))
+        )
 
     def place(self, decisive: sympy.Expr, side: int) -> None:
         """Give a symbol a number on a side of the place where a sign changes, if there is one."""
@@ -382,7 +361,6 @@ class _Drawn(_Values):
                 step = side * (abs(place) + 1) * _BESIDE * self.drawn("beside", symbol.name)
                 if value(place - step) * value(place + step) < 0:
                     self.placed[symbol] = exactly(place + step)
-                    self.beyond[symbol] = exactly(place - step)
                     self.values = {**self._points.given, **self.placed}
                     return
 
@@ -432,10 +410,6 @@ def exactly(number: Any) -> Value:
 
 def _both(function: Callable[[Any], Any], value: Value) -> Value:
     return function(value[0]), function(value[1])
-
-
-def _text(number: Any) -> str:
-    return str(numbers.nstr(number, _TOLD))
 
 
 def drawn(turn: int, *about: str) -> Any:

@@ -393,22 +393,19 @@ class Axis:
             )
 
     def _check_truth(self) -> None:
-        truth = self.experiment.truth if self.experiment else {}
-        names = [p.name for p in self.parameters]
-        for name, value in truth.items():
+        if self.experiment is None:
+            return
+        for name, value in self.experiment.truth.items():
             number(value, f"axis {self.name!r}: the experiment's truth of {name!r}")
-            if name not in names:
+        for said, used, kind, declared in (
+            ("'s truth has", self.experiment.truth, "parameters", self.parameters),
+            (" has the signal", self.experiment.signals, "signals", self.signals),
+        ):
+            names = [each.name for each in declared]
+            if unknown := [name for name in used if name not in names]:
                 raise ModelError(
-                    f"axis {self.name!r}: the experiment's truth has {name!r}; the parameters are "
-                    f"{', '.join(names)}.",
-                    code="twin",
-                )
-        signals = [signal.name for signal in self.signals]
-        for name in self.experiment.signals if self.experiment else ():
-            if name not in signals:
-                raise ModelError(
-                    f"axis {self.name!r}: the experiment has the signal {name!r}; the signals are "
-                    f"{', '.join(signals) or 'none'}.",
+                    f"axis {self.name!r}: the experiment{said} {unknown[0]!r}; the {kind} are "
+                    f"{', '.join(names) or 'none'}.",
                     code="twin",
                 )
 

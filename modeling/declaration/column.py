@@ -70,33 +70,31 @@ class Column:
 
     def __str__(self) -> str:
         name = self.name if isinstance(self.name, str) else f"#{self.name}"
-        meaning = "".join((self._counted(), self._scaled(), self._geared(), self._moved()))
+        counted = _text("unit", self.unit)
+        if isinstance(self.resolution, str) and _is_quantity(self.resolution):
+            counted = f"counts*{_quantity('resolution', self.resolution, 'such as 4096 or 0.5um')}"
+        elif self.resolution:
+            counted = f"counts*1rev/{_ratio('resolution', self.resolution)[0]}"
+        if isinstance(self.scale, str) and _is_quantity(self.scale):
+            scaled = f"*{_quantity('scale', self.scale, 'such as 2.5 or 360deg/4096')}"
+        else:
+            scaled = _fraction("*/", *_ratio("scale", self.scale, signed=True))
+        geared, moved = _fraction("/*", *_ratio("gear", self.gear)), ""
+        if self.offset:
+            plain = _text("offset", self.offset).strip()
+            sign, size = (plain[0], plain[1:]) if plain[:1] in ("+", "-") else ("+", plain)
+            moved = f"{sign}{_quantity('offset', size, 'with its unit, such as 0.2deg')}"
+        meaning = f"{counted}{scaled}{geared}{moved}"
         return f"{name}:{meaning}" if meaning else name
 
-    def _counted(self) -> str:
-        """The unit, or what one count is."""
-        if not self.resolution:
-            return _text("unit", self.unit)
-        if isinstance(self.resolution, str) and _RATIO.fullmatch(self.resolution) is None:
-            return f"counts*{_quantity('resolution', self.resolution, 'such as 4096 or 0.5um')}"
-        return f"counts*1rev/{_ratio('resolution', self.resolution)[0]}"
 
-    def _scaled(self) -> str:
-        if isinstance(self.scale, str) and _RATIO.fullmatch(self.scale) is None:
-            return f"*{_quantity('scale', self.scale, 'such as 2.5 or 360deg/4096')}"
-        above, below = _ratio("scale", self.scale, signed=True)
-        return (f"*{above}" if above != "1" else "") + (f"/{below}" if below != "1" else "")
+def _is_quantity(text: str) -> bool:
+    return bool(text) and _RATIO.fullmatch(text) is None
 
-    def _geared(self) -> str:
-        above, below = _ratio("gear", self.gear)
-        return (f"/{above}" if above != "1" else "") + (f"*{below}" if below != "1" else "")
 
-    def _moved(self) -> str:
-        if not self.offset:
-            return ""
-        plain = _text("offset", self.offset).strip()
-        sign, size = (plain[0], plain[1:]) if plain[:1] in ("+", "-") else ("+", plain)
-        return f"{sign}{_quantity('offset', size, 'with its unit, such as 0.2deg')}"
+def _fraction(signs: str, above: str, below: str) -> str:
+    """Two numbers behind their signs, where they are not 1."""
+    return "".join(f"{sign}{n}" for sign, n in zip(signs, (above, below), strict=True) if n != "1")
 
 
 def _text(what: str, value: object) -> str:

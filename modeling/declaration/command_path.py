@@ -142,19 +142,7 @@ def estimated_time(
     one = next(iter(found.items()), before)
     if one is None:
         return None
-    name, parameter = one
-    _check_searched(name, parameter)
-    if logged in HIDDEN_FROM[name]:
-        raise ModelError(
-            f"the drive's {name} is to be estimated, and the control was recorded behind it "
-            f"(logged={logged!r}), so that no motion shows it; give it as a number.",
-            code="drive",
-        )
-    return name, parameter
-
-
-def _check_searched(name: str, p: Parameter) -> None:
-    """Refuse a parameter that says of a time what the search for it does not hold."""
+    name, p = one
     bounded = p.lower not in (0.0, -math.inf) or p.upper != math.inf
     if p.unit != "s" or p.nominal < 0 or p.known is not None or bounded:
         raise ModelError(
@@ -163,6 +151,13 @@ def _check_searched(name: str, p: Parameter) -> None:
             f"known value and no bound but 0, or what is known as a number, {name}=...",
             code="drive",
         )
+    if logged in HIDDEN_FROM[name]:
+        raise ModelError(
+            f"the drive's {name} is to be estimated, and the control was recorded behind it "
+            f"(logged={logged!r}), so that no motion shows it; give it as a number.",
+            code="drive",
+        )
+    return one
 
 
 def checked_time(value: float, what: str) -> float:

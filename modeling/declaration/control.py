@@ -132,7 +132,14 @@ class ControlLaw:
             output=expression(self.output, "the control law's output"),
             positive=several(self.positive),
         )
-        self._check_positive()
+        for name in self.positive:
+            if not is_among(name, self.gains) or not self.gains[name] > 0:
+                said = f"{self.gains[name]:g}" if is_among(name, self.gains) else "not declared"
+                raise ModelError(
+                    f"control law {self.name!r}: the gain {quoted(name)}, which is positive, is "
+                    f"{said}; give a number above 0.",
+                    code="law",
+                )
         if not self.period > 0:
             raise ModelError(f"control law {self.name!r}: period {self.period!r} is not positive.")
         for name in (*self.gains, *(memory.name for memory in self.memory)):
@@ -206,16 +213,6 @@ class ControlLaw:
                 return ((sympy.S.One, self.output),)
             factors[factor] = None
         return tuple((factor, _signal(self.output, factor, gains)) for factor in factors)
-
-    def _check_positive(self) -> None:
-        for name in self.positive:
-            if not is_among(name, self.gains) or not self.gains[name] > 0:
-                said = f"{self.gains[name]:g}" if is_among(name, self.gains) else "not declared"
-                raise ModelError(
-                    f"control law {self.name!r}: the gain {quoted(name)}, which is positive, is "
-                    f"{said}; give a number above 0.",
-                    code="law",
-                )
 
     def _check_timing(self) -> None:
         if not (is_whole(self.delay) and 0 <= self.delay <= LONGEST_DELAY):

@@ -217,7 +217,12 @@ class Drive:
     estimated: tuple[str, Parameter] | None = None
 
     def __post_init__(self) -> None:
-        self._take_estimated()
+        given = {name: getattr(self, name) for name in HIDDEN_FROM}
+        found = estimated_time(given, self.estimated, self.logged)
+        if found is not None:  # a parameter's nominal value stands in its place
+            name, parameter = found
+            changed = {name: parameter.nominal} if isinstance(given[name], Parameter) else {}
+            settle(self, estimated=found, **changed)
         parse_unit(self.unit)
         path = self.path
         settle(
@@ -250,15 +255,6 @@ class Drive:
             raise ModelError(f"the drive limit is {self.limit!r}; give a positive number.")
         check_within(path, self.limit)
         check_logged(self.logged, self.lag, self.delay, path)
-
-    def _take_estimated(self) -> None:
-        """Put a parameter's nominal value in its place, and remember which time it is."""
-        given = {name: getattr(self, name) for name in HIDDEN_FROM}
-        found = estimated_time(given, self.estimated, self.logged)
-        if found is not None:
-            name, parameter = found
-            changed = {name: parameter.nominal} if isinstance(given[name], Parameter) else {}
-            settle(self, estimated=found, **changed)
 
     @property
     def force(self) -> sympy.Expr:

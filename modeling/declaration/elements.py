@@ -9,11 +9,9 @@ identified. What enters otherwise (a Stribeck velocity, a period) is mostly know
 a `Constant`. A plain number has the unit of its place.
 """
 
-import functools
-import inspect
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Literal, ParamSpec, TypeAlias
+from typing import Literal, TypeAlias
 
 import sympy
 
@@ -35,27 +33,8 @@ from axisid.support.errors import ModelError, is_whole, quoted
 Amount: TypeAlias = sympy.Expr | Symbolic | float
 
 _AMOUNT = "an amount of an element"
-_P = ParamSpec("_P")
-_ELEMENTS: dict[str, Callable[..., sympy.Expr]] = {}
-#: By the names that declarations as text know them by.
-ELEMENTS: Mapping[str, Callable[..., sympy.Expr]] = MappingProxyType(_ELEMENTS)
 
 
-def _element(made: Callable[_P, sympy.Expr]) -> Callable[_P, sympy.Expr]:
-    """An element, which refuses what is no coordinate first."""
-    signature = inspect.signature(made)
-
-    @functools.wraps(made)
-    def element(*args: _P.args, **kwargs: _P.kwargs) -> sympy.Expr:
-        if "coordinate" in signature.parameters:
-            check_coordinate(signature.bind(*args, **kwargs).arguments["coordinate"])
-        return made(*args, **kwargs)
-
-    _ELEMENTS[made.__name__] = element
-    return element
-
-
-@_element
 def viscous(coefficient: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Viscous friction ``Fv dq``.
 
@@ -64,18 +43,16 @@ def viscous(coefficient: Amount, coordinate: Coordinate) -> sympy.Expr:
     return _amount(coefficient, coordinate, "/({}/s)") * coordinate.velocity
 
 
-@_element
 def asymmetric_viscous(forward: Amount, backward: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Viscous friction of its own in each direction: ``Fvp dq`` for dq > 0, ``Fvm dq`` for dq < 0.
 
     Both in N/(m/s); each opposes its motion if positive. [ArmstrongHelouvry1994]_.
     """
-    dq, size = coordinate.velocity, sympy.Abs(coordinate.velocity)
     ahead, back = (_amount(value, coordinate, "/({}/s)") for value in (forward, backward))
+    dq, size = coordinate.velocity, sympy.Abs(coordinate.velocity)
     return ahead * (dq + size) / 2 + back * (dq - size) / 2
 
 
-@_element
 def coulomb(level: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Coulomb friction ``Fc sign(dq)``, set-valued at rest: the axis can stick.
 
@@ -84,19 +61,17 @@ def coulomb(level: Amount, coordinate: Coordinate) -> sympy.Expr:
     return _amount(level, coordinate) * sympy.sign(coordinate.velocity)
 
 
-@_element
 def asymmetric_coulomb(forward: Amount, backward: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Coulomb friction of its own in each direction: ``Fcp`` for dq > 0, ``-Fcm`` for dq < 0.
 
     Both in N; each opposes its motion if positive. An `offset` beside it cannot be told apart, as
     it is ``(Fcp - Fcm) / 2``. [ArmstrongHelouvry1994]_.
     """
-    direction = sympy.sign(coordinate.velocity)
     ahead, back = _amount(forward, coordinate), _amount(backward, coordinate)
+    direction = sympy.sign(coordinate.velocity)
     return ahead * (1 + direction) / 2 - back * (1 - direction) / 2
 
 
-@_element
 def quadratic(coefficient: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Quadratic drag ``Fq dq |dq|``: turbulent fluid or air.
 
@@ -106,7 +81,6 @@ def quadratic(coefficient: Amount, coordinate: Coordinate) -> sympy.Expr:
     return drag * coordinate.velocity * sympy.Abs(coordinate.velocity)
 
 
-@_element
 def stribeck(
     excess: Amount, coordinate: Coordinate, *, velocity: Amount, exponent: Amount = 2
 ) -> sympy.Expr:
@@ -116,6 +90,7 @@ def stribeck(
     if positive; `velocity` vs in m/s; `exponent` d without unit: 1 for the exponential form, 2 for
     the Gaussian one. A `Parameter` for vs or d enters nonlinearly. [ArmstrongHelouvry1994]_.
     """
+    check_coordinate(coordinate)
     speed = positive(velocity, f"{coordinate.unit}/s", "the Stribeck velocity")
     power = positive(exponent, "1", "the Stribeck exponent")
     if isinstance(exponent, int) or (isinstance(exponent, float) and exponent.is_integer()):
@@ -124,7 +99,6 @@ def stribeck(
     return _amount(excess, coordinate) * shape * sympy.sign(coordinate.velocity)
 
 
-@_element
 def dahl(
     stiffness: Amount, coordinate: Coordinate, *, coulomb: Amount, name: str = ""
 ) -> sympy.Expr:
@@ -142,7 +116,6 @@ def dahl(
     return s0 * _bristle(s0, level, coordinate, name, parts)[0]
 
 
-@_element
 def lugre(
     stiffness: Amount,
     damping: Amount,
@@ -181,7 +154,6 @@ def lugre(
     return s0 * z + s1 * rate
 
 
-@_element
 def maxwell_slip(
     stiffness: Amount, level: Amount, coordinate: Coordinate, *, name: str = ""
 ) -> sympy.Expr:
@@ -200,7 +172,6 @@ def maxwell_slip(
     return k * State(called, coordinate.unit, follows, limit=most / k, parts=parts).symbol
 
 
-@_element
 def load_dependent(coefficient: Amount, load: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Coulomb friction that grows with a load: ``mu |load| sign(dq)``.
 
@@ -212,7 +183,6 @@ def load_dependent(coefficient: Amount, load: Amount, coordinate: Coordinate) ->
     return share * sympy.Abs(pressing) * sympy.sign(coordinate.velocity)
 
 
-@_element
 def periodic_coulomb(
     cosine: Amount, sine: Amount, coordinate: Coordinate, *, period: Amount, harmonic: int = 1
 ) -> sympy.Expr:
@@ -226,7 +196,6 @@ def periodic_coulomb(
     )
 
 
-@_element
 def cogging(
     cosine: Amount, sine: Amount, coordinate: Coordinate, *, period: Amount, harmonic: int = 1
 ) -> sympy.Expr:
@@ -240,13 +209,12 @@ def cogging(
             f"the harmonic is {quoted(harmonic)}; give a whole number, 1 or more.",
             code="axis",
         )
+    even, odd = _amount(cosine, coordinate), _amount(sine, coordinate)
     length = positive(period, coordinate.unit, "the period")
     angle = 2 * sympy.pi * harmonic * coordinate.symbol / length
-    even, odd = _amount(cosine, coordinate), _amount(sine, coordinate)
     return even * sympy.cos(angle) + odd * sympy.sin(angle)
 
 
-@_element
 def offset(level: Amount) -> sympy.Expr:
     """A constant force: amplifier offset, constant gravity, unequal friction.
 
@@ -255,7 +223,6 @@ def offset(level: Amount) -> sympy.Expr:
     return expression(level, _AMOUNT)
 
 
-@_element
 def gravity(mass: Amount) -> sympy.Expr:
     """Weight ``m G`` on a vertical axis, its coordinate upwards; ``G = 9.80665 m/s^2``.
 
@@ -264,7 +231,6 @@ def gravity(mass: Amount) -> sympy.Expr:
     return with_unit(mass, "kg", _AMOUNT) * G.symbol
 
 
-@_element
 def gravity_moment(sine: Amount, cosine: Amount, coordinate: Coordinate) -> sympy.Expr:
     """Moment of a weight about a horizontal axis: ``a sin(q) + b cos(q)``.
 
@@ -272,12 +238,10 @@ def gravity_moment(sine: Amount, cosine: Amount, coordinate: Coordinate) -> symp
     along the horizontal for b, at q = 0. Give 0 for one that is not there. With first moments in
     kg m, write ``G * ms``. Resists a positive motion where it is positive. [Khalil2002]_.
     """
-    q = coordinate.symbol
     below, beside = _amount(sine, coordinate), _amount(cosine, coordinate)
-    return below * sympy.sin(q) + beside * sympy.cos(q)
+    return below * sympy.sin(coordinate.symbol) + beside * sympy.cos(coordinate.symbol)
 
 
-@_element
 def spring(stiffness: Amount, coordinate: Coordinate, rest: Amount = 0.0) -> sympy.Expr:
     """Linear spring ``k (q - rest)``.
 
@@ -286,7 +250,6 @@ def spring(stiffness: Amount, coordinate: Coordinate, rest: Amount = 0.0) -> sym
     return _amount(stiffness, coordinate, "/{}") * _stretch(coordinate, rest)
 
 
-@_element
 def cubic_spring(stiffness: Amount, coordinate: Coordinate, rest: Amount = 0.0) -> sympy.Expr:
     """Hardening part of a spring: ``k3 (q - rest)^3``; softening if negative.
 
@@ -295,7 +258,6 @@ def cubic_spring(stiffness: Amount, coordinate: Coordinate, rest: Amount = 0.0) 
     return _amount(stiffness, coordinate, "/{}^3") * _stretch(coordinate, rest) ** 3
 
 
-@_element
 def motor_inertia(inertia: Amount, coordinate: Coordinate, *, ratio: Amount) -> sympy.Expr:
     """Inertia of a motor as the load feels it: ``n^2 J``, a part of the axis's inertia.
 
@@ -303,11 +265,11 @@ def motor_inertia(inertia: Amount, coordinate: Coordinate, *, ratio: Amount) -> 
     5 mm pitch has ``2 pi / 0.005``). It adds to the load's inertia, from which no motion tells it
     apart: let one of the two be known, unless gravity shows the mass. [Khalil2002]_.
     """
+    check_coordinate(coordinate)
     turns = positive(ratio, f"rad/{coordinate.unit}", "the gear ratio")
     return turns**2 * with_unit(inertia, "kg m^2", _AMOUNT)
 
 
-@_element
 def back_emf(
     constant: Amount,
     coordinate: Coordinate,
@@ -323,6 +285,7 @@ def back_emf(
     motor at rest. It is a viscous friction: beside `viscous` no motion tells the two apart, unless
     one is known. [Krishnan2001]_.
     """
+    check_coordinate(coordinate)
     geared = ratio != 1
     turns = positive(ratio, f"rad/{coordinate.unit}" if geared else "1", "the gear ratio")
     turning = geared or coordinate.unit == "rad"
@@ -332,7 +295,6 @@ def back_emf(
     return force * emf * turns**2 / ohms * coordinate.velocity
 
 
-@_element
 def end_stop(
     coordinate: Coordinate,
     *,
@@ -350,6 +312,7 @@ def end_stop(
     too short to be met. In a regression it is a known force, which amplifies the noise of rows in
     contact: leave those out. [HuntCrossley1975]_.
     """
+    check_coordinate(coordinate)
     k = positive(stiffness, "N/m" if coordinate.unit == "m" else "N m/rad", "the stop's stiffness")
     c = with_unit(dissipation, f"s/{coordinate.unit}", "the stop's dissipation")
     low = with_unit(lower, coordinate.unit, "the lower stop")
@@ -367,6 +330,7 @@ def end_stop(
 
 def _amount(value: Amount, coordinate: Coordinate, over: str = "") -> sympy.Expr:
     """An amount; a number is in the axis's force unit `over` the coordinate's."""
+    check_coordinate(coordinate)
     if _is_zero(value):
         return sympy.S.Zero
     unit = f"{coordinate.force_unit}{over.format(coordinate.unit)}"
@@ -416,3 +380,33 @@ def _state_name(stiffness: sympy.Expr) -> str:
 
 def _is_zero(value: Amount) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and value == 0
+
+
+#: By the names that declarations as text know them by.
+ELEMENTS: Mapping[str, Callable[..., sympy.Expr]] = MappingProxyType(
+    {
+        element.__name__: element
+        for element in (
+            viscous,
+            asymmetric_viscous,
+            coulomb,
+            asymmetric_coulomb,
+            quadratic,
+            stribeck,
+            dahl,
+            lugre,
+            maxwell_slip,
+            load_dependent,
+            periodic_coulomb,
+            cogging,
+            offset,
+            gravity,
+            gravity_moment,
+            spring,
+            cubic_spring,
+            motor_inertia,
+            back_emf,
+            end_stop,
+        )
+    }
+)

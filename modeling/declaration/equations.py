@@ -232,7 +232,15 @@ def _check_inertia(
     found = {p: p.nominal if p.known is None else p.known for p in parameters}
     inside = {p: value for p, value in found.items() if p.symbol in inertia.free_symbols}
     nominal = all(inside.values())
-    points = [{p.symbol: v for p, v in inside.items()}] if nominal else _positive(inside)
+    points = [{p.symbol: v for p, v in inside.items()}]
+    if not nominal:  # positive numbers of several sizes, or the bound where it is lower
+        points = [
+            {
+                p.symbol: min(max(float(sizes[i % 2]), p.lower), p.upper)
+                for i, p in enumerate(inside)
+            }
+            for sizes in _SIZES
+        ]
     values = [
         float_at(with_numbers(inertia), {**point, coordinate.symbol: place})
         for point in points
@@ -245,14 +253,3 @@ def _check_inertia(
             f"the inertia {inertia} is negative {what}; so would be the kinetic energy. Correct "
             "its sign, or a nominal value."
         )
-
-
-def _positive(parameters: Iterable[Parameter]) -> list[dict[sympy.Symbol, float]]:
-    """Positive numbers of several sizes, or the bound where it is lower."""
-    return [
-        {
-            p.symbol: min(max(float(sizes[i % 2]), p.lower), p.upper)
-            for i, p in enumerate(parameters)
-        }
-        for sizes in _SIZES
-    ]

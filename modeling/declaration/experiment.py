@@ -9,8 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import sympy
-
 from axisid.modeling.quantities import TIME, ConstantSymbol, expression, listed, number, settle
 from axisid.support.errors import ModelError, is_whole, quoted
 from axisid.support.mappings import FrozenMapping
@@ -132,7 +130,17 @@ class Experiment:
     resolution: float = 0.0
 
     def __post_init__(self) -> None:
-        of_time = {name: self._of_time(name, value) for name, value in self.signals.items()}
+        of_time = {
+            name: expression(value, f"the signal {name!r} of an experiment")
+            for name, value in self.signals.items()
+        }
+        for name, value in of_time.items():
+            if value.free_symbols - value.atoms(ConstantSymbol) - {TIME}:
+                raise ModelError(
+                    f"the signal {name!r} of an experiment is {value}; it may use {TIME} and "
+                    "numbers.",
+                    code="twin",
+                )
         settle(
             self,
             signals=FrozenMapping(of_time),
@@ -156,14 +164,3 @@ class Experiment:
                 f"the encoder's resolution is {self.resolution!r}; give 0 or more.",
                 code="twin",
             )
-
-    @staticmethod
-    def _of_time(name: str, value: Any) -> sympy.Expr:
-        found = expression(value, f"the signal {name!r} of an experiment")
-        others = found.free_symbols - found.atoms(ConstantSymbol) - {TIME}
-        if others:
-            raise ModelError(
-                f"the signal {name!r} of an experiment is {found}; it may use {TIME} and numbers.",
-                code="twin",
-            )
-        return found

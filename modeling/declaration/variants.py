@@ -139,7 +139,17 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
             "parameters out.",
             code="parameters",
         )
-    gone = [p for p in axis.parameters if p not in kept]
+    left = tuple(  # with the value that stands for each, which its bounds need not hold
+        replace(
+            p,
+            lower=-math.inf,
+            upper=math.inf,
+            known=held.get(p.symbol, p.nominal),
+            known_sd=0.0,
+        )
+        for p in axis.parameters
+        if p not in kept
+    )
     experiment, stays = axis.experiment, {p.name for p in kept}
     return replace(
         axis,
@@ -148,7 +158,7 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
         drive=replace(axis.drive, profile=profile),
         experiment=experiment
         and replace(experiment, truth={n: v for n, v in experiment.truth.items() if n in stays}),
-        left_out=(*axis.left_out, *(_standing(p, held.get(p.symbol, p.nominal)) for p in gone)),
+        left_out=(*axis.left_out, *left),
     )
 
 
@@ -157,19 +167,15 @@ def left_out_text(axis: Axis) -> str:
     return ", ".join(f"{p.name} = {known_text(p)} {p.unit}" for p in axis.left_out)
 
 
-def _standing(parameter: Parameter, value: float) -> Parameter:
-    """A parameter with the value that stands for it, which its bounds need not hold."""
-    return replace(parameter, lower=-math.inf, upper=math.inf, known=value, known_sd=0.0)
-
-
 def _held(axis: Axis, parameter: Parameter) -> float:
     if parameter.known is not None:
         return parameter.known
     expressions = (axis.force, axis.drive.profile)
     inside = (value.free_symbols for state in axis.states for value in state.values)
-    remembered = parameter.symbol in frozenset[sympy.Symbol]().union(*inside)
-    if not remembered and not any(_bends(e, parameter.symbol) for e in expressions):
-        return 0.0
+    symbol = parameter.symbol
+    remembered = symbol in frozenset[sympy.Symbol]().union(*inside)
+    if not remembered and not any(symbol in e.diff(symbol).free_symbols for e in expressions):
+        return 0.0  # it enters linearly
     if parameter.nominal:
         return parameter.nominal
     raise UsageError(
@@ -177,8 +183,3 @@ def _held(axis: Axis, parameter: Parameter) -> float:
         f"declare one, or fix it: fix {parameter.name}=VALUE.",
         code="parameters",
     )
-
-
-def _bends(expression: sympy.Expr, symbol: sympy.Symbol) -> bool:
-    """Whether an expression is more than linear in a symbol."""
-    return symbol in expression.diff(symbol).free_symbols

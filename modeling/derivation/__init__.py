@@ -1,18 +1,31 @@
 """The models of an axis.
 
 In: `Axis`. Out: `AxisModel`: inverse and direct model, the map between their parameters, base
-parameters and the null space. Knows nothing of text files and of code.
+parameters and the null space, and all that in words. Knows nothing of text files and of code.
 """
 
 from .base_model import BaseModel as BaseModel, base_model as base_model
-from .direct import DirectRegressor as DirectRegressor
-from .friction_ladder import friction_ladder as friction_ladder
-from .joint_base_parameters import (
-    CommonParameters as CommonParameters,
-    common_parameters as common_parameters,
+from .description import (
+    Section as Section,
+    derived_sections as derived_sections,
+    describe_determined as describe_determined,
+    describe_loss as describe_loss,
+    describe_undetermined as describe_undetermined,
+    describe_unidentifiable as describe_unidentifiable,
+    undetermined_names as undetermined_names,
 )
+from .direct import ParameterMap as ParameterMap
+from .friction_ladder import friction_ladder as friction_ladder
 from .model import AxisModel as AxisModel, derive as derive
-from .null_space import Direction as Direction, generic_points as generic_points
-from .parameter_map import ParameterMap as ParameterMap
-from .rest_force import forces_at_rest as forces_at_rest, motion_point as motion_point
-from .state_equations import StateEquation as StateEquation, state_limits as state_limits
+from .null_space import (
+    CommonParameters as CommonParameters,
+    Direction as Direction,
+    common_parameters as common_parameters,
+    generic_points as generic_points,
+)
+from .state_equations import (
+    StateEquation as StateEquation,
+    forces_at_rest as forces_at_rest,
+    motion_point as motion_point,
+    state_limits as state_limits,
+)

@@ -2,15 +2,29 @@
 
 Physical parameters enter as products (``m l``, ``m l**2``) and sums (``J + m l**2``); a record
 shows only these. They are derived, the axis is declared again in them, and the map is kept.
+
+``force = sum of mu_j(parameters) f_j(motion)``. The rows of ``f_j`` at motions that have nothing to
+do with each other have a reduced row echelon form R, and ``R mu`` is the smallest set of
+combinations that the force depends on.
 """
 
 import math
 from collections.abc import Sequence, Set as AbstractSet
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 import sympy
+from sympy.core.expr import AtomicExpr
 
-from axisid.modeling.algebra import Coefficients, Row
+from axisid.modeling.algebra import (
+    CANNOT,
+    Coefficients,
+    Exponents,
+    NotRealError,
+    Row,
+    reduced_functions,
+    value_at,
+)
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import (
     Parameter,
@@ -22,9 +36,91 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError
 
-from .base_terms import Exponents, force_terms
-from .friction_direction import with_direction
+from .inverse import with_direction
 from .null_space import Direction, null_space
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Terms:
+    """The combinations of monomials of the parameters that a force depends on.
+
+    Attributes
+    ----------
+    monomials : tuple of tuple of int
+        Distinct, with exponents by parameter, those of the lowest degree first.
+    rows : tuple of list of Fraction
+        In reduced row echelon form, one column for each monomial.
+    pivots : tuple of int
+        The monomial that each row begins with.
+    nonlinear : frozenset of sympy.Symbol
+        Parameters that enter other than by whole powers; they count as motion, and each has a row
+        and a column of its own.
+    """
+
+    monomials: tuple[Exponents, ...]
+    rows: tuple[Row, ...]
+    pivots: tuple[int, ...]
+    nonlinear: frozenset[sympy.Symbol]
+
+
+def force_terms(
+    force: sympy.Expr, velocity: sympy.Symbol, parameters: Sequence[sympy.Symbol]
+) -> Terms:
+    """Split a force into functions of the motion and monomials of the parameters.
+
+    Parameters
+    ----------
+    force : sympy.Expr
+        With the friction direction in place of ``sign(dq)``.
+    velocity : sympy.Symbol
+    parameters : sequence of sympy.Symbol
+
+    Raises
+    ------
+    ModelError
+        It has too many products of parameters, or a part that is no real number.
+    """
+    nodes = force.atoms(AtomicExpr, sympy.Pow, sympy.Function)
+    for node in (n for n in nodes if not (n.is_Rational or n.free_symbols)):
+        try:
+            value_at(node, {})
+        except CANNOT as error:
+            raise NotRealError(f"{node} has no finite real value.") from error
+    nonlinear = Coefficients(force, parameters).nonlinear
+    linear = [p for p in parameters if p not in nonlinear]
+    places = [j for j, p in enumerate(parameters) if p not in nonlinear]
+    weights: dict[Exponents, sympy.Expr] = {}
+    for powers, weight in Coefficients(force, linear).terms:
+        exponents = [0] * len(parameters)
+        for j, power in zip(places, powers, strict=True):
+            exponents[j] = power
+        if any(exponents):
+            weights[tuple(exponents)] = weight
+    weights = dict(sorted(weights.items(), key=lambda item: _order(item[0])))
+    found, pivots = reduced_functions(list(weights.values()), velocity)
+    own = [j for j, p in enumerate(parameters) if p in nonlinear]
+    monomials = [*weights, *(tuple(int(i == j) for i in range(len(parameters))) for j in own)]
+    units = [
+        [Fraction(i == j) for i in range(len(monomials))]
+        for j in range(len(weights), len(monomials))
+    ]
+    rows = [*([*row, *[Fraction(0)] * len(own)] for row in found), *units]
+    order = [
+        j
+        for j in sorted(range(len(monomials)), key=lambda j: _order(monomials[j]))
+        if any(row[j] for row in rows)
+    ]
+    return Terms(
+        monomials=tuple(monomials[j] for j in order),
+        rows=tuple([row[j] for j in order] for row in rows),
+        pivots=tuple(order.index(j) for j in (*pivots, *range(len(weights), len(monomials)))),
+        nonlinear=frozenset(nonlinear),
+    )
+
+
+def _order(exponents: Exponents) -> tuple[int, tuple[int, ...]]:
+    return sum(exponents), tuple(-e for e in exponents)
+
 
 _LONGEST_NAME = 31
 
@@ -116,7 +212,9 @@ def base_model(axis: Axis, balance: sympy.Expr | None = None) -> BaseModel:
     if balance is None:
         balance = with_direction(with_numbers(axis.force), q.velocity)
     found = force_terms(balance, q.velocity, symbols)
-    _check_effects(found.monomials, symbols)
+    cancelled = [str(p) for j, p in enumerate(symbols) if not any(e[j] for e in found.monomials)]
+    if cancelled:
+        raise ModelError(f"{', '.join(cancelled)} has no effect: its terms cancel. Remove it.")
     leads = [found.monomials[pivot] for pivot in found.pivots]
     places = sorted(range(len(leads)), key=lambda i: _first(leads[i]))
     table = [found.rows[i] for i in places]
@@ -151,19 +249,9 @@ def declared_as_base(axis: Axis) -> BaseModel:
     )
 
 
-def _check_effects(monomials: Sequence[Exponents], symbols: Sequence[sympy.Symbol]) -> None:
-    cancelled = [str(p) for j, p in enumerate(symbols) if not any(e[j] for e in monomials)]
-    if cancelled:
-        raise ModelError(f"{', '.join(cancelled)} has no effect: its terms cancel. Remove it.")
-
-
 def _first(exponents: Exponents) -> tuple[int, int, Exponents]:
     """Base parameters come in the order of the declared ones that they begin with."""
     return next(j for j, e in enumerate(exponents) if e), sum(exponents), exponents
-
-
-def _monomial(exponents: Exponents, symbols: Sequence[sympy.Symbol]) -> sympy.Expr:
-    return sympy.Mul(*(p**e for p, e in zip(symbols, exponents, strict=True) if e))
 
 
 def _expression(
@@ -171,7 +259,8 @@ def _expression(
 ) -> sympy.Expr:
     return sympy.Add(
         *(
-            sympy.Rational(weight.numerator, weight.denominator) * _monomial(e, symbols)
+            sympy.Rational(weight.numerator, weight.denominator)
+            * sympy.Mul(*(p**power for p, power in zip(symbols, e, strict=True) if power))
             for weight, e in zip(row, monomials, strict=True)
             if weight
         )

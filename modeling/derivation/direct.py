@@ -1,43 +1,53 @@
-"""The direct dynamic model: acceleration from force, and its regressor where there is one.
+"""The direct dynamic model: acceleration from force, its regressor and the map of its parameters.
 
 With constant inertia ``I = a . theta`` the acceleration ``(tau - h) / I`` is linear in
 ``1/I`` and the quotients ``p/I``. One parameter of the inertia, the *pivot*, is expressed by the
 others, since ``a . theta / I = 1`` leaves one quotient too many. A known part of the inertia moves
 to the first column.
+
+The paper inverts the map ``theta_ddm = [1/I, p/I, ...]`` by hand and gives no deviations for the
+result; here the map, its inverse and both Jacobians are derived, as the delta method needs them.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import sympy
 
 from axisid.modeling.algebra import intercept, multiplied_out, vanishes, without
-from axisid.modeling.quantities import DIRECTION, FORCE, Coordinate
+from axisid.modeling.quantities import DIRECTION, FORCE, Coordinate, Unit
 from axisid.support.errors import Missing, ModelError
 
 from .inverse import Regressor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DirectRegressor:
-    """``ddq = regressor.columns . theta_ddm + regressor.intercept``, for constant inertia.
+class ParameterMap:
+    """``theta_ddm`` from the physical parameters, and back.
 
     Attributes
     ----------
-    regressor : Regressor
-        The row; its first column multiplies ``1/I``.
-    inertia : sympy.Expr
-        ``I``, affine in the parameters.
-    pivot : sympy.Symbol or None
-        The parameter of the inertia that has no quotient of its own; None for a known inertia.
-    quotients : tuple of sympy.Symbol
-        The parameters p whose ``p/I`` follow ``1/I`` in ``theta_ddm``; under a known inertia they
-        are ``theta_ddm`` themselves.
+    parameters : tuple of sympy.Symbol
+        Physical, length p.
+    symbols : tuple of sympy.Symbol
+        ``theta1 ... thetam``, the direct model's.
+    forward : sympy.Matrix, (m, 1)
+        ``theta_ddm`` of the parameters.
+    forward_jacobian : sympy.Matrix, (m, p)
+    inverse : sympy.Matrix, (p, 1)
+        The parameters of ``theta_ddm``.
+    inverse_jacobian : sympy.Matrix, (p, m)
+    units : tuple of Unit
+        Of ``theta_ddm``.
     """
 
-    regressor: Regressor
-    inertia: sympy.Expr
-    pivot: sympy.Symbol | None
-    quotients: tuple[sympy.Symbol, ...]
+    parameters: tuple[sympy.Symbol, ...]
+    symbols: tuple[sympy.Symbol, ...]
+    forward: sympy.ImmutableMatrix
+    forward_jacobian: sympy.ImmutableMatrix
+    inverse: sympy.ImmutableMatrix
+    inverse_jacobian: sympy.ImmutableMatrix
+    units: tuple[Unit, ...]
 
 
 def inertia_of(force: sympy.Expr, coordinate: Coordinate) -> sympy.Expr:
@@ -77,18 +87,33 @@ def direct_dynamics(balance: sympy.Expr, profile: sympy.Expr, coordinate: Coordi
     return (profile * FORCE - rest) / inertia_of(balance, coordinate)
 
 
-def direct_regressor(
+def direct_model(
     idm: Regressor,
-    parameters: tuple[sympy.Symbol, ...],
+    units: Mapping[sympy.Symbol, Unit],
     inertia: sympy.Expr,
-    acceleration: sympy.Symbol,
-) -> DirectRegressor | Missing:
-    """Derive the direct model's regressor, or say why there is none.
+    coordinate: Coordinate,
+) -> tuple[Regressor, ParameterMap] | Missing:
+    """Derive the direct model's regressor and the map of its parameters, or say why there is none.
+
+    ``ddq = columns . theta_ddm + intercept``, for constant inertia; the first column multiplies
+    ``1/I``, the others the quotients ``p/I`` of all parameters but the pivot. Under a known inertia
+    ``theta_ddm`` are the parameters themselves.
+
+    Parameters
+    ----------
+    idm : Regressor
+        Of the inverse model.
+    units : mapping of sympy.Symbol to Unit
+        Of the physical parameters, in the axis's order, which can be told apart.
+    inertia : sympy.Expr
+        ``I``.
+    coordinate : Coordinate
 
     References
     ----------
     Equation (2) of [Brunot2015]_, generalised.
     """
+    parameters = tuple(units)
     moving = inertia.free_symbols - set(parameters)
     if idm.nonlinear:
         names = ", ".join(map(str, idm.nonlinear))
@@ -99,34 +124,42 @@ def direct_regressor(
             "acceleration is not linear in any finite set of parameters; use idm-ls or idm-iv"
         )
     free, scales = _shares(inertia, parameters)
-    still = idm.at_rest(acceleration)
+    still = {coordinate.acceleration: sympy.S.Zero}
+    known, *columns = (each.xreplace(still) for each in (idm.intercept, *idm.columns))
+    symbols = tuple(sympy.Symbol(f"theta{i + 1}", real=True) for i in range(len(parameters)))
     if not scales:
-        return _under_known_inertia(still, free, parameters)
-    rest = dict(zip(parameters, still.columns, strict=True))
-    pivot = next((p for p in scales if vanishes(rest[p])), next(iter(scales)))
-    share = rest[pivot] / scales[pivot]
-    columns = {p: scales.get(p, sympy.S.Zero) * share - rest[p] for p in parameters if p != pivot}
-    first = FORCE - still.intercept + share * free
-    return DirectRegressor(
-        regressor=Regressor(columns=(first, *columns.values()), intercept=-share),
-        inertia=sympy.Add(free, *(p * scale for p, scale in scales.items())),
-        pivot=pivot,
-        quotients=tuple(columns),
-    )
-
-
-def _under_known_inertia(
-    still: Regressor, inertia: sympy.Expr, parameters: tuple[sympy.Symbol, ...]
-) -> DirectRegressor:
-    """``ddq = (tau - intercept)/I - sum of columns p/I``: linear in the parameters as they are."""
-    return DirectRegressor(
-        regressor=Regressor(
-            columns=tuple(-column / inertia for column in still.columns),
-            intercept=(FORCE - still.intercept) / inertia,
-        ),
-        inertia=inertia,
-        pivot=None,
-        quotients=parameters,
+        regressor = Regressor(
+            columns=tuple(-column / free for column in columns), intercept=(FORCE - known) / free
+        )
+        forward, inverse = sympy.Matrix(parameters), sympy.ImmutableMatrix(symbols)
+        map_units = tuple(units.values())
+    else:
+        rest = dict(zip(parameters, columns, strict=True))
+        pivot = next((p for p in scales if vanishes(rest[p])), next(iter(scales)))
+        share = rest[pivot] / scales[pivot]
+        quotients = {
+            p: scales.get(p, sympy.S.Zero) * share - rest[p] for p in parameters if p != pivot
+        }
+        first = FORCE - known + share * free
+        regressor = Regressor(columns=(first, *quotients.values()), intercept=-share)
+        whole = sympy.Add(free, *(p * scale for p, scale in scales.items()))
+        forward = sympy.Matrix([1 / whole, *(p / whole for p in quotients)])
+        # I = 1/theta1, p = thetaj/theta1, and the pivot from the inertia's definition.
+        over, slope = 1 / symbols[0], whole.diff(pivot)
+        values = {p: t * over for p, t in zip(quotients, symbols[1:], strict=True)}
+        shared = (whole - pivot * slope).subs(values, simultaneous=True)
+        values[pivot] = sympy.factor((over - shared) / slope)
+        inverse = sympy.ImmutableMatrix([values[p] for p in parameters])
+        of_one = coordinate.acceleration_unit / coordinate.force_unit
+        map_units = (of_one, *(units[p] * of_one for p in quotients))
+    return regressor, ParameterMap(
+        parameters=parameters,
+        symbols=symbols,
+        forward=forward.as_immutable(),
+        forward_jacobian=forward.jacobian(parameters).applyfunc(sympy.together).as_immutable(),
+        inverse=inverse,
+        inverse_jacobian=inverse.jacobian(symbols).as_immutable(),
+        units=map_units,
     )
 
 

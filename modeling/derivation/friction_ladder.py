@@ -16,8 +16,8 @@ from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.quantities import Parameter, fresh_name, number, with_numbers
 from axisid.support.errors import ModelError
 
-from .base_terms import Terms, force_terms
-from .friction_direction import with_direction
+from .base_model import Terms, force_terms
+from .inverse import with_direction
 
 _Term = tuple[Parameter, sympy.Expr]  # a parameter and what it multiplies
 

@@ -10,11 +10,14 @@ from axisid.modeling.quantities import parse_unit, with_numbers, with_own_symbol
 from axisid.support.errors import Missing, ModelError
 
 from .base_model import BaseModel, base_model, declared_as_base
-from .direct import DirectRegressor, direct_dynamics, direct_regressor, inertia_of
-from .friction_direction import with_direction
-from .inverse import Regressor, inverse_regressor
+from .direct import (
+    ParameterMap,
+    direct_dynamics,
+    direct_model,
+    inertia_of,
+)
+from .inverse import Regressor, inverse_regressor, with_direction
 from .null_space import Direction, unidentifiable_directions
-from .parameter_map import ParameterMap, parameter_map
 from .state_equations import StateEquation, in_direction, state_equations
 
 
@@ -36,7 +39,7 @@ class AxisModel:
         Direct dynamics.
     idm : Regressor
         Of the inverse model; one column per parameter.
-    ddm : DirectRegressor or Missing
+    ddm : Regressor or Missing
         Of the direct model; missing where the acceleration is linear in no finite parameter set.
     parameter_map : ParameterMap or Missing
         Between ``theta_ddm`` and the parameters; missing with `ddm`.
@@ -54,7 +57,7 @@ class AxisModel:
     inertia: sympy.Expr
     acceleration: sympy.Expr
     idm: Regressor
-    ddm: DirectRegressor | Missing
+    ddm: Regressor | Missing
     parameter_map: ParameterMap | Missing
     unidentifiable: tuple[Direction, ...]
     states: tuple[StateEquation, ...] = ()
@@ -104,9 +107,14 @@ def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
     force = balance / profile
     inertia = inertia_of(force, q)
     idm = inverse_regressor(force, symbols)
-    ddm = direct_regressor(idm, symbols, inertia, q.acceleration)
-    if isinstance(ddm, Missing):
-        ddm = Missing(f"axis {axis.name!r} has no direct regressor: {ddm}")
+    units = {p.symbol: parse_unit(p.unit) for p in axis.parameters}
+    direct = direct_model(idm, units, inertia, q)
+    ddm: Regressor | Missing
+    mapping: ParameterMap | Missing
+    if isinstance(direct, Missing):
+        ddm = mapping = Missing(f"axis {axis.name!r} has no direct regressor: {direct}")
+    else:
+        ddm, mapping = direct
     return AxisModel(
         base=base,
         axis=axis,
@@ -115,7 +123,7 @@ def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
         acceleration=direct_dynamics(balance, profile, q),
         idm=idm,
         ddm=ddm,
-        parameter_map=ddm if isinstance(ddm, Missing) else _map(axis, ddm),
+        parameter_map=mapping,
         unidentifiable=unidentifiable_directions(idm, axis.parameters, q),
     )
 
@@ -159,13 +167,3 @@ def _balance(axis: Axis) -> sympy.Expr:
     if vanishes(inertia_of(force, q)):
         raise ModelError("the acceleration cancels out of the force; an axis needs an inertia.")
     return force
-
-
-def _map(axis: Axis, ddm: DirectRegressor) -> ParameterMap:
-    q = axis.coordinate
-    return parameter_map(
-        ddm,
-        tuple(p.symbol for p in axis.parameters),
-        {p.symbol: parse_unit(p.unit) for p in axis.parameters},
-        q.acceleration_unit / q.force_unit,
-    )

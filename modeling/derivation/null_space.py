@@ -1,4 +1,4 @@
-"""Changes of the parameters that no motion shows.
+"""Changes of the parameters that no motion shows, and what several records show together.
 
 What parameters do to the force may be one function of the motion, or functions that add up to
 nothing. No experiment separates them then: only combinations of them are identifiable.
@@ -7,6 +7,7 @@ nothing. No experiment separates them then: only combinations of them are identi
 import contextlib
 import math
 from collections.abc import Iterator, Mapping, Sequence, Set as AbstractSet
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
 from typing import TypeAlias
@@ -17,18 +18,10 @@ from sympy.polys.domains import PolynomialRing
 from sympy.polys.matrices import DomainMatrix
 from sympy.polys.rings import PolyElement
 
-from axisid.modeling.algebra import (
-    CANNOT,
-    NotRealError,
-    Row,
-    exact,
-    reduced_functions,
-    reduced_rows,
-    value_at,
-)
-from axisid.modeling.quantities import DIRECTION, Coordinate, Parameter, signals_in
+from axisid.modeling.algebra import Exponents, NotRealError, Row, reduced_functions, reduced_rows
+from axisid.modeling.declaration import Axis
+from axisid.modeling.quantities import Coordinate, Parameter, fresh_name, product_of_powers
 
-from .base_terms import Exponents
 from .inverse import Regressor
 
 #: Maps parameters to the weights of a change that no motion shows.
@@ -38,10 +31,7 @@ Direction: TypeAlias = dict[sympy.Symbol, sympy.Expr]
 Point: TypeAlias = Mapping[sympy.Symbol, sympy.Expr]
 
 _PLACES, _STEPS = 101, (37, 59)  # a prime, and how two points walk through its fractions
-_MOST = 3  # motions that determine a direction in symbols
-_NEAR = 1e-9
 _MOST_PRODUCTS = 20_000  # of one term of each sum, above which no direction is found in symbols
-_MOST_NODES, _MOST_SYMBOLS, _MOST_ROOTS = 150, 8, 12  # of weights that are written as quotients
 
 
 def null_space(
@@ -77,7 +67,7 @@ def null_space(
     ]
     slopes = [[total.diff(ring.from_sympy(p)) for p in free] for total in sums]
     if math.prod(map(len, sums)) <= _MOST_PRODUCTS:
-        return tuple(map(_direction, _kernel(slopes, free, ring)))
+        return tuple(_kernel(slopes, free, ring))
     point = [Fraction(x.p, x.q) for x in generic_points(parameters)[0].values()]
     numbers = [[_at(slope, point) for slope in row] for row in slopes]
     return _null_space_of_numbers(*reduced_rows(numbers), free)
@@ -96,7 +86,10 @@ def _at(polynomial: PolyElement, point: Sequence[Fraction]) -> Fraction:
 def _kernel(
     rows: Sequence[Sequence[PolyElement]], symbols: Sequence[sympy.Symbol], ring: PolynomialRing
 ) -> Iterator[Direction]:
-    """What rows of polynomials map to nothing, in polynomials that share no factor."""
+    """What rows of polynomials map to nothing, in polynomials that share no factor.
+
+    Their coefficients are whole; of weights that are numbers the last is 1.
+    """
     field = ring.get_field()
     table = [[field.convert_from(slope, ring) for slope in row] for row in rows]
     basis = DomainMatrix(table, (len(table), len(symbols)), field).to_sparse().nullspace()
@@ -104,8 +97,18 @@ def _kernel(
         shared = reduce(ring.lcm, (weight.denom for weight in vector))
         whole = [weight.numer * shared.exquo(weight.denom) for weight in vector]
         common = reduce(ring.gcd, whole)
-        weights = (ring.to_sympy(weight.exquo(common)) for weight in whole)
-        yield dict(zip(symbols, weights, strict=True))
+        weights = {s: w.exquo(common) for s, w in zip(symbols, whole, strict=True) if w}
+        first, last = (next(each(weights.values())) for each in (iter, reversed))
+        if all(weight.is_ground for weight in weights.values()):
+            unit = last.LC
+        else:
+            numbers = [number for weight in weights.values() for number in weight.coeffs()]
+            unit = QQ(
+                math.gcd(*(int(number.numerator) for number in numbers)),
+                math.lcm(*(int(number.denominator) for number in numbers)),
+            )
+            unit = -unit if ring.to_sympy(first).could_extract_minus_sign() else unit
+        yield {s: ring.to_sympy(weight.quo_ground(unit)) for s, weight in weights.items()}
 
 
 def _null_space_of_numbers(
@@ -142,121 +145,130 @@ def unidentifiable_directions(
     parameters : sequence of Parameter
         One for each column.
     coordinate : Coordinate
+
+    Returns
+    -------
+    tuple of dict
+        With rational weights where these are the same at all points, else with decimals, those at
+        one of the points.
     """
     if not regressor.nonlinear:
         return ()
-    columns = {p.symbol: c for p, c in zip(parameters, regressor.columns, strict=True)}
-    found: list[tuple[Point, tuple[Direction, ...]]] = []
+    symbols = tuple(p.symbol for p in parameters)
+    found: list[tuple[Direction, ...]] = []
     for point in generic_points(parameters):
         with contextlib.suppress(NotRealError):
-            found.append((point, _independent_of_motion(columns, coordinate.velocity, point)))
-    if not found:
-        return ()
-    best, directions = min(found, key=lambda pair: len(pair[1]))
-    return tuple(_in_parameters(d, columns, coordinate, best) for d in directions)
+            rows = reduced_functions(regressor.columns, coordinate.velocity, point)
+            found.append(_null_space_of_numbers(*rows, symbols))
+    return tuple(
+        d if all(d in others for others in found) else {p: sympy.Float(w) for p, w in d.items()}
+        for d in min(found, key=len, default=())
+    )
 
 
 def generic_points(parameters: Sequence[Parameter]) -> tuple[Point, ...]:
-    """Numbers for the parameters that have nothing to do with each other, several times."""
-    return tuple(
-        {p.symbol: _generic(p, (i + 1) * step) for i, p in enumerate(parameters)} for step in _STEPS
-    )
+    """Numbers for the parameters that have nothing to do with each other, several times.
 
-
-def _generic(parameter: Parameter, place: int) -> sympy.Rational:
-    """A number within the bounds, near the nominal value if there is one."""
-    lower, upper = parameter.lower, parameter.upper
-    near = parameter.nominal or (min(1.0, upper) if upper > 0 else max(-1.0, lower))
-    low, high = sorted((near / 2, 2 * near))
-    start, end = (sympy.Rational(str(x)) for x in (max(low, lower), min(high, upper)))
-    return start + (end - start) * sympy.Rational(place % _PLACES, _PLACES)
-
-
-def _independent_of_motion(
-    columns: Mapping[sympy.Symbol, sympy.Expr], velocity: sympy.Symbol, point: Point
-) -> tuple[Direction, ...]:
-    """Combinations of columns that are zero as functions of the motion at a point."""
-    found = reduced_functions(tuple(columns.values()), velocity, point)
-    return _null_space_of_numbers(*found, tuple(columns))
-
-
-def _in_parameters(
-    direction: Direction,
-    columns: Mapping[sympy.Symbol, sympy.Expr],
-    coordinate: Coordinate,
-    point: Point,
-) -> Direction:
-    """A direction found at a point as a function of the parameters.
-
-    As many motions as it takes determine it: the minors of their rows are its weights. Where they
-    do not, in a few motions or in closed form, it stays as it is at the point.
+    Within the bounds, near the nominal value if there is one.
     """
-    weights = {p: sympy.Float(weight) for p, weight in direction.items()}
-    if len(direction) - 1 > _MOST or not all(_is_tame(columns[p]) for p in direction):
-        return weights
-    with contextlib.suppress(sympy.PolynomialError, *CANNOT):
-        closed = _from_motions([exact(columns[p]) for p in direction], coordinate)
-        values = [float(value_at(weight, point)) for weight in closed]
-        if any(values) and all(
-            math.isclose(value, weight * values[-1], rel_tol=_NEAR)
-            for value, weight in zip(values, map(float, direction.values()), strict=True)
-        ):
-            return _direction(dict(zip(direction, closed, strict=True)))
-    return weights
+    points: list[dict[sympy.Symbol, sympy.Expr]] = [{} for _ in _STEPS]
+    for i, p in enumerate(parameters):
+        near = p.nominal or (min(1.0, p.upper) if p.upper > 0 else max(-1.0, p.lower))
+        low, high = sorted((near / 2, 2 * near))
+        ends = (max(low, p.lower), min(high, p.upper))
+        start, end = (sympy.Rational(str(x)) for x in ends)
+        for point, step in zip(points, _STEPS, strict=True):
+            share = sympy.Rational((i + 1) * step % _PLACES, _PLACES)
+            point[p.symbol] = start + (end - start) * share
+    return tuple(points)
 
 
-def _from_motions(columns: Sequence[sympy.Expr], coordinate: Coordinate) -> list[sympy.Expr]:
-    """Weights of the combination that one motion less than there are columns does not show."""
-    recorded = sorted(signals_in(*columns), key=str)
-    motions = [
-        {**_motion(coordinate, i), **{s: _recorded(i, j) for j, s in enumerate(recorded)}}
-        for i in range(len(columns) - 1)
-    ]
-    rows = [[column.xreplace(motion) for column in columns] for motion in motions]
-    square = sympy.Matrix([[0] * len(columns), *rows])
-    return [square.cofactor(0, j) for j in range(len(columns))]
+#: Powers of declared parameters by name, and the number of the record if the product is its own.
+Product = tuple[tuple[tuple[str, int], ...], int | None]
+_LONGEST_NAME = 28
 
 
-def _is_tame(*weights: sympy.Expr) -> bool:
-    """Whether expressions are small enough for quotients of them to be reduced."""
-    nodes = [node for weight in weights for node in sympy.preorder_traversal(weight)]
-    powers = [sympy.Rational(str(n.exp)) for n in nodes if n.is_Pow and n.exp.is_Number]
-    symbols = {node for node in nodes if node.is_Symbol}
-    return (
-        len(nodes) <= _MOST_NODES
-        and len(symbols) <= _MOST_SYMBOLS
-        and all(power.q <= _MOST_ROOTS and abs(power.p) <= _MOST_ROOTS for power in powers)
+@dataclass(frozen=True, slots=True)
+class CommonParameters:
+    """Parameters with how they are made, and the products that lead them.
+
+    Attributes
+    ----------
+    parameters : tuple of (Parameter, str)
+        The expression is empty of one that is declared.
+    pivots : tuple of int
+    """
+
+    parameters: tuple[tuple[Parameter, str], ...]
+    pivots: tuple[int, ...]
+
+
+def common_parameters(
+    axis: Axis,
+    products: Sequence[Product],
+    single: Sequence[Parameter | None],
+    rows: Sequence[list[Fraction]],
+    taken: set[str],
+) -> CommonParameters:
+    """Reduce weights of products, one row for each base parameter of each record.
+
+    Parameters
+    ----------
+    axis : Axis
+        Whose parameters the products are of.
+    products : sequence of Product
+    single : sequence of Parameter or None
+        Of products that are a parameter by themselves.
+    rows : sequence of list of Fraction
+    taken : set of str
+        Names in lower case that no new parameter may have; new ones are added.
+
+    Raises
+    ------
+    ModelError
+        As `reduced_rows` does.
+    """
+    reduced, pivots = reduced_rows(rows)
+    declared = {p.name: p for p in axis.parameters}
+    found = []
+    for row, pivot in zip(reduced, pivots, strict=True):
+        alone = single[pivot]
+        if alone is not None and sum(map(bool, row)) == 1:
+            found.append((alone, ""))
+            continue
+        terms = [(w, p) for w, p in zip(row, products, strict=True) if w]
+        said = " + ".join(
+            factors if weight == 1 else f"{float(weight):g}*{factors}"
+            for weight, factors in ((weight, _factors(product)) for weight, product in terms)
+        )
+        found.append((_made(terms, products[pivot], said, declared, taken), said))
+    return CommonParameters(tuple(found), tuple(pivots))
+
+
+def _made(
+    terms: Sequence[tuple[Fraction, Product]],
+    lead: Product,
+    said: str,
+    declared: dict[str, Parameter],
+    taken: set[str],
+) -> Parameter:
+    """A parameter that is none of the declared ones."""
+    name = "_plus_".join(
+        "_".join(f"{n}{e if e > 1 else ''}" for n, e in powers)
+        + ("" if record is None else f"_{record + 1}")
+        for _, (powers, record) in terms
+    )
+    nominal = math.fsum(
+        float(weight) * math.prod(declared[n].nominal ** e for n, e in powers)
+        for weight, (powers, _) in terms
+    )
+    unit = product_of_powers((declared[n].unit, e) for n, e in lead[0])
+    return Parameter(
+        fresh_name(name[:_LONGEST_NAME], taken), str(unit), nominal=nominal, description=said
     )
 
 
-def _motion(coordinate: Coordinate, i: int) -> dict[sympy.Symbol, sympy.Expr]:
-    """A motion unlike the others, forwards and backwards in turn."""
-    ahead = sympy.Integer(-1) ** i
-    return {
-        coordinate.symbol: sympy.Rational(i + 1, 3),
-        coordinate.velocity: ahead * (i + 1),
-        coordinate.acceleration: sympy.Rational(2 * i + 1, i + 2),
-        DIRECTION: ahead,
-    }
-
-
-def _recorded(i: int, j: int) -> sympy.Rational:
-    """A recorded signal beside a motion, unlike the others."""
-    return sympy.Rational(3 * i + 2, i + j + 4)
-
-
-def _direction(weights: Direction) -> Direction:
-    """Weights without quotients; where they are numbers, the last is 1."""
-    pairs = {p: w for p, w in weights.items() if w != 0}
-    if not _is_tame(*pairs.values()):
-        return pairs
-    last = list(pairs.values())[-1]
-    ratios = [sympy.cancel(w / last) for w in pairs.values()]
-    if all(ratio.is_number for ratio in ratios):
-        return dict(zip(pairs, ratios, strict=True))
-    shared = sympy.S.One
-    for ratio in ratios:
-        shared = sympy.lcm(shared, sympy.fraction(sympy.together(ratio))[1])
-    whole = [sympy.cancel(ratio * shared) for ratio in ratios]
-    sign = -1 if whole[0].could_extract_minus_sign() else 1
-    return {p: sympy.expand(sign * w) for p, w in zip(pairs, whole, strict=True)}
+def _factors(product: Product) -> str:
+    powers, record = product
+    factors = "*".join(f"{n}**{e}" if e > 1 else n for n, e in powers)
+    return factors if record is None else f"{factors} (record {record + 1})"

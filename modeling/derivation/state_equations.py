@@ -1,4 +1,7 @@
-"""The equations of an axis's internal states, by the friction direction, each checked."""
+"""The equations of an axis's internal states, each checked, and the axis at rest.
+
+At rest the equation of motion tells, term by term, what a motion starts from and comes back to.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -7,18 +10,50 @@ from operator import itemgetter
 
 import sympy
 
-from axisid.modeling.algebra import vanishes
+from axisid.modeling.algebra import float_at, vanishes
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import (
     DIRECTION,
     State,
     StatePart,
+    at_start,
     with_numbers,
     with_own_symbols,
 )
 from axisid.support.errors import ModelError
 
-from .friction_direction import directed
+from .inverse import directed
+
+
+def forces_at_rest(
+    axis: Axis, parameters: Sequence[float], position: float, recorded: Sequence[float]
+) -> tuple[tuple[str, float], ...]:
+    """The terms of the equation of motion, each with its force at rest; NaN where it has none.
+
+    Parameters
+    ----------
+    axis : Axis
+    parameters : sequence of float
+        Length p, finite.
+    position : float
+    recorded : sequence of float
+        The recorded signals, in the axis's order.
+    """
+    point = motion_point(axis, parameters, (position, 0.0), recorded)
+    return tuple(
+        (str(term), float_at(with_numbers(at_start(term)), point))
+        for term in sympy.Add.make_args(axis.force)
+    )
+
+
+def motion_point(
+    axis: Axis, parameters: Sequence[float], motion: tuple[float, float], recorded: Sequence[float]
+) -> dict[sympy.Symbol, float]:
+    """Numbers for the symbols of a force that is not accelerated."""
+    q = axis.coordinate
+    symbols = (*(p.symbol for p in axis.parameters), *axis.signal_symbols)
+    named = dict(zip(symbols, (*parameters, *recorded), strict=True))
+    return {**named, q.symbol: motion[0], q.velocity: motion[1], q.acceleration: 0.0}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +88,20 @@ def state_equations(axis: Axis) -> tuple[StateEquation, ...]:
     """
     if not axis.states:
         return ()
-    _check_axis(axis)
+    law, response = axis.control, axis.response
+    names = ", ".join(state.name for state in axis.states)
+    beside = {
+        "a continuous control law": law is not None and law.continuous,
+        "recorded signals": bool(axis.signals),
+        "a drive whose force changes between the samples of the law": response is not None
+        and not response.is_held,
+    }
+    if found := [what for what, there in beside.items() if there]:
+        raise ModelError(
+            f"axis {axis.name!r}: the friction remembers ({names}), and the axis has {found[0]}, "
+            "with which such friction is not simulated; declare the axis without one of the two.",
+            code="equation",
+        )
     return tuple(_equation(axis, state) for state in axis.states)
 
 
@@ -129,23 +177,5 @@ def _check_symbols(axis: Axis, state: State, value: sympy.Expr, allowed: set[sym
         raise ModelError(
             f"axis {axis.name!r}: the state {state.name} is declared by {value}, which has "
             f"{', '.join(unknown)}; it may have {', '.join(sorted(map(str, allowed)))}.",
-            code="equation",
-        )
-
-
-def _check_axis(axis: Axis) -> None:
-    """Refuse what a loop with states is not simulated with."""
-    law, response = axis.control, axis.response
-    names = ", ".join(state.name for state in axis.states)
-    beside = {
-        "a continuous control law": law is not None and law.continuous,
-        "recorded signals": bool(axis.signals),
-        "a drive whose force changes between the samples of the law": response is not None
-        and not response.is_held,
-    }
-    if found := [what for what, there in beside.items() if there]:
-        raise ModelError(
-            f"axis {axis.name!r}: the friction remembers ({names}), and the axis has {found[0]}, "
-            "with which such friction is not simulated; declare the axis without one of the two.",
             code="equation",
         )

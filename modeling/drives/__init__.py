@@ -4,5 +4,9 @@ In: figures of a motor's data sheet, or expressions. Out: `Drive`.
 Knows nothing of axes and of text.
 """
 
-from .formula import formula_drive as formula_drive
-from .ready import DRIVES as DRIVES, current_drive as current_drive, voltage_drive as voltage_drive
+from .ready import (
+    DRIVES as DRIVES,
+    current_drive as current_drive,
+    formula_drive as formula_drive,
+    voltage_drive as voltage_drive,
+)

@@ -1,21 +1,30 @@
-"""A motor whose force falls with the speed, and a gear that takes its share of the power."""
+"""A motor whose force falls with the speed, a gear that takes its share, and their figures.
 
+Figures of a data sheet are numbers, or constants whose units are checked along the gear.
+"""
+
+import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from typing import Any, TypeAlias
 
 import sympy
 
-from axisid.modeling.declaration import DRIVE_GAIN, Drive, unit_table
+from axisid.modeling.declaration import DRIVE_GAIN, Drive, check_unit, unit_table
 from axisid.modeling.quantities import (
     CONTROL,
     DIRECTION,
     FORCE,
     VELOCITY,
+    Constant,
+    ConstantSymbol,
     Coordinate,
     Signal,
+    Unit,
     expression,
     extreme,
     number,
+    parse_unit,
     settle,
     signals_in,
     with_numbers,
@@ -23,8 +32,170 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError, quoted
 
-from .figures import GearedUnits
-from .formula import check_formula
+#: What a drive is told: a plain number has the unit of its place, a `Constant` its own.
+Figure: TypeAlias = float | Constant | ConstantSymbol
+
+
+def figure(
+    value: Figure, what: str, unit: str = "", *, positive: bool = True, finite: bool = True
+) -> float:
+    """The number of a figure.
+
+    Raises
+    ------
+    ModelError
+        It is none, or negative, or 0 where that is no figure, or a constant in another unit.
+    """
+    if unit:
+        _check_dimension(value, what, unit)
+    found = number(_number(value), what, finite=finite)
+    if found < 0 or (positive and not found):
+        said = "a positive number" if positive else "0 or more"
+        raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="drive")
+    return found
+
+
+def gear_ratio(value: Figure) -> float:
+    """The number of a gear ratio, negative for a motor that turns the other way.
+
+    Raises
+    ------
+    ModelError
+        It is none, or 0.
+    """
+    found = number(_number(value), "the gear ratio")
+    return math.copysign(figure(abs(found), "the gear ratio"), found)
+
+
+def _check_dimension(value: Figure | None, what: str, *units: str) -> None:
+    """Refuse a constant in another unit than those.
+
+    Raises
+    ------
+    ModelError
+        It is in another.
+    """
+    own = own_unit(value)
+    if own is None:
+        return
+    if not any(own.same_dimension(parse_unit(unit)) for unit in units):
+        raise ModelError(f"{what} is in {own}; give it in {' or '.join(units)}.", code="drive")
+
+
+def check_others(made_by: str, others: Mapping[str, Any]) -> None:
+    """Refuse an argument that a drive has not.
+
+    Raises
+    ------
+    ModelError
+        There is one.
+    """
+    known = [f.name for f in fields(Drive) if f.name not in ("gain", "unit", "estimated")]
+    if unknown := [name for name in others if name not in known]:
+        raise ModelError(
+            f"{made_by} has no argument {unknown[0]!r}; beside its own it takes "
+            f"{', '.join(known)}.",
+            code="drive",
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GearedUnits:
+    """Whether figures of a motor and its gear fit an axis.
+
+    Attributes
+    ----------
+    kt, ke : Unit or None
+        Of the constants; None for plain numbers, which fit any axis.
+    ratio : Unit or None
+        Of the gear ratio; None for a plain number.
+    is_geared : bool
+        Whether there is a ratio other than 1.
+    """
+
+    kt: Unit | None = None
+    ke: Unit | None = None
+    ratio: Unit | None = None
+    is_geared: bool = False
+
+    @classmethod
+    def of(cls, kt: Figure, ke: Figure | None, ratio: Figure) -> "GearedUnits":
+        """Of the figures themselves.
+
+        Raises
+        ------
+        ModelError
+            One is in a unit that none of them has.
+        """
+        _check_dimension(kt, "kt", "N m/A", "N/A")
+        _check_dimension(ke, "ke", "V/(rad/s)", "V/(m/s)")
+        _check_dimension(ratio, "the gear ratio", "1", "rad/m")
+        return cls(
+            kt=own_unit(kt), ke=own_unit(ke), ratio=own_unit(ratio), is_geared=_number(ratio) != 1
+        )
+
+    def check_on(self, coordinate: Coordinate) -> None:
+        """Refuse what counts the gear twice, or not at all.
+
+        Raises
+        ------
+        ModelError
+            The figures are the coordinate's already and there is a ratio, or they are not and
+            there is none.
+        """
+        kt, ratio = coordinate.force_unit / parse_unit("A"), f"rad/{coordinate.unit}"
+        ke = parse_unit("V") / coordinate.velocity_unit
+        wrong = self.ratio is not None and not self.ratio.same_dimension(parse_unit(ratio))
+        for name, unit, own in (("kt", self.kt, kt), ("ke", self.ke, ke)):
+            if unit is None:
+                continue
+            is_own = unit.same_dimension(own)
+            twice = is_own and self.is_geared and coordinate.unit == "m"
+            if wrong or twice or not (is_own or self.is_geared):
+                geared = (
+                    f"a gear ratio in {self.ratio or 'no unit'}" if self.is_geared else "no gear"
+                )
+                raise ModelError(
+                    f"{name} is in {unit}, with {geared} on a coordinate in {coordinate.unit}; "
+                    f"give the motor's own {name} and ratio=..., the motor's angle over the "
+                    f"coordinate, in {ratio}, or {name} in {own} without a ratio.",
+                    code="drive",
+                )
+
+
+def own_unit(value: Figure | None) -> Unit | None:
+    """The unit of a figure; None for a plain number, which has that of its place."""
+    if isinstance(value, Constant):
+        return parse_unit(str(value.unit))
+    return value.unit if isinstance(value, ConstantSymbol) else None
+
+
+def _number(value: Figure) -> float:
+    return value.value if isinstance(value, (Constant, ConstantSymbol)) else value
+
+
+def check_formula(
+    value: sympy.Expr, what: str, units: Mapping[sympy.Symbol, Unit], wanted: Unit
+) -> None:
+    """Refuse a formula of a drive with a symbol that it cannot have, or in another unit.
+
+    Raises
+    ------
+    ModelError
+        It has one, or is.
+    """
+    if unknown := sorted(map(str, value.free_symbols - set(units) - value.atoms(ConstantSymbol))):
+        raise ModelError(
+            f"the drive's {what} has the symbols {', '.join(unknown)}, which are no control, "
+            "motion, constant or declared signal; use those.",
+            code="drive",
+        )
+    plain = not value.atoms(ConstantSymbol)  # of numbers alone any may stand for a unit
+    try:
+        check_unit(value, wanted, units, f"the drive's {what} {value}", of_numbers=plain)
+    except ModelError as error:
+        raise ModelError(str(error), code="drive") from error
+
 
 #: Of a gear; a worm that holds itself passes on some tenths.
 LEAST_EFFICIENCY = 0.01
@@ -70,9 +241,25 @@ class MotorDrive(Drive):
         settle(
             self,
             back_emf=number(self.back_emf, "the drive's back-EMF"),
-            efficiency=checked_efficiency(self.efficiency),
-            reach=checked_reach(self.reach),
+            efficiency=number(self.efficiency, "the gear's efficiency"),
+            reach=expression(self.reach, "the drive's reach"),
         )
+        if not LEAST_EFFICIENCY <= self.efficiency <= 1:
+            raise ModelError(
+                f"the gear's efficiency is {self.efficiency:g}; give a number from "
+                f"{LEAST_EFFICIENCY:g} to 1, such as 0.7: the share of the motor's power that the "
+                "load gets.",
+                code="drive",
+            )
+        plain = with_numbers(self.reach)
+        still = dict.fromkeys(plain.free_symbols - signals_in(plain), sympy.S.Zero)
+        at_rest = plain.xreplace(still)  # as far as numbers tell it
+        if at_rest.is_number and at_rest.evalf().is_extended_positive is not True:
+            raise ModelError(
+                f"the drive's reach {self.reach} is {at_rest} at rest; give the largest force of "
+                "the motor forwards, above 0 there.",
+                code="drive",
+            )
         Drive.__post_init__(self)  # it looks at the force
         if self.logged == "current" and self.back_emf:
             raise ModelError(
@@ -87,7 +274,16 @@ class MotorDrive(Drive):
         """Force by control, velocity and friction direction."""
         scaled = CONTROL * with_numbers(self.scaled_by)
         driving = scaled - _BACK_EMF * VELOCITY if self.back_emf else scaled
-        return self._behind_gear(self._within_reach(DRIVE_GAIN * driving))
+        force = DRIVE_GAIN * driving
+        if self.reach != sympy.oo:
+            reach = with_numbers(self.reach)
+            # What is no number and no recorded signal is the velocity, of whatever name.
+            opposite = reach.xreplace({s: -s for s in reach.free_symbols - signals_in(reach)})
+            force = extreme(sympy.Max, [extreme(sympy.Min, [force, reach]), -opposite])
+        if self.efficiency == 1:
+            return force
+        mean, half = self._shares
+        return mean * force - DIRECTION * half * sympy.Abs(force)
 
     @property
     def inverse(self) -> sympy.Expr:
@@ -111,20 +307,6 @@ class MotorDrive(Drive):
         """Mean of what a gear passes on driven back and driving, and half the difference."""
         driving, back = self.efficiency, 1 / self.efficiency
         return sympy.Float((back + driving) / 2), sympy.Float((back - driving) / 2)
-
-    def _within_reach(self, force: sympy.Expr) -> sympy.Expr:
-        if self.reach == sympy.oo:
-            return force
-        reach = with_numbers(self.reach)
-        # What is no number and no recorded signal is the velocity, of whatever name.
-        opposite = reach.xreplace({s: -s for s in reach.free_symbols - signals_in(reach)})
-        return extreme(sympy.Max, [extreme(sympy.Min, [force, reach]), -opposite])
-
-    def _behind_gear(self, force: sympy.Expr) -> sympy.Expr:
-        if self.efficiency == 1:
-            return force
-        mean, half = self._shares
-        return mean * force - DIRECTION * half * sympy.Abs(force)
 
     def force_text(self, coordinate: Coordinate, digits: int = 6) -> str:
         """What the force is, in words."""
@@ -163,41 +345,3 @@ class MotorDrive(Drive):
             "the drive is without the motor's back-EMF: its braking, kt ke ratio^2/R times the "
             "velocity, is in the equation of motion, where no motion tells it from viscous friction"
         )
-
-
-def checked_efficiency(value: float) -> float:
-    """An efficiency, from the least that a gear has to 1.
-
-    Raises
-    ------
-    ModelError
-        It is none.
-    """
-    efficiency = number(value, "the gear's efficiency")
-    if not LEAST_EFFICIENCY <= efficiency <= 1:
-        raise ModelError(
-            f"the gear's efficiency is {quoted(value)}; give a number from {LEAST_EFFICIENCY:g} to "
-            "1, such as 0.7: the share of the motor's power that the load gets.",
-            code="drive",
-        )
-    return efficiency
-
-
-def checked_reach(value: sympy.Expr | float) -> sympy.Expr:
-    """A largest force that is above 0 at rest, as far as numbers tell it.
-
-    Raises
-    ------
-    ModelError
-        It is none.
-    """
-    reach = expression(value, "the drive's reach")
-    plain = with_numbers(reach)
-    at_rest = plain.xreplace(dict.fromkeys(plain.free_symbols - signals_in(plain), sympy.S.Zero))
-    if at_rest.is_number and at_rest.evalf().is_extended_positive is not True:
-        raise ModelError(
-            f"the drive's reach {reach} is {at_rest} at rest; give the largest force of the motor "
-            "forwards, above 0 there.",
-            code="drive",
-        )
-    return reach

@@ -1,26 +1,141 @@
-"""Drives from the data sheet of a motor and its gear."""
+"""Drives from the data sheet of a motor and its gear, and of two formulas."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
 import sympy
 
-from axisid.modeling.declaration import Drive
-from axisid.modeling.quantities import VELOCITY, expression
+from axisid.modeling.declaration import DRIVE_GAIN, Drive, unit_table
+from axisid.modeling.quantities import (
+    CONTROL,
+    FORCE,
+    VELOCITY,
+    Coordinate,
+    Signal,
+    Symbolic,
+    expression,
+    parse_unit,
+    with_numbers,
+)
 from axisid.support.errors import ModelError
 
-from .figures import (
+from .motor import (
     Figure,
     GearedUnits,
-    check_control,
-    check_current,
+    MotorDrive,
+    check_formula,
     check_others,
     figure,
     gear_ratio,
+    own_unit,
 )
-from .motor import MotorDrive
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FormulaDrive(Drive):
+    """A drive by its formulas; made by `formula_drive`.
+
+    Attributes
+    ----------
+    made : expression
+        The force, by `CONTROL`, the motion, recorded signals and `DRIVE_GAIN`.
+    undone : expression
+        The control, by `FORCE` and the same.
+    """
+
+    made: sympy.Expr
+    undone: sympy.Expr
+
+    @property
+    def force(self) -> sympy.Expr:
+        """Force by the control and the motion."""
+        return with_numbers(self.made)
+
+    @property
+    def inverse(self) -> sympy.Expr:
+        """Control by the force and the motion."""
+        return with_numbers(self.undone)
+
+    @property
+    def constants(self) -> Mapping[sympy.Symbol, float]:
+        """The gain, where it stands in the formulas."""
+        used = self.made.free_symbols | self.undone.free_symbols
+        return {DRIVE_GAIN: self.gain} if DRIVE_GAIN in used else {}
+
+    def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
+        """Refuse formulas in other units than the axis's force and the control's."""
+        force, control = coordinate.force_unit, parse_unit(self.unit)
+        units = unit_table(coordinate, signals)
+        units |= {general: units[own] for general, own in self.along(coordinate).items()}
+        units |= {CONTROL: control, FORCE: force, DRIVE_GAIN: force / control}
+        for what, value, wanted in (
+            ("force", self.made, force),
+            ("inverse", self.undone, control),
+        ):
+            check_formula(value, what, units, wanted)
+
+
+def formula_drive(
+    force: sympy.Expr | Symbolic,
+    inverse: sympy.Expr | Symbolic | None = None,
+    *,
+    unit: str = "V",
+    gain: float = 1.0,
+    **others: Any,
+) -> Drive:
+    """A drive by its force as an expression, and by the control that makes a force.
+
+    Parameters
+    ----------
+    force : expression
+        Of `CONTROL`, the coordinate and its velocity (or `POSITION` and `VELOCITY`), constants,
+        recorded signals, and `DRIVE_GAIN` for the gain if it has one.
+    inverse : expression, optional
+        The control of which the drive makes `FORCE`, of the same. By default what follows from a
+        force that is a straight line over the control. The two are compared by numbers when the
+        axis is derived.
+    unit : str
+        Of the control.
+    gain : float
+        What `DRIVE_GAIN` is.
+    **others
+        Of `Drive`: limit, relative_sd (of the gain), lag, delay, logged, profile.
+
+    Returns
+    -------
+    FormulaDrive
+        A force that depends on the motion follows it between the samples of a sampled law.
+
+    Raises
+    ------
+    ModelError
+        There is no inverse, and none follows.
+    """
+    check_others("formula_drive", others)
+    made = expression(force, "the drive's force")
+    undone = _solved(made) if inverse is None else expression(inverse, "the drive's inverse")
+    return FormulaDrive(made=made, undone=undone, unit=unit, gain=gain, **others)
+
+
+def _solved(force: sympy.Expr) -> sympy.Expr:
+    """The inverse of a force that is a straight line over the control.
+
+    Raises
+    ------
+    ModelError
+        It is none.
+    """
+    slope = force.diff(CONTROL)
+    if slope == 0 or slope.has(CONTROL):
+        raise ModelError(
+            f"the drive's force {force} is no straight line over the control, so that its inverse "
+            "does not follow; give it, the control by tau.",
+            code="drive",
+        )
+    return (FORCE - force.xreplace({CONTROL: sympy.S.Zero})) / slope
 
 
 def voltage_drive(
@@ -80,7 +195,20 @@ def voltage_drive(
     """
     _check_free(others, gain="kt, ratio and resistance", lag="inductance and resistance")
     check_others("voltage_drive", others)
-    check_control(unit, volts)
+    control, volt = parse_unit(unit), parse_unit("V")
+    own = own_unit(volts)
+    if own is not None and not own.same_dimension(volt / control):
+        raise ModelError(
+            f"volts is in {own}; give the voltage for a control of 1 {unit}, in {volt / control}.",
+            code="drive",
+        )
+    if own is None and not any(control.same_dimension(u) for u in (volt, parse_unit("1"))):
+        raise ModelError(
+            f"the control of a voltage drive is in {unit}; give a voltage, unit='V', or a duty, "
+            "unit='1', or volts as a Constant in V over the control's unit; of a current, "
+            "current_drive(...).",
+            code="drive",
+        )
     geared = GearedUnits.of(kt, ke, ratio)
     n, ohms = gear_ratio(ratio), figure(resistance, "the resistance", "V/A")
     scale = figure(volts, "volts")
@@ -143,7 +271,12 @@ def current_drive(
     """
     _check_free(others, gain="kt and ratio")
     check_others("current_drive", others)
-    check_current(unit)
+    if not parse_unit(unit).same_dimension(parse_unit("A")):
+        raise ModelError(
+            f"the control of a current drive is in {unit}; give a current, unit='A', or declare "
+            "Drive(gain=..., unit=...) with the force for a control of 1.",
+            code="drive",
+        )
     geared = GearedUnits.of(kt, ke, ratio)
     n = gear_ratio(ratio)
     gain = figure(kt, "kt") * n

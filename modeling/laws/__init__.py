@@ -14,16 +14,19 @@ from .blocks import (
     reference_acceleration as reference_acceleration,
     reference_velocity as reference_velocity,
 )
-from .cascade_p_pi import cascade_p_pi as cascade_p_pi
-from .cascade_pd import (
+from .cascades import (
+    cascade_p_pi as cascade_p_pi,
     cascade_pd as cascade_pd,
     cascade_pd_averaged as cascade_pd_averaged,
     cascade_pd_difference as cascade_pd_difference,
     velocity_variants as velocity_variants,
 )
-from .dynamixel import dynamixel_position as dynamixel_position
-from .impedance import impedance as impedance
-from .pid import pid as pid, pid_ideal as pid_ideal
+from .parts import ANTI_WINDUP as ANTI_WINDUP, integral as integral
 from .ready import BLOCKS as BLOCKS, LAWS as LAWS
-from .state_feedback import state_feedback as state_feedback
-from .windup import ANTI_WINDUP as ANTI_WINDUP, integral as integral
+from .single_loops import (
+    dynamixel_position as dynamixel_position,
+    impedance as impedance,
+    pid as pid,
+    pid_ideal as pid_ideal,
+    state_feedback as state_feedback,
+)

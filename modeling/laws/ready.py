@@ -15,12 +15,8 @@ from .blocks import (
     reference_acceleration,
     reference_velocity,
 )
-from .cascade_p_pi import cascade_p_pi
-from .cascade_pd import CASCADES
-from .dynamixel import dynamixel_position
-from .impedance import impedance
-from .pid import pid, pid_ideal
-from .state_feedback import state_feedback
+from .cascades import CASCADES, cascade_p_pi
+from .single_loops import dynamixel_position, impedance, pid, pid_ideal, state_feedback
 
 _LAWS = (cascade_p_pi, pid, pid_ideal, impedance, state_feedback, dynamixel_position)
 _BLOCKS = (

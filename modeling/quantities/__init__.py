@@ -8,34 +8,31 @@ from .constants import (
     Constant as Constant,
     ConstantSymbol as ConstantSymbol,
     G as G,
-    named_constants as named_constants,
+    Signal as Signal,
+    SignalSymbol as SignalSymbol,
+    extreme as extreme,
     positive as positive,
+    replaced as replaced,
+    signals_in as signals_in,
     with_numbers as with_numbers,
     with_unit as with_unit,
-)
-from .expression_units import NUMBER as NUMBER, UnitReader as UnitReader, UnitsError as UnitsError
-from .kinks import (
-    extreme as extreme,
-    replaced as replaced,
     within as within,
 )
+from .expression_units import NUMBER as NUMBER, UnitReader as UnitReader, UnitsError as UnitsError
 from .names import (
     check_distinct as check_distinct,
     check_name as check_name,
     check_symbol as check_symbol,
     fresh_name as fresh_name,
+    number as number,
+    rounded as rounded,
+    settle as settle,
 )
-from .numbers import number as number, rounded as rounded, settle as settle
 from .reading_order import (
     Formula as Formula,
     InReadingOrder as InReadingOrder,
     readable as readable,
     written as written,
-)
-from .signal import (
-    Signal as Signal,
-    SignalSymbol as SignalSymbol,
-    signals_in as signals_in,
 )
 from .state import (
     State as State,

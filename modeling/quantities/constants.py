@@ -1,18 +1,71 @@
-"""Known numbers with a unit: the unit check sees the unit, the generated code the number."""
+"""Known numbers with a unit, and signals that a record has beside the motion.
 
+The unit check sees a constant's unit, the generated code its number. Expressions are made again
+with such numbers without asking SymPy which argument of `Max` or `Min` is the larger: it asks that
+of every pair, and of all that is nested in them, each time such an expression is made again. What
+was declared is in its final form already.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import sympy
+from sympy.functions.elementary.miscellaneous import Max, Min
 
-from axisid.support.errors import ModelError, is_among
+from axisid.support.errors import ModelError, is_among, quoted
 
-from .kinks import replaced
-from .names import check_name
-from .numbers import number, settle
+from .names import check_name, check_symbol, number, settle
 from .symbols import Symbolic, expression
 from .units import Unit, parse_unit
+
+
+def extreme(kind: Any, arguments: Sequence[sympy.Expr]) -> sympy.Expr:
+    """The largest or smallest of expressions; of the numbers among them, at once."""
+    numbers = [argument for argument in arguments if argument.is_Number]
+    others = [argument for argument in arguments if not argument.is_Number]
+    if numbers:
+        others.append(kind(*numbers))
+    return kind(*others, evaluate=False)
+
+
+def within(value: sympy.Expr, limit: sympy.Expr) -> sympy.Expr:
+    """A value clipped at plus and minus a limit."""
+    return extreme(Max, [extreme(Min, [value, limit]), -limit])
+
+
+def replaced(value: sympy.Basic, new: Mapping[sympy.Basic, sympy.Basic]) -> sympy.Basic:
+    """The same as ``value.xreplace(new)``, but that ``Max`` and ``Min`` stay as they are."""
+
+    def made(node: sympy.Basic, arguments: Sequence[sympy.Basic]) -> sympy.Basic:
+        is_extreme = isinstance(node, (Max, Min))
+        return extreme(node.func, arguments) if is_extreme else node.func(*arguments)
+
+    return _rebuilt(value, dict(new), made)
+
+
+def renamed(value: sympy.Expr, new: Mapping[sympy.Basic, sympy.Basic]) -> sympy.Expr:
+    """The same with other symbols or numbers, no function of them worked out."""
+
+    def made(node: sympy.Basic, arguments: Sequence[sympy.Basic]) -> sympy.Basic:
+        plain = {"evaluate": False} if isinstance(node, (sympy.Function, Max, Min)) else {}
+        return node.func(*arguments, **plain)
+
+    return _rebuilt(value, dict(new), made)
+
+
+def _rebuilt(
+    node: sympy.Basic,
+    known: dict[sympy.Basic, sympy.Basic],
+    made: Callable[[sympy.Basic, Sequence[sympy.Basic]], sympy.Basic],
+) -> sympy.Basic:
+    """A node made again of what its arguments become, each once wherever it occurs."""
+    if node not in known:
+        arguments = [_rebuilt(argument, known, made) for argument in node.args]
+        same = all(one is other for one, other in zip(arguments, node.args, strict=True))
+        known[node] = node if same else made(node, arguments)
+    return known[node]
 
 
 class ConstantSymbol(sympy.Symbol):  # type: ignore[misc]
@@ -99,11 +152,74 @@ def with_numbers(value: sympy.Expr) -> sympy.Expr:
     return replaced(value, {c: sympy.Float(c.value) for c in value.atoms(ConstantSymbol)})
 
 
-def named_constants(value: sympy.Expr) -> tuple[Constant, ...]:
-    """The constants of an expression that have a name of their own, by name."""
-    found = {
-        symbol.name: Constant(symbol.value, symbol.unit.text, symbol.name)
-        for symbol in value.atoms(ConstantSymbol)
-        if symbol.name.isidentifier()
-    }
-    return tuple(found[name] for name in sorted(found))
+#: How a signal or a reference may run between the samples of a log.
+BETWEEN = ("linear", "held")
+
+
+class SignalSymbol(sympy.Symbol):  # type: ignore[misc]
+    """The symbol of a `Signal`, by which laws and drives know that it is recorded."""
+
+    __slots__ = ()
+
+    def __new__(cls, name: str) -> "SignalSymbol":
+        """Make a real symbol."""
+        symbol: SignalSymbol = sympy.Symbol.__xnew__(cls, name, real=True)
+        return symbol
+
+    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]:
+        """For copies and pickles."""
+        return (self.name,), {}
+
+
+@dataclass(frozen=True, slots=True)
+class Signal(Symbolic):
+    """A recorded signal that stands in the equation of motion, the drive or the control law.
+
+    It is given, as the reference is: a column of the record with the signal's name. It varies by
+    itself, so that a parameter times a signal is told apart from a constant.
+
+    Attributes
+    ----------
+    name, unit : str
+        Symbol and coherent SI unit, e.g. ``"pressure", "Pa"``.
+    between : str
+        How it runs between the samples of a record: ``linear``, or ``held`` for what a controller
+        gives once a sample. A sampled law and a drive read it at the law's samples.
+    description : str
+        A few words for tables.
+    """
+
+    name: str
+    unit: str
+    between: str = "linear"
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        check_symbol(self.name, "a signal")
+        parse_unit(self.unit)
+        if not is_among(self.between, BETWEEN):
+            raise ModelError(
+                f"signal {self.name!r}: between its samples it is {quoted(self.between)}; give "
+                f"{' or '.join(BETWEEN)}.",
+                code="axis",
+            )
+
+    @property
+    def symbol(self) -> sympy.Symbol:
+        """The SymPy symbol."""
+        return SignalSymbol(self.name)
+
+    @property
+    def is_held(self) -> bool:
+        """Whether it keeps its value until the next sample."""
+        return self.between == "held"
+
+    @property
+    def rate_name(self) -> str:
+        """What generated code names its rate of change."""
+        return f"{self.name}_rate"
+
+
+def signals_in(*values: sympy.Basic) -> frozenset[SignalSymbol]:
+    """The recorded signals that expressions have in them."""
+    return frozenset().union(*(value.atoms(SignalSymbol) for value in values))

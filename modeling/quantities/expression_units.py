@@ -175,7 +175,7 @@ class UnitReader:
         if isinstance(node, sympy.atan2):
             self._common(node, node.args, "compares")
             return _ExpressionUnit(NUMBER)
-        if isinstance(node, (sympy.Piecewise, sympy.ITE)):
+        if isinstance(node, sympy.Piecewise):
             return self._chosen(node)
         if self._loose_numbers and not isinstance(node, _OF_NUMBERS):
             return _ExpressionUnit(
@@ -189,8 +189,6 @@ class UnitReader:
     def _chosen(self, node: sympy.Basic) -> _ExpressionUnit:
         for relation in node.atoms(Relational):
             self._common(relation, relation.args, "compares")
-        if isinstance(node, sympy.ITE):
-            return self._common(node, node.args[1:], "chooses from")
         return self._common(node, [pair.args[0] for pair in node.args], "chooses from")
 
 

@@ -1,11 +1,16 @@
-"""Which names a declaration may use.
+"""Which names a declaration may use, and its numbers: plain finite floats.
 
 Names travel into generated Python and C text, so they are checked once, at declaration.
 """
 
+import contextlib
 import keyword
+import math
 import re
 from collections.abc import Iterable
+from typing import Any
+
+import sympy
 
 from axisid.support.errors import ModelError, quoted
 
@@ -37,8 +42,8 @@ _MADE = re.compile(r"(theta|delayed|side)\d+")
 _CONSTANTS = {"pi": "the number pi", "G": "the standard acceleration of gravity"}
 
 
-def check_name(name: str, what: str) -> None:
-    """Refuse a name that generated text could not carry.
+def check_name(name: str, what: str) -> str:
+    """A name, which generated text can carry.
 
     Raises
     ------
@@ -68,6 +73,7 @@ def check_name(name: str, what: str) -> None:
                 f"{what} is named {name!r}, which is {reason}. Choose another name.",
                 code="axis",
             )
+    return name
 
 
 def check_symbol(name: str, what: str, *, control: bool = False) -> None:
@@ -104,19 +110,14 @@ def fresh_name(name: str, taken: set[str]) -> str:
         In lower case.
     """
     stem, i = name[:28], 1
-    while name.lower() in taken or not _is_allowed(name):
+    while True:
+        with contextlib.suppress(ModelError):
+            check_symbol(name, "it")
+            if name.lower() not in taken:
+                taken.add(name.lower())
+                return name
         i += 1
         name = f"{stem}_{i}"
-    taken.add(name.lower())
-    return name
-
-
-def _is_allowed(name: str) -> bool:
-    try:
-        check_symbol(name, "it")
-    except ModelError:
-        return False
-    return True
 
 
 def check_distinct(names: Iterable[tuple[str, str]]) -> None:
@@ -137,3 +138,42 @@ def check_distinct(names: Iterable[tuple[str, str]]) -> None:
                 code="axis",
             )
         seen[name.lower()] = (name, what)
+
+
+_SIMPLE, _DIGITS = 1000, 6
+
+
+def settle(record: object, **values: Any) -> None:
+    """Put checked values in the places of what a frozen dataclass was given."""
+    for name, value in values.items():
+        object.__setattr__(record, name, value)
+
+
+def number(value: Any, what: str, *, finite: bool = True) -> float:
+    """Return a float, or say what should have been one.
+
+    Raises
+    ------
+    ModelError
+        It is no number, or not finite where it must be.
+    """
+    try:
+        result = float(value)
+    except (TypeError, ValueError, OverflowError):
+        result = math.nan
+    if isinstance(value, (str, bytes, bool)) or math.isnan(result):
+        raise ModelError(f"{what} is {quoted(value)}; give a number.", code="axis")
+    if finite and math.isinf(result):
+        raise ModelError(f"{what} is {quoted(value)}; give a finite number.", code="axis")
+    return result
+
+
+def rounded(expression: sympy.Expr) -> sympy.Expr:
+    """An expression with six digits where a number is no simple fraction."""
+    return expression.xreplace(
+        {
+            x: sympy.Float(x, _DIGITS)
+            for x in expression.atoms(sympy.Rational)
+            if max(abs(x.p), x.q) >= _SIMPLE
+        }
+    )

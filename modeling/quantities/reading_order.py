@@ -10,8 +10,7 @@ from typing import Any
 import sympy
 from sympy.printing.str import StrPrinter
 
-from .constants import ConstantSymbol
-from .kinks import renamed
+from .constants import ConstantSymbol, renamed
 from .symbols import (
     BALANCED,
     CONTROL,
@@ -27,6 +26,7 @@ from .symbols import (
 _DIGITS = 10
 _WHOLE = 1e7  # from which a whole decimal keeps its exponent
 _NUMBER, _PARAMETER, _CONSTANT, _MOTION = "abcd"  # sort so
+_DIRECTION_RANK, _LAST_RANK = 5, 7  # of terms, as in `readable`
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,26 +70,9 @@ class Readable:
             if term.has(*jumps):
                 smooth = term.xreplace(dict.fromkeys(jumps, sympy.S.One))
                 if self.velocity not in smooth.free_symbols:
-                    return _RANKS[DIRECTION.name]
-        last = len(_RANKS) + (not term.free_symbols)
+                    return _DIRECTION_RANK
+        last = _LAST_RANK + (not term.free_symbols)
         return min((self.ranks.get(s, last) for s in smooth.free_symbols), default=last)
-
-
-#: What drives comes first, then the motion by its derivatives.
-_RANKS = {
-    name: rank
-    for rank, name in enumerate(
-        (
-            FORCE.name,
-            CONTROL.name,
-            REFERENCE.name,
-            "acceleration",
-            "velocity",
-            DIRECTION.name,
-            "position",
-        )
-    )
-}
 
 
 def readable(value: sympy.Expr, coordinate: Coordinate) -> Readable:
@@ -98,30 +81,21 @@ def readable(value: sympy.Expr, coordinate: Coordinate) -> Readable:
     Decimals lose what rounding left behind their tenth digit.
     """
     q = coordinate
-    motion = {
-        FORCE: FORCE.name,
-        REFERENCE: REFERENCE.name,
-        q.acceleration: "acceleration",
-        q.velocity: "velocity",
-        DIRECTION: DIRECTION.name,
-        q.symbol: "position",
-        **{s: s.name for s in (MEASURED_POSITION, MEASURED_VELOCITY, PERIOD, CONTROL, BALANCED)},
-    }
-    order = list(motion)
+    motion = (REFERENCE, q.acceleration, q.velocity, DIRECTION, q.symbol)
+    measured = (MEASURED_POSITION, MEASURED_VELOCITY, PERIOD, CONTROL, BALANCED)
+    order = [FORCE, *motion, *measured]
+    # Terms: what drives comes first, then the motion by its derivatives.
+    ranks = {s: rank for rank, s in enumerate((FORCE, CONTROL, *motion))}
     stand_ins: dict[sympy.Expr, sympy.Symbol] = {}
     for s in sorted(value.free_symbols | value.atoms(sympy.NumberSymbol), key=str):
-        place = f"{_MOTION}{order.index(s)}" if s in motion else _place(s)
+        place = f"{_MOTION}{order.index(s)}" if s in order else _place(s)
         name = f"{place} {s} {len(stand_ins)}"  # a constant may be named as another is
         stand_ins[s] = sympy.Symbol(name, **s.assumptions0)
     decimals = {x: _rounded(x) for x in value.atoms(sympy.Float)}
     return Readable(
         value=renamed(value, {**decimals, **stand_ins}),
         names={stand_in: s for s, stand_in in stand_ins.items()},
-        ranks={
-            stand_in: _RANKS[motion[s]]
-            for s, stand_in in stand_ins.items()
-            if motion.get(s) in _RANKS
-        },
+        ranks={stand_in: ranks[s] for s, stand_in in stand_ins.items() if s in ranks},
         velocity=stand_ins.get(q.velocity),
     )
 

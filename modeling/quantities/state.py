@@ -10,8 +10,7 @@ import sympy
 from axisid.support.errors import ModelError
 
 from .constants import with_numbers
-from .names import check_symbol
-from .numbers import settle
+from .names import check_symbol, settle
 from .symbols import Symbolic, expression
 from .units import parse_unit
 
@@ -128,7 +127,12 @@ class State(Symbolic):
             limit=None if limit is None else expression(limit, f"the limit of {self.name!r}"),
         )
         for part in self.parts:
-            _check_number(part)
+            value = with_numbers(part.value)
+            if value.is_Number and not part.allows(float(value)):
+                raise ModelError(
+                    f"{part.what} is {float(value):g} {part.unit}; give {_GIVE[part.least]}.",
+                    code="equation",
+                )
 
     @property
     def own(self) -> sympy.Symbol:
@@ -171,16 +175,6 @@ class State(Symbolic):
         """The expressions that it is declared by."""
         start: Any = self.start
         return (*self.laws, start)
-
-
-def _check_number(part: StatePart) -> None:
-    """Refuse a part that is a plain number and out of range."""
-    value = with_numbers(part.value)
-    if value.is_Number and not part.allows(float(value)):
-        raise ModelError(
-            f"{part.what} is {float(value):g} {part.unit}; give {_GIVE[part.least]}.",
-            code="equation",
-        )
 
 
 # Of an axis's force it is asked again and again.

@@ -13,8 +13,7 @@ import sympy
 
 from axisid.support.errors import ModelError, is_among, quoted
 
-from .names import check_symbol
-from .numbers import number, settle
+from .names import check_symbol, number, settle
 from .units import Unit, parse_unit
 
 #: Operations and operands of an expression: different ones, and each as often as it stands there.
@@ -255,17 +254,13 @@ def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:
         return value
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return sympy.Float(value) if isinstance(value, float) else sympy.Integer(value)
+    said, kind = quoted(value), type(value).__name__
+    said = said if said.endswith(f" {kind}") else f"{said} ({kind})"  # a text is no expression
     raise ModelError(
-        f"{what} is {_typed(value)}; give a number or a SymPy expression of "
+        f"{what} is {said}; give a number or a SymPy expression of "
         "Parameter and Coordinate objects.",
         code="formula",
     )
-
-
-def _typed(value: object) -> str:
-    """A value with its type, which tells a text from an expression."""
-    said, kind = quoted(value), type(value).__name__
-    return said if said.endswith(f" {kind}") else f"{said} ({kind})"
 
 
 def several(values: Any) -> tuple[Any, ...]:

@@ -17,7 +17,7 @@ from axisid.support.errors import ModelError, quoted
 
 _BASE = ("kg", "m", "s", "A", "K")
 _Exponent = Fraction | int
-_Exponents = tuple[_Exponent, _Exponent, _Exponent, _Exponent, _Exponent]
+_Exponents = tuple[_Exponent, ...]  # of `_BASE`
 
 _SYMBOLS: dict[str, _Exponents] = {
     "1": (0, 0, 0, 0, 0),
@@ -132,14 +132,17 @@ def _power(node: ast.AST) -> Fraction | int:
 
 
 def _combine(left: _Exponents, right: _Exponents, power: Fraction | int) -> _Exponents:
-    a, b, c, d, e = (x + power * y for x, y in zip(left, right, strict=True))
-    return (a, b, c, d, e)
+    return tuple(x + power * y for x, y in zip(left, right, strict=True))
 
 
 def _canonical(exponents: _Exponents) -> Unit:
     def text(sign: int) -> str:
         return " ".join(
-            base if abs(power) == 1 else f"{base}^{_exponent(power * sign)}"
+            base
+            if abs(power) == 1
+            else f"{base}^{power * sign}"
+            if Fraction(power).denominator == 1
+            else f"{base}^({power * sign})"
             for base, power in zip(_BASE, exponents, strict=True)
             if power * sign > 0
         )
@@ -148,10 +151,6 @@ def _canonical(exponents: _Exponents) -> Unit:
     if not below:
         return Unit(above, exponents)
     return Unit(f"{above}/({below})" if " " in below else f"{above}/{below}", exponents)
-
-
-def _exponent(power: Fraction | int) -> str:
-    return str(power) if Fraction(power).denominator == 1 else f"({power})"
 
 
 def _malformed(text: str, where: str) -> ModelError:

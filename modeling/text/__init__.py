@@ -4,15 +4,15 @@ In: TOML, formulas, names of files. Out: `Axis`, expressions, tables; nothing of
 Knows nothing of models and of code.
 """
 
+from .grammar import nearest as nearest
 from .loading import load_axis as load_axis
-from .mistakes import nearest as nearest
 from .parameter_function import (
     FunctionLike as FunctionLike,
     parameter_function as parameter_function,
 )
-from .toml_file import (
+from .toml_table import (
+    Table as Table,
     read_columns as read_columns,
     read_toml as read_toml,
     toml_document as toml_document,
 )
-from .toml_table import Table as Table

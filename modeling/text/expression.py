@@ -1,21 +1,318 @@
 """Expressions that a user writes as text, read without running anything.
 
-Text passes a whitelist of characters, Python's parser, and a whitelist of syntax; what it names
-must be declared. Length, nesting, powers and what expanding it would give are bounded, so that no
-text takes long. Every refusal says where.
+Text passes a whitelist of characters, Python's parser, and a whitelist of syntax, node by node;
+what it names must be declared. Length, nesting, powers and what expanding it would give are
+bounded, so that no text takes long. Every refusal says where.
 """
 
 import ast
+import math
+import operator
 import re
-from collections.abc import Mapping
+import sys
+from collections.abc import Callable, Mapping
+from functools import partial
 from types import MappingProxyType
+from typing import Any
 
 import sympy
 
-from .element_calls import Elements
-from .expression_reader import ExpressionReader
-from .grammar import Grammar, nested, not_allowed
-from .mistakes import TextError
+from axisid.modeling.algebra import CANNOT, joined_exponential
+from axisid.modeling.quantities import MOST_NODES, with_numbers
+from axisid.support.errors import ModelError
+
+from .grammar import (
+    DEEPEST,
+    LARGEST,
+    ConstantValues,
+    Elements,
+    Grammar,
+    TextError,
+    nearest,
+    nested,
+    not_allowed,
+    small,
+)
+
+_LARGEST_POWER = 20
+_DEEPEST_CALLS = 6
+_EXACT = 10**9
+_SMALLEST = math.ulp(0.0)
+_SHOWN = 60  # characters of a name or piece
+
+_OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
+}
+_CHAINED = ((ast.Add, ast.Sub), (ast.Mult, ast.Div))
+_NOT_FINITE = (sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I)
+
+
+class ExpressionReader:
+    """Turns syntax into SymPy, node by node."""
+
+    def __init__(
+        self,
+        text: str,
+        start: int,
+        symbols: Mapping[str, sympy.Symbol],
+        grammar: Grammar,
+        elements: Elements,
+    ) -> None:
+        self._text = text
+        self._start = start
+        self._symbols = symbols
+        self._grammar = grammar
+        self._elements = elements
+        self._constants = ConstantValues({f.symbolic: f.number for f in grammar.functions.values()})
+
+    def read(self, tree: ast.expr) -> sympy.Expr:
+        """The expression of a whole text, of a size that can be derived."""
+        result = self._evaluated(tree, DEEPEST, _DEEPEST_CALLS)
+        self._check_size(result)
+        return result
+
+    def _evaluated(self, node: ast.expr, depth: int, calls: int) -> sympy.Expr:
+        """Expression of a node that may be nested so deep, in so many functions."""
+        if not depth:
+            raise nested(*self._at(node))
+        if isinstance(node, ast.Call) and not calls:
+            raise TextError(
+                f"functions are nested deeper than {_DEEPEST_CALLS}; simplify it.",
+                *self._at(node),
+            )
+        match node:
+            case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+                whole = isinstance(value, int) and abs(value) < _EXACT
+                return sympy.Integer(value) if whole else self._folded(node, float, value)
+            case ast.Name(id=name):
+                return self._symbol(node, name)
+            case ast.UnaryOp(op=op, operand=operand) if type(op) in _OPERATORS:
+                return _OPERATORS[type(op)](self._evaluated(operand, depth - 1, calls))
+            case ast.BinOp(op=op) if type(op) in _OPERATORS:
+                return self._chain(node, depth, calls)
+            case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
+                return self._call(node, name, arguments, depth, calls)
+            case ast.Call(func=ast.Name(id=name)) if self._is_element(name):
+                return self._element(node, name, depth, calls)
+            case _:
+                piece = ast.unparse(node)
+                short = piece if len(piece) < _SHOWN else f"{piece[:_SHOWN]}..."
+                raise not_allowed(short, self._grammar, *self._at(node))
+
+    def _check_size(self, result: sympy.Expr) -> None:
+        """Refuse what would not stay small and real when it is derived."""
+        in_exponents: set[sympy.Expr] = set()
+        for count, node in enumerate(sympy.preorder_traversal(result)):
+            if count > MOST_NODES:
+                raise TextError("it is too large; write it shorter.", self._text, 0)
+            if node.is_Mul and joined_exponential(node) is not None:
+                in_exponents.add(node.args[0])
+            if node.is_Number and node not in in_exponents and not _is_held(node):
+                raise TextError(
+                    "a number in it is too large or too small for a float.", self._text, 0
+                )
+            plain = node.is_Symbol or node.is_Number or node.is_NumberSymbol
+            if not plain and node.func not in self._grammar.nodes:
+                raise TextError(
+                    f"it may not be real: it comes out with {type(node).__name__}, which has no "
+                    "meaning here.",
+                    self._text,
+                    0,
+                )
+            if not self._constants.fits(node):
+                raise TextError(
+                    "with the numbers of its constants a part of it has no value, or one beyond "
+                    f"{LARGEST:g}; change the constants or what is made of them.",
+                    self._text,
+                    0,
+                )
+
+    def _symbol(self, node: ast.AST, name: str) -> sympy.Expr:
+        if name in self._symbols:
+            return self._symbols[name]
+        if name == "pi":
+            return sympy.Float(math.pi)
+        there, functions = ", ".join(self._symbols), self._grammar.functions
+        if name in functions:
+            raise TextError(
+                f"{name} is a function; write {name}(...).",
+                *self._at(node),
+            )
+        raise TextError(
+            f"there is no {self._grammar.names} {_shortened(name)}; there are {there}."
+            f"{nearest(name, self._symbols)}",
+            *self._at(node),
+        )
+
+    def _chain(self, node: ast.BinOp, depth: int, calls: int) -> sympy.Expr:
+        """A sum or product of any length is one level deep, a power is one too."""
+        kinds = next((kinds for kinds in _CHAINED if isinstance(node.op, kinds)), ())
+        links: list[ast.BinOp] = [node]
+        while isinstance(inner := links[-1].left, ast.BinOp) and isinstance(inner.op, kinds):
+            links.append(inner)
+        value = self._evaluated(links[-1].left, depth - 1, calls)
+        for link in reversed(links):
+            right = self._evaluated(link.right, depth - 1, calls)
+            value = self._combined(link, value, right)
+        return value
+
+    def _combined(self, node: ast.BinOp, left: sympy.Expr, right: sympy.Expr) -> sympy.Expr:
+        operation = _OPERATORS[type(node.op)]
+        if left.is_Number and right.is_Number:
+            return self._folded(node, operation, left, right)
+        if isinstance(node.op, ast.Pow):
+            self._check_exponent(node, left, right)
+            for factor in sympy.Mul.make_args(left):
+                if isinstance(factor, sympy.exp):
+                    self._check_logarithm(node.right, right * factor.args[0])
+        if isinstance(node.op, ast.Div) and 0 in (right, self._constants.value(right)):
+            raise TextError("this divides by zero.", *self._at(node.right))
+        self._check_constants(node, operation, left, right)
+        result = self._tried(node, operation, left, right)
+        if isinstance(node.op, ast.Pow):  # powers of powers multiply
+            for factor in sympy.Mul.make_args(result):
+                self._check_exponent(node, *factor.as_base_exp())
+        return result
+
+    def _call(
+        self, node: ast.Call, name: str, arguments: list[ast.expr], depth: int, calls: int
+    ) -> sympy.Expr:
+        functions = self._grammar.functions
+        if self._is_element(name):
+            return self._element(node, name, depth, calls)
+        if name not in functions:
+            listed = ", ".join([*functions, *self._elements])
+            if name in self._symbols:
+                raise TextError(
+                    f"{name} is no function; write {name}*(...) for a product.",
+                    *self._at(node),
+                )
+            raise TextError(
+                f"{_shortened(name)} cannot be used: there is no such function; there are "
+                f"{listed}.",
+                *self._at(node),
+            )
+        function = functions[name]
+        if len(arguments) != function.arguments:
+            raise TextError(
+                f"{name}(...) with {len(arguments)} arguments cannot be used; give "
+                f"{function.arguments}.",
+                *self._at(node),
+            )
+        inner = [self._evaluated(argument, depth - 1, calls - 1) for argument in arguments]
+        if all(value.is_Number for value in inner):
+            return self._folded(node, function.number, *inner)
+        self._check_constants(node, function.number, *inner)
+        if function.symbolic is sympy.exp:
+            self._check_logarithm(node, inner[0])
+        return self._tried(node, function.symbolic, *inner)
+
+    def _is_element(self, name: str) -> bool:
+        """Whether a call is one of friction or a load, and no product of what is declared."""
+        return name in self._elements and name not in self._symbols
+
+    def _element(self, node: ast.Call, name: str, depth: int, calls: int) -> sympy.Expr:
+        """Friction or a load by its name, its arguments like any expression."""
+        arguments = [self._evaluated(each, depth - 1, calls - 1) for each in node.args]
+        named: dict[str, sympy.Expr] = {}
+        for keyword in node.keywords:
+            if keyword.arg is None:
+                raise not_allowed("**", self._grammar, *self._at(node))
+            named[keyword.arg] = self._evaluated(keyword.value, depth - 1, calls - 1)
+        try:
+            made = self._tried(node, partial(self._elements[name], **named), *arguments)
+        except ModelError as error:
+            raise TextError(str(error), *self._at(node), code=error.code) from error
+        for power in sorted(made.atoms(sympy.Pow), key=str):
+            self._check_exponent(node, *power.as_base_exp())
+        return made
+
+    def _check_logarithm(self, node: ast.AST, exponent: sympy.Expr) -> None:
+        """SymPy makes x**n of exp(n log(x)), and would work out the n-th power of a number."""
+        numbers = with_numbers(exponent).atoms(sympy.Number)
+        if exponent.has(sympy.log) and any(abs(float(n)) > _LARGEST_POWER for n in numbers):
+            raise TextError(
+                f"a number beyond {_LARGEST_POWER} multiplies a log in an exponent; use **.",
+                *self._at(node),
+            )
+
+    def _check_exponent(self, node: ast.expr, base: sympy.Expr, power: sympy.Expr) -> None:
+        """A power of constants is one number, and is looked at as such."""
+        value = self._constants.value(power)
+        one_number = not power.is_Number and self._constants.value(base) is not None
+        if value is not None and not one_number and not abs(value) <= _LARGEST_POWER:
+            place = node.right if isinstance(node, ast.BinOp) else node
+            raise TextError(
+                f"the power {power} is beyond {_LARGEST_POWER}.",
+                *self._at(place),
+            )
+
+    def _check_constants(
+        self, node: ast.AST, operation: Callable[..., Any], *parts: sympy.Expr
+    ) -> None:
+        """Refuse what is made of numbers and constants alone and is no number of a sane size."""
+        values = [self._constants.value(part) for part in parts]
+        if not all(value is not None for value in values):
+            return
+        if not small(value := self._number(node, operation, *values)):
+            raise TextError(
+                f"this is {value:.3g} with the numbers of its constants; keep it within "
+                f"{LARGEST:g}.",
+                *self._at(node),
+            )
+
+    def _folded(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> sympy.Expr:
+        """Arithmetic of numbers in floating point: exact, it could take for ever.
+
+        A quotient of whole numbers that floating point holds stays one: ``1/2`` is the half of an
+        energy, and ``x**(1/2)`` a root.
+        """
+        value = self._number(node, operation, *map(float, numbers))
+        if value == int(value) and abs(value) < _EXACT:
+            return sympy.Integer(int(value))
+        if operation is operator.truediv and all(n.is_Integer for n in numbers):
+            exact_value = sympy.Rational(*numbers)
+            if exact_value == sympy.Rational(value):
+                return exact_value
+        return sympy.Float(value)
+
+    def _number(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> float:
+        """What an operation of floats gives, or a refusal if that is no finite real number."""
+        try:
+            value = operation(*numbers)
+        except CANNOT as error:
+            raise TextError(f"this has no value: {error}.", *self._at(node)) from error
+        if isinstance(value, complex) or not math.isfinite(value):
+            raise TextError(f"this number is {value}, not a finite real one.", *self._at(node))
+        return float(value)
+
+    def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> sympy.Expr:
+        try:
+            result = make(*parts)
+        except CANNOT as error:
+            raise TextError(f"this has no value: {error}.", *self._at(node)) from error
+        if any(part in _NOT_FINITE for part in (result, *result.args)):
+            raise TextError("this has no finite real value.", *self._at(node))
+        return result
+
+    def _at(self, node: ast.AST) -> tuple[str, int]:
+        """The text, and where in it the node begins."""
+        return self._text, self._start + getattr(node, "col_offset", 0)
+
+
+def _shortened(name: str) -> str:
+    return name if len(name) < _SHOWN else f"{name[:_SHOWN]}..."
+
+
+def _is_held(number: sympy.Expr) -> bool:
+    return bool(number == 0 or _SMALLEST <= abs(number) <= sys.float_info.max)
+
 
 # Of any text a number that runs into a name, such as ``2x``; and what no expression has.
 _RUN_ON = re.compile(r"(?<![\w.])((?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?+)([\w.])", re.ASCII)

@@ -1,14 +1,77 @@
-"""What a text may say: its functions, its names, how long and how deep it may be."""
+"""What a text may say, what is wrong with one, and where; and the numbers that it is worth.
 
+Its elements of friction and load, such as ``stribeck(Fs, x, velocity=0.01)``, are those of Python
+with the same arguments. A plain number takes the unit of its place there, which a number of an
+expression does not have.
+
+SymPy works out what numbers and constants alone say once a constant's number is put in, to any size
+and in no bounded time; a float overflows instead.
+"""
+
+import difflib
+import inspect
 import math
+import operator
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, TypeAlias
 
 import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from .mistakes import TextError
+from axisid.modeling.algebra import CANNOT
+from axisid.modeling.declaration import ELEMENTS
+from axisid.modeling.quantities import ConstantSymbol, Coordinate
+from axisid.support.errors import ModelError, UsageError
+
+_SHOWN = 60  # characters around a mistake
+
+
+class TextError(UsageError):
+    """A text cannot be read.
+
+    Parameters
+    ----------
+    reason : str
+        A sentence.
+    text : str
+        All of it.
+    offset : int
+        Of the offending character.
+    code : str
+        Of the mistake.
+
+    Attributes
+    ----------
+    reason, where, pointer : str
+        The sentence; ``column 3``; the line of the text over a caret.
+    """
+
+    code = "formula"
+
+    def __init__(self, reason: str, text: str, offset: int, *, code: str = "") -> None:
+        place = min(max(offset, 0), len(text))
+        before = text[:place].split("\n")
+        line, column = len(before), len(before[-1])
+        whole = text.split("\n")[line - 1]
+        self.where = (f"line {line}, " if "\n" in text.strip() else "") + f"column {column + 1}"
+        start = max(0, column - _SHOWN // 2)
+        shown = "".join(c if c.isprintable() else "?" for c in whole[start : start + _SHOWN])
+        self.pointer = f"{shown}\n{' ' * (column - start)}^" if shown.strip() else ""
+        super().__init__(f"{shown.strip()!r} cannot be read at {self.where}: {reason}", code=code)
+        self._given = reason, text, offset
+        self.reason = reason
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return partial(type(self), code=self.code), self._given
+
+
+def nearest(name: str, names: Collection[str]) -> str:
+    """The name that is most like another one, as a question; empty if none is."""
+    close = difflib.get_close_matches(name[:50], list(names), 1)
+    return f" Did you mean {close[0]!r}?" if close else ""
+
 
 #: Levels that a text may be nested.
 DEEPEST = 15
@@ -104,3 +167,126 @@ def nested(text: str, offset: int) -> TextError:
         text,
         offset,
     )
+
+
+#: Magnitude that a part with constants in it may have.
+LARGEST = 1e100
+
+_FLOATS: dict[Any, Callable[..., float]] = {
+    sympy.Add: lambda *terms: math.fsum(terms),
+    sympy.Mul: lambda *factors: math.prod(factors),
+    sympy.Pow: operator.pow,
+}
+
+
+class ConstantValues:
+    """Floats of expressions, each worked out once."""
+
+    def __init__(
+        self,
+        functions: Mapping[Any, Callable[..., float]],
+        known: Mapping[sympy.Expr, float] | None = None,
+    ) -> None:
+        """Take the functions of floats by their SymPy classes, and values of symbols."""
+        self._functions = {**functions, **_FLOATS}
+        self._found: dict[sympy.Expr, float | None] = dict(known or {})
+
+    def value(self, expression: sympy.Expr) -> float | None:
+        """None where something unknown is in it, NaN where it is no finite real number."""
+        if expression not in self._found:
+            try:
+                self._found[expression] = self._worked_out(expression)
+            except CANNOT:
+                self._found[expression] = math.nan
+        return self._found[expression]
+
+    def fits(self, node: sympy.Expr) -> bool:
+        """Whether what the constants of a sum or product make, or another node, is small enough."""
+        if node.is_Symbol or not node.has(ConstantSymbol):
+            return True
+        parts = node.args if node.is_Add or node.is_Mul else (node,)
+        values = [self.value(part) for part in parts if part.has(ConstantSymbol)]
+        numbers = [value for value in values if value is not None]
+        total = math.fsum if node.is_Add else math.prod
+        try:
+            return small(total(numbers))
+        except CANNOT:
+            return False
+
+    def _worked_out(self, expression: sympy.Expr) -> float | None:
+        if isinstance(expression, ConstantSymbol):
+            return expression.value
+        if expression.is_Number or expression.is_NumberSymbol:
+            return float(expression)
+        if expression.is_Symbol:
+            return None
+        values = [self.value(part) for part in expression.args]
+        if not all(value is not None for value in values):
+            return None
+        if expression.func not in self._functions:
+            return math.nan
+        value = self._functions[expression.func](*values)
+        return value if not isinstance(value, complex) and math.isfinite(value) else math.nan
+
+
+def small(value: float) -> bool:
+    """Whether a number is real, finite and of a size that a part of an expression may have."""
+    return not isinstance(value, complex) and abs(value) <= LARGEST
+
+
+#: Friction and loads that text may call, by name.
+Elements: TypeAlias = Mapping[str, Callable[..., sympy.Expr]]
+
+_COORDINATE = "coordinate"
+
+
+def elements_along(coordinate: Coordinate | None) -> Elements:
+    """The elements of an axis, made of what text gives them; text names the coordinate."""
+    along = Coordinate("x") if coordinate is None else coordinate
+    return {name: partial(_made, name, along) for name in ELEMENTS}
+
+
+def _made(
+    element: str, along: Coordinate, /, *arguments: sympy.Expr, **named: sympy.Expr
+) -> sympy.Expr:
+    """The element of a name.
+
+    Raises
+    ------
+    ModelError
+        It takes other arguments, or other values.
+    """
+    signature = inspect.signature(ELEMENTS[element])
+    try:
+        bound = signature.bind(*arguments, **named)
+    except TypeError as error:
+        raise ModelError(
+            f"{element}(...) cannot be used so; write {_written(element, along)}."
+        ) from error
+    for key, value in bound.arguments.items():
+        bound.arguments[key] = _taken(element, along, key, value)
+    return ELEMENTS[element](*bound.args, **bound.kwargs)
+
+
+def _taken(element: str, along: Coordinate, key: str, value: sympy.Expr) -> Any:
+    if key == _COORDINATE:
+        if value != along.symbol:
+            raise ModelError(
+                f"the coordinate of {element}(...) is {value}; give {along.name}.",
+                code="formula",
+            )
+        return along
+    if isinstance(value, sympy.Integer):
+        return int(value)
+    return float(value) if value.is_Number else value
+
+
+def _written(element: str, along: Coordinate) -> str:
+    """A call with all that it may be given, such as ``spring(stiffness, x, rest)``."""
+    parts = []
+    for key, parameter in inspect.signature(ELEMENTS[element]).parameters.items():
+        shown = along.name if key == _COORDINATE else key
+        default = "" if parameter.default is parameter.empty else str(parameter.default)
+        by_name = parameter.kind is parameter.KEYWORD_ONLY
+        parts.append(f"{key}={default or '...'}" if by_name else shown)
+    return f"{element}({', '.join(parts)})"

@@ -21,9 +21,8 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import UsageError
 
-from .constant_values import ConstantValues
 from .expression import read_expression
-from .grammar import DYNAMICS, Grammar
+from .grammar import DYNAMICS, ConstantValues, Grammar
 
 #: What may be given as a function of parameters.
 FunctionLike: TypeAlias = str | sympy.Expr | Symbolic | float

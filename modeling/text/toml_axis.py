@@ -8,22 +8,39 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import sympy
 
 from axisid.modeling.declaration import (
+    DRIVE_GAIN,
+    HIDDEN_FROM,
     ROLES,
     Axis,
+    ControlLaw,
     Drive,
     Experiment,
+    Memory,
     Move,
     back_and_forth,
+    gain,
     lagrange,
     newton,
 )
+from axisid.modeling.drives import DRIVES, formula_drive
+from axisid.modeling.laws import BLOCKS, LAWS, Block
 from axisid.modeling.quantities import (
+    BALANCED,
+    CONTROL,
+    FORCE,
+    LIMITED_OUTPUT,
+    MEASURED_POSITION,
+    MEASURED_VELOCITY,
+    PERIOD,
+    REFERENCE,
     TIME,
     Constant,
     ConstantSymbol,
@@ -33,15 +50,151 @@ from axisid.modeling.quantities import (
     Signal,
     SignalSymbol,
     State,
+    check_name,
     parse_unit,
 )
 from axisid.support.errors import DeclarationError, ModelError
 
-from .element_calls import Elements, elements_along
-from .toml_control import read_control
-from .toml_drive import read_drive
-from .toml_file import read_columns, read_toml
-from .toml_table import Symbols, Table, checked_name
+from .grammar import Elements, elements_along
+from .toml_table import Symbols, Table, read_columns, read_toml
+
+_INPUTS = {str(s): s for s in (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD)}
+_AT_REST = {str(s): s for s in (MEASURED_POSITION, REFERENCE, BALANCED)}
+
+
+def read_control(root: Table, recorded: Symbols, constants: Symbols) -> ControlLaw | None:
+    """The control law of the table ``control``, if there is one; wrong ones are mistakes.
+
+    Parameters
+    ----------
+    root : Table
+    recorded : mapping of str to sympy.Symbol
+        The signals that it may read.
+    constants : mapping of str to sympy.Symbol
+        Those of the declaration, which it may have.
+    """
+    if "control" not in root.values:
+        return None
+    table = root.table("control")
+    # The number pi is a number in a law.
+    known = {name: symbol for name, symbol in constants.items() if name != "pi"}
+    if "law" in table.values:
+        return _shipped_law(table, {**known, **recorded})
+    gains, memory = table.table("gains"), table.table("memory")
+    for part in (gains, memory):
+        for name in part.values:
+            part.attempt(name, partial(check_name, name, "it"))
+    names = (*gains.values, *memory.values)
+    symbols = {**known, **recorded, **_INPUTS, **{name: gain(name) for name in names}}
+    at_rest = {**known, **_AT_REST}
+    blocks = _blocks(table.table("blocks"), symbols, at_rest)
+    symbols |= {name: block.value for name, block in blocks.items()}
+    following = {**symbols, str(LIMITED_OUTPUT): LIMITED_OUTPUT}
+    kept = memory.each(Memory, symbols=following, own={"start": at_rest})
+    inside = [each for block in blocks.values() for each in block.memory]
+    # What is wrong of a gain or a memory has been told, and a gain of 1 stands for it.
+    wrong = (name for name in names if kept.get(name) is None)
+    given = {
+        "gains": {**dict.fromkeys(wrong, 1.0), **gains.read_all(float)},
+        "memory": [*filter(None, kept.values()), *inside],
+        "positive": (),
+    }
+    return table.made(ControlLaw, symbols, given=given, beside=("gains", "memory", "blocks"))
+
+
+def _shipped_law(table: Table, symbols: Symbols) -> ControlLaw | None:
+    """A law of the library by its name, with the arguments of its function and its timing."""
+    hint = ", or leave out the law and write its output"
+    law = table.chosen("law", LAWS, "law", hint)
+    if law is None:
+        return None
+    of_any = inspect.signature(ControlLaw).parameters
+    timing = {key: of_any[key] for key in ("delay", "reference_between")}
+
+    def in_time(**fields: Any) -> ControlLaw:
+        late = {key: fields.pop(key) for key in timing if key in fields}
+        return replace(law(**fields), **late)
+
+    arguments = {**inspect.signature(law).parameters, **timing}
+    return table.made(in_time, symbols, arguments=arguments, beside=("law",))
+
+
+def _blocks(table: Table, symbols: Symbols, at_rest: Symbols) -> dict[str, Block]:
+    """The blocks that a law of one's own is made of, by name; each may read those before it."""
+    found: dict[str, Block] = {}
+    for name in table.values:
+        table.attempt(name, partial(check_name, name, "it"))
+        if name in symbols:
+            table.say(name, "the law has another symbol of this name; give one of them another.")
+        inner = table.table(name)
+        make: Callable[..., Block] | None = inner.chosen("block", BLOCKS, "block")
+        if make is None:
+            continue
+        several = "names" in inspect.signature(make).parameters
+        given = {"names": (f"{name}1", f"{name}2")} if several else {"name": f"{name}1"}
+        known = {**symbols, **{each: block.value for each, block in found.items()}}
+        own = {"start": at_rest}
+        block = inner.made(make, known, given=given, beside=("block",), own=own)
+        found |= {} if block is None else {name: block}
+    return found
+
+
+_FORMULAS = ("force", "inverse")
+
+
+def read_drive(root: Table, symbols: Symbols) -> Drive | None:
+    """The drive of the table ``drive``, if there is one; wrong ones are mistakes.
+
+    Parameters
+    ----------
+    root : Table
+    symbols : mapping of str to sympy.Symbol
+        Constants, recorded signals and the motion.
+    """
+    if "drive" not in root.values:
+        return None
+    table = root.table("drive")
+    make: Callable[..., Drive] | None = Drive
+    if "kind" in table.values:
+        hint = ", or leave out the kind and give a gain, or force and inverse"
+        make = table.chosen("kind", DRIVES, "drive", hint)
+    elif any(key in table.values for key in _FORMULAS):
+        make = formula_drive
+    if make is None:
+        return None
+    times = {
+        key: table.table(key).made(partial(Parameter, unit="s"), name=key)
+        for key in HIDDEN_FROM
+        if isinstance(table.values.get(key), Mapping)
+    }
+    # What is wrong with a table is said of it, and not of the drive too.
+    given = {key: 0.0 if time is None else time for key, time in times.items()}
+    formulas = {**symbols, str(DRIVE_GAIN): DRIVE_GAIN}
+    return table.made(
+        make,
+        symbols,
+        arguments=_arguments(make),
+        given=given,
+        beside=("kind", *_FORMULAS, *given) if make is Drive else ("kind", *given),
+        own={
+            "force": {**formulas, str(CONTROL): CONTROL},
+            "inverse": {**formulas, str(FORCE): FORCE},
+        },
+    )
+
+
+def _arguments(make: Callable[..., Drive]) -> dict[str, inspect.Parameter]:
+    """What a drive is told, with what it hands on to `Drive`, of which none is needed.
+
+    What it makes itself is among these, so that it is said of what it is made.
+    """
+    own = inspect.signature(make).parameters
+    shared = dict(inspect.signature(Drive).parameters)
+    if make is not Drive:
+        shared = {key: each.replace(default=None) for key, each in shared.items()}
+    unused = ("estimated", "scaled_by") if make is formula_drive else ("estimated",)
+    return {key: each for key, each in {**shared, **own}.items() if key not in (*unused, "others")}
+
 
 _PARTS = (
     "coordinate",
@@ -79,7 +232,7 @@ def _axis(root: Table) -> Axis | None:
     root.needs("name", "coordinate", "parameters", "drive")
     name = root.values.get("name", "axis")
     title = root.read("title", str) if "title" in root.values else ""
-    named = root.attempt("name", lambda: checked_name(name, "the axis"))
+    named = root.attempt("name", lambda: check_name(name, "the axis"))
     before = len(root.mistakes)
     coordinate, moving = _coordinate(root)
     parameters = root.table("parameters").each(Parameter)
@@ -88,9 +241,16 @@ def _axis(root: Table) -> Axis | None:
     recorded: Symbols = {name: SignalSymbol(name) for name in signals}
     constants = _constants(root.table("constants"), unknown, recorded, moving)
     states = root.table("states")
-    remembered = _states(states, {**constants, **unknown, **moving})
+    own: Symbols = {name: sympy.Symbol(name, real=True) for name in states.values}
+    before_states = {**constants, **unknown, **moving, **own}
+    kept = states.each(State, symbols=before_states, given={"parts": ()})
+    remembered = {name: state.symbol if state else own[name] for name, state in kept.items()}
     symbols = {**constants, **unknown, **recorded, **remembered, **moving} if moving else {}
-    declare = _dynamics(root, symbols, elements_along(coordinate or _stand_in(moving)))
+    along = coordinate
+    if along is None:  # elements are read with another one where its unit is wrong
+        with suppress(ModelError):
+            along = Coordinate(next(iter(moving), "x"))
+    declare = _dynamics(root, symbols, elements_along(along))
     readable = len(root.mistakes) == before
     drive = read_drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
     columns = read_columns(root.table("columns"), (*ROLES, *recorded, "injected_at"))
@@ -113,8 +273,10 @@ def _axis(root: Table) -> Axis | None:
         **parts,
     )
     axis = root.attempt("", declared)
-    if axis is not None:
-        _check_states(states, axis)
+    used = set() if axis is None else {state.name for state in axis.states}
+    for name in states.values if axis is not None else ():
+        if name not in used:
+            states.say(name, "it stands nowhere; write it into the force, or remove it.")
     return axis
 
 
@@ -129,13 +291,6 @@ def _coordinate(root: Table) -> tuple[Coordinate | None, Symbols]:
         return None, {}
     motion = (name, f"d{name}", f"dd{name}")
     return coordinate, {symbol: sympy.Symbol(symbol, real=True) for symbol in motion}
-
-
-def _stand_in(moving: Symbols) -> Coordinate:
-    """A coordinate for elements to be read with where the unit of the declared one is wrong."""
-    with suppress(ModelError):
-        return Coordinate(next(iter(moving), "x"))
-    return Coordinate("x")
 
 
 def _constants(table: Table, unknown: Symbols, recorded: Symbols, moving: Symbols) -> Symbols:
@@ -153,21 +308,6 @@ def _constants(table: Table, unknown: Symbols, recorded: Symbols, moving: Symbol
         if constant and name == "G" and not parse_unit(constant.unit).same_dimension(gravity):
             table.say(name, f"it is a gravity, in {G.unit}; choose another name.")
     return symbols
-
-
-def _states(table: Table, symbols: Symbols) -> Symbols:
-    """What friction remembers, each state by its equation."""
-    own: Symbols = {name: sympy.Symbol(name, real=True) for name in table.values}
-    made = table.each(State, symbols={**symbols, **own}, given={"parts": ()})
-    return {name: own[name] if state is None else state.symbol for name, state in made.items()}
-
-
-def _check_states(table: Table, axis: Axis) -> None:
-    """Say which states stand nowhere, in no force and in no other state's equation."""
-    used = {state.name for state in axis.states}
-    for name in table.values:
-        if name not in used:
-            table.say(name, "it stands nowhere; write it into the force, or remove it.")
 
 
 def _dynamics(root: Table, symbols: Symbols, elements: Elements) -> Callable[..., Axis] | None:

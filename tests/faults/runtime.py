@@ -26,8 +26,7 @@ from axisid import (
 )
 from axisid.codegen import GeneratedAxis
 from axisid.codegen.artefacts.texts import axis_artefacts
-from axisid.codegen.native.compiler import NativeUnavailableError, find_compiler
-from axisid.codegen.native.library_cache import _name
+from axisid.codegen.native.library_cache import NativeUnavailableError, _name, find_compiler
 from axisid.codegen.printers import with_c_loop
 from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.twin import trajectory

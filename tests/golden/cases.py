@@ -36,11 +36,6 @@ class Case:
     runs: Mapping[str, str] = field(default_factory=dict)
     made: Callable[[Mapping[str, Path]], Identification] | None = None
 
-    @property
-    def record(self) -> str | None:
-        """The real record that it reads, if it does."""
-        return next((each for each in (EMPS, DFKI) if each in self.before), None)
-
 
 def _recipe(places: Mapping[str, Path]) -> Identification:
     """By the published recipe."""

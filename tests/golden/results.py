@@ -4,11 +4,10 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import redirect_stderr, redirect_stdout
+from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from typing import Any, TypeAlias
-
-import numpy as np
 
 from axisid.commands.main import cli
 from tests.golden.cases import DFKI, EMPS, Case
@@ -31,27 +30,17 @@ Kept: TypeAlias = dict[str, list[float] | float | str | bool | None]
 def result_of(case: Case, places: Mapping[str, Path]) -> Kept:
     """Run a case, and keep of its result what is compared."""
     if case.before == DFKI:
-        _join(Path(DFKI.format(**places)), places["folder"] / "dfki_joined.csv")
+        import_module("dfki_pendulum_data").read_data(Path(DFKI.format(**places)), places["folder"])
     elif case.before and case.before != EMPS:
         _output(case.before, places)
     for name, said in case.runs.items():
         log = EMPS.format(**places)
         (places["folder"] / f"{name}.toml").write_text(f"log = {log!r}\n{said}\n")
-    if case.made is not None:
-        return dict(_kept(json.loads(json.dumps(case.made(places).to_dict())), ()))
-    return dict(_kept(json.loads(_output(f"{case.command} --json -", places)), ()))
-
-
-def keep(case: Case, result: Kept) -> None:
-    """Write what is kept from now on, a line for each."""
-    lines = (f"{json.dumps(what)}: {json.dumps(each)}" for what, each in result.items())
-    (FOLDER / f"{case.name}.json").write_text("{\n" + ",\n".join(lines) + "\n}\n")
-
-
-def kept_of(case: Case) -> Kept:
-    """What was kept of a case's result; nothing of a new case."""
-    file = FOLDER / f"{case.name}.json"
-    return dict(json.loads(file.read_text())) if file.is_file() else {}
+    if case.made is None:
+        text = _output(f"{case.command} --json -", places)
+    else:
+        text = json.dumps(case.made(places).to_dict())
+    return dict(_kept(json.loads(text), ()))
 
 
 def moves(old: Kept, new: Kept) -> Iterator[tuple[str, str, str, str]]:
@@ -75,17 +64,6 @@ def _output(command: str, places: Mapping[str, Path]) -> str:
     with redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()):
         cli.main(words, standalone_mode=False)
     return out.getvalue()
-
-
-def _join(data: Path, log: Path) -> None:
-    """What was measured of the pendulum and what was desired, in one log."""
-    measured, desired = (
-        np.genfromtxt(data / f"pd_system_identification_{which}.csv", delimiter=",", names=True)
-        for which in ("measured", "desired")
-    )
-    columns = [measured["time"], measured["position"], desired["position"], measured["torque"]]
-    head = "time,position,reference,torque"
-    np.savetxt(log, np.column_stack(columns), delimiter=",", header=head, comments="")
 
 
 def _kept(

@@ -57,7 +57,7 @@ from axisid.estimation import (
     validate_fit,
 )
 from axisid.estimation.diagnostics.law.control_law import check_law
-from axisid.estimation.identification import DriveTime, DriveTiming
+from axisid.estimation.identification import DriveTime
 from axisid.estimation.law_search import find_law
 from axisid.fleets import Fleet, FleetRow
 from axisid.modeling import LIBRARY, Column
@@ -157,14 +157,6 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
             deviation=1e-5,
             interval=(0.98e-3, 1.02e-3),
         ),
-        "drive timing": DriveTiming(
-            name="lag",
-            value=1e-3,
-            deviation=1e-5,
-            axis=declared,
-            identification=found,
-            deviations={"M": 1.0},
-        ),
         "fleet": Fleet(
             folder="results", rows=(FleetRow(name="a", log="a.csv", axis="emps2015", status="ok"),)
         ),
@@ -187,7 +179,7 @@ KINDS = (
     "diagnosis,verdict,"
     "residual tests,draws,covariances,saved identification,saved estimate,validation,sweep,"
     "fit,fit on another record,comparison,simulation,batch,lanes,law check,study,"
-    "law search,block,drive timing,drive time,fleet,fleet item,trend,"
+    "law search,block,drive time,fleet,fleet item,trend,"
     "feed-forward,error AxisidError,"
     "error ModelError,error UsageError,error DataError,error EstimationError"
 ).split(",")

@@ -15,7 +15,7 @@ from axisid.codegen.artefacts import write_files
 from axisid.estimation import Repairs
 from axisid.estimation.regression.simulated_rows import loop_reference
 from axisid.estimation.signals import FilteredRecord
-from axisid.modeling.text.mistakes import TextError
+from axisid.modeling.text.grammar import TextError
 from axisid.support.errors import DeclarationError
 from docs.extensions.error_tables import coded_errors, page
 

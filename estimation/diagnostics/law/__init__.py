@@ -5,6 +5,7 @@ Knows nothing of estimates, and of what the loop makes of the law.
 """
 
 from .by_runs import LawByGains as LawByGains
+from .comparison import compared_as as compared_as
 from .control_law import (
     FoundGains as FoundGains,
     LawCheck as LawCheck,
@@ -13,4 +14,3 @@ from .control_law import (
     first_failing as first_failing,
     law_check as law_check,
 )
-from .terms import compared_as as compared_as

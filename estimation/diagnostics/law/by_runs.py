@@ -1,13 +1,17 @@
-"""A law that is no sum of products of its gains against the recorded control.
+"""A law beside the recorded control, by runs of it.
 
-Limited, filtered, adaptive, with an integral: no factor of a column says what a gain does. The law
-is run along the record instead, with its gains a little off, and the slopes of its control by each
-gain tell which gains are off; the least change of them that explains the control is found by runs
-with the changed gains.
+No factor of a column says what a gain of a law does that is limited, filtered, adaptive, or has an
+integral. The law is run along the record, with its gains a little off, and the slopes of its
+control by each gain tell which gains are off; the least change of them that explains the control is
+found by runs with the changed gains.
+
+What the law read is not always in the log: it may round, or be slower than the law, whose positions
+between the samples have a noise of their own. The law is run along what it may have read, drawn at
+random, and what that changes of its control is left open.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,8 +20,8 @@ from scipy.linalg import qr
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import first_case
-from axisid.estimation.loops import LawAlong, LawPoint
-from axisid.estimation.records import Record, quantisation_step
+from axisid.estimation.loops import LawAlong, LawPoint, as_logged, position_noise, two_clocks
+from axisid.estimation.records import Record, at_times, quantisation_step
 from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
@@ -25,11 +29,20 @@ from axisid.estimation.thresholds import (
     MAX_SCALE_ERROR,
     MIN_DISTANCE_FROM_NOISE,
 )
-from axisid.modeling.declaration import ControlLaw
+from axisid.modeling.declaration import ControlLaw, gain
 from axisid.support.arrays import Array, relative_error_percent
 
-from .sentences import off_text, scale_text
-from .terms import compared_as, hac_fit, noisy_ticks
+from .comparison import (
+    CONSTANT,
+    DRIFT,
+    INJECTED,
+    compared_as,
+    hac_fit,
+    leaning,
+    noisy_ticks,
+    settling,
+)
+from .sentences import MAX_FACTOR_ERROR, off_text, scale_text
 
 # of a control, and of what other gains do not change of it; less tells nothing of a gain
 _MIN_GAIN_TOLD_APART = 1e-4
@@ -38,9 +51,14 @@ _MAX_SAME_RESIDUAL = 1.1
 
 # what a law leaves of the control by what the log leaves open, up to which it may be right: of
 # right laws behind logs that round to 1 to 20 um it is 0.6 to 1.1 times that
-MOST_OPEN = MIN_DISTANCE_FROM_NOISE.value
-_DRAWS = 3  # of what the log's last digit leaves open
-_LARGEST = 5.0  # logarithm of a change that is told to first order
+_MOST_OPEN = MIN_DISTANCE_FROM_NOISE.value
+# constant, or half of a drift, beside the law, by the control's root mean square
+_MAX_CONTROL_LEAN = 0.01
+_DRAWS = 3  # of what the log leaves open
+_COINCIDES = 1e-6  # of a sample
+# least deviation of a factor of a law that reads an ideal velocity, which is in no log: measured,
+# up to 2.4e-4 off on twins without noise, 1e-5 to 1e-4 on whole ones
+_FACTOR_BLUR = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,9 +75,12 @@ class LawByGains:
         What is made of a control before it is compared.
     neighbours : RowTimes
         Of the rows that are compared.
-    rounded : tuple of LawAlong
-        The law along what may have been before the log rounded it, drawn at random; none where it
-        rounds nothing.
+    added : dict of str to (N,) array
+        What is in the recorded control besides, by name: each may have another size.
+    possible : tuple of LawAlong
+        The law along what it may have read, drawn at random; none where the log has that.
+    between : bool
+        Whether it reads between the samples of the log.
     free : tuple of str
         Gains that have other values than the declared ones.
     """
@@ -68,7 +89,9 @@ class LawByGains:
     point: LawPoint
     compared: Callable[[Array], Array]
     neighbours: RowTimes
-    rounded: tuple[LawAlong, ...] = ()
+    added: Mapping[str, Array] = field(default_factory=dict)
+    possible: tuple[LawAlong, ...] = ()
+    between: bool = False
     free: tuple[str, ...] = ()
 
     @classmethod
@@ -93,21 +116,38 @@ class LawByGains:
         smooth = compared_as(law, record)
         ticks, start = noisy_ticks(axis, law, record)
         along = LawAlong.of(axis, law, ticks, record)
-        # A control that a converter's noise took from the limit is none that the law gave.
         declared = LawPoint(along.declared.gains, start[: len(law.memory)])
-        used = used & ~(np.abs(along.output(declared)) > along.limit)
+        output = along.output(declared)
+        # A control that a converter's noise took from the limit is none that the law gave.
+        limited = np.abs(output) > along.limit
+        limited[: settling(law)] = True
+        used = used & ~limited
+        if law.takes_velocity:  # what the limit cut off would be spread far over the neighbours
+            along = replace(along, control=np.where(limited, output, along.control))
 
         def compared(control: Array) -> Array:
             return np.asarray(smooth(control)[used])
 
-        # With noise the first controls show what is remembered less well than all of them do.
-        point = along.fitted(declared, compared, ())
+        added = {} if law.gains else {"output": output}
+        if record.added_control is not None:
+            added[INJECTED] = as_logged(axis, ticks.added_at_samples(law.delay))
+        clocks = two_clocks(axis, record, (0, len(record)))
+        times = np.arange(float(len(record))) if clocks is None else clocks.times
+        between = not np.allclose(times, np.round(times), rtol=0, atol=_COINCIDES)
         return cls(
             along=along,
-            point=point,
+            # With noise the first controls show what is remembered less well than all of them do.
+            point=along.fitted(declared, compared, ()),
             compared=compared,
+<<<<<<< HEAD
             neighbours=RowTimes(np.flatnonzero(used)),
             rounded=tuple(_rounded(along, record)),
+=======
+            neighbours=RowTimes.of(np.flatnonzero(used), 1),
+            added=added,
+            possible=tuple(_possible(along, record, times if between else None)),
+            between=between,
+>>>>>>> main
         )
 
     @property
@@ -148,7 +188,7 @@ class LawByGains:
         times = times if times > 0 else -1.0
         scaled = self.of_control(times)
         # What the log rounds is open besides.
-        most = max(MAX_LAW_RESIDUAL.value, MOST_OPEN * self.open_percent)
+        most = max(MAX_LAW_RESIDUAL.value, _MOST_OPEN * self.open_percent)
         explains = scaled.percent < most and (times < 0 or not scaled.off)
         return (times, scaled) if explains else None
 
@@ -163,14 +203,20 @@ class LawByGains:
             sizes = [np.linalg.norm(np.diff(off)) for off in each.left_open]
             jumps = np.linalg.norm(np.diff(each.left))
             if jumps < max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value:
-                return replace(self, rounded=())
+                return replace(self, possible=())
         return self
+
+    @property
+    def is_hidden(self) -> bool:
+        """Whether what the log leaves open hides whether the law is right."""
+        left, open_ = self.percent, self.open_percent
+        return max(left, open_) >= MAX_LAW_RESIDUAL.value and left < _MOST_OPEN * open_
 
     @cached_property
     def left_open(self) -> list[Array]:
-        """By how much the output may differ for what is rounded, drawn at random, (n,) each."""
+        """By how much the output may differ for what the log leaves open, (n,) each."""
         undisturbed = self.along.output(self.point)
-        return [self.compared(each.output(self.point) - undisturbed) for each in self.rounded]
+        return [self.compared(each.output(self.point) - undisturbed) for each in self.possible]
 
     @property
     def open_percent(self) -> float:
@@ -190,71 +236,114 @@ class LawByGains:
         return relative_error_percent(self.left, self.compared(self.along.control))
 
     @cached_property
-    def asked(self) -> dict[str, tuple[float, bool]]:
-        """How many times each gain should be what it is, to first order, and if it is clearly off.
+    def lean(self) -> dict[str, float]:
+        """A constant and a drift over the record that stand out of what is left, by name."""
+        values, deviations = leaning(self.left, self.neighbours)
+        control = self.compared(self.along.control)
+        least = _MAX_CONTROL_LEAN * float(np.sqrt(np.mean(control**2))) * np.array([1.0, 2.0])
+        # How large either may be for what the log does not write.
+        open_ = [leaning(each, self.neighbours)[0] for each in self.left_open]
+        chance = np.abs([deviations, *open_]).max(axis=0)
+        far = np.abs(values) > np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * chance)
+        named = zip((CONSTANT, DRIFT), values, far, strict=True)
+        return {name: float(value) for name, value, is_far in named if is_far}
 
-        Of the gains that show in the control, and are told from the others that do.
+    @cached_property
+    def asked(self) -> tuple[dict[str, float], Array, Array]:
+        """Changes of gains that least squares asks for, their covariance, and what they leave.
+
+        Of the logarithms of gains that show in the control, and are told from the others that do;
+        and of what was added, by itself. What is left is (n,), to first order.
         """
-        return {
-            name: (
-                float(np.exp(min(step, _LARGEST))),
-                abs(step) > max(MAX_SCALE_ERROR.value, MIN_DISTANCE_FROM_NOISE.value * deviation),
-            )
-            for name, (step, deviation) in self.steps.items()
-        }
+        return self._asked([*self.along.law.gains, *self.added])
 
-    @property
+    @cached_property
     def off(self) -> list[str]:
-        """Gains that are clearly off."""
-        return [name for name, (_, clear) in self.asked.items() if clear]
+        """Gains, and what was added, that are clearly off."""
+        steps, scatter, _ = self.asked
+        far = MIN_DISTANCE_FROM_NOISE.value * np.sqrt(np.diag(scatter))
+        most = dict(zip(steps, np.maximum(MAX_SCALE_ERROR.value, far), strict=True))
+        if self.along.law.takes_velocity and INJECTED in most:
+            # The velocity that is compared is not the sensor's to a hundredth.
+            most[INJECTED] = max(most[INJECTED], MAX_FACTOR_ERROR)
+        return [name for name, step in steps.items() if abs(step) > most[name]]
 
     @property
-    def steps(self) -> dict[str, tuple[float, float]]:
-        """Change of the logarithm of each such gain that least squares asks for; its deviation."""
-        told, steps, scatter = self._asked([*self.along.law.gains])
-        found = zip(steps, np.sqrt(np.diag(scatter)), strict=True)
-        return {name: (float(s), float(d)) for name, (s, d) in zip(told, found, strict=True)}
+    def fitted_percent(self) -> float:
+        """What is left of the control, to first order, with every gain as it asks for, percent."""
+        return relative_error_percent(self.asked[2], self.compared(self.along.control))
+
+    @property
+    def factors(self) -> dict[str, tuple[float, float]]:
+        """How many times itself each term of the law should be, to first order; its deviation.
+
+        By product of gains; by gain of a law that is no sum of such products.
+        """
+        steps, scatter, _ = self.asked
+        blur = _FACTOR_BLUR * self.along.law.takes_velocity  # of what is in no log
+        found = {}
+        for name, powers in self.powers.items():
+            of = np.array([powers.get(each, 0.0) for each in steps])
+            if powers.keys() <= steps.keys():
+                scattered = float(np.hypot(np.sqrt(of @ scatter @ of), blur))
+                found[name] = (float(1 + of @ [*steps.values()]), scattered)
+        return found
+
+    @property
+    def powers(self) -> dict[str, dict[str, float]]:
+        """Powers of the gains, and of what was added, in each term of the law, by name."""
+        law, alone = self.along.law, {name: {name: 1.0} for name in self.added}
+        products = [product for product, _ in law.terms]
+        if not law.is_polynomial:
+            products = [gain(name) for name in law.gains]
+        return {
+            str(each): {
+                str(g): float(n) for g, n in each.as_powers_dict().items() if g.free_symbols
+            }
+            for each in products
+        } | alone
 
     def covariance(self, names: Sequence[str]) -> Array:
         """Of the logarithms of gains that the control asks for, others being right, (k, k).
 
         Infinite variances of those that do not show in it apart from the others.
         """
-        told, _, scatter = self._asked(names, vague=True)
-        found, places = np.diag(np.full(len(names), np.inf)), [names.index(name) for name in told]
+        steps, scatter, _ = self._asked(names, vague=True)
+        found, places = np.diag(np.full(len(names), np.inf)), [names.index(name) for name in steps]
         found[np.ix_(places, places)] = scatter
         return found
 
     def _asked(
         self, names: Sequence[str], *, vague: bool = False
-    ) -> tuple[list[str], Array, Array]:
-        """Gains among some that the control tells, vague ones too if asked; steps, covariance.
+    ) -> tuple[dict[str, float], Array, Array]:
+        """The same of some, and of vague ones if asked.
 
-        Vague is a gain that shows by what the log rounds more than a little: it would be found too
-        low. What the log rounds is in the covariance.
+        Vague is a gain that shows by what the log leaves open more than a little: it would be found
+        too low. What the log leaves open is in the covariance.
         """
-        every = [*self.along.law.gains]
-        free = [every.index(name) for name in names]
+        every = [*self.along.law.gains, *self.added]
+        free, added = [every.index(name) for name in names], [*self.added.values()]
         slopes = self.along.slopes_by_gain(self.point)
-        both = np.column_stack([*map(self.compared, slopes.T), self._off])
+        both = np.column_stack([*map(self.compared, (*slopes.T, *added)), self._off])
         both = self._besides_start(both)
         columns, left = both[:, :-1], both[:, -1]
         shown = columns
-        if self.rounded and not vague:
-            rough = self.rounded[0].slopes_by_gain(self.point) - slopes
-            noise = np.linalg.norm(np.column_stack([*map(self.compared, rough.T)]), axis=0)
+        if self.possible and not vague:
+            rough = self.possible[0].slopes_by_gain(self.point) - slopes
+            noise = np.zeros(len(every))
+            noise[: len(rough.T)] = [np.linalg.norm(self.compared(each)) for each in rough.T]
             most = MAX_ROUNDED_SHARE.value * np.linalg.norm(columns, axis=0)
             shown = np.where(noise > most, 0.0, columns)
         size = float(np.linalg.norm(self.compared(self.along.control)))
         told = [free[j] for j in _told_apart(shown[:, free], size)]
-        named = [every[i] for i in told]
         if not told:
-            return named, np.zeros(0), np.zeros((0, 0))
+            return {}, np.zeros((0, 0)), left
+        named = [every[i] for i in told]
         fit, scatter = hac_fit(left, columns[:, told], named, self.neighbours)
         if self.left_open:
             moved = [fit.influence.T @ each for each in self.left_open]
             scatter = scatter + np.mean([np.outer(m, m) for m in moved], axis=0)
-        return named, fit.theta, scatter
+        return dict(zip(named, map(float, fit.theta), strict=True)), scatter, fit.residuals
 
     def least_change(self) -> "tuple[LawByGains, ...]":
         """The same with the fewest other gains with which none is off; the best if none is enough.
@@ -280,13 +369,10 @@ class LawByGains:
         """Columns without what another start of the memory explains."""
         by_start = self.along.slopes_by_start(self.point)
         starts = np.column_stack([np.empty((len(columns), 0)), *map(self.compared, by_start.T)])
-        shown = starts[:, np.any(starts != 0, axis=0)]
-        if not shown.shape[1]:
-            return columns
-        basis, triangle = np.linalg.qr(shown / np.linalg.norm(shown, axis=0))
-        turned, effect, _ = np.linalg.svd(triangle)
-        basis = basis @ turned[:, effect > _MIN_GAIN_TOLD_APART * effect.max()]
-        return np.asarray(columns - basis @ (basis.T @ columns))
+        sizes = np.linalg.norm(starts, axis=0)
+        unit = starts[:, sizes > 0] / sizes[sizes > 0]
+        shares = np.linalg.lstsq(unit, columns, rcond=_MIN_GAIN_TOLD_APART)[0]
+        return np.asarray(columns - unit @ shares)
 
 
 def said_of_gains(by_gains: LawByGains) -> tuple[str, LawByGains | None]:
@@ -296,8 +382,9 @@ def said_of_gains(by_gains: LawByGains) -> tuple[str, LawByGains | None]:
     """
     declared, said = by_gains.along.law.gains, ""
     changes = by_gains.least_change() if declared else ()
-    best = changes[0] if changes else None
-    if best is not None and best.percent < MAX_LAW_RESIDUAL.value and not best.off:
+    enough = (each for each in changes if each.percent < MAX_LAW_RESIDUAL.value and not each.off)
+    best = next(enough, None)
+    if best is not None:
         ways = "; or ".join(
             " and ".join(
                 f"{name} is {times:.4g} times the declared one, {change.gains[name]:.5g} for "
@@ -316,8 +403,6 @@ def said_of_gains(by_gains: LawByGains) -> tuple[str, LawByGains | None]:
             (True, f"declare {these}"),
         )
         said = f"{ways}, {rest}"
-    else:
-        best = None
     if by_gains.scale is not None:
         times, scaled = by_gains.scale
         other = scale_text(times, f", with which it would be {off_text(scaled.percent)}")
@@ -338,17 +423,28 @@ def _told_apart(columns: Array, size: float) -> list[int]:
     return sorted(int(shown[i]) for i in order[: len(clear)][clear])
 
 
-def _rounded(along: LawAlong, record: Record) -> Iterator[LawAlong]:
-    """The law along what position and reference may have been before the log rounded them."""
+def _possible(along: LawAlong, record: Record, times: Array | None) -> Iterator[LawAlong]:
+    """The law along what it may have read, at its own times, (M,) samples, if those of none are.
+
+    Position and reference as they may have been before the log rounded them. Between the samples
+    the noise of the position was another one, and a cubic spline misses what is faster than they:
+    by how much, one of every second sample tells.
+    """
+    position, reference = along.ticks.position, along.ticks.reference
     steps = [
         quantisation_step(values) for values in (record.position, np.asarray(record.reference))
     ]
-    if not any(steps):
+    noise = 0.0
+    if times is not None:
+        noise, some = position_noise(record.position), record.position[::2]
+        position = at_times(times / 2, np.arange(float(len(some))), some, "spline")
+    elif not any(steps):
         return
-    rng, read = np.random.default_rng(0), (along.ticks.position, along.ticks.reference)
+    rng = np.random.default_rng(0)
     for _ in range(_DRAWS):
-        position, reference = (
+        places, wanted = (
             values + step * rng.uniform(-0.5, 0.5, len(values))
-            for step, values in zip(steps, read, strict=True)
+            for step, values in zip(steps, (position, reference), strict=True)
         )
-        yield replace(along, ticks=replace(along.ticks, position=position, reference=reference))
+        places = places + noise * rng.normal(size=len(places))
+        yield replace(along, ticks=replace(along.ticks, position=places, reference=wanted))

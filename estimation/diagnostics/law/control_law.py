@@ -1,11 +1,11 @@
 """The declared control law against what the drive did.
 
-The recorded control is regressed on the law's own terms, computed from the recorded reference and
-position, and on a test signal that was added to it. Every factor must be 1. A law that fails is run
-with other gains, and held against a control of another scale, which tells the fault: another gain,
-millimetres for metres, a flipped sign; so are another clock and a delay. A law
-that takes an ideal sensor's velocity is compared after a zero-phase low-pass of both sides, since
-that velocity is not recorded; the identification's own filter plays no part.
+The law is run along the recorded reference and position, and what its terms, and a test signal that
+was added to the control, would have to be times themselves to give the recorded control must be 1,
+for each. A law that fails is run with other gains, and held against a control of another scale,
+which tells the fault: another gain, millimetres for metres, a flipped sign; so are another clock
+and a delay. A law that takes an ideal sensor's velocity is compared after a zero-phase low-pass of
+both sides, since that velocity is not recorded; the identification's own filter plays no part.
 
 The control follows from reference and position exactly, so that it tells gains far better than a
 fit does, which finds them as unsurely as any parameter. A law some of whose gains a fit has found
@@ -17,7 +17,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from axisid.codegen.artefacts import GeneratedAxis
@@ -25,7 +24,6 @@ from axisid.estimation.checks import Check, first_case, status_of
 from axisid.estimation.loops import hides_command
 from axisid.estimation.records import Record, clock_of, evaluations_per_sample, other_period
 from axisid.estimation.regression import joint_p, lacking_law, lacking_loop, wald
-from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
     MAX_SCALE_ERROR,
@@ -36,7 +34,17 @@ from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import Missing, of_found
 
-from .by_runs import MOST_OPEN, LawByGains, said_of_gains
+from .by_runs import LawByGains, said_of_gains
+from .comparison import (
+    CONSTANT,
+    INJECTED,
+    best_shift,
+    compared_with_law,
+    is_uneven,
+    open_for_jitter,
+    readings,
+    settling,
+)
 from .sentences import (
     TEST_SIGNAL,
     WHICH_LAW,
@@ -45,27 +53,7 @@ from .sentences import (
     lean_text,
     off_text,
     repair_of,
-    test_signal_text,
 )
-from .terms import (
-    CONSTANT,
-    INJECTED,
-    best_shift,
-    compared_with_law,
-    fitted_factors,
-    is_uneven,
-    lean_of,
-    leaning,
-    left_open_percent,
-    open_for_jitter,
-    other_readings,
-    residual_percent,
-    settling,
-)
-
-# least deviation of a factor of a law that reads an ideal velocity, which is in no log: measured,
-# up to 2.4e-4 off on twins without noise, 1e-5 to 1e-4 on whole ones
-_FACTOR_BLUR = 1e-4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,12 +65,12 @@ class LawCheck:
     factors : dict of str to float
         By product of gains, or by gain of a law that is no sum of such products (how many times the
         declared one it is), and ``injected`` for a test signal that was added to the control; each
-        is 1 if the law is the drive's. Empty where the record cannot tell them apart.
+        is 1 if the law is the drive's. None of those that the record does not tell apart.
     residual_percent : float or None
         ``100 ||control - law|| / ||control||``, with the law as declared; None for a record of
         another period than the law's.
     fitted_residual_percent : float
-        The same with the factors: what no gain explains. None without factors.
+        The same with the factors: what no gain explains. None for such a record too.
     delay : int
         Samples by which the recorded control follows the declared law best.
     passed : bool
@@ -113,12 +101,6 @@ class LawCheck:
         return f"{self.meaning}{self.advice}"
 
     @property
-    def unexplained(self) -> float:
-        """What no factors of the law's terms explain, percent."""
-        left = self.fitted_residual_percent
-        return float((self.residual_percent if left is None else left) or 0.0)
-
-    @property
     def is_told_by_factors(self) -> bool:
         """Whether the control is the law's but for its factors, which are all there is to mend."""
         left = self.fitted_residual_percent
@@ -144,23 +126,22 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     incomparable = _incomparable(axis, law, record)
     if incomparable is not None:
         return incomparable
-    uneven = is_uneven(record)
-    first = _compared(axis, law, record, advises=not uneven)
-    if isinstance(first, Missing) or first.passed or not uneven:
-        return first
-    told = [(first, "", record)]
+    uneven, told = is_uneven(record), []
     # Where times are uneven, a law may have read something else than the samples.
-    for said, read, advice in other_readings(record):
-        found = _compared(axis, law, read, advises=False)
-        if isinstance(found, LawCheck) and found.passed:
-            as_it_is = f"it is {first.residual_percent:.2g} % off as the record has them"
-            meaning = f"{found.meaning}, {said}; {as_it_is}"
-            return replace(found, meaning=meaning, advice=advice)
-        told += [(found, said, read)] if isinstance(found, LawCheck) else []
-    best, said, nearest = min(told, key=lambda each: each[0].unexplained)
-    off = float(best.residual_percent or 0.0)
-    left = open_for_jitter(axis, record, off)
-    if left is not None and best.unexplained >= MAX_LAW_RESIDUAL.value:
+    for said, read, advice in readings(record) if uneven else [("", record, "")]:
+        found = _compared(axis, law, read, advises=not uneven)
+        if not said and (isinstance(found, Missing) or found.passed or not uneven):
+            return found
+        if isinstance(found, LawCheck):
+            told.append((found, said, read))
+            if found.passed:
+                as_it_is = f"it is {told[0][0].residual_percent:.2g} % off as the record has them"
+                meaning = f"{found.meaning}, {said}; {as_it_is}"
+                return replace(found, meaning=meaning, advice=advice)
+    best, said, nearest = min(told, key=lambda each: each[0].fitted_residual_percent or 0.0)
+    off, least = best.residual_percent or 0.0, best.fitted_residual_percent or 0.0
+    left = open_for_jitter(axis, law, record, off)
+    if left is not None and least >= MAX_LAW_RESIDUAL.value:
         return Missing(
             "the record's samples are off even times, and what the law read between them, noise "
             f"above all, leaves {left:.2g} % of its control open ({off:.2g} % off)"
@@ -176,46 +157,44 @@ def _compared(
 ) -> LawCheck | Missing:
     """A law against the samples of a record, with what would mend it where that is asked for."""
     record = record.longest()  # a law's memory does not outlast a gap
-    if len(record.position) < 2 * settling(law) + MIN_SAMPLES_PER_FACTOR.value * len(law.terms):
+    least = MIN_SAMPLES_PER_FACTOR.value * len(law.terms)
+    if len(record.position) < 2 * settling(law) + least:
         return Missing(f"the record is too short for it, {len(record.position)} samples")
-    control, terms, used = compared_with_law(axis, law, record)
-    if not np.all(np.isfinite(terms)):
+    control, made, used = compared_with_law(axis, law, record)
+    if not np.all(np.isfinite(made)):
         return Missing("the declared law is not finite on this record")
-    if used.sum() < MIN_SAMPLES_PER_FACTOR.value * terms.shape[1]:
+    if used.sum() < least:
         return Missing("the control is at the drive's limit, or masked, nearly all the time")
-    left_open = left_open_percent(axis, record, used)
-    declared = residual_percent(control, terms, used)
-    if left_open > MAX_LAW_RESIDUAL.value and declared < MOST_OPEN * left_open:
+    by_gains, shift = LawByGains.of(axis, law, record, used), best_shift(made, control, used)
+    # A shift that explains the control shows through whatever the log leaves open.
+    if by_gains.is_hidden and not shift:
+        by_gains = by_gains.unless_rounded()
+    left_open = by_gains.open_percent
+    if by_gains.is_hidden and not shift:
         return Missing(
             f"the record is sampled every {record.period:.6g} s, the control law runs every "
             f"{law.period:.6g} s, and what it reads between the samples, noise above all, leaves "
             f"{left_open:.2g} % of its control open"
+            if by_gains.between
+            else "what the log rounds of position and reference leaves "
+            f"{left_open:.2g} % of the declared law's control open"
         )
-    shift = best_shift(terms.sum(axis=1), control, used)
-    # An integral shows its start along the whole record, and wrong gains move what starts it.
-    by_terms = law.is_polynomial and not law.balanced and not hides_command(axis)
-    by_products = not law.gains or by_terms
-    told = (
-        _by_products(law, record, control, terms, used)
-        if by_products
-        else _by_gains(axis, law, record, used, shift)
-    )
-    if isinstance(told, Missing):
-        return told
-    check, off, lean, by_gains = told
-    declared = float(check.residual_percent or 0.0)
+    declared, factors = by_gains.percent, by_gains.factors
+    wrong = by_gains.off or by_gains.lean or declared >= MAX_LAW_RESIDUAL.value or shift
     between = f"; what it reads between the samples leaves {left_open:.2g} % open"
-    check = replace(
-        check,
+    check = LawCheck(
+        factors={name: value for name, (value, _) in factors.items()},
+        deviations={name: deviation for name, (_, deviation) in factors.items()},
+        residual_percent=declared,
+        fitted_residual_percent=by_gains.fitted_percent,
         delay=shift,
-        passed=check.passed and declared < MAX_LAW_RESIDUAL.value and not shift,
+        passed=not wrong,
         meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of "
-        f"its norm{between * (left_open > 0)}",
+        f"its norm{between * by_gains.between}",
     )
     if check.passed or not advises:
         return check
-    by_gains = by_gains or LawByGains.of(axis, law, record, used)
-    explained, fault = _fault(axis, record, check, off, lean, by_gains, by_products=by_products)
+    explained, fault = _fault(axis, record, check, by_gains)
     if explained and (repair := repair_of(axis, law, record, explained, shift)):
         said = f"the recorded control is not the declared law's ({off_text(declared)}), but "
         return replace(check, meaning=said + repair)
@@ -225,6 +204,7 @@ def _compared(
     return fault
 
 
+<<<<<<< HEAD
 #: A check that is not worded yet, which factors are off, what leans, and the law by its gains where
 #: that was asked.
 _Told = tuple[LawCheck, list[str], dict[str, float], LawByGains | None]
@@ -295,54 +275,50 @@ def _by_gains(
     return check, off, lean, by_gains
 
 
+=======
+>>>>>>> main
 def _fault(
-    axis: GeneratedAxis,
-    record: Record,
-    check: LawCheck,
-    off: Sequence[str],
-    lean: dict[str, float],
-    by_gains: LawByGains,
-    *,
-    by_products: bool,
+    axis: GeneratedAxis, record: Record, check: LawCheck, by_gains: LawByGains
 ) -> tuple[float, LawCheck]:
     """What a law that fails looks like; what is left where gains explain it, percent of control."""
-    declared = float(check.residual_percent or 0.0)
+    declared = by_gains.percent
     large = declared >= MAX_LAW_RESIDUAL.value
     level = by_gains.left - by_gains.left.mean()
     left = relative_error_percent(level, by_gains.compared(by_gains.along.control))
-    by_constant = CONSTANT in lean and left < MAX_LAW_RESIDUAL.value
-    if by_constant if large else not off:
-        return declared, replace(check, meaning=lean_text(axis, record, lean))
+    by_constant = CONSTANT in by_gains.lean and left < MAX_LAW_RESIDUAL.value
+    if by_constant if large else not by_gains.off:
+        return declared, replace(check, meaning=lean_text(axis.axis.drive.unit, by_gains.lean))
     start = "the recorded control is the declared law's but for its factors: "
     if large:
         start = f"the recorded control is not the declared law's ({off_text(declared)}): "
-    far = [name for name, value in check.factors.items() if not is_near(value, 1.0)] or [*off]
-    if far == [INJECTED]:
-        said = f"{start}check {test_signal_text(check.factors[INJECTED])}"
+    far = [name for name, value in check.factors.items() if not is_near(value, 1.0)]
+    if (far or by_gains.off) == [INJECTED]:
+        said = (
+            f"{start}check the size of the test signal, such as a gain or a filter between where "
+            "it is logged and where it is added"
+        )
         return declared, replace(check, meaning=said)
     said, change = said_of_gains(by_gains)
     if not said:
         said = (
-            "no change of its gains explains it; check how it forms the velocity, its filters, its "
-            f"limits and anti-windup, the period and the noise; {WHICH_LAW}"
+            "no change of its gains explains it; check how it forms the velocity, its "
+            "feed-forward, filters, limits and anti-windup, the period and the noise; "
+            f"{WHICH_LAW}"
         )
         check = replace(check, advice=TEST_SIGNAL * (large and record.injected is None))
     check = replace(check, meaning=start + said)
-    if not by_products and change is None:
-        check = replace(check, factors={})
-    elif change is not None and not by_products:
-        factors = {**dict.fromkeys(by_gains.asked, 1.0), **change.times}
-        check = replace(check, factors=factors, fitted_residual_percent=change.percent)
-    if change is None and by_gains.scale is not None:
-        return by_gains.scale[1].percent, check
-    return declared if change is None or len(change.free) > 1 else change.percent, check
-
-
-def _is_hidden(declared: float, by_gains: LawByGains) -> bool:
-    """Whether what the log rounds hides whether the law is right."""
-    rounded = by_gains.open_percent
-    is_much = max(declared, rounded) >= MAX_LAW_RESIDUAL.value
-    return is_much and declared < MOST_OPEN * rounded
+    if change is None:
+        scaled = by_gains.scale
+        check = check if by_gains.along.law.is_polynomial else replace(check, factors={})
+        return declared if scaled is None else scaled[1].percent, check
+    times = {**dict.fromkeys(by_gains.asked[0], 1.0), **change.times}
+    factors = {
+        name: float(np.prod([times[gain] ** power for gain, power in powers.items()]))
+        for name, powers in by_gains.powers.items()
+        if powers.keys() <= times.keys()
+    }
+    check = replace(check, factors=factors, fitted_residual_percent=change.percent)
+    return declared if len(change.free) > 1 else change.percent, check
 
 
 @of_found
@@ -378,33 +354,29 @@ def _incomparable(
             passed=False,
             meaning=apart.note,
         )
-    lacking = lacking_loop(axis, record)
-    if lacking is not None or record.control is None:
-        clocks = f"{apart.note}; " if apart is not None else ""
-        why = lacking or "the record has no control"
-        return Missing(f"{clocks}{why}")
+    clocks = f"{apart.note}; " if apart is not None else ""
     no_ratio = apart is not None or evaluations_per_sample(law, record.period, clock) is None
-    return first_case(
+    lacking = lacking_loop(axis, record)
+    why = first_case(
+        (lacking is not None, f"{clocks}{lacking}"),
+        (record.control is None, f"{clocks}the record has no control"),
         (
             record.added_control is not None and hides_command(axis),
-            Missing(
-                "what was added to the control is in the record only as the drive passes on both: "
-                f"its {' and '.join(axis.axis.drive.path.declared)}"
-            ),
+            "what was added to the control is in the record only as the drive passes on both: "
+            f"its {' and '.join(axis.axis.drive.path.declared)}",
         ),
         (
             record.integrated,
-            Missing("no position was recorded; the velocity's integral drifts away from it"),
+            "no position was recorded; the velocity's integral drifts away from it",
         ),
         (
             clock.step != 1 and no_ratio,
-            Missing(
-                f"the record was resampled at {1 / record.period:.6g} Hz, the control law runs at "
-                f"{1 / law.period:.6g} Hz"
-            ),
+            f"the record was resampled at {1 / record.period:.6g} Hz, the control law runs at "
+            f"{1 / law.period:.6g} Hz",
         ),
-        (True, None),
+        (True, ""),
     )
+    return Missing(why) if why else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -442,17 +414,12 @@ def check_found_law(axis: GeneratedAxis, record: Record, found: FoundGains) -> L
         Of the law with the values of those gains that the recorded control asks for. It fails where
         that law is not the control's, or where those values are not what was found.
     """
-    law, first = axis.axis.control, check_law(axis, record)
-    if (
-        law is None
-        or not found.names
-        or isinstance(first, Missing)
-        or first.residual_percent is None
-    ):
+    law, first, names = axis.axis.control, check_law(axis, record), found.names
+    if law is None or not names or isinstance(first, Missing) or first.residual_percent is None:
         return first
     record = record.longest()
     by_gains = LawByGains.of(axis, law, record, compared_with_law(axis, law, record)[2])
-    best = by_gains.best(found.names)
+    best = by_gains.best(names)
     there = check_law(axis.with_gains(best.gains), record)
     if isinstance(there, Missing):
         return first
@@ -460,42 +427,51 @@ def check_found_law(axis: GeneratedAxis, record: Record, found: FoundGains) -> L
         return _beside_found(there, best, law, found)
     if first.passed:
         return first
-    flipped = by_gains.of_control(-1.0).best(found.names)
+    flipped = by_gains.of_control(-1.0).best(names)
     if flipped.percent < MAX_LAW_RESIDUAL.value:
-        listed = " and ".join(f"{name} {flipped.gains[name]:.5g}" for name in found.names)
         said = (
             "the recorded control is not the law's by any gains: its sign is opposite to the "
-            f"law's, with which it would be by {listed}; check the sign of the control or of the "
-            "positions"
+            f"law's, with which it would be by {_listed(flipped.gains, names)}; check the sign of "
+            "the control or of the positions"
         )
         return replace(there, factors={}, meaning=said, advice="")
-    return _not_even(there, axis, by_gains, record, found.names)
+    listed, held = " and ".join(names), [name for name in law.gains if name not in names]
+    asked = by_gains.best([*law.gains]).gains if held else {}
+    whole = check_law(axis.with_gains(asked), record) if held else there
+    if isinstance(whole, Missing) or not whole.passed:
+        return replace(there, meaning=f"with the {listed} that suit best, {there.meaning}")
+    off = [n for n in held if abs(asked[n] / law.gains[n] - 1) > MAX_SCALE_ERROR.value] or held
+    said = " and ".join(f"{n} {asked[n]:.5g} for {law.gains[n]:.5g}" for n in off)
+    return replace(
+        there,
+        meaning=f"no {listed} gives the recorded control, and with {said} the law would: "
+        f"declare that, or let {' and '.join(off)} be free too",
+    )
+
+
+def _listed(gains: Mapping[str, float], names: Sequence[str]) -> str:
+    return " and ".join(f"{name} {gains[name]:.5g}" for name in names)
 
 
 def _beside_found(
     there: LawCheck, best: LawByGains, law: ControlLaw, found: FoundGains
 ) -> LawCheck:
     """The check of the law with the gains that the control asks for, held against those found."""
-    asked, was = best.gains, np.array([law.gains[name] for name in found.names])
-    off = np.array([asked[name] for name in found.names]) - was
-    own = best.covariance(found.names)
-    among = found.covariance + own * np.outer(was, was)
-    apart = apart_in_deviations(off, among, found.freedom)
-    large = bool(np.any(np.abs(off) > MAX_SCALE_ERROR.value * np.abs(was)))
-    listed = " and ".join(f"{name} {asked[name]:.5g}" for name in found.names)
+    asked, was = (np.array([of[name] for name in found.names]) for of in (best.gains, law.gains))
+    among = found.covariance + best.covariance(found.names) * np.outer(was, was)
+    apart = apart_in_deviations(asked - was, among, found.freedom)
+    large = bool(np.any(np.abs(asked - was) > MAX_SCALE_ERROR.value * np.abs(was)))
+    listed = _listed(best.gains, found.names)
     if not (large and apart > MIN_DISTANCE_FROM_NOISE.value):
-        return replace(
-            there,
-            meaning=f"{there.meaning} by {listed}, {apart:.2g} joint deviations from what the fit "
-            "finds",
-        )
+        from_fit = f"{apart:.2g} joint deviations from what the fit finds"
+        return replace(there, meaning=f"{there.meaning} by {listed}, {from_fit}")
     these = "that" if len(found.names) == 1 else "these"
-    values = " and ".join(f"{name} {law.gains[name]:.5g}" for name in found.names)
     return replace(
         there,
         passed=False,
         found_apart=True,
-        meaning=f"the recorded control is the law's by {listed}, and the fit finds {values}, "
+        meaning=f"the recorded control is the law's by {listed}, and the fit finds "
+        f"{_listed(law.gains, found.names)}, "
         f"{apart:.2g} joint deviations away: what the model lacks moves them, or a delay that the "
         f"law does not declare; check those, or declare {these} and leave them held",
     )
@@ -511,27 +487,3 @@ def apart_in_deviations(off: Array, covariance: Array, freedom: float) -> float:
         return 0.0
     chance = joint_p(square, directions, freedom)
     return -float(ndtri(max(chance, float(np.finfo(float).tiny)) / 2))
-
-
-def _not_even(
-    there: LawCheck,
-    axis: GeneratedAxis,
-    by_gains: LawByGains,
-    record: Record,
-    names: tuple[str, ...],
-) -> LawCheck:
-    """What is said of a law that gives the control by no values of its free gains."""
-    law, listed = by_gains.along.law, " and ".join(names)
-    held = [name for name in law.gains if name not in names]
-    if held:
-        asked = by_gains.best(tuple(law.gains)).gains
-        whole = check_law(axis.with_gains(asked), record)
-        if isinstance(whole, LawCheck) and whole.passed:
-            off = [n for n in held if abs(asked[n] / law.gains[n] - 1) > MAX_SCALE_ERROR.value]
-            said = " and ".join(f"{n} {asked[n]:.5g} for {law.gains[n]:.5g}" for n in off or held)
-            return replace(
-                there,
-                meaning=f"no {listed} gives the recorded control, and with {said} the law would: "
-                f"declare that, or let {' and '.join(off or held)} be free too",
-            )
-    return replace(there, meaning=f"with the {listed} that suit best, {there.meaning}")

@@ -7,7 +7,7 @@ told.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -24,8 +24,7 @@ from axisid.modeling.declaration import ControlLaw
 from axisid.modeling.laws import velocity_variants
 from axisid.support.errors import ModelError
 
-from .terms import (
-    CONSTANT,
+from .comparison import (
     DRIFT,
     MOST_SHIFT,
     at_limit,
@@ -68,26 +67,17 @@ TEST_SIGNAL = (
 )
 
 
-def lean_text(axis: GeneratedAxis, record: Record, lean: dict[str, float]) -> str:
-    """What a control that leans looks like.
+def lean_text(unit: str, lean: Mapping[str, float]) -> str:
+    """What a control that leans looks like, in the drive's unit.
 
     A position from another zero makes as much of a constant, where the law does not integrate.
     """
-    law, unit = axis.axis.control, axis.axis.drive.unit
-    assert law is not None  # noqa: S101  # there is none to check without it
     leaning = " and ".join(f"a {name} of {value:.3g} {unit}" for name, value in lean.items())
-    zero = position_zero(axis, law, record) if CONSTANT in lean else None
-    also = ""
-    if zero is not None and zero[1] is not None:
-        also = (
-            f". Or the position is {zero[0]:+.3g} {axis.axis.coordinate.unit} from its zero "
-            "beside the reference, a constant tracking error, of which the law makes as much"
-        )
     return (
         "the recorded control is the declared law's but for "
-        f"{leaning}{' over the record' * (DRIFT in lean)}: check the offset of the control, or "
-        "an integral of the drive that the law does not declare; it moves friction and offsets"
-        f"{also}"
+        f"{leaning}{' over the record' * (DRIFT in lean)}: check the offset of the control, the "
+        "zero of the position beside the reference, or an integral of the drive that the law does "
+        "not declare; it moves friction and offsets"
     )
 
 
@@ -108,16 +98,6 @@ def scale_text(times: float, left: str = "") -> str:
             "reference share",
         ),
     )
-
-
-def test_signal_text(factor: float) -> str:
-    """What of a test signal makes it count by a factor: a unit only where it is that of one."""
-    found = (what for scale, what in _COLUMN_FAULTS.items() if is_near(factor, scale))
-    size = (
-        "the size of the test signal, such as a gain or a filter between where it is logged and "
-        "where it is added"
-    )
-    return next((f"the test signal: {what}" for what in found), size)
 
 
 def is_near(factor: float, scale: float) -> bool:
@@ -159,7 +139,7 @@ def repair_of(
     to mend. What has numbers of its own explains what a moved column does, nearly, and comes last.
     """
     good = min(MAX_LAW_RESIDUAL.value, _MAX_REPAIRED_RESIDUAL * declared)
-    kinds = [_changed_columns, _moved_columns, _moved_zero, _other_laws, _limited, _fed_forward]
+    kinds = [_changed_columns, _moved_columns, _moved_zero, _other_laws, _limited]
     if shift:
         if law_error_percent(axis, law, record.shifted(control=-shift)) < good:
             return None
@@ -225,36 +205,14 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
     except ModelError:  # no dead band and no step is as large as the limit
         return
     limited = build(declared, native=False)
-    control, terms, _ = compared_with_law(limited, law, record)
-    cut = int(at_limit(control, terms, limit).sum())
+    control, made, _ = compared_with_law(limited, law, record)
+    cut = int(at_limit(control, made, limit).sum())
     if cut >= MIN_SAMPLES_PER_FACTOR.value:
         note = (
             f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in {cut} "
             "samples: declare that limit"
         )
         yield note, limited, law, record
-
-
-def _fed_forward(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
-    if record.injected is not None:
-        return
-    speed = np.gradient(np.asarray(record.reference), record.period)
-    columns = np.column_stack([speed, np.gradient(speed, record.period)])
-    control, terms, used = compared_with_law(axis, law, record)
-    added = (replace(record, injected=each, injected_at="control") for each in columns.T)
-    seen = [compared_with_law(axis, law, each)[1][:, -1] for each in added]
-    left = control - terms.sum(axis=1)
-    by = np.linalg.lstsq(np.column_stack(seen)[used], left[used], rcond=None)[0]
-    q, sizes = axis.axis.coordinate, np.abs(by) * np.linalg.norm(columns, axis=0)
-    parts = [
-        f"{value:.3g} {axis.axis.drive.unit}/({unit})"
-        for value, unit, size in zip(by, (q.velocity_unit, q.acceleration_unit), sizes, strict=True)
-        if size > MAX_FACTOR_ERROR * sizes.max()
-    ]
-    note = (
-        f"it is with a feed-forward of the reference's motion, {' and '.join(parts)}: declare that"
-    )
-    yield note, axis, law, replace(record, injected=columns @ by, injected_at="control")
 
 
 def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
@@ -308,11 +266,11 @@ def position_zero(
     """
     reference = np.asarray(record.reference)
     step = _STEP * float(np.ptp(reference)) or _STEP
-    control, terms, used = compared_with_law(axis, law, record)
+    control, made, used = compared_with_law(axis, law, record)
     moved = replace(record, position=record.position + step)
     _, otherwise, _ = compared_with_law(axis, law, moved)
-    answer = ((otherwise - terms).sum(axis=1) / step)[used]
-    left = (control - terms.sum(axis=1))[used]
+    answer = ((otherwise - made) / step)[used]
+    left = (control - made)[used]
     power, mean = float(answer @ answer), float(np.mean(answer))
     if not (np.isfinite(power) and power > 0):
         return None

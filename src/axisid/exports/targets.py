@@ -41,7 +41,7 @@ class Target:
 _PRINTERS, _TABLES = "axisid.codegen.printers", "axisid.exports.export"
 #: In the order of help and messages.
 TARGETS = (
-    Target(name="c", language="C99", writer=f"{_PRINTERS}.c99:print_c99"),
+    Target(name="c", language="C99", writer=f"{_PRINTERS}.c:print_c99"),
     Target(name="st", language="Structured Text", writer=f"{_PRINTERS}.structured_text:print_st"),
     Target(name="python", language="Python", writer=f"{_PRINTERS}.python:print_python"),
     Target(name="json", writer=f"{_TABLES}:parameters_json"),

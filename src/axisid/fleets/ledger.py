@@ -11,7 +11,7 @@ from typing import Annotated, Any, BinaryIO, Literal
 import msgspec
 
 from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics import Belief, Checked, gravest_first
+from axisid.estimation.diagnostics import Belief, Checked, by_weight
 from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification
 from axisid.populations import LARGEST
@@ -113,15 +113,15 @@ class FleetRow(
 def judged(result: Identification) -> dict[str, Any]:
     """What a row has of a result."""
     estimate = result.preferred
-    said = {check.name: check.meaning for check in result.verdict if check.status == "fail"}
-    failing = gravest_first(said)
+    ordered = by_weight(result.verdict)
+    said = {check.name: check.meaning for check in ordered if check.status == "fail"}
     return {
         "signature": result.axis.signature,
         "method": estimate.method,
         "parameters": {n: fleet_value(each) for n, each in estimate.parameters.items()},
         "covariance": tuple(map(tuple, estimate.covariance.tolist())),
-        "failing": tuple(failing),
-        "doubt": said[failing[0]] if failing else "",
+        "failing": tuple(said),
+        "doubt": next(iter(said.values()), ""),
     }
 
 

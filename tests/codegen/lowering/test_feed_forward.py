@@ -23,8 +23,8 @@ from axisid import (
 )
 from axisid.codegen.lowering.feed_forward import FeedForward, feed_forward
 from axisid.codegen.lowering.program import Builder, Program
-from axisid.codegen.native.compiler import NativeUnavailableError, find_compiler
-from axisid.codegen.printers.c99 import print_c99
+from axisid.codegen.native.library_cache import NativeUnavailableError, find_compiler
+from axisid.codegen.printers.c import print_c99
 from axisid.codegen.printers.python import print_python
 from axisid.codegen.printers.shared import comment
 from axisid.codegen.printers.structured_text import print_st

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 import sympy
 
-from axisid.codegen.lowering.evaluate import evaluate
 from axisid.codegen.lowering.lower import Lowering
-from axisid.codegen.lowering.program import Builder, Program
-from axisid.codegen.printers.casadi import print_function
-from axisid.codegen.runtime.execute import execute
+from axisid.codegen.lowering.program import Builder, Program, evaluate
+from axisid.codegen.printers.python import print_function
+from axisid.codegen.runtime.arguments import execute
 from axisid.support.arrays import Array
 from tests.refusals import refuses
 from tests.strategies.expressions import operations
@@ -87,13 +86,3 @@ def test_what_has_no_value_is_none_without_a_warning() -> None:
     assert np.array_equal(found[0], [np.inf, -np.inf, 0, 0, 1])
     assert np.array_equal(np.isnan(found[1]), [False, True, True, True, False])
     assert found[2, 4] == np.inf
-
-
-def test_outputs_without_elements_are_empty() -> None:
-    builder = Builder()
-    x = builder.scalar("x")
-    builder.output("some", [[x, x], [x, builder.constant(2.0)]])
-    builder.output("none", [])
-    found = evaluate(builder.program("f", ""), {"x": np.array([1.0, 3.0, 5.0])})
-    assert found["some"].tolist() == [[1, 1, 1, 2], [3, 3, 3, 2], [5, 5, 5, 2]]
-    assert found["none"].shape == (3, 0)

@@ -150,7 +150,7 @@ def test_functions_and_loops_are_those_of_the_virtual_machine(name: str) -> None
 def test_rows_of_lanes_are_those_of_the_virtual_machine(name: str) -> None:
     """With a delay of the force, and friction of both directions where a force is held."""
     axis, rng = build(GRID[name]), np.random.default_rng(0)
-    library = axis.native.lanes()
+    library = axis.native.lanes
     shape, every = (60, 11), 10
     q, dq, ddq, force = (rng.uniform(0.5, 1.5, shape) for _ in range(4))
     s, before = (rng.choice([-1.0, 1.0], shape) for _ in range(2))

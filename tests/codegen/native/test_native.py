@@ -19,8 +19,12 @@ import sympy
 from axisid import Constant, Coordinate, UsageError, build, derive, load_axis
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.codegen.artefacts.texts import axis_artefacts
-from axisid.codegen.native.compiler import Compiler, NativeUnavailableError, find_compiler
-from axisid.codegen.native.library_cache import cached_library
+from axisid.codegen.native.library_cache import (
+    Compiler,
+    NativeUnavailableError,
+    cached_library,
+    find_compiler,
+)
 from axisid.codegen.native.native import Native
 from axisid.codegen.printers import print_c_loop_header
 from axisid.control import cascade_pd
@@ -184,16 +188,6 @@ def test_leavings_of_killed_builds_are_cleared_away(cache: Path) -> None:
     os.utime(old, (0, 0))
     assert fresh().native.library() is not None
     assert (old.exists(), new.exists()) == (False, True)
-
-
-def test_other_systems_mean_the_virtual_machine(
-    cache: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delattr(os, "getuid")
-    native = fresh().native
-    assert native.evaluator("direct_dynamics") is None
-    assert native.library() is None
-    assert native.refusal == "it needs a POSIX system, such as Linux or macOS"
 
 
 def test_hanging_compiler_is_ended(tmp_path: Path) -> None:

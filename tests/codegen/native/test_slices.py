@@ -2,18 +2,16 @@
 
 import subprocess
 import sys
-import time
 from importlib import import_module
 
 import numpy as np
 import pytest
 
 from axisid import UsageError, build, load_axis, simulate
-from axisid.codegen.native.slices import stoppable
 
 pytestmark = pytest.mark.usefixtures("c_compiler")
 
-module = import_module("axisid.codegen.native.slices")
+module = import_module("axisid.codegen.native.library")
 
 
 REFERENCE = 0.1 * np.sin(np.arange(400_000) * 1e-3)
@@ -105,19 +103,3 @@ def test_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
     apart = simulate(axis, axis.nominal, REFERENCE[:20_000], 1e-3)
     for name in ("position", "velocity", "force", "direction_before"):
         assert getattr(here, name).tobytes() == getattr(apart, name).tobytes()
-
-
-def test_error_in_one_run_stops_the_others() -> None:
-    def fails(_: object) -> int:
-        raise ValueError("no")
-
-    def waits(stop: np.ndarray) -> int:
-        until = time.process_time() + 20
-        while not stop[0] and time.process_time() < until:
-            time.sleep(0.01)
-        return 1
-
-    begin = time.process_time()
-    with pytest.raises(ValueError, match="no"):
-        stoppable([fails, waits], 10**9)
-    assert time.process_time() - begin < 5

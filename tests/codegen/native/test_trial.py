@@ -6,8 +6,7 @@ import pytest
 import sympy
 
 from axisid import Axis, Constant, Parameter, build
-from axisid.codegen.native.compiler import Compiler
-from axisid.codegen.native.native import Native
+from axisid.codegen.native.library_cache import Compiler
 from axisid.control import cascade_pd
 from axisid.elements import Drive, coulomb, cubic_spring, end_stop, viscous
 from tests.axes.bodies import body, x
@@ -62,12 +61,3 @@ def _cache(c_compiler: Compiler, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 def test_right_code_of_a_fast_model_passes(name: str) -> None:
     native = build(FAST[name]).native
     assert native.library() is not None, native.refusal
-
-
-def test_gross_fault_is_found_by_one_call() -> None:
-    axis = build(declared("slow", viscous(fv, x), coulomb(fc, x)))
-    text = axis.native.text
-    wrong = text.replace("ddx_out[0] = ", "ddx_out[0] = 1e-7 + ", 1)
-    native = Native(wrong, axis.loop.functions)
-    assert native.library() is None
-    assert native.refusal == "the compiled direct_dynamics computes wrong values"

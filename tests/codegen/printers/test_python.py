@@ -9,7 +9,7 @@ import sympy
 from numpy.typing import NDArray
 
 from axisid import Coordinate, Parameter, load_axis
-from axisid.codegen.printers.c99 import print_c99
+from axisid.codegen.printers.c import print_c99
 from axisid.codegen.printers.python import print_python
 from tests.axes.bodies import rotor
 from tests.codegen.lowering.test_feed_forward import as_export, exported, in_c, in_python

@@ -37,46 +37,49 @@ def _check(result: Identification) -> Check:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("odd", "twins"), [(0, 32), (2, 8)])
+@pytest.mark.parametrize(
+    ("odd", "percent", "twins", "status", "said"),
+    [
+        (1, 0, 32, "pass", "each record alone would give the same"),
+        (3, 1, 32, "note", "less than 1 %"),
+        *(
+            (
+                odd,
+                3,
+                twins,
+                "fail",
+                rf"^run {odd} speaks against the rest: .*M is 103\.2 \+- "
+                rf"0\.0[4-8] kg in run {odd} and 100\.2",
+            )
+            for odd, twins in ((1, 32), (3, 8))
+        ),
+    ],
+)
 def test_the_record_that_differs_is_named_with_the_parameter(
-    plain: GeneratedAxis, odd: int, twins: int
+    plain: GeneratedAxis, odd: int, percent: int, twins: int, status: str, said: str
 ) -> None:
-    records = [stage_record(s, M=100.2 * (1 + 0.03 * (i == odd))) for i, s in enumerate((1, 2, 3))]
-    result = identify(plain, records, methods=METHOD, bootstrap=twins)
-    found = _check(result)
-    assert found.status == "fail"
-    assert found.meaning.startswith(f"run {odd + 1} speaks against the rest: ")
-    assert re.search(rf"M is 103\.2 \+- 0\.0[4-8] kg in run {odd + 1} and 100\.2", found.meaning)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("percent", "status"), [(0, "pass"), (1, "note")])
-def test_no_difference_passes_and_one_that_makes_no_force_is_a_note(
-    plain: GeneratedAxis, percent: float, status: str
-) -> None:
-    records = [stage_record(s, M=100.2 * (1 + 0.01 * percent * (s == 3))) for s in (1, 2, 3)]
-    found = _check(identify(plain, records, methods=METHOD))
+    records = [stage_record(s, M=100.2 * (1 + 0.01 * percent * (s == odd))) for s in (1, 2, 3)]
+    found = _check(identify(plain, records, methods=METHOD, bootstrap=twins))
     assert found.status == status
-    assert ("less than 1 %" in found.meaning) is (status == "note")
+    assert re.search(said, found.meaning)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("odd", [1, 2])
-def test_an_untold_payload_is_named_with_what_declares_it(plain: GeneratedAxis, odd: int) -> None:
+@pytest.mark.parametrize(("odd", "of_all"), [(1, "run 1"), (2, "the rest")])
+def test_an_untold_payload_is_named_with_what_declares_it(
+    plain: GeneratedAxis, odd: int, of_all: str
+) -> None:
     """The estimate of all is no record's: nothing of it is to be believed."""
-    runs = (1, 2, 3)[: odd + 1]
-    records = [stage_record(s, M=100.2 + 20.0 * (s - 1 == odd)) for s in runs]
+    masses = [100.2] * odd + [120.2]
+    records = [stage_record(s, M=mass) for s, mass in enumerate(masses, 1)]
     result = identify(plain, records, methods=METHOD)
-    found = _check(result)
-    assert found.status == "fail"
-    of_all = "run 1" if odd == 1 else "the rest"
-    figures = sorted(map(float, re.findall(r" (1[02]0\.\d) \+- 0\.\d+", found.meaning)))
+    said = _check(result).meaning
+    figures = sorted(map(float, re.findall(r" (1[02]0\.\d) \+- 0\.\d+", said)))
     assert figures == pytest.approx([100.2, 120.2], abs=0.3)
-    assert "Fv" not in found.meaning
-    for said in (of_all, "another load", "known NAME=V1,V2"):
-        assert said in found.meaning
-    assert found.meaning.endswith("let each record have its own (local M)")
-    assert "do not believe" in result.summary().lower()
+    assert "Fv" not in said
+    assert all(words in said for words in (of_all, "another load", "known NAME=V1,V2"))
+    assert said.endswith("let each record have its own (local M)")
+    assert result.belief == "not believed"
 
 
 @pytest.mark.slow
@@ -212,45 +215,47 @@ def cut(record: Record, start: int, stop: int, *, absolute: bool = True) -> Reco
     return record.with_channels(columns)
 
 
-@pytest.mark.parametrize("absolute", [True, False])
-def test_records_of_one_log_that_overlap_are_told_with_the_times(absolute: bool) -> None:
-    whole = log()
-    check = repeated_check([cut(whole, 0, 2000), cut(whole, 1000, 3000, absolute=absolute)])
-    assert check.status == "fail"
-    assert check.figure == pytest.approx(1.5)
-    there = "1 to 1.999" if absolute else "0 to 0.999"
-    assert f"1000 samples in common, from 1 to 1.999 s of the first and from {there} s" in (
-        check.meaning
-    )
+WHOLE, LONG = log(), log(20_000)
 
 
-def test_a_record_given_three_times_counts_so() -> None:
-    check = repeated_check([log(step=1e-2)] * 3)
-    assert check.figure == 3.0
-    assert check.meaning.count("have the same samples") == 3
+@pytest.mark.parametrize(
+    ("records", "figure", "status", "said"),
+    [
+        *(
+            (
+                [cut(WHOLE, 0, 2000), cut(WHOLE, 1000, 3000, absolute=absolute)],
+                *(1.5, "fail"),
+                f"1000 samples in common, from 1 to 1.999 s of the first and from {there} s",
+            )
+            for absolute, there in ((True, "1 to 1.999"), (False, "0 to 0.999"))
+        ),
+        ([log(step=1e-2)] * 3, 3.0, "fail", "(record 1) and arrays (record 3) have the same"),
+        ([WHOLE, WHOLE.windowed((None, 0.9995), (1.9995, None))], 1.8, "fail", "in common"),
+        ([cut(LONG, 0, 10_100), cut(LONG, 10_000, 20_000)], 1.01, "note", "100 samples in common"),
+    ],
+    ids=["same clock", "own clocks", "given three times", "two stretches", "of no weight"],
+)
+def test_samples_that_are_given_again_are_told_with_the_times(
+    records: list[Record], figure: float, status: str, said: str
+) -> None:
+    check = repeated_check(records)
+    assert check.status == status
+    assert check.figure == pytest.approx(figure, abs=2e-3)
+    assert said in check.meaning
 
 
-def test_two_stretches_of_a_log_are_told_beside_the_whole() -> None:
-    whole = log()
-    parts = whole.windowed((None, 0.9995), (1.9995, None))
-    assert repeated_check([whole, parts]).figure == pytest.approx(1.8, abs=2e-3)
-
-
-def test_an_overlap_of_no_weight_is_a_note() -> None:
-    whole = log(20_000)
-    check = repeated_check([cut(whole, 0, 10_100), cut(whole, 10_000, 20_000)])
-    assert check.status == "note"
-
-
-@pytest.mark.parametrize("step", [0.0, 1e-2, 1e-1])
-def test_runs_of_one_motion_have_nothing_in_common(step: float) -> None:
-    assert repeated_check([log(seed=seed, step=step) for seed in range(4)]) is None
-
-
-def test_parts_that_only_touch_or_that_do_not_log_the_drive_have_nothing_in_common() -> None:
-    whole = log()
-    assert repeated_check([cut(whole, 0, 1500), cut(whole, 1500, 3000)]) is None
-    assert repeated_check([replace(whole, control=None, force=whole.control), whole]) is None
+@pytest.mark.parametrize(
+    "records",
+    [
+        *([log(seed=seed, step=step) for seed in range(4)] for step in (0.0, 1e-2, 1e-1)),
+        [cut(WHOLE, 0, 1500), cut(WHOLE, 1500, 3000)],
+        [replace(WHOLE, control=None, force=WHOLE.control), WHOLE],
+    ],
+)
+def test_runs_of_one_motion_and_parts_that_only_touch_have_nothing_in_common(
+    records: list[Record],
+) -> None:
+    assert repeated_check(records) is None
 
 
 def test_records_resampled_to_other_times_are_told_by_their_rows_before() -> None:

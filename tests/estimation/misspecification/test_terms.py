@@ -1,28 +1,26 @@
-"""Forces along a motion have the shapes that they are named for, and are declared as advised."""
+"""Forces along a motion, as they are declared, and tests of columns beside a model."""
 
 import math
 import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
-import sympy
+import statsmodels.api as sm
+from scipy.stats import kstest
 
-import axisid.elements
-from axisid import Axis, Coordinate, Parameter, Record, load_axis, newton
+from axisid import Coordinate, Record, load_axis
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.misspecification import sentence
+from axisid.estimation.misspecification.scores import RecordScores
 from axisid.estimation.misspecification.search import Misspecification
-from axisid.estimation.misspecification.terms import (
-    TERMS,
-    Along,
-    Term,
-    behind_spring,
-)
+from axisid.estimation.misspecification.terms import TERMS, Along, Term, behind_spring
+from axisid.estimation.signals import RowTimes
 from axisid.modeling.declaration import ELEMENTS, Drive
+from axisid.support.arrays import Array
 
 _PERIOD = 1e-3
 
@@ -40,6 +38,7 @@ def _along(frequency: float = 2.0) -> Along:
         direction=np.sign(velocity),
         force=5 * velocity,
         spans=[(0, 3000)],
+        period=_PERIOD,
         row_period=_PERIOD,
     )
 
@@ -77,7 +76,7 @@ def test_each_stretch_is_by_itself() -> None:
 def test_waves_are_of_every_period_that_rows_can_tell() -> None:
     s = _along(0.4)
     periods = TERMS["place"].places(s)
-    assert periods[0] == pytest.approx(s.travel)
+    assert periods[0] == pytest.approx(0.2, rel=1e-4)
     assert np.all(periods > np.median(np.abs(s.velocity)) * 4 * s.row_period)
     assert len(TERMS["place"].places(replace(s, row_period=0.1))) < len(periods)
     for true in (0.03, 0.0131, 0.051):
@@ -87,6 +86,8 @@ def test_waves_are_of_every_period_that_rows_can_tell() -> None:
 
 
 _CALL = re.compile(rf"\b(?:{'|'.join(ELEMENTS)})\((?:[^()]|\([^()]*\))*\)")
+
+_PLACES = ("velocity", "exponent", "period")  # what an element is told by number
 
 #: Terms that advice has another cure for than an element.
 _OTHERS = (
@@ -98,10 +99,6 @@ _OTHERS = (
     "presliding",
     "backlash",
 )
-
-
-#: Of which no term says anything.
-RECORD = cast(Record, None)
 
 
 def _lack(term: Term) -> Misspecification:
@@ -120,48 +117,18 @@ def _lack(term: Term) -> Misspecification:
     )
 
 
-def _by_toml(folder: Path, q: Coordinate, call: str, parameters: list[Parameter]) -> Axis:
-    listed = "".join(f'{p.name} = {{ unit = "{p.unit}" }}\n' for p in parameters)
+def _declared(folder: Path, q: Coordinate, call: str, unit: str) -> None:
+    """Load an axis with a term as it was advised, whose parameters have a unit."""
+    amounts = {*re.findall(r"[A-Za-z]\w*(?!\w*[(=])", call)} - {q.name, *ELEMENTS, *_PLACES}
+    inertia = "kg m^2" if q.unit == "rad" else "kg"
+    listed = "".join(f'{name} = {{ unit = "{unit}" }}\n' for name in amounts)
     file = folder / "advised.toml"
     file.write_text(
         f'name = "advised"\ncoordinate = {{ name = "{q.name}", unit = "{q.unit}" }}\n'
-        f"drive = {{ gain = 2.0 }}\n[parameters]\n{listed}"
-        f'[newton]\ninertia = "{parameters[0].name}"\nresistance = ["{call}"]\n'
+        f'drive = {{ gain = 2.0 }}\n[parameters]\nJ = {{ unit = "{inertia}" }}\n{listed}'
+        f'[newton]\ninertia = "J"\nresistance = ["{call}"]\n'
     )
-    return load_axis(file)
-
-
-def _by_python(q: Coordinate, call: str, parameters: list[Parameter]) -> Axis:
-    elements = {name: getattr(axisid.elements, name) for name in ELEMENTS}
-    names = {q.name: q, **{p.name: p for p in parameters}}
-    term = eval(call, {"__builtins__": {}}, {**elements, **names})  # noqa: S307  # as a user would
-    return newton(
-        "advised",
-        coordinate=q,
-        parameters=tuple(parameters),
-        inertia=parameters[0],
-        resistance=(term,),
-        drive=axisid.elements.Drive(gain=2.0),
-    )
-
-
-def _declared_alike(folder: Path, q: Coordinate, sentence: str, unit: str) -> int:
-    """How many calls a sentence has, each declared in both and found to be one axis."""
-    calls = _CALL.findall(sentence)
-    rotary = q.unit == "rad"
-    own = unit.replace("N", "N m").replace("/m", "/rad").replace("(m/", "(rad/") if rotary else unit
-    for call in calls:
-        amounts = set(re.findall(r"[A-Za-z]\w*(?!\w*[(=])", call)) - {q.name, *ELEMENTS}
-        amounts -= {"velocity", "exponent", "period"}
-        parameters = [
-            Parameter("inertia", "kg m^2" if rotary else "kg"),
-            *(Parameter(name, own) for name in sorted(amounts)),
-        ]
-        assert amounts
-        one, other = _by_toml(folder, q, call, parameters), _by_python(q, call, parameters)
-        assert sympy.simplify(one.force - other.force) == 0
-        assert {p.name for p in one.parameters} == {"inertia", *amounts}
-    return len(calls)
+    assert {p.name for p in load_axis(file).parameters} == {"J", *amounts} > {"J"}
 
 
 _LINEAR, _ROTARY = Coordinate("x", unit="m"), Coordinate("theta", unit="rad")
@@ -180,7 +147,124 @@ def test_the_element_that_a_missing_term_names_is_declared(
     tmp_path: Path, term: Term, q: Coordinate
 ) -> None:
     declared = SimpleNamespace(coordinate=q, drive=Drive(gain=1.0), has_stribeck=False)
-    said = sentence(_lack(term), cast(GeneratedAxis, SimpleNamespace(axis=declared)), RECORD)
+    said = sentence(
+        _lack(term), cast(GeneratedAxis, SimpleNamespace(axis=declared)), cast(Record, None)
+    )
     assert "declare" in said
-    unit = term.unit.format(force="N", unit="m")
-    assert _declared_alike(tmp_path, q, said, unit) == 1
+    (call,) = _CALL.findall(said)
+    _declared(tmp_path, q, call, term.unit.format(force=q.force_unit, unit=q.unit))
+
+
+ROWS, PARAMETERS = 300, 3
+
+
+def coloured(random: np.random.Generator, several: int) -> Array:
+    """Noise with a memory of three rows, (n, several)."""
+    noise = random.standard_normal((ROWS + 3, several))
+    return noise[3:] + 0.8 * noise[2:-1] + 0.5 * noise[1:-2] + 0.2 * noise[:-3]
+
+
+def scores_of(errors: Array, X: Array) -> RecordScores:
+    """Of least squares, errors (n, 1 + R) of a record and its twins."""
+    basis = np.linalg.qr(X)[0]
+    return RecordScores(
+        basis=basis,
+        columns=X,
+        free=np.arange(X.shape[1]),
+        regressor=X,
+        residuals=errors - basis @ (basis.T @ errors),
+        force=np.ones(len(X)),
+        form=cast(Any, None),
+        physical=np.zeros(X.shape[1]),
+        signals=cast(Any, None),
+        along=cast(Any, None),
+        measured=cast(Any, None),
+        data=cast(Any, None),
+        quiet=cast(Any, None),
+        neighbours=RowTimes.consecutive(len(X)),
+    )
+
+
+@pytest.fixture(name="X")
+def regressor(rng: np.random.Generator) -> Array:
+    return rng.standard_normal((ROWS, PARAMETERS))
+
+
+@pytest.mark.parametrize("width", [1, 2, 3])
+def test_values_are_those_of_least_squares_with_the_columns_in_the_model(
+    rng: np.random.Generator, X: Array, width: int
+) -> None:
+    columns, y = rng.standard_normal((ROWS, 4, width)), rng.standard_normal(ROWS)
+    scores, alone = scores_of(y[:, None], X), sm.OLS(y, X).fit()
+    tested = scores.test(columns)
+    for place in range(4):
+        both = sm.OLS(y, np.hstack([X, columns[:, place]])).fit()
+        assert tested.values[place] == pytest.approx(both.params[PARAMETERS:])
+        assert tested.powers[place] == pytest.approx((alone.ssr - both.ssr) / ROWS)
+        moved = scores.moved_by(columns[:, place], tested.values[place])
+        assert moved == pytest.approx(both.params[:PARAMETERS] - alone.params)
+        then, more = scores.beside(columns[:, place]), columns[:, (place + 1) % 4]
+        assert then.nets[:, 0] == pytest.approx(both.resid)
+        three = sm.OLS(y, np.hstack([X, columns[:, place], more])).fit()
+        moved = then.moved_by(more, then.test(more[:, None]).values[0])
+        assert moved == pytest.approx(three.params[:PARAMETERS] - both.params[:PARAMETERS])
+
+
+@pytest.mark.parametrize("width", [1, 2, 3])
+def test_by_twins_right_records_have_p_values_that_are_uniform(
+    rng: np.random.Generator, X: Array, width: int
+) -> None:
+    """Whatever the colour of their noise."""
+    columns, found = rng.standard_normal((ROWS, 1, width)), []
+    for _ in range(300):
+        scores = scores_of(coloured(rng, 25), X)
+        found.append(float(scores.test(columns).p_values[0]))
+    assert kstest(found, "uniform").pvalue > 1e-3
+
+
+def test_what_every_twin_has_too_is_no_lack(rng: np.random.Generator, X: Array) -> None:
+    column = rng.standard_normal(ROWS)
+    errors = coloured(rng, 33)
+    alike = scores_of(errors + 5 * column[:, None], X)
+    own = scores_of(errors + 5 * np.outer(column, np.arange(33) == 0), X)
+    assert alike.test(column[:, None, None]).p_values[0] > 1e-3
+    assert own.test(column[:, None, None]).p_values[0] < 1e-9
+
+
+def test_without_twins_a_column_is_told_from_coloured_noise(
+    rng: np.random.Generator, X: Array
+) -> None:
+    column, alarms = np.repeat(rng.standard_normal(ROWS // 10), 10)[:, None, None], 0
+    for _ in range(100):
+        scores = scores_of(coloured(rng, 1), X)
+        alarms += scores.test(column).p_values[0] < 0.05
+    assert alarms <= 15
+    there = scores_of(coloured(rng, 1) + 4 * column[:, 0], X)
+    tested = there.test(column)
+    assert tested.p_values[0] < 1e-4
+    assert abs(tested.values[0, 0] - 4) < 4 * np.sqrt(tested.covariances[0, 0, 0])
+
+
+def test_what_the_model_spans_is_not_tested(rng: np.random.Generator, X: Array) -> None:
+    own = (X @ [1.0, 2.0, -1.0])[:, None, None]
+    other = rng.standard_normal((ROWS, 1, 1))
+    scores = scores_of(coloured(rng, 17), X)
+    for columns in (own, np.zeros((ROWS, 1, 1)), np.concatenate([other, other], axis=2)):
+        tested = scores.test(columns)
+        assert tested.p_values[0] == 1
+        assert not tested.values.any()
+
+
+def test_a_place_is_told_by_the_measured_columns_through_their_instruments(
+    rng: np.random.Generator, X: Array
+) -> None:
+    """Noise in the columns, or another phase of the loop's, does not mislead it."""
+    time = np.linspace(0, 20, ROWS)[:, None]
+    places = np.linspace(1.0, 3.0, 41)
+    seen = np.sin(places * time)
+    loop = np.sin(places * time + 0.4)
+    errors = 3 * np.sin(2.0 * time) + 0.3 * rng.standard_normal((ROWS, 1))
+    scores = scores_of(errors, X)
+    noisy = seen + 0.2 * rng.standard_normal(seen.shape)
+    found = places[scores.nearest(loop[:, :, None], noisy[:, :, None])]
+    assert found == pytest.approx(2.0, abs=0.06)

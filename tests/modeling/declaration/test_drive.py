@@ -94,12 +94,6 @@ def test_a_continuous_law_has_no_samples_for_it() -> None:
             replace(lagging(**{name: value}), control=continuous)
 
 
-def test_a_control_behind_the_dead_band_may_be_what_is_recorded() -> None:
-    assert lagging(deadband=0.3, logged="applied").drive.logs_what_acts
-    with refuses("drive"):
-        lagging(logged="applied")
-
-
 def test_what_acts_in_the_end_and_which_command_it_was() -> None:
     path = CommandPath(quantisation=0.25, deadband=0.5)
     commands = (-1.1, -0.4, 0.0, 0.375, 0.874, 2.0)

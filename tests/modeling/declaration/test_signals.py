@@ -49,11 +49,6 @@ def test_a_signal_is_a_column_of_its_own_and_no_constant() -> None:
     assert found.idm.columns == (q.acceleration, p, 1, warm * q.velocity)
 
 
-def test_the_direct_regressor_has_the_signal_too() -> None:
-    found = derive(axis(A * pressure, OFF, parameters=(M, A, OFF)))
-    assert found.ddm.regressor.columns == (sympy.Symbol("tau", real=True), -pressure.symbol, -1)  # type: ignore[union-attr]
-
-
 def test_a_recorded_inertia_leaves_no_direct_regressor() -> None:
     load = Signal("load", "kg")
     found = derive(axis(A * pressure, inertia=M + load, signals=(pressure, load)))
@@ -110,11 +105,6 @@ def test_the_rate_of_a_signal_has_a_name_too() -> None:
     rate = Parameter("pressure_rate", "m^2")
     with refuses("axis", "pressure_rate"):
         axis(rate * pressure, parameters=(M, rate))
-
-
-def test_between_is_held_or_linear() -> None:
-    with refuses("axis", "'cubic'; give linear or held"):
-        Signal("pressure", "Pa", "cubic")
 
 
 def test_a_law_may_read_a_signal_and_the_axis_declares_it() -> None:

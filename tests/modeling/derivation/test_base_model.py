@@ -13,7 +13,7 @@ from axisid.elements import G, asymmetric_coulomb
 from axisid.modeling import Experiment, Move
 from axisid.modeling.declaration.variants import read_fixed
 from axisid.modeling.derivation.base_model import base_model
-from axisid.modeling.description.identifiability import (
+from axisid.modeling.derivation.description import (
     describe_undetermined,
 )
 from axisid.modeling.library import LIBRARY

@@ -7,10 +7,9 @@ import sympy
 from sympy import Abs, And, Heaviside, Or, Piecewise, sign
 
 from axisid import Parameter, build, derive
-from axisid.modeling.derivation.friction_direction import with_direction
+from axisid.modeling.derivation.inverse import with_direction
 from axisid.modeling.quantities.symbols import DIRECTION
 from tests.axes.bodies import rotor, turn
-from tests.bounded import within
 from tests.refusals import refuses
 
 Q, DQ, D = turn.symbol, turn.velocity, DIRECTION
@@ -144,16 +143,3 @@ def test_a_place_that_is_a_parameter_enters_nonlinearly() -> None:
     place = Parameter("v", "rad/s", nominal=0.1)
     hinge = Piecewise((b1 * (DQ - place), place.symbol < DQ), (0, True))
     assert derive(rotor(hinge, parameters=(b1, place))).idm.nonlinear == (place.symbol,)
-
-
-@pytest.mark.slow
-def test_a_law_of_many_pieces_is_derived_in_time() -> None:
-    edges = [sympy.Rational(i, 10) for i in range(1, 60)]
-    values = [sympy.Rational((7 * i) % 11, 5) for i in range(60)]
-    pieces = [
-        (values[i] + (values[i + 1] - values[i]) * (DQ - edges[i]) * 10, edges[i + 1] > DQ)
-        for i in range(58)
-    ]
-    with within(12_000_000):
-        model = derive(rotor(F * Piecewise(*pieces, (values[58], True)), parameters=(F,)))
-    assert [str(e) for e in model.base.expressions] == ["J", "F"]

@@ -12,7 +12,6 @@ from axisid import (
     Constant,
     ModelError,
     Parameter,
-    build,
     load_axis,
 )
 from axisid.elements import asymmetric_coulomb, asymmetric_viscous, quadratic, stribeck
@@ -89,14 +88,6 @@ def test_every_rung_can_be_derived_with_fitting_units(axis: Axis) -> None:
             if p.name in sizes:
                 assert parse_unit(p.unit).same_dimension(sizes[p.name])
         assert not model.base.changed or rung is axis or derive(axis).base.changed
-
-
-def test_richer_rungs_on_request_contain_the_directional_law() -> None:
-    ladder = friction_ladder(AXES["offset"], quadratic=True, stribeck=0.02)
-    assert tuple(ladder) == (*LAWS, "quadratic", "Stribeck")
-    assert spanned(ladder["directional"], ladder["quadratic"])
-    assert names(ladder["Stribeck"])[-1] == "Fs"
-    build(ladder["Stribeck"], native=False)
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), "0.1"])

@@ -68,16 +68,6 @@ def test_directions_are_those_of_the_jacobian(sums: list[Sum], free: set[sympy.S
         assert sympy.Matrix(vectors).subs(point).rank() == len(vectors)
 
 
-def test_powers_of_sums_take_no_time() -> None:
-    """``c (a + b)**12`` has thirteen monomials, of which two directions are hidden."""
-    a, b, c = SYMBOLS[:3]
-    terms = sympy.Poly(sympy.expand(c * (a + b) ** 12), *SYMBOLS).terms()
-    sums = [{tuple(powers): Fraction(int(w))} for powers, w in terms]
-    with within(50_000):
-        found = hidden(sums, PARAMETERS, set(SYMBOLS))
-    assert len(found) == 2  # x3 alone, and a scale
-
-
 @pytest.mark.slow
 def test_too_much_for_symbols_is_told_in_numbers_at_once() -> None:
     size = 16

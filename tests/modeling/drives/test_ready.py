@@ -97,12 +97,6 @@ def test_a_motor_without_its_back_emf_is_a_gain_and_says_where_that_is() -> None
     assert not voltage_drive(ke=0.05, **WINDING).remark
 
 
-def test_a_winding_whose_gain_is_another_makes_so_many_times_the_force() -> None:
-    """Its resistance is in its gain, back-EMF and gear included; the reach of a supply is not."""
-    assert voltage_drive(ke=0.05, efficiency=0.7, **WINDING).is_times_gain
-    assert not current_drive(reach=sympy.Min(8, 12 - 2 * VELOCITY), **MOTOR).is_times_gain
-
-
 def test_an_identified_back_emf_is_a_viscous_friction_of_its_size() -> None:
     q, ke = Coordinate("q", unit="rad"), Parameter("ke", "V/(rad/s)")
     term = back_emf(ke, q, **WINDING)

@@ -6,16 +6,13 @@ from typing import Any
 import pytest
 import sympy
 from hypothesis import given
-from sympy import Max, Min
 
 from axisid import Constant, Coordinate, Parameter, load_axis
 from axisid.elements import G
 from axisid.modeling.declaration.axis import equation_of_motion
 from axisid.modeling.quantities import Formula
-from axisid.modeling.quantities.kinks import extreme, renamed, replaced
 from axisid.modeling.quantities.reading_order import written
 from axisid.modeling.quantities.symbols import DIRECTION, FORCE, MEASURED_POSITION, REFERENCE
-from tests.bounded import within
 from tests.strategies.expressions import expressions
 
 Q = Coordinate("q")
@@ -85,34 +82,3 @@ def test_what_is_written_has_the_value_of_the_expression(value: sympy.Expr) -> N
 
 
 a, b, q, x = sympy.symbols("a b q x", real=True)
-
-
-def test_numbers_are_compared_and_nothing_else() -> None:
-    assert extreme(Max, (sympy.Integer(2), sympy.Integer(5))) == 5
-    assert extreme(Max, (a, sympy.Integer(2), sympy.Float(0.5))) == Max(2, a)
-    assert extreme(Min, (a, b)) == Min(a, b)
-
-
-def test_replaced_is_what_sympy_makes_of_it() -> None:
-    force = a * Max(0, q - b) ** 2 + sympy.exp(Min(q, a)) / (1 + sympy.Abs(q - a))
-    new = {a: sympy.Integer(3), b: sympy.Float(0.5)}
-    assert replaced(force, new) == force.xreplace(new)
-
-
-def test_functions_of_other_symbols_stay_functions() -> None:
-    stand_in = sympy.Symbol("0 a", positive=True)
-    assert renamed(sympy.Abs(a) + Max(a, b), {a: stand_in}).has(sympy.Abs)
-
-
-def nested(levels: int) -> sympy.Expr:
-    inner = q
-    for i in range(levels):
-        limits = (-inner + x, sympy.Rational(i, 3))
-        inner = Max(inner, *limits, evaluate=False) / 2 + a
-    return inner
-
-
-def test_a_deep_nest_takes_no_time() -> None:
-    deep = nested(9)
-    with within(100_000):
-        assert replaced(deep, {a: sympy.Float(0.25)}).free_symbols == {q, x}

@@ -12,8 +12,7 @@ from axisid.codegen.lowering.lower import Lowering
 from axisid.codegen.lowering.program import Builder
 from axisid.modeling.quantities.constants import Constant
 from axisid.modeling.text.expression import read_expression
-from axisid.modeling.text.grammar import DYNAMICS
-from axisid.modeling.text.mistakes import TextError
+from axisid.modeling.text.grammar import DYNAMICS, TextError
 from tests.bounded import within
 from tests.refusals import refuses
 

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator
 from itertools import groupby
 
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, equation_of_motion, known_text
-from axisid.modeling.derivation import AxisModel
-from axisid.modeling.description import (
+from axisid.modeling.derivation import (
+    AxisModel,
     Section,
     derived_sections,
     describe_determined,

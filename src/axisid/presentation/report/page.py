@@ -292,7 +292,6 @@ def report_sweep(
         result.prefilter,
         methods or list(result.estimates),
         progress=progress,
-        start=result.start,
         **result.shared_as,
     )
     return swept.with_result(result)

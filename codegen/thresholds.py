@@ -1,4 +1,8 @@
-"""One number by which something is judged."""
+"""The numbers by which generated code is refused: each once, with its unit and its source.
+
+In: nothing. Out: `Threshold` and rows of it; the documentation prints them with those of
+`axisid.estimation.thresholds`, which are rows of the same. Knows nothing of who judges by them.
+"""
 
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -27,3 +31,12 @@ class Threshold(Generic[Number]):
     unit: str
     meaning: str
     source: str
+
+
+MAX_CONTROL_DIFFERENCE = Threshold(
+    1e-9,
+    "1",
+    "difference of a control from what a drive's inverse makes of its force, as a share of the "
+    "largest control, up to which the inverse undoes the force",
+    "chosen: an inverse may cancel",
+)

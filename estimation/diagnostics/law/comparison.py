@@ -1,0 +1,215 @@
+"""The recorded control beside what the law makes: which samples count, a shift, other readings.
+
+The rows of a record whose times are uneven may be what the law read, whose stamps alone jitter; or
+the samples may be off even times, between which the law read. Which it is, the law itself tells:
+the one that it fits. A record that was resampled has the rows of neither, since its control, which
+a drive holds, and its noise are drawn between the samples.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+
+from axisid.codegen.artefacts import GeneratedAxis
+from axisid.estimation.loops import (
+    LawTicks,
+    as_logged,
+    law_ticks,
+    limit_in_log,
+    position_noise,
+    start_of_law,
+    terms_along,
+)
+from axisid.estimation.records import Record, at_times
+from axisid.estimation.regression import Hac, Solution, factor, least_squares
+from axisid.estimation.signals import Prefilter, RowTimes, SampledFilter
+from axisid.estimation.thresholds import (
+    COMPARISON_CUTOFF,
+    LIMIT_TOLERANCE,
+    MAX_LAW_RESIDUAL,
+    MAX_LIMIT_EXCESS,
+)
+from axisid.modeling.declaration import ControlLaw
+from axisid.support.arrays import Array, relative_error_percent
+
+LAW_SETTLING = 10  # samples in which the law's memory fills
+# residual with a shift, by that without, up to which it is told
+_MAX_EXPLAINED_RESIDUAL = 0.7
+#: Names of what is regressed beside the products of gains.
+CONSTANT = "constant"
+DRIFT = "drift"
+INJECTED = "injected"
+#: Samples over which a shift of the control is looked for.
+MOST_SHIFT = 5
+LAGS = 50  # samples over which what the law leaves may be alike
+# periods from even times, from which a law may have read something else; rounding is below
+_MIN_UNEVEN = 1e-6
+# what a law leaves, by what noise between samples with jitter makes, up to which it cannot be
+# judged; 1.0 where that noise is all
+_MAX_OPEN_RATIO = 2.0
+_STAMPS = ": where its stamps jitter and not the sampling, leave resample out"
+
+
+def compared_with_law(
+    axis: GeneratedAxis, law: ControlLaw, record: Record
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """The control, what the law and a test signal make of it, and which samples count, (N,) each.
+
+    Of a law that reads an ideal velocity both are smooth.
+    """
+    control, settle = np.asarray(record.control), settling(law)
+    # A control beyond the limit by more is in a wrong unit, not one of a saturated drive.
+    limited = np.isclose(np.abs(control), limit_in_log(axis), rtol=LIMIT_TOLERANCE.value, atol=0.0)
+    for start, stop in record.masked:
+        # A position that was cut off stays in the memory.
+        limited[start : stop + LAW_SETTLING] = True
+    limited[:settle] = True
+    ticks, memory = noisy_ticks(axis, law, record)
+    made = terms_along(axis, ticks, memory).sum(axis=1)
+    if record.added_control is not None:  # as late as the law
+        made = made + as_logged(axis, ticks.added_at_samples(law.delay))
+    limited |= at_limit(control, made, axis.axis.drive.limit)
+    if not law.takes_velocity:
+        return control, made, ~limited
+    if np.all(np.isfinite(made)):
+        # What the limit cut off would be spread far over the neighbours.
+        both = (np.where(limited, made, control), made)
+        control, made = map(compared_as(law, record), both)
+    limited[-settle:] = True
+    # The low-pass spreads a limited sample over its neighbours.
+    return control, made, ~maximum_filter1d(limited, settle)
+
+
+def noisy_ticks(axis: GeneratedAxis, law: ControlLaw, record: Record) -> tuple[LawTicks, Array]:
+    """What a law measured along a record, with all its noise, and what it remembers first, (m,).
+
+    That is of the low-passed velocity, of which the first controls show it better.
+    """
+    whole = (0, len(record))
+    ticks = law_ticks(axis, record, whole, noisy=True)
+    quiet = law_ticks(axis, record, whole) if law.takes_velocity else ticks
+    return ticks, start_of_law(axis, record, whole, quiet)
+
+
+def compared_as(law: ControlLaw, record: Record) -> Callable[[Array], Array]:
+    """What both sides are filtered by: a low-pass, where the law reads an ideal velocity."""
+    if not law.takes_velocity:
+        return lambda signal: signal
+    low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / record.period)
+    smooth = SampledFilter(low_pass, record.period)
+    return lambda signal: smooth.motion(signal)[0]
+
+
+def settling(law: ControlLaw) -> int:
+    """Samples at the start that are not compared."""
+    return round(1 / COMPARISON_CUTOFF.value) if law.takes_velocity else LAW_SETTLING
+
+
+def law_error_percent(axis: GeneratedAxis, law: ControlLaw, record: Record) -> float:
+    """What a law leaves of the recorded control, percent."""
+    control, made, used = compared_with_law(axis, law, record)
+    return relative_error_percent((control - made)[used], control[used])
+
+
+def at_limit(control: Array, made: Array, limit: float) -> NDArray[np.bool_]:
+    """Where the law asks for more than the limit, and gets it but for a converter's noise, (N,)."""
+    there = np.abs(control) >= (1 - MAX_LIMIT_EXCESS.value) * limit
+    return np.asarray(there & (made * np.sign(control) > limit))
+
+
+def hac_fit(
+    target: Array, columns: Array, names: Sequence[str], neighbours: RowTimes
+) -> tuple[Solution, Array]:
+    """Least squares of residuals that may be alike over `LAGS` samples, and its covariance.
+
+    Raises
+    ------
+    EstimationError
+        The columns cannot be told apart.
+    """
+    fit = least_squares(target, factor(columns, names, neighbours=neighbours))
+    return fit, Hac(min(LAGS, len(target) // 4)).matrix(fit)
+
+
+def leaning(left: Array, neighbours: RowTimes) -> tuple[Array, Array]:
+    """Constant and drift of what is left, and their deviations, (2,) each."""
+    half = neighbours.places - neighbours.places.mean()
+    terms = np.column_stack([np.ones(len(left)), half / np.ptp(half)])
+    fit, covariance = hac_fit(left, terms, (CONSTANT, DRIFT), neighbours)
+    return fit.theta, np.sqrt(np.diag(covariance))
+
+
+def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int:
+    """Shift that explains the control clearly better than none, else 0."""
+    rows = np.flatnonzero(used)
+    rows = rows[(rows >= MOST_SHIFT) & (rows < len(control) - MOST_SHIFT)]
+    errors = {
+        shift: float(np.linalg.norm(control[rows] - predicted[rows - shift]))
+        for shift in range(-MOST_SHIFT, MOST_SHIFT + 1)
+    }
+    best = min(errors, key=lambda shift: errors[shift])
+    return best if errors[best] < _MAX_EXPLAINED_RESIDUAL * errors[0] else 0
+
+
+def is_uneven(record: Record) -> bool:
+    """Whether the samples of a record, or of the one that it was resampled from, are off at all."""
+    whole = record.longest()
+    off = float(np.max(np.abs(whole.time - _even_times(whole))))
+    return record.sampled is not None or off > _MIN_UNEVEN * record.period
+
+
+def readings(record: Record) -> Iterator[tuple[str, Record, str]]:
+    """What a law may have read of a record: the samples as they are, and what else.
+
+    In words, the record, and what is to be done if it fits.
+    """
+    yield "", record, ""
+    raw = (record.sampled or record).longest()
+    if record.sampled is not None:
+        yield "in the rows as they were sampled", raw, _STAMPS
+    for roles in (("position",), ("position", "reference")):
+        yield "at even times by the stamps", _evenly(raw, *roles), ""
+
+
+def open_for_jitter(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, off: float
+) -> float | None:
+    """How much of the control jitter leaves open, percent, where that may be all that is off.
+
+    None where the law's control would move too little for it: by the jitter, or by noise that the
+    law measured at other times than the log.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    law : ControlLaw
+    record : Record
+    off : float
+        Percent of the control that the law leaves, of the reading that fits best.
+    """
+    raw = (record.sampled or record).longest()
+    even = _evenly(raw, "position")
+    noise = position_noise(even.position) * np.random.default_rng(0).normal(size=len(even))
+    noisy = replace(even, position=even.position + noise)
+    as_read, between, moved = (compared_with_law(axis, law, each)[1] for each in (raw, even, noisy))
+    control = np.asarray(raw.control)
+    left = relative_error_percent(moved - between, control)
+    matters = relative_error_percent(as_read - between, control) >= MAX_LAW_RESIDUAL.value
+    return left if matters and off < _MAX_OPEN_RATIO * left else None
+
+
+def _even_times(record: Record) -> Array:
+    """The even times that fit those of a record without gaps best, (N,), s."""
+    count, first = np.arange(len(record), dtype=float), record.time[0]
+    line = np.polyfit(count, record.time - first, 1)
+    return np.asarray(np.polyval(line, count) + first, dtype=float)
+
+
+def _evenly(record: Record, *roles: str) -> Record:
+    """A record without gaps with columns at the even times that fit its own best, by splines."""
+    times, columns = _even_times(record), record.channels()
+    moved = {role: at_times(times, record.time, columns[role], "spline") for role in roles}
+    return record.with_channels({**columns, **moved})

@@ -1,0 +1,111 @@
+"""Other forms of an expression: a number in an exponent, a sum of products, without a symbol.
+
+What is multiplied out is no longer fit for floating point: ``(x - 2)**12`` loses all its digits
+near 2. So whether an expression depends on a symbol is looked at, at a few points, and what does
+not is taken where the symbol is 0.
+"""
+
+import math
+from collections.abc import Mapping, Set as AbstractSet
+
+import sympy
+
+from .point_value import depends
+
+# Beyond it the factor goes back. Where a smaller one stays, only values beyond 1e288 overflow.
+_LARGEST = sympy.Float(2.0**64)
+
+
+def joined_exponential(product: sympy.Mul) -> tuple[sympy.Expr, sympy.Expr] | None:
+    """An exponential with the number that stands before it in its exponent.
+
+    Parameters
+    ----------
+    product : sympy.Mul
+
+    Returns
+    -------
+    tuple of two sympy.Expr, or None
+        The other factors, with the number's sign, and the exponent; None where no exponential is
+        among the factors, or none of the numbers is so large or small that it must go there.
+    """
+    number, *factors = product.args
+    if not number.is_Float or number == 0 or 1 / _LARGEST <= abs(number) <= _LARGEST:
+        return None
+    power = next((factor for factor in factors if isinstance(factor, sympy.exp)), None)
+    if power is None:
+        return None
+    factors.remove(power)
+    sign = sympy.S.NegativeOne if number < 0 else sympy.S.One
+    return sympy.Mul(sign, *factors), power.args[0] + sympy.log(abs(number))
+
+
+_MOST_TERMS = 500
+
+
+def multiplied_out(value: sympy.Expr, *, powers: bool = True) -> sympy.Expr:
+    """An expression as a sum of products, or as it is where it may have too many of them.
+
+    Parameters
+    ----------
+    value : sympy.Expr
+    powers : bool
+        Whether powers of sums are multiplied out too.
+    """
+    if _terms(value) > _MOST_TERMS:
+        return value
+    return sympy.expand(value) if powers else sympy.expand_mul(value)
+
+
+def _terms(value: sympy.Expr) -> int:
+    """Bound on the terms of an expression, or of one in it; it stops at one more than allowed."""
+    most, parts = _MOST_TERMS + 1, [_terms(argument) for argument in value.args]
+    if value.is_Add:
+        return min(sum(parts), most)
+    if value.is_Mul:
+        return min(math.prod(parts), most)
+    if value.is_Pow and parts[0] > 1 and value.exp.is_Number:
+        times = math.ceil(abs(value.exp))
+        return min(math.comb(parts[0] + times - 1, times), most)
+    return max(parts, default=1)
+
+
+_INFINITE = (sympy.nan, sympy.zoo, sympy.oo, -sympy.oo)
+#: Of symbols that an expression does not depend on, though it may not be finite for some of them.
+_ANYWHERE = (sympy.S.Zero, sympy.S.One, sympy.Integer(2), sympy.Integer(-3))
+
+
+def without(value: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> sympy.Expr | None:
+    """An expression in a form that has none of the symbols in it; None if it depends on one."""
+    inside = value.free_symbols & symbols
+    if not inside:
+        return value
+    if depends(value, inside):
+        return None
+    forms = (_where(value, inside, place) for place in _ANYWHERE)
+    return next((form for form in forms if form is not None), None)
+
+
+def where_zero(value: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> sympy.Expr | None:
+    """An expression where the symbols are 0; None if it is not finite there."""
+    return _where(value, symbols, sympy.S.Zero)
+
+
+def intercept(value: sympy.Expr, slopes: Mapping[sympy.Symbol, sympy.Expr]) -> sympy.Expr | None:
+    """What an expression, affine in symbols with these slopes, is where they are 0.
+
+    As (p**2 + p x)/p where p is 0, which is x + p: where that is not finite as it is written, it
+    follows from another place. None if it is finite at none that was tried.
+    """
+    for place in _ANYWHERE:
+        there = _where(value, slopes.keys(), place)
+        if there is not None:
+            return sympy.Add(there, *(-place * slope for slope in slopes.values()))
+    return None
+
+
+def _where(
+    value: sympy.Expr, symbols: AbstractSet[sympy.Symbol], place: sympy.Integer
+) -> sympy.Expr | None:
+    there = value.xreplace(dict.fromkeys(symbols, place))
+    return None if there.has(*_INFINITE) else there

@@ -1,0 +1,281 @@
+"""What a record tells of the declared parameters, and what was derived, in words and formulas."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import sympy
+
+from axisid.modeling.declaration import known_text
+from axisid.modeling.quantities import DIRECTION, FORCE, Formula, rounded
+from axisid.support.errors import Missing
+
+from .base_model import BaseModel
+from .direct import ParameterMap
+from .inverse import Regressor
+from .model import AxisModel
+from .null_space import Direction, generic_points
+from .state_equations import StateEquation
+
+_MOST_DIRECTIONS = 4
+
+
+def undetermined_names(base: BaseModel) -> tuple[str, ...]:
+    """Declared parameters that neither a record nor what is known of them gives."""
+    open_ = {s for direction in base.undetermined for s in direction}
+    return tuple(p.name for p in base.declared.parameters if p.symbol in open_)
+
+
+def describe_unidentifiable(base: BaseModel) -> tuple[str, ...]:
+    """What no motion tells apart, whatever is known of it; one sentence for each group."""
+    return tuple(
+        f"{_listed(names)} cannot be told apart, a record shows only {_seen(base, names)}: no "
+        f"motion shows a change of {_directions(directions)}"
+        for names, directions in _groups(base, base.unidentifiable)
+    )
+
+
+def describe_undetermined(base: BaseModel) -> tuple[str, ...]:
+    """What would have to be known so that the rest follows; one sentence for each group."""
+    return tuple(
+        f"{_listed(names)} cannot be told apart, a record shows only {_seen(base, names)}: the "
+        f"rest follows if {_missing(base, names, directions)} known"
+        for names, directions in _groups(base, base.undetermined)
+    )
+
+
+def describe_determined(base: BaseModel) -> str:
+    """Which declared parameters follow, and from what; empty if none is declared otherwise."""
+    lost = undetermined_names(base)
+    found = [p.name for p in base.declared.parameters if p.name not in lost]
+    if not found:
+        return ""
+    known = [f"{p.name} = {known_text(p)} {p.unit}" for p in base.known]
+    condition = f", with {', '.join(known)} known" if known else ""
+    follows = "follows" if len(found) == 1 else "follow"
+    return f"{_listed(found)} {follows} from a record{condition}"
+
+
+def _groups(
+    base: BaseModel, directions: Sequence[Direction]
+) -> list[tuple[list[str], list[Direction]]]:
+    """Directions that share parameters together, with the names of these in their order."""
+    groups: list[tuple[set[sympy.Symbol], list[Direction]]] = []
+    for direction in directions:
+        apart = [group for group in groups if not group[0] & set(direction)]
+        joined = [group for group in groups if group[0] & set(direction)]
+        symbols = set(direction).union(*(group[0] for group in joined))
+        groups = [*apart, (symbols, [*(d for group in joined for d in group[1]), direction])]
+    order = [p.symbol for p in base.declared.parameters]
+    return [([str(s) for s in order if s in symbols], found) for symbols, found in groups]
+
+
+def _seen(base: BaseModel, names: Iterable[str]) -> str:
+    """Base parameters with any of the names in them."""
+    wanted = set(names)
+    return _listed(
+        [
+            str(rounded(value))
+            for value in base.expressions
+            if wanted & {str(s) for s in value.free_symbols}
+        ]
+    )
+
+
+def _directions(directions: Sequence[Direction]) -> str:
+    said = [describe_direction(d) for d in directions[:_MOST_DIRECTIONS]]
+    more = len(directions) - len(said)
+    return " or ".join([*said, f"{more} more"] if more else said)
+
+
+def _missing(base: BaseModel, names: Sequence[str], directions: Sequence[Direction]) -> str:
+    """How many of a group must be known; which, where not any will do."""
+    if len(directions) == 1:
+        return f"one of {', '.join(names)} is"
+    enough = _enough(base, names, directions)
+    return f"{len(directions)} of them, such as {_listed([names[j] for j in enough])}, are"
+
+
+def _enough(
+    base: BaseModel, names: Sequence[str], directions: Sequence[Direction]
+) -> tuple[int, ...]:
+    """Columns of a group's directions that are independent, the first ones where there is a choice.
+
+    Which they are is the same at almost every point, and reducing fractions of polynomials could
+    take for ever: numbers stand for the parameters.
+    """
+    columns = [sympy.Symbol(name, real=True) for name in names]
+    found: list[tuple[int, ...]] = []
+    for point in generic_points(base.declared.parameters):
+        weights = [[d.get(s, sympy.S.Zero).xreplace(point) for s in columns] for d in directions]
+        found.append(sympy.Matrix(weights).rref()[1])
+    return min(found, key=lambda pivots: (-len(pivots), pivots))
+
+
+def _listed(names: Sequence[str]) -> str:
+    *others, last = names
+    return f"{', '.join(others)} and {last}" if others else last
+
+
+def describe_loss(direction: Direction) -> str:
+    """Say what no motion shows, and what it shows of that.
+
+    Where the weights are not the same for all values of the parameters, only which these are.
+    """
+    if any(weight.is_Float for weight in direction.values()):
+        return f"no motion tells {_listed([*map(str, direction)])} apart"
+    lost = f"no motion shows a change of {describe_direction(direction)}"
+    if len(direction) == 1:
+        return lost
+    (pivot, size), *others = direction.items()
+    combinations = []
+    for p, weight in others:
+        ratio = -float(weight) / float(size)  # what p + ratio * pivot is worth does not change
+        first, second, factor = (p, pivot, ratio) if abs(ratio) > 1 else (pivot, p, 1 / ratio)
+        scale = "" if abs(factor) == 1 else f"{abs(factor):.4g} "
+        combinations.append(f"{first} {'+' if factor > 0 else '-'} {scale}{second}")
+    return f"{lost}; only {', '.join(combinations)} can be identified"
+
+
+def describe_direction(direction: Direction) -> str:
+    """Say which parameters trade against each other: ``m +1, J -0.25``; or ``m +m, l -l``."""
+    return ", ".join(f"{p} {_signed(weight)}" for p, weight in direction.items())
+
+
+def _signed(weight: sympy.Expr) -> str:
+    if weight.is_number:
+        return f"{float(weight):+.4g}"
+    text = str(rounded(weight))
+    return f"+({text})" if weight.is_Add else text if text.startswith("-") else f"+{text}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Section:
+    """A title over formulas and sentences; the note says what the formulas are."""
+
+    title: str
+    lines: tuple[Formula | str, ...]
+    note: str = ""
+
+
+def derived_sections(model: AxisModel) -> tuple[Section, ...]:
+    """Base parameters if others were declared, both models, the map, what is identifiable."""
+    if model.states:
+        return _remembering_sections(model)
+    base = []
+    if model.base.changed:
+        lines = tuple(
+            Formula(name=p.symbol, value=rounded(value), unit=p.unit)
+            for p, value in model.base.combined
+        )
+        note = "what a record identifies: the force is linear in these and the other parameters"
+        base = [Section(title="Base parameters", lines=lines, note=note)]
+    columns = zip(model.axis.parameters, model.idm.columns, strict=True)
+    if isinstance(model.ddm, Missing) or isinstance(model.parameter_map, Missing):
+        direct = [Section(title="Direct regressor", lines=(f"none: {model.ddm}",))]
+    else:
+        direct = _direct_sections(model.ddm, model.parameter_map)
+    return (
+        *base,
+        _inverse(model),
+        Section(
+            title="Inverse regressor",
+            lines=(
+                *(Formula(name=p.symbol, unit=p.unit, column=c) for p, c in columns),
+                Formula(name="known", column=model.idm.intercept),
+            ),
+            note="the force is the sum of parameter times column, and known",
+        ),
+        _direct(model),
+        *direct,
+        *_unchecked(model),
+        Section(
+            title="Identifiability",
+            lines=(
+                *describe_unidentifiable(model.base),
+                *map(describe_loss, model.unidentifiable),
+            )
+            or ("every parameter has an effect of its own",),
+        ),
+    )
+
+
+def _inverse(model: AxisModel) -> Section:
+    return Section(
+        title="Inverse dynamic model",
+        lines=(Formula(name=FORCE, value=model.force),),
+        note=_conventions(model.force),
+    )
+
+
+def _direct(model: AxisModel) -> Section:
+    acceleration = model.axis.coordinate.acceleration
+    return Section(
+        title="Direct dynamic model",
+        lines=(Formula(name=acceleration, value=model.acceleration),),
+    )
+
+
+def _remembering_sections(model: AxisModel) -> tuple[Section, ...]:
+    """The models with internal states, the states' equations, and why there are no rows."""
+    return (
+        _inverse(model),
+        Section(
+            title="Internal states",
+            lines=tuple(line for state in model.states for line in _of_state(state)),
+            note="what friction remembers, by its rate of change; no record has it, so that there "
+            "are no regressors and no least squares: fit the simulated loop",
+        ),
+        _direct(model),
+        *_unchecked(model),
+    )
+
+
+def _of_state(state: StateEquation) -> Iterator[Formula | str]:
+    yield Formula(name=sympy.Symbol(f"d{state.symbol}", real=True), value=state.rate)
+    if state.limit is not None:
+        limit = Formula(name=sympy.Symbol(f"{state.symbol}_limit", real=True), value=state.limit)
+        yield limit
+        yield f"{state.symbol} stays at its limit, on either side, while the motion drives it on"
+    if not state.start.is_zero:
+        yield Formula(name=sympy.Symbol(f"{state.symbol}_start", real=True), value=state.start)
+
+
+def _conventions(force: sympy.Expr) -> str:
+    """What the names in a force mean that no declaration explains."""
+    notes = []
+    if DIRECTION in force.free_symbols:
+        notes.append(
+            "direction is the sign of the velocity; between -1 and 1 while the axis sticks"
+        )
+    if force.has(sympy.Heaviside):
+        notes.append("Heaviside(x), a step, is 0 for x < 0, 1 for x > 0 and 1/2 at 0")
+    return "; ".join(notes)
+
+
+def _unchecked(model: AxisModel) -> tuple[Section, ...]:
+    terms = model.axis.unchecked_terms
+    return (Section(title="Units not checked", lines=terms),) if terms else ()
+
+
+def _direct_sections(ddm: Regressor, mapping: ParameterMap) -> list[Section]:
+    rows = zip(mapping.symbols, mapping.forward, mapping.units, ddm.columns, strict=True)
+    lines = [
+        Formula(name=symbol, value=value, unit=str(unit), column=column)
+        for symbol, value, unit, column in rows
+    ]
+    inverse = (
+        Formula(name=p, value=value)
+        for p, value in zip(mapping.parameters, mapping.inverse, strict=True)
+    )
+    return [
+        Section(
+            title="Direct regressor",
+            lines=(*lines, Formula(name="known", column=ddm.intercept)),
+            note="the acceleration is the sum of theta times column, and known",
+        ),
+        Section(
+            title=f"Parameter map, rank {len(mapping.parameters)}",
+            lines=tuple(inverse),
+            note="theta back to the physical parameters",
+        ),
+    ]

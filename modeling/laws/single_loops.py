@@ -1,0 +1,365 @@
+"""Laws of one loop: PID, state feedback, a virtual spring and damper, and Dynamixel's."""
+
+import math
+
+import sympy
+
+from axisid.modeling.declaration import ControlLaw, Memory, gain
+from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE
+
+from .blocks import Amount, Block, added, chosen, in_range, positive_among
+from .parts import commanded, formed_velocity, joined, with_integral, without_zeros
+
+#: Of what the derivative may be.
+DERIVATIVES = ("error", "position")
+_ERROR = REFERENCE - MEASURED_POSITION
+
+
+def pid(
+    *,
+    kp: float,
+    period: float,
+    ki: float = 0.0,
+    kd: float = 0.0,
+    filter_time: float = 0.0,
+    derivative_of: str = "error",
+    feed_forward: Amount | None = None,
+    anti_windup: str = "none",
+    tracking_time: float | None = None,
+) -> ControlLaw:
+    """PID in parallel form.
+
+    ``u = kp e + ki I + kd D + feed_forward`` with ``e = r - q``, ``I[k+1] = I[k] + T e[k]`` and
+    ``D[k] = (Tf D[k-1] + e[k] - e[k-1]) / (Tf + T)``, of the position ``-q`` in place of e where
+    `derivative_of` says so.
+
+    Parameters
+    ----------
+    kp : float
+        Control over position: N m/rad, V/m.
+    period : float
+        Sampling period T, s.
+    ki : float
+        Control over position and time: N m/(rad s).
+    kd : float
+        Control over velocity: N m s/rad.
+    filter_time : float
+        Tf, time constant of the derivative's filter, s; 0 for plain differences.
+    derivative_of : str
+        ``error`` or ``position``.
+    feed_forward : Signal or expression, optional
+        What is added to the control, in its unit.
+    anti_windup : str
+        What the integral does at the drive's limit: ``none``; ``clamping``, it stands still where
+        it would drive the control further beyond; ``back_calculation``, `ki` I also gets
+        ``T (u_limited - u) / tracking_time``.
+    tracking_time : float, optional
+        Of back-calculation, s; ``kp / ki`` by default.
+
+    Notes
+    -----
+    moteus: ``kp`` [Nm/turn], ``kd`` [Nm/(turn/s)] and ``ki`` [Nm/(turn s)] over 2 pi are those
+    here. TwinCAT's D-T1 has the filter time ``Tv / n``.
+
+    References
+    ----------
+    [AstromHagglund2006]_, chapter 3, implicit differences; [Pieper2024]_.
+    """
+    gains = {"kp": kp, **_of_derivative(kd, filter_time), **({"ki": ki} if ki else {})}
+    derivative = _derivative(derivative_of, filter_time)
+    output = gain("kp") * _ERROR + added(feed_forward)
+    output += gain("kd") * derivative.value if kd else 0
+    memory = derivative.memory if kd else ()
+    output += gain("ki") * gain("integral") if ki else 0
+    return with_integral(
+        _name(ki, kd),
+        period=period,
+        output=output,
+        gains=gains,
+        memory=memory,
+        error=_ERROR,
+        time=gain("kp") / gain("ki"),
+        anti_windup=anti_windup,
+        tracking_time=tracking_time,
+    )
+
+
+def pid_ideal(
+    *,
+    k: float,
+    period: float,
+    ti: float | None = None,
+    td: float = 0.0,
+    filter_time: float = 0.0,
+    derivative_of: str = "error",
+    feed_forward: Amount | None = None,
+    anti_windup: str = "none",
+    tracking_time: float | None = None,
+) -> ControlLaw:
+    """PID in ideal form, also called standard or ISA.
+
+    ``u = k (e + I / ti + td D) + feed_forward``, with e, I and D of `pid`.
+
+    Parameters
+    ----------
+    k : float
+        Control over position: N m/rad, V/m.
+    period : float
+        Sampling period T, s.
+    ti : float, optional
+        Integral time, s; no integral without it.
+    td : float
+        Derivative time, s.
+    filter_time, derivative_of, feed_forward, anti_windup
+        As in `pid`.
+    tracking_time : float, optional
+        Of back-calculation, s; `ti` by default.
+
+    Notes
+    -----
+    TwinCAT's PID: ``Kp``, ``Tn``, ``Tv`` and ``Td`` are `k`, `ti`, `td` and `filter_time`.
+
+    References
+    ----------
+    [AstromHagglund2006]_, equation (3.1).
+    """
+    gains = {"k": k, **_of_derivative(in_range(td, "the derivative time td"), filter_time, "td")}
+    derivative = _derivative(derivative_of, filter_time)
+    inner = _ERROR + (gain("td") * derivative.value if td else 0)
+    memory = derivative.memory if td else ()
+    output = gain("k") * inner + added(feed_forward)
+    if ti is not None:
+        gains["ti"] = in_range(ti, "the integral time ti", positive=True)
+        output += gain("k") * gain("integral") / gain("ti")
+    return with_integral(
+        f"{_name(0 if ti is None else 1, td)}, ideal form",
+        period=period,
+        output=output,
+        gains=gains,
+        memory=memory,
+        error=_ERROR,
+        time=gain("ti"),
+        anti_windup=anti_windup,
+        tracking_time=tracking_time,
+    )
+
+
+def _of_derivative(value: float, filter_time: float, name: str = "kd") -> dict[str, float]:
+    """The derivative's gain and the time constant of its filter, where there are any."""
+    smooth = in_range(filter_time, "the filter time of a derivative")
+    if not value:
+        return {}
+    return {name: value, **({"filter_time": smooth} if smooth else {})}
+
+
+def _derivative(of: str, filter_time: float) -> Block:
+    """Of the error or the position, by implicit differences behind a filter."""
+    chosen(of, "derivative_of", DERIVATIVES)
+    value = _ERROR if of == "error" else -MEASURED_POSITION
+    at_rest = REFERENCE - MEASURED_POSITION if of == "error" else -MEASURED_POSITION
+    last = Memory("last", following=value, start=at_rest)
+    if not filter_time:
+        return Block((value - last.symbol) / PERIOD, (last,))
+    time, name = gain("filter_time"), "derivative"
+    rate = (time * sympy.Symbol(name, real=True) + value - last.symbol) / (time + PERIOD)
+    return Block(rate, (last, Memory(name, following=rate, start=sympy.S.Zero)))
+
+
+def _name(integral: float, derivative: float) -> str:
+    return f"P{'I' if integral else ''}{'D' if derivative else ''}"
+
+
+def impedance(
+    *,
+    kp: float,
+    kd: float,
+    period: float,
+    velocity: str = "difference",
+    velocity_filter: float = 0.0,
+    pll_bandwidth: float = 0.0,
+    reference_velocity: Amount | None = None,
+    feed_forward: Amount | None = None,
+) -> ControlLaw:
+    """Virtual spring and damper between reference and axis, with a torque added.
+
+    ``u = kp (r - q) + kd (dr - v) + feed_forward``.
+
+    Parameters
+    ----------
+    kp : float
+        Stiffness, control over position: N m/rad.
+    kd : float
+        Damping, control over velocity: N m s/rad.
+    period : float
+        Sampling period, s.
+    velocity, velocity_filter, pll_bandwidth
+        How the drive forms v, as in `cascade_p_pi`.
+    reference_velocity : Signal or expression, optional
+        Recorded column for dr, in place of the reference's difference.
+    feed_forward : Signal or expression, optional
+        What is added to the control, in its unit.
+
+    Notes
+    -----
+    moteus: ``kp`` [Nm/turn] and ``kd`` [Nm/(turn/s)], times their scales of the command, over 2 pi
+    are those here. The MIT mode of T-Motor's AK drives has them in Nm/rad and Nm s/rad; its
+    registers of 12 bits are ``kp / 500 x 4095`` and ``kd / 5 x 4095``.
+
+    References
+    ----------
+    [Hogan1985]_; [Pieper2024]_.
+    """
+    formed, own = formed_velocity(velocity, velocity_filter, pll_bandwidth)
+    along = commanded("velocity", reference_velocity)
+    spring = gain("kp") * (REFERENCE - MEASURED_POSITION)
+    damper = gain("kd") * (along.value - formed.value)
+    return ControlLaw(
+        name="impedance",
+        period=period,
+        output=spring + damper + added(feed_forward),
+        gains={"kp": kp, "kd": kd, **own},
+        memory=joined(formed.memory, along.memory),
+        positive=positive_among(own),
+    )
+
+
+def state_feedback(
+    *,
+    k_position: float,
+    k_velocity: float,
+    period: float,
+    k_reference: float | None = None,
+    k_integral: float = 0.0,
+    velocity: str = "difference",
+    velocity_filter: float = 0.0,
+    pll_bandwidth: float = 0.0,
+    feed_forward: Amount | None = None,
+    anti_windup: str = "none",
+    tracking_time: float | None = None,
+) -> ControlLaw:
+    """State feedback, as a regulator designed by poles or by LQR.
+
+    ``u = k_reference r - k_position q - k_velocity v + k_integral I + feed_forward`` with
+    ``I[k+1] = I[k] + T (r[k] - q[k])``.
+
+    Parameters
+    ----------
+    k_position : float
+        Control over position: N m/rad, V/m.
+    k_velocity : float
+        Control over velocity.
+    period : float
+        Sampling period T, s.
+    k_reference : float, optional
+        Control over reference; `k_position` by default, with which an axis without load stands on
+        its reference.
+    k_integral : float
+        Control over position and time.
+    velocity, velocity_filter, pll_bandwidth
+        How the drive forms v, as in `cascade_p_pi`.
+    feed_forward : Signal or expression, optional
+        What is added to the control, in its unit.
+    anti_windup, tracking_time
+        As in `pid`; the tracking time is ``k_position / k_integral`` by default.
+
+    References
+    ----------
+    [FranklinPowellWorkman1998]_, chapter 8.
+    """
+    formed, own = formed_velocity(velocity, velocity_filter, pll_bandwidth)
+    gains = {"k_position": k_position, "k_velocity": k_velocity, **own}
+    error = REFERENCE - MEASURED_POSITION
+    if k_reference is None:
+        output = gain("k_position") * error
+    else:
+        gains["k_reference"] = k_reference
+        output = gain("k_reference") * REFERENCE - gain("k_position") * MEASURED_POSITION
+    output += added(feed_forward) - gain("k_velocity") * formed.value
+    if k_integral:
+        gains["k_integral"] = k_integral
+        output += gain("k_integral") * gain("integral")
+    return with_integral(
+        "state feedback",
+        period=period,
+        output=output,
+        gains=gains,
+        memory=formed.memory,
+        error=error,
+        time=gain("k_position") / gain("k_integral"),
+        anti_windup=anti_windup,
+        tracking_time=tracking_time,
+    )
+
+
+def dynamixel_position(
+    *,
+    p: float,
+    period: float,
+    i: float = 0.0,
+    d: float = 0.0,
+    ff1: float = 0.0,
+    ff2: float = 0.0,
+    counts: float = 4096.0,
+    anti_windup: str = "none",
+) -> ControlLaw:
+    """Position mode of Dynamixel X servos: PID and feed-forward in counts, a PWM out.
+
+    ``u = p/128 e + i/65536 I + d/16 (e[k] - e[k-1]) + ff1/4 (r[k] - r[k-1])
+    + ff2/4 (r[k] - 2 r[k-1] + r[k-2])`` with the error ``e = counts/(2 pi) (r - q)`` and the
+    reference r in counts, and ``I[k+1] = I[k] + e[k]``.
+
+    Parameters
+    ----------
+    p, i, d : float
+        Registers 84, 82 and 80: Position P, I and D Gain.
+    period : float
+        Sampling period of the servo's control, s. The factors of the registers include it, so that
+        no term has it.
+    ff1, ff2 : float
+        Registers 90 and 88: Feedforward 1st and 2nd Gain.
+    counts : float
+        Of the encoder to a turn of the axis, a rotary one.
+    anti_windup : str
+        ``none``, ``clamping`` or ``back_calculation``, with the gain ``65536 / i``: the servo has
+        an anti-windup of which the manual does not say the gain.
+
+    Notes
+    -----
+    The control is in units of the register Goal PWM, of 0.113 %: the drive's limit is 885, and its
+    gain is that of a voltage, which falls with the speed.
+
+    References
+    ----------
+    [Robotis2018]_, sections 2.4.26 and following.
+    """
+    registers = {"i": i, "d": d, "ff1": ff1, "ff2": ff2}
+    gains = {"p": p, **without_zeros(registers)}
+    by_count = in_range(counts, "the counts of a turn", positive=True) / (2 * math.pi)
+    error, reference = by_count * (REFERENCE - MEASURED_POSITION), by_count * REFERENCE
+    before = [sympy.Symbol(name, real=True) for name in ("q1", "reference1", "reference2")]
+    q1, r1, r2 = (by_count * symbol for symbol in before)
+    terms = {
+        "p": error / 128,
+        "d": (error - (r1 - q1)) / 16,
+        "ff1": (reference - r1) / 4,
+        "ff2": (reference - 2 * r1 + r2) / 4,
+    }
+    output = sympy.Add(*(gain(name) * term for name, term in terms.items() if name in gains))
+    memory = [
+        Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION),
+        Memory("reference1", following=REFERENCE, start=REFERENCE),
+        Memory("reference2", following=before[1], start=REFERENCE),
+    ]
+    read = output.free_symbols | ({before[1]} if before[2] in output.free_symbols else set())
+    kept = [each for each in memory if each.symbol in read]
+    output += gain("i") / 65536 * gain("integral") if i else 0
+    return with_integral(
+        "Dynamixel position",
+        period=period,
+        output=output,
+        gains=gains,
+        memory=tuple(kept),
+        error=error / PERIOD,
+        time=PERIOD,
+        anti_windup=anti_windup,
+    )
