@@ -64,75 +64,6 @@ _MAX_FORCE_LAG = 5e-3  # s, of the recorded force behind the control
 _MAX_LIMIT_EXCESS_SHARE = 1e-3
 
 
-<<<<<<< HEAD
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LowPassed:
-    """Two columns of a record, low-passed alike, in the rows that tell all that is left of them.
-
-    Attributes
-    ----------
-    computed, measured : (N,) array
-    rows : (n,) array of int
-        Which of the samples: what is slow needs no more.
-    step : int
-        From one to the next.
-    """
-
-    computed: Array
-    measured: Array
-    rows: NDArray[np.int64]
-    step: int
-
-    @classmethod
-    def of(
-        cls, record: Record, computed: Array, measured: Array, times: int = 0
-    ) -> "LowPassed | Missing":
-        """Of a record of one piece; the computed one is differentiated so many times."""
-        period = record.period
-        cutoff = min(COMPARISON_CUTOFF.value / period, _MAX_CUTOFF)
-        settle = round(1 / (cutoff * period))
-        used = minimum_filter1d(unmasked(record), 2 * settle + 1, mode="constant", cval=0)
-        if used.sum() < _MIN_SETTLING_TIMES * settle:
-            return Missing("too few samples that follow one another were measured for it")
-        smooth = SampledFilter(Prefilter(cutoff=cutoff), period)
-        computed, measured = smooth.low_passed(computed), smooth.low_passed(measured)
-        for _ in range(times):
-            computed = np.gradient(computed, period)
-            # Means over the two samples that a central difference spans, by Simpson's rule.
-            measured[1:-1] = (measured[:-2] + 4 * measured[1:-1] + measured[2:]) / 6
-        step = max(settle // _OFTEN, 1)
-        rows = np.flatnonzero(used).astype(np.int64)[::step]
-        return cls(computed=computed, measured=measured, rows=rows, step=step)
-
-    def fit(self, given: Array, target: Array) -> Solution:
-        """The target by a factor of what is given, its change in a sample, and a constant."""
-        columns = np.column_stack([given, np.gradient(given), np.ones_like(given)])[self.rows]
-        order = RowTimes(self.rows // self.step)
-        regressor = factor(columns, ("factor", "delay", "offset"), neighbours=order)
-        return least_squares(target[self.rows], regressor)
-
-    def in_step(self) -> tuple[float, Array, Solution]:
-        """The delay that leaves none to be fitted, what is so moved, and the fit; else none.
-
-        Two signals that have nothing to do with each other have no delay.
-        """
-        first = self.fit(self.computed, self.measured)
-        delay, moved, fitted = 0.0, self.computed, first
-        for _ in range(_STEPS):
-            by_sample, gain = float(fitted.theta[1]), float(fitted.theta[0])
-            change = -by_sample / gain if gain else np.inf
-            delay += change
-            if not abs(delay) < _FARTHEST:
-                return 0.0, self.computed, first
-            moved = np.asarray(shift(self.computed, delay, order=3, mode="nearest"), dtype=float)
-            fitted = self.fit(moved, self.measured)
-            if abs(change) < _STILL:
-                break
-        return delay, moved, fitted
-
-
-=======
->>>>>>> main
 def unmasked(record: Record) -> NDArray[np.bool_]:
     """Which samples are not masked, (N,)."""
     return ~covered(record.masked, len(record))
@@ -196,7 +127,7 @@ class ColumnComparison:
         The delay is the one that leaves none to be fitted. Two signals that have nothing to do with
         each other have none.
         """
-        order = RowTimes.of(rows, step)
+        order = RowTimes(rows // step)
 
         def fit(given: Array, target: Array) -> Solution:
             columns = np.column_stack([given, np.gradient(given), np.ones_like(given)])[rows]

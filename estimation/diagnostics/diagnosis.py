@@ -32,9 +32,8 @@ from axisid.estimation.problems import (
     Problem,
     moved_by_rounding,
     noise_free_record,
-    position_step,
 )
-from axisid.estimation.regression import DirectForm, recorded_loops
+from axisid.estimation.regression import DirectForm, position_step, recorded_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing

@@ -27,13 +27,7 @@ from axisid.estimation.estimates import (
     HausmanTest,
     significant_differences,
 )
-<<<<<<< HEAD
-from axisid.estimation.problems import moved_by_rounding
-from axisid.estimation.regression import factor, position_step
-from axisid.estimation.signals import FilteredRecord
-=======
 from axisid.estimation.regression import factor
->>>>>>> main
 from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
 from axisid.support.arrays import Array, MaybeInfinite, MaybeNan
 from axisid.support.errors import Missing, of_found

@@ -258,20 +258,11 @@ def scores_of(
         loops = recorded_loops(data, physical)
         quiet = noise_free_record(data, loops)
         # Without rows near rests and reversals of the loop, if rows are left then.
-<<<<<<< HEAD
         moving = data.turning_as(quiet.record.position, also=True)
-        enough = len(moving.sampling.rows) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1)
-        data = moving if enough else data
-        twins += [] if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)
-        if 2 * len(twins) < DEFAULT_COUNT:
-            twins = []
-=======
-        moving = data.also_turning_as(quiet.record.position)
-        if len(moving.row_numbers) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1):
+        if len(moving.sampling.rows) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1):
             data = moving
         drawn = [] if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)
         twins = [*drawn] if 2 * len(drawn) >= DEFAULT_COUNT else twins
->>>>>>> main
         moved = Signals(
             position=quiet.record.position,
             velocity=np.concatenate([loop.velocity for loop in loops]),

@@ -261,17 +261,13 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
     if not scores.twins:
         return []
     data = scores.data
-<<<<<<< HEAD
-    rows = data.sampling.rows.astype(np.int64)
-=======
->>>>>>> main
     left = np.abs(scores.nets)
     worst, (largest, *of_twins) = int(np.argmax(left[:, 0])), left.max(axis=0)
     # That noise leaves as much: by Gumbel's law of the twins' largest.
     spread = np.std(of_twins, ddof=1) * math.sqrt(6 * (1 + 1 / len(of_twins))) / math.pi
     beyond = (largest - np.mean(of_twins)) / spread + np.euler_gamma if spread else np.inf
     width = data.prefilter.decimate
-    near = data.row_numbers[worst] + np.round(np.linspace(-width, width, 5 if width > 1 else 3))
+    near = data.sampling.rows[worst] + np.round(np.linspace(-width, width, 5 if width > 1 else 3))
     by, columns = _by_change(scores, data), data.record.channels()
     return [
         Hypothesis(

@@ -139,15 +139,10 @@ class LawByGains:
             # With noise the first controls show what is remembered less well than all of them do.
             point=along.fitted(declared, compared, ()),
             compared=compared,
-<<<<<<< HEAD
             neighbours=RowTimes(np.flatnonzero(used)),
-            rounded=tuple(_rounded(along, record)),
-=======
-            neighbours=RowTimes.of(np.flatnonzero(used), 1),
             added=added,
             possible=tuple(_possible(along, record, times if between else None)),
             between=between,
->>>>>>> main
         )
 
     @property
