@@ -21,7 +21,7 @@ from axisid import (
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference
-from axisid.estimation.diagnostics.misfit_checks import following
+from axisid.estimation.diagnostics.diagnose import following
 from axisid.estimation.estimates import NotSimulated
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.methods.instrumental import NEARLY_CONVERGED
