@@ -60,7 +60,7 @@ def test_without_a_compiler_lanes_are_identified_alone(
     emps2015: GeneratedAxis, lanes: RecordLanes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     compiled = identify_lanes(emps2015, lanes, prefilter=PUBLISHED)
-    monkeypatch.setattr(Native, "lanes", lambda _: None)
+    monkeypatch.setattr(Native, "lanes", None)
     plain = identify_lanes(emps2015, lanes, prefilter=PUBLISHED)
     assert compiled.how == ("side by side",) * 3
     assert plain.how == ("alone",) * 3
