@@ -7,7 +7,6 @@ import pytest
 
 from axisid import Estimate, Prefilter, identify
 from axisid.codegen import GeneratedAxis
-from axisid.codegen.native import Native
 from axisid.estimation import LaneEstimates, RecordLanes, identify_lanes, simulate_batch
 from axisid.estimation.simulation.twin import trajectory
 from tests.refusals import refuses
@@ -60,7 +59,7 @@ def test_without_a_compiler_lanes_are_identified_alone(
     emps2015: GeneratedAxis, lanes: RecordLanes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     compiled = identify_lanes(emps2015, lanes, prefilter=PUBLISHED)
-    monkeypatch.setattr(Native, "lanes", None)
+    monkeypatch.setattr(emps2015.native, "lanes", None)
     plain = identify_lanes(emps2015, lanes, prefilter=PUBLISHED)
     assert compiled.how == ("side by side",) * 3
     assert plain.how == ("alone",) * 3
