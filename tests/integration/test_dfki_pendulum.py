@@ -71,12 +71,6 @@ def test_law_is_pd_on_the_reference_and_its_difference() -> None:
     assert dict(law.gains) == {"p": 50.0, "d": 4.0}
 
 
-def test_documented_values_follow_from_the_masses(study: ModuleType) -> None:
-    """0.676 kg with its centre of gravity at 0.45 m, as the rig's description has it."""
-    assert study.DOCUMENTED["mc"] == pytest.approx(0.676 * 0.45, rel=0.005)
-    assert study.DOCUMENTED["J"] == pytest.approx(0.150, abs=5e-4)
-
-
 def test_authors_recipe_gives_the_published_digits(study: ModuleType, data: Any) -> None:
     theta, error = study.authors_recipe(data.run, data.velocity["identification run"])
     assert [f"{value:.3e}" for value in theta[[0, 1, 2, 4]]] == [

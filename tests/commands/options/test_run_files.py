@@ -272,6 +272,10 @@ def test_log_in_other_units_and_another_dialect_gives_the_same_estimates(
         (["--columns", "time=t,position=pos:deg,control=volts"], 2, "is measured in m"),
         (["--columns", "time=t,position=pos:inc,control=volts"], 2, "say what one count is"),
         (["--gaps", "fill"], 2, "no repair of gaps 'fill'; choose from split"),
+        (["--window", "2-5"], 2, "a window is '2-5'; give FROM..TO"),
+        (["--window", "5..2"], 2, "does not end after it begins"),
+        (["--window", "100.."], 3, "holds no samples of the log"),
+        (["--validate-like", "1"], 2, "nothing without --validate"),
     ],
 )
 def test_what_cannot_be_done_is_one_sentence(
@@ -316,33 +320,3 @@ def test_windows_are_taken_and_told(
     assert two["record"]["windows"] == [[first, 1.0], [1.5, last]]
     cut = write(tmp_path / "cut.csv", {k: v[500:2501] for k, v in columns.items()})
     assert values(told(run, *IDENTIFY, cut, "--columns", CHOSEN)) == values(one)
-
-
-@pytest.mark.slow
-def test_a_second_record_has_windows_of_its_own(
-    run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
-) -> None:
-    file = write(tmp_path / "log.csv", columns)
-    other = run_file(file, windows="1.5..2.5")
-    words = ("--columns", CHOSEN, "--window", "..1.5", "--validate", other)
-    found = told(run, *IDENTIFY, file, *words)
-    assert found["record"]["windows"] == [[0.0, 1.5]]
-    assert found["validation"]["record"]["windows"] == [[1.5, 2.5]]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("--window", "2-5"), "a window is '2-5'; give FROM..TO"),
-        (("--window", "5..2"), "does not end after it begins"),
-        (("--window", "100.."), "holds no samples of the log"),
-        (("--validate-like", "1"), "nothing without --validate"),
-    ],
-)
-def test_windows_that_cannot_be_are_refused(
-    run: Run, tmp_path: Path, columns: dict[str, np.ndarray], arguments: tuple[object], said: str
-) -> None:
-    file = write(tmp_path / "log.csv", columns)
-    code, _, err = run("identify", "emps2015", file, "--columns", CHOSEN, *arguments, *FILTER)
-    assert code == (3 if "100.." in arguments else 2)
-    assert said in " ".join(err.split())

@@ -35,7 +35,7 @@ from benchmarks.machines import Machine, records, white
 from tests.axes.drives import BRAKE, braked
 from tests.axes.unseen import with_bump, with_stribeck
 from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
-from tests.estimation.signals.test_segments import cut
+from tests.estimation.signals.test_filtered_record import cut
 from tests.refusals import refuses
 
 

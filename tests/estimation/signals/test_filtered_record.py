@@ -1,9 +1,14 @@
-"""A record under a filter: settings that make sense, what is left open, filtered once."""
+"""A record under a filter: settings that make sense, what is left open, filtered once.
+
+Rows that follow each other in time, in records with gaps and masked rows.
+"""
 
 from dataclasses import replace
+from itertools import accumulate, pairwise
 
 import numpy as np
 import pytest
+from hypothesis import given, strategies as st
 
 from axisid import (
     Coordinate,
@@ -21,7 +26,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.commands.options.estimator_options import Filtering
 from axisid.elements import Drive
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.signals import FilteredRecord, about_samples
+from axisid.estimation.signals import FilteredRecord, RowTimes, SampledFilter, about_samples
 from axisid.modeling.quantities import expression
 from tests.axes.recorded import PERIOD_S, recorded_axis, recorded_values
 from tests.refusals import refuses
@@ -155,3 +160,147 @@ def test_the_drive_reads_the_signal_of_the_sample() -> None:
     made = 35.0 * record.control * record.signals["supply"] / 24
     assert data.force == pytest.approx(made, rel=1e-12)
     assert data.signals.force == pytest.approx(about_samples(made, [0]), rel=1e-12)
+
+
+FILTER = Prefilter(cutoff=60.0, decimate=5)
+CUTS = ((0, 2500), (2700, 2740), (2900, 7000))  # the middle one is too short to filter
+
+
+def cut(record: Record, start: int, stop: int) -> Record:
+    columns = {role: values[start:stop] for role, values in record.channels().items()}
+    return replace(record, **columns)  # type: ignore[arg-type]
+
+
+def test_rows_are_those_of_the_segments_one_by_one(emps2015: GeneratedAxis, twin: Record) -> None:
+    pieces = [cut(twin, start, stop) for start, stop in CUTS]
+    columns = {
+        role: np.concatenate([piece.channels()[role] for piece in pieces])
+        for role in twin.channels()
+    }
+    spans = tuple(pairwise(accumulate(map(len, pieces), initial=0)))
+    gapped = replace(twin, **columns, segments=spans)  # type: ignore[arg-type]
+    *alone, together = (
+        identify(emps2015, record, FILTER, ["idm-ls"])["idm-ls"]
+        for record in (pieces[0], pieces[2], gapped)
+    )
+    y = np.concatenate([e.y for e in alone])
+    X = np.concatenate([e.X for e in alone])
+    assert np.array_equal(together.y, y)
+    assert np.array_equal(together.X, X)
+    expected = np.linalg.lstsq(X, y, rcond=None)[0]
+    assert together.physical == pytest.approx(expected, rel=1e-9)
+    offset = len(pieces[0]) + len(pieces[1])
+    rows = np.concatenate([alone[0].rows, alone[1].rows + offset])
+    assert np.array_equal(together.rows, rows)
+
+
+@pytest.mark.parametrize(
+    ("spans", "code", "says"),
+    [
+        (((0, 10), (11, 50)), "record", ""),
+        (((0, 49),), "record", ""),
+        (((5, 50),), "record", ""),
+        (((0, 60),), "record", ""),
+        (((0, 48), (48, 50)), "too-short", "from 0.048 to 0.049 s has 2 of its rows"),
+        (((0, 25), (25, 50)), "too-short", "record's longest segment has 25"),
+    ],
+)
+def test_segments_that_are_no_parts_of_the_record_or_too_short_are_refused(
+    emps2015: GeneratedAxis, twin: Record, spans: tuple[tuple[int, int], ...], code: str, says: str
+) -> None:
+    with refuses(code, says=says):
+        identify(emps2015, replace(cut(twin, 0, 50), segments=spans), FILTER)
+
+
+def test_masked_samples_reach_no_row(emps2015: GeneratedAxis, twin: Record) -> None:
+    """What stands in masked samples does not matter, to what the filters' memory leaves."""
+    spoilt = np.array(twin.control)
+    spoilt[3000:3020] = 10.0  # beyond what the motion needs, as a clipped sensor's
+    masked = ((3000, 3020),)
+    got, clean, spoilt_fit, whole = (
+        identify(emps2015, replace(twin, **changes), FILTER, ["idm-ls"])["idm-ls"]
+        for changes in (
+            {"control": spoilt, "masked": masked},
+            {"masked": masked},
+            {"control": spoilt},
+            {},
+        )
+    )
+    off = np.abs(got.physical - clean.physical) / np.abs(clean.physical)
+    without = np.abs(spoilt_fit.physical - whole.physical) / np.abs(whole.physical)
+    assert np.all(off < 1e-4)
+    assert np.all(without > 20 * off)
+    reach = SampledFilter(FILTER, 1e-3).memory * FILTER.decimate
+    inside = (whole.rows >= 3000 - reach) & (whole.rows < 3020 + reach)
+    assert np.array_equal(np.setdiff1d(whole.rows, got.rows), whole.rows[inside])
+
+
+def test_record_that_is_masked_everywhere_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
+
+    with refuses("too-short", says="0 rows are left"):
+        identify(emps2015, replace(twin, masked=((0, len(twin)),)), FILTER, ["idm-ls"])
+
+
+places = st.sets(st.integers(0, 60), min_size=1).map(sorted)
+
+
+def listed(order: RowTimes, lag: int) -> list[tuple[int, int]]:
+    rows = np.arange(len(order))
+    late, early = order.pairs(lag)
+    return list(zip(rows[late].tolist(), rows[early].tolist(), strict=True))
+
+
+@given(places, st.integers(0, 70))
+def test_pairs_are_rows_a_lag_apart(numbers: list[int], lag: int) -> None:
+    order = RowTimes(np.array(numbers))
+    expected = [
+        (i, j)
+        for i, late in enumerate(numbers)
+        for j, early in enumerate(numbers)
+        if late - early == lag
+    ]
+    assert listed(order, lag) == expected
+
+
+@given(st.lists(places, min_size=1, max_size=4))
+def test_rows_of_two_pieces_are_never_a_lag_apart(pieces: list[list[int]]) -> None:
+    joined = RowTimes.joined([RowTimes(np.array(piece)) for piece in pieces])
+    owner = np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces])
+    for lag in range(len(joined)):
+        late, early = joined.pairs(lag)
+        assert np.array_equal(owner[late], owner[early])
+    own = sum(len(listed(RowTimes(np.array(piece)), 1)) for piece in pieces)
+    assert len(listed(joined, 1)) == own
+
+
+@given(places)
+def test_stretches_hold_every_row_once(numbers: list[int]) -> None:
+    order, values = RowTimes(np.array(numbers)), np.array(numbers, dtype=float)
+    pieces = order.split(values)
+    assert np.concatenate(pieces).tolist() == numbers
+    assert [len(piece) for piece in pieces] == order.lengths.tolist()
+    assert all(np.all(np.diff(piece) == 1) for piece in pieces)
+    assert order.whole == (len(pieces) == 1)
+
+
+def test_rows_left_out_of_a_record_part_their_neighbours(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    data = FilteredRecord.bind(emps2015, twin, Prefilter())
+    steps = np.diff(data.sampling.rows)
+    assert np.array_equal(data.sampling.neighbours.breaks, np.flatnonzero(steps > 10) + 1)
+    assert np.array_equal(np.diff(data.sampling.neighbours.places), steps / 10)
+    kept = FilteredRecord.bind(emps2015, twin, Prefilter(reversals="keep"))
+    assert kept.sampling.neighbours.whole
+
+
+def test_rows_of_shifted_segments_are_still_a_row_period_apart(emps2015: GeneratedAxis) -> None:
+    """Without a cut the last row of one segment may be a sample before the next one's first."""
+    record = twin_record(emps2015, seed=1)
+    segments = ((0, 2000), (2000, len(record)))
+    prefilter = Prefilter(cutoff=60.0, decimate=4, drop=(0, 0), reversals="keep")
+    result = identify(emps2015, replace(record, segments=segments), prefilter, methods="idm-ls")
+    estimate = result["idm-ls"]
+    step = result.prefilter.decimate * record.period
+    assert np.diff(estimate.rows).min() * record.period < step
+    assert estimate.row_period == step

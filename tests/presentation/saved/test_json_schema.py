@@ -1,4 +1,7 @@
-"""What is written as JSON is what the schema documents, no more and no less."""
+"""What is written as JSON is what the schema documents, no more and no less.
+
+Files that hold what their schema allows and no result can be, by every door that reads one.
+"""
 
 import json
 import runpy
@@ -12,7 +15,20 @@ import msgspec
 import pytest
 from jsonschema import Draft202012Validator
 
-from axisid import Record, compare, fit, friction_ladder, identify, load_axis, sweep, twin_record
+from axisid import (
+    Prefilter,
+    Record,
+    compare,
+    compare_results,
+    export,
+    fit,
+    friction_ladder,
+    identify,
+    load_axis,
+    load_result,
+    sweep,
+    twin_record,
+)
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.law_search import LawSearch, find_law
 from axisid.presentation.saved import plain, schema_of
@@ -20,6 +36,7 @@ from axisid.presentation.saved.output_fit import WrittenOutputFit
 from axisid.presentation.saved.studies import WrittenComparison, WrittenLawSearch, WrittenSweep
 from axisid.presentation.saved.written_identification import WrittenIdentification
 from axisid.support.arrays import from_json
+from tests.refusals import refuses
 
 DOCUMENTS = (
     WrittenIdentification,
@@ -202,3 +219,49 @@ def test_physical_parameters_by_known_values(
     assert physical["parameters"]["l"]["value"] == pytest.approx(0.2, rel=1e-3)
     assert physical["parameters"]["l"]["sd"] == pytest.approx(0.2 * 0.02, rel=1e-2)
     assert [c["status"] for c in fixed["verdict"] if c["name"] == "fixed values"] == ["pass"]
+
+
+DOORS: dict[str, Callable[[Path], object]] = {
+    "load_result": load_result,
+    "export": lambda file: export(file, axis="emps2015"),
+    "compare_results": lambda file: compare_results(file, file),
+}
+
+
+@pytest.fixture(scope="module")
+def written(emps2015: GeneratedAxis, twin: Record) -> str:
+    result = identify(emps2015, twin, Prefilter(cutoff=60.0), ["idm-ls", "idm-iv"])
+    return json.dumps(result.to_dict())
+
+
+@pytest.mark.parametrize("door", DOORS)
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [({"judged": "ddm-iv"}, "'ddm-iv'"), ({"estimates": []}, "no summary can be made of it")],
+)
+def test_every_door_refuses_what_no_result_can_be(
+    written: str, tmp_path: Path, change: dict[str, Any], said: str, door: str
+) -> None:
+    file = tmp_path / "x.json"
+    file.write_text(json.dumps({**json.loads(written), **change}))
+    with refuses("result-file", says=f"contradicts itself: .*{said}"):
+        DOORS[door](file)
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_every_door_refuses_a_file_that_was_changed_after_it_was_written(
+    emps2015: GeneratedAxis, twin: Record, tmp_path: Path, door: str
+) -> None:
+    file = tmp_path / "x.json"
+    identify(emps2015, twin, methods=["idm-ls"]).save(file)
+    content = json.loads(file.read_text())
+    laid_out = json.dumps(content).replace("1.0,", "1,")  # in another way, which changes nothing
+    file.write_text(laid_out)
+    DOORS[door](file)
+    content["estimates"][0]["parameters"]["M"]["sd_hac"] *= 2
+    file.write_text(json.dumps(content))
+    with refuses("changed-result", says="take its member digest out"):
+        DOORS[door](file)
+    del content["digest"]
+    file.write_text(json.dumps(content))
+    DOORS[door](file)

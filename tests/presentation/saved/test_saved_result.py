@@ -1,24 +1,37 @@
-"""A result that is read back has the numbers, text and figures of the one that was written."""
+"""A result that is read back has the numbers, text and figures of the one that was written.
+
+What is saved is loaded and saved again the same, its drive with it.
+
+What is shown and saved of recorded signals: page of the axis, JSON, summary, figures, frames.
+"""
 
 import json
 import math
 import pickle
 import warnings
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from msgspec import UNSET
 
 from axisid import (
     DataError,
     Identification,
+    Parameter,
     Prefilter,
+    Record,
+    build,
     compare_results,
+    derive,
     export,
+    fit,
     fix,
     identify,
     leave_out,
@@ -27,11 +40,18 @@ from axisid import (
     twin_record,
     validate,
 )
+from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import Drive
+from axisid.estimation import validate_fit
 from axisid.modeling.declaration import Axis
-from axisid.presentation.saved import SavedIdentification
+from axisid.presentation.formulas.axis_page import FORMATS, axis_page
+from axisid.presentation.plots.result import record_plot
+from axisid.presentation.saved import SavedFitValidation, SavedIdentification
+from axisid.presentation.saved.file import refuse_differences
+from axisid.presentation.saved.record import WrittenDriveTime, WrittenResponse
 from benchmarks.random_axes import random_axis
 from tests.axes.drives import braked
+from tests.axes.recorded import recorded_axis, recorded_values
 from tests.refusals import refuses
 
 ARM = """\
@@ -275,3 +295,119 @@ def test_a_name_of_a_later_version_is_passed_over(written: Path, tmp_path: Path)
     file = tmp_path / "x.json"
     file.write_text(json.dumps(content))
     assert load_result(file).summary() == load_result(written).summary()
+
+
+@pytest.fixture(scope="module")
+def result(emps2015: GeneratedAxis) -> Identification:
+    return identify(emps2015, twin_record(emps2015), methods=["idm-ls"])
+
+
+def test_what_is_saved_is_loaded_and_saved_again_the_same(
+    result: Identification, tmp_path: Path
+) -> None:
+    file = result.save(tmp_path / "result.json")
+    read = load_result(file)
+    assert read.to_dict() == result.to_dict()
+    assert read.save(tmp_path / "again.json").read_bytes() == file.read_bytes()
+
+
+def test_a_validation_of_a_fit_is_printed_saved_and_loaded(
+    emps2015: GeneratedAxis, twin: Record, tmp_path: Path
+) -> None:
+    fitted = fit(emps2015, twin, bootstrap=0)
+    found = validate_fit(fitted, twin_record(emps2015, seed=2))
+    read = load_result(found.save(tmp_path / "held.json"))
+    assert isinstance(read, SavedFitValidation)
+    assert read.to_dict() == found.to_dict()
+    assert (read.summary(), read.belief, read.checks) == (
+        found.summary(),
+        found.belief,
+        found.checks,
+    )
+    assert (read.percent, read.error, read.output) == (found.percent, found.error, found.output)
+
+
+@pytest.mark.parametrize("name", ["result.txt", 3])
+def test_other_names_are_refused(result: Identification, name: object, tmp_path: Path) -> None:
+    with refuses("result-file", says="give a name that ends in .json"):
+        result.save(tmp_path / name if isinstance(name, str) else name)  # type: ignore[arg-type]
+    assert not [*tmp_path.iterdir()]
+
+
+def test_what_no_result_is_saved_by_is_refused_with_what_it_takes(
+    result: Identification, tmp_path: Path
+) -> None:
+    with refuses("result-file", says="not saved by 'full'; beside the file it takes draws"):
+        result.save(tmp_path / "result.json", full=True)
+    assert not [*tmp_path.iterdir()]
+
+
+FOUND = WrittenDriveTime(
+    name="Tc", of="lag", nominal=1e-4, value=1e-3, sd=1e-5, interval_95=(9e-4, 1.1e-3)
+)
+
+
+def _lag(nominal: float) -> Parameter:
+    return Parameter("Tc", "s", nominal=nominal)
+
+
+@pytest.mark.parametrize(
+    ("given", "found", "says"),
+    [
+        ({"lag": 2e-3}, UNSET, "lag 0.001"),
+        ({"logged": "current"}, UNSET, "logged command"),
+        ({"lag": _lag(1e-3)}, UNSET, "to be estimated"),
+        ({"relative_sd": 0.02}, UNSET, "relative_sd 0.005"),
+        ({}, UNSET, ""),
+        # The start of a lag that was found is part of the drive.
+        ({"lag": _lag(1e-4)}, FOUND, ""),
+        ({"lag": _lag(1e-3)}, FOUND, ""),
+        ({"lag": _lag(5e-4)}, FOUND, "estimated from 0.0001"),
+    ],
+)
+def test_an_axis_with_another_drive_is_refused(
+    given: dict[str, Any], found: Any, says: str
+) -> None:
+    written = WrittenResponse(lag=1e-3, delay=0.0, logged="command", estimated=found)
+    estimate = SimpleNamespace(gain_relative_sd=0.005, physical=None)
+    held = SimpleNamespace(drive=written, estimates=[estimate])
+    drive = Drive(**{"gain": 35.0, "lag": 1e-3, "relative_sd": 0.005, **given})
+    axis = replace(load_axis("emps2015"), drive=drive)
+    with refuses("result-file", says) if says else nullcontext():
+        refuse_differences(cast(Any, held), "result.json", axis)
+
+
+AXIS = recorded_axis("pressure", "held")
+
+
+@pytest.fixture(scope="module")
+def pressurised() -> Identification:
+    axis = build(AXIS)
+    return identify(axis, twin_record(axis, signals=recorded_values("pressure")))
+
+
+def test_signals_are_on_the_page_of_an_axis_in_figures_and_in_frames(
+    pressurised: Identification,
+) -> None:
+    for form in FORMATS:
+        page = axis_page(derive(AXIS), form)
+        assert all(
+            told in page for told in ("Recorded signals", "pressure", "held between samples")
+        )
+    labels = [panel.label for panel in record_plot(pressurised).panels]
+    assert any("pressure" in label and "Pa" in label for label in labels)
+    frame = pressurised.record.to_frame()
+    assert list(frame["pressure"]) == list(pressurised.record.signals["pressure"])
+
+
+@pytest.mark.slow
+def test_a_saved_result_knows_its_signals(pressurised: Identification, tmp_path: Path) -> None:
+    file = tmp_path / "pressurised.json"
+    file.write_text(json.dumps(pressurised.to_dict()))
+    saved = load_result(file, AXIS)
+    declared = {"name": "pressure", "unit": "Pa", "between": "held"}
+    assert pressurised.to_dict()["signals"] == [declared]
+    assert saved.summary() == pressurised.summary()
+    other = twin_record(build(AXIS), signals=recorded_values("pressure", 5), seed=5)
+    for held in (validate(saved, other), validate(pressurised, other)):
+        assert held.methods[0].simulation_error_percent is not None
