@@ -150,7 +150,7 @@ class Estimate(Presentable, Exact):
         Between rows that follow each other, s.
     times : (n,) array or None
         Of each row since the record's first sample, s, where the record has gaps; None where it is
-        `rows` times `period`.
+        ``rows * period``.
     residuals : (n,) array
         ``y - X theta``, less the known part of the model if it has one; of output error, ``y`` less
         what the simulated loop makes of it.

@@ -36,8 +36,10 @@ class Along:
         Samples of the rows; of all where there are none.
     reduce : callable
         What rows make of values (N,) or (N, m).
-    period, row_period : float
-        s, of the samples and between rows.
+    period : float
+        Of the samples, s.
+    row_period : float
+        Between rows, s.
     middle : float
         Of the positions, which a spring is not about.
     """
