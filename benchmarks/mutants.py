@@ -27,7 +27,7 @@ LIMIT_S = 600.0  # of the tests of one mutant; one that hangs is noticed too
 _LEFT_OUT = (".git", ".venv", "__pycache__", ".*_cache", ".hypothesis", "dist", "build", "shared")
 
 _LOOP = "codegen/printers/loop"
-_VIRTUAL = "codegen/runtime/virtual_loop.py"
+_VIRTUAL = "codegen/runtime/interpreted_loop.py"
 _COVARIANCE = "estimation/regression/covariance.py"
 _SIM, _REG = "tests/estimation/simulation", "tests/estimation/regression"
 _CLOCKS = "tests/estimation/loops/test_two_clocks.py"
@@ -176,7 +176,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         (f"{_SANDWICH}::test_classical_and_robust_are_those_of_statsmodels",),
     ),
     "the published variance of a lane is over n": (
-        "estimation/batched/iteration.py",
+        "estimation/batched/batched_iv.py",
         "fits.power[:, None] / (n - 1)",
         "fits.power[:, None] / n",
         (

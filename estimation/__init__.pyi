@@ -4,18 +4,22 @@ from .batched import (
     identify_lanes as identify_lanes,
 )
 from .checks import Check as Check, Levels as Levels
+from .control_law_search import (
+    ExplainedLaw as ExplainedLaw,
+    LawSearch as LawSearch,
+    find_law as find_law,
+)
 from .diagnostics import (
     Alignment as Alignment,
     Diagnosis as Diagnosis,
     Excitation as Excitation,
     estimate_delay as estimate_delay,
 )
-from .diagnostics.law import LawCheck as LawCheck, check_law as check_law
+from .diagnostics.control_law import LawCheck as LawCheck, check_law as check_law
 from .estimates import Iterate as Iterate, Value as Value
 from .fitting import OutputFit as OutputFit
 from .identification import DriveTime as DriveTime
 from .lack_of_fit import JackknifeInterval as JackknifeInterval, LackOfFit as LackOfFit
-from .law_search import ExplainedLaw as ExplainedLaw, LawSearch as LawSearch, find_law as find_law
 from .methods import METHODS as METHODS
 from .monte_carlo import (
     CheckFigures as CheckFigures,

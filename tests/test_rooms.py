@@ -17,7 +17,7 @@ FLOORS = (
     ("modeling.quantities",),
     ("modeling.algebra",),
     ("modeling.declaration",),
-    ("modeling.drives", "modeling.laws"),
+    ("modeling.drives", "modeling.control_laws"),
     ("elements", "control"),
     ("modeling.derivation", "modeling.library"),
     ("modeling.text",),
@@ -45,9 +45,9 @@ FLOORS = (
     ("estimation.methods",),
     ("estimation.misspecification",),
     ("estimation.lack_of_fit",),
-    ("estimation.diagnostics.law",),
+    ("estimation.diagnostics.control_law",),
     ("estimation.diagnostics",),
-    ("estimation.law_search",),
+    ("estimation.control_law_search",),
     ("estimation.identification",),
     ("estimation.batched",),
     ("estimation.predictions",),
@@ -88,7 +88,7 @@ TO_BE_TOLD_APART = frozenset("Alike Block Column Quantity Series Table Target".s
 #: Rooms without tests of their own, and where they are tested.
 TESTED_ELSEWHERE = {
     "elements": "modeling.declaration",
-    "control": "modeling.laws",
+    "control": "modeling.control_laws",
     "codegen.thresholds": "estimation.thresholds",
 }
 

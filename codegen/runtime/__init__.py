@@ -4,7 +4,7 @@ In: generated text. Out: functions of samples, and the time loop in the CasADi v
 Knows nothing of SymPy and of compilers.
 """
 
-from .arguments import (
+from .casadi_functions import (
     FunctionShape as FunctionShape,
     by_sample as by_sample,
     checked_arguments as checked_arguments,
@@ -12,4 +12,4 @@ from .arguments import (
     is_continuous as is_continuous,
     recorded_values as recorded_values,
 )
-from .virtual_loop import VirtualLoop as VirtualLoop
+from .interpreted_loop import VirtualLoop as VirtualLoop

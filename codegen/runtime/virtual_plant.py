@@ -9,7 +9,7 @@ import numpy as np
 from axisid.codegen.lowering import STUCK
 from axisid.support.arrays import Array
 
-from .arguments import held_values, is_continuous, recorded_values
+from .casadi_functions import held_values, is_continuous, recorded_values
 
 
 @dataclass(frozen=True, slots=True)

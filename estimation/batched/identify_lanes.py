@@ -14,8 +14,8 @@ from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import AxisidError
 
+from .batched_iv import fitted_lanes, lane_numbers
 from .block import ALONE, FAILED, SIDE_BY_SIDE, Block, LaneEstimates, RecordLanes
-from .iteration import fitted_lanes, lane_numbers
 
 #: The method of which lanes go side by side.
 METHOD = "idm-iv"

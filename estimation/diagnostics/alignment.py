@@ -17,7 +17,7 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, first_case, status_of
-from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.diagnostics.control_law import LawCheck
 from axisid.estimation.methods import METHODS, bound_record
 from axisid.estimation.misspecification import Misspecification, RecordScores, scores_of
 from axisid.estimation.problems import Problem

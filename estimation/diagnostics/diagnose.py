@@ -21,7 +21,7 @@ from axisid.estimation.checks import (
     told_or,
     unless_faulty,
 )
-from axisid.estimation.diagnostics.law import law_check
+from axisid.estimation.diagnostics.control_law import law_check
 from axisid.estimation.estimates import Estimate, NotSimulated
 from axisid.estimation.lack_of_fit import LackOfFit
 from axisid.estimation.misspecification import Misspecification, sentence

@@ -22,7 +22,7 @@ from axisid.estimation.diagnostics import (
     records_alike,
     repeated_check,
 )
-from axisid.estimation.diagnostics.law import LawCheck, law_check
+from axisid.estimation.diagnostics.control_law import LawCheck, law_check
 from axisid.estimation.estimates import few_rows, student_interval
 from axisid.estimation.parameters import GAIN, START
 from axisid.estimation.predictions import FEWEST_IN_WINDOW, WindowPredictions
@@ -44,8 +44,8 @@ from axisid.estimation.thresholds import (
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
 
+from .covariance import MIN_MOVED_BY_START
 from .result import OutputFit
-from .spread import MIN_MOVED_BY_START
 
 _MAX_BEYOND_NOISE = 15.0  # % of a recorded output, left beyond noise
 # % of a recorded output left with noise; a loop that does nothing leaves 100, noise beside a

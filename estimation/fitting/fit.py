@@ -17,7 +17,7 @@ from axisid.estimation.choices import (
     SQUARES,
     check_among,
 )
-from axisid.estimation.diagnostics.law import LawCheck, check_law, first_failing
+from axisid.estimation.diagnostics.control_law import LawCheck, check_law, first_failing
 from axisid.estimation.identification import at_time, bound_records, records_of, shared_records
 from axisid.estimation.parameters import (
     End,
@@ -57,9 +57,9 @@ from axisid.support.errors import AxisidError, EstimationError, UsageError, is_w
 from axisid.support.progress import Progress
 
 from .checks_of_fit import judged
+from .covariance import scores_of, unseen_directions
+from .inference import FitSearch
 from .result import OutputFit
-from .solution import FitSearch
-from .spread import scores_of, unseen_directions
 from .starting import (
     FitStart,
     StartLike,

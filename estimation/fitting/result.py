@@ -12,7 +12,12 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, told_or, unless_faulty
 from axisid.estimation.choices import OPEN_LOOP
 from axisid.estimation.diagnostics import Checked
-from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law, first_failing
+from axisid.estimation.diagnostics.control_law import (
+    FoundGains,
+    LawCheck,
+    check_found_law,
+    first_failing,
+)
 from axisid.estimation.estimates import SamplingDistribution, Value, degrees_of_freedom_of
 from axisid.estimation.methods import bound_record
 from axisid.estimation.misspecification import Misspecification, find_misspecification, scores_of
@@ -25,8 +30,8 @@ from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
 
-from .solution import FitInference, FitSearch, inferred
-from .spread import unseen_in_words
+from .covariance import unseen_in_words
+from .inference import FitInference, FitSearch, inferred
 from .twins import PERCENT, move_by_record, outputs_by_noise
 
 _OF_POSITION = 16  # twins with noise of the position alone

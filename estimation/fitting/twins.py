@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.diagnostics.law import FoundGains, LawCheck, check_found_law
+from axisid.estimation.diagnostics.control_law import FoundGains, LawCheck, check_found_law
 from axisid.estimation.parameters import ExtendedForm, axis_at
 from axisid.estimation.predictions import Predictions, record_rows
 from axisid.estimation.problems import noise_free_record
@@ -28,7 +28,7 @@ from axisid.estimation.twins import Chain, measured_chain, twins_of
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
 
-from .spread import Scores
+from .covariance import Scores
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

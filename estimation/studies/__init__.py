@@ -11,9 +11,9 @@ from .candidate import (
     ParameterCheck as ParameterCheck,
 )
 from .comparison import Comparison as Comparison, compare as compare
+from .cutoff_sweep import Sweep as Sweep, default_cutoffs as default_cutoffs, sweep as sweep
 from .friction_curve import FrictionCurve as FrictionCurve, friction_curve as friction_curve
 from .held_out import HeldOut as HeldOut
-from .sweep import Sweep as Sweep, default_cutoffs as default_cutoffs, sweep as sweep
 from .validate import (
     FitValidation as FitValidation,
     validate as validate,

@@ -18,7 +18,7 @@ from axisid.estimation.choices import (
     is_output_error,
 )
 from axisid.estimation.diagnostics import Checked
-from axisid.estimation.diagnostics.law import LawCheck, first_failing
+from axisid.estimation.diagnostics.control_law import LawCheck, first_failing
 from axisid.estimation.identification import (
     HasRecords,
     Identification,

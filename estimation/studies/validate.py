@@ -18,7 +18,7 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, Levels
 from axisid.estimation.choices import OPEN_LOOP, check_among, is_output_error
 from axisid.estimation.diagnostics import Checked, common_samples
-from axisid.estimation.diagnostics.law import LawCheck, check_law
+from axisid.estimation.diagnostics.control_law import LawCheck, check_law
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit, checked_horizon
 from axisid.estimation.identification import Identification, RecordInfo

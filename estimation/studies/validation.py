@@ -14,7 +14,7 @@ import numpy as np
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.choices import check_among
 from axisid.estimation.diagnostics import Checked, Difference, RecordRegressor
-from axisid.estimation.diagnostics.law import LawCheck, law_check
+from axisid.estimation.diagnostics.control_law import LawCheck, law_check
 from axisid.estimation.estimates import Estimate, SamplingDistribution
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, factor, least_squares

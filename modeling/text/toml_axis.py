@@ -15,6 +15,7 @@ from typing import Any
 
 import sympy
 
+from axisid.modeling.control_laws import BLOCKS, LAWS, Block
 from axisid.modeling.declaration import (
     DRIVE_GAIN,
     HIDDEN_FROM,
@@ -31,7 +32,6 @@ from axisid.modeling.declaration import (
     newton,
 )
 from axisid.modeling.drives import DRIVES, formula_drive
-from axisid.modeling.laws import BLOCKS, LAWS, Block
 from axisid.modeling.quantities import (
     BALANCED,
     CONTROL,

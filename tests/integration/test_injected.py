@@ -26,7 +26,7 @@ from axisid import (
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, coulomb, viscous
-from axisid.estimation.diagnostics.law import check_law
+from axisid.estimation.diagnostics.control_law import check_law
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration import back_and_forth
 from benchmarks.machines import Machine, records, white

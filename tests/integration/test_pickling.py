@@ -56,9 +56,9 @@ from axisid.estimation import (
     simulate_batch,
     validate_fit,
 )
-from axisid.estimation.diagnostics.law.control_law import check_law
+from axisid.estimation.control_law_search import find_law
+from axisid.estimation.diagnostics.control_law.control_law import check_law
 from axisid.estimation.identification import DriveTime
-from axisid.estimation.law_search import find_law
 from axisid.fleets import Fleet, FleetRow
 from axisid.modeling import LIBRARY, Column
 from axisid.support import arrays

@@ -4,8 +4,7 @@ In: gains, a period and the signals that a law reads. Out: `ControlLaw`.
 Knows nothing of the axis that it moves.
 """
 
-from axisid.modeling.declaration import ControlLaw as ControlLaw, Memory as Memory, gain as gain
-from axisid.modeling.laws import (
+from axisid.modeling.control_laws import (
     Block as Block,
     cascade_p_pi as cascade_p_pi,
     cascade_pd as cascade_pd,
@@ -25,6 +24,7 @@ from axisid.modeling.laws import (
     reference_velocity as reference_velocity,
     state_feedback as state_feedback,
 )
+from axisid.modeling.declaration import ControlLaw as ControlLaw, Memory as Memory, gain as gain
 from axisid.modeling.quantities import (
     BALANCED as BALANCED,
     LIMITED_OUTPUT as LIMITED_OUTPUT,

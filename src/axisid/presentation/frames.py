@@ -4,11 +4,11 @@ from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from typing import Any
 
+from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification
-from axisid.estimation.law_search import LawSearch
 from axisid.estimation.monte_carlo import MonteCarlo, run_columns
 from axisid.estimation.records import Record
 from axisid.estimation.studies import Comparison, Sweep, Validation

@@ -7,11 +7,11 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification, record_place
-from axisid.estimation.law_search import LawSearch
 from axisid.estimation.monte_carlo import MonteCarlo
 from axisid.estimation.records import Record
 from axisid.estimation.studies import Comparison, FitValidation, Sweep, Validation

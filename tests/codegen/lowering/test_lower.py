@@ -9,7 +9,7 @@ import sympy
 from axisid.codegen.lowering.lower import Lowering
 from axisid.codegen.lowering.program import Builder, Program, evaluate
 from axisid.codegen.printers.python import print_function
-from axisid.codegen.runtime.arguments import execute
+from axisid.codegen.runtime.casadi_functions import execute
 from axisid.support.arrays import Array
 from tests.refusals import refuses
 from tests.strategies.expressions import operations

@@ -13,7 +13,7 @@ from axisid.codegen.native.lanes import Decimation
 from axisid.codegen.native.library import NativeLibrary
 from axisid.codegen.native.library_cache import compiled_library
 from axisid.codegen.runtime import VirtualLoop, by_sample, is_continuous, recorded_values
-from axisid.codegen.runtime.arguments import VECTORS
+from axisid.codegen.runtime.casadi_functions import VECTORS
 from axisid.modeling import LIBRARY
 from tests.axes.recorded import UNRECORDED, recorded_axis
 from tests.axes.remembering import bristle, dahl_axis, stack

@@ -28,7 +28,7 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import stribeck
 from axisid.estimation.checks import Check, Status, belief, conclusion
 from axisid.estimation.diagnostics.diagnose import DIAGNOSTICS, Diagnostic
-from axisid.estimation.studies.sweep import default_cutoffs
+from axisid.estimation.studies.cutoff_sweep import default_cutoffs
 from axisid.modeling import LIBRARY
 from axisid.paper.study import APPROPRIATE, INAPPROPRIATE
 from axisid.presentation.report.page import report_html

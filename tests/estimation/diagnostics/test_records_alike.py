@@ -17,7 +17,7 @@ from axisid.estimation.diagnostics.records_alike import (
     records_alike,
     repeated_check,
 )
-from axisid.estimation.fitting.spread import Scores
+from axisid.estimation.fitting.covariance import Scores
 from axisid.estimation.records import Record, Repairs, read_record
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing

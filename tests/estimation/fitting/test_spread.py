@@ -11,8 +11,8 @@ from scipy.stats import binom
 
 from axisid import build, fit, load_axis, twin_record
 from axisid.estimation.estimates import student_interval
-from axisid.estimation.fitting.solution import reach_of_cut_normal
-from axisid.estimation.fitting.spread import Scores, unseen_directions, unseen_in_words
+from axisid.estimation.fitting.covariance import Scores, unseen_directions, unseen_in_words
+from axisid.estimation.fitting.inference import reach_of_cut_normal
 from axisid.support.arrays import Array
 
 SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"

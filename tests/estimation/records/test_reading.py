@@ -17,7 +17,7 @@ import axisid
 from axisid import DataError, Record, build, identify, load_axis, read_record, validate
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
-from axisid.estimation.diagnostics.law.control_law import LawCheck, check_law
+from axisid.estimation.diagnostics.control_law.control_law import LawCheck, check_law
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing

@@ -13,7 +13,7 @@ import pytest
 from axisid import Prefilter, Record, build, identify, sweep
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation import Sweep
-from axisid.estimation.studies.sweep import default_cutoffs, held_out_motion
+from axisid.estimation.studies.cutoff_sweep import default_cutoffs, held_out_motion
 from axisid.presentation.drawing import sweep_figure
 from axisid.presentation.plots.result import sweep_plot
 from tests.refusals import refuses

@@ -30,7 +30,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.law_search import LawSearch, find_law
+from axisid.estimation.control_law_search import LawSearch, find_law
 from axisid.presentation.saved import plain, schema_of
 from axisid.presentation.saved.output_fit import WrittenOutputFit
 from axisid.presentation.saved.studies import WrittenComparison, WrittenLawSearch, WrittenSweep

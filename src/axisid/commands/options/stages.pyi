@@ -9,6 +9,7 @@ from axisid.codegen.artefacts import (
     write_files as write_files,
 )
 from axisid.estimation.checks import joined as joined
+from axisid.estimation.control_law_search import find_law as find_law
 from axisid.estimation.fitting import OutputFit as OutputFit, fit as fit
 from axisid.estimation.identification import (
     Identification as Identification,
@@ -16,7 +17,6 @@ from axisid.estimation.identification import (
     identify as identify,
     known_without as known_without,
 )
-from axisid.estimation.law_search import find_law as find_law
 from axisid.estimation.logs import log_endings as log_endings
 from axisid.estimation.monte_carlo import (
     MonteCarlo as MonteCarlo,

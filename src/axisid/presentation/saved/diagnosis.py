@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from msgspec import UNSET, UnsetType
 
 from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
-from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.diagnostics.control_law import LawCheck
 from axisid.support.errors import Missing
 
 from .values import JsonObject, about, written_as

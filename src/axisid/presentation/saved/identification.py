@@ -16,7 +16,7 @@ from axisid.estimation.diagnostics import (
     RecordDiagnosis,
     RecordDifference,
 )
-from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.diagnostics.control_law import LawCheck
 from axisid.estimation.estimates import (
     Physical,
     PhysicalByMethod,

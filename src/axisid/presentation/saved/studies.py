@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from msgspec import UNSET, UnsetType
 
-from axisid.estimation.law_search import LawSearch
+from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.studies import (
     Comparison,
     Criteria,

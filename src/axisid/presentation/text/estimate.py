@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Alignment, ColumnComparison, Diagnosis, InstrumentTests
-from axisid.estimation.diagnostics.law import LawCheck
+from axisid.estimation.diagnostics.control_law import LawCheck
 from axisid.estimation.estimates import COVARIANCES, Physical, Value
 from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
 from axisid.modeling.declaration import known_text

@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator
 
 from axisid.estimation.choices import LOSSES, OUTPUTS, SQUARES
+from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.fitting import OutputFit
-from axisid.estimation.law_search import LawSearch
 from axisid.estimation.studies import FitValidation, Sweep, Validation
 from axisid.modeling.declaration import Axis, left_out_text
 from axisid.presentation.blocks import (

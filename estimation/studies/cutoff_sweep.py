@@ -29,7 +29,7 @@ from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Check
 from axisid.estimation.choices import INSTRUMENT_STARTS, same_estimates
 from axisid.estimation.diagnostics import Checked, tests_of_instruments
-from axisid.estimation.diagnostics.law import LawCheck, first_failing
+from axisid.estimation.diagnostics.control_law import LawCheck, first_failing
 from axisid.estimation.estimates import Estimate, hausman, significant_differences
 from axisid.estimation.identification import Identification, identify, records_of
 from axisid.estimation.methods import METHODS

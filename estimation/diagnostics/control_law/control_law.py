@@ -35,7 +35,7 @@ from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import Missing, of_found
 
 from .by_runs import LawByGains, said_of_gains
-from .comparison import (
+from .control_residuals import (
     CONSTANT,
     INJECTED,
     best_shift,
@@ -45,7 +45,7 @@ from .comparison import (
     readings,
     settling,
 )
-from .sentences import (
+from .law_faults import (
     TEST_SIGNAL,
     WHICH_LAW,
     is_near,

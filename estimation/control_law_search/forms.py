@@ -15,8 +15,8 @@ from axisid.estimation.diagnostics import Checked
 from axisid.estimation.loops import LawTicks
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MAX_LAW_RESIDUAL
+from axisid.modeling.control_laws import LAWS
 from axisid.modeling.declaration import ControlLaw
-from axisid.modeling.laws import LAWS
 from axisid.support.arrays import Array
 from axisid.support.presentable import Presentable
 

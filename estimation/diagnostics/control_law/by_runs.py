@@ -32,7 +32,7 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.support.arrays import Array, relative_error_percent
 
-from .comparison import (
+from .control_residuals import (
     CONSTANT,
     DRIFT,
     INJECTED,
@@ -42,7 +42,7 @@ from .comparison import (
     noisy_ticks,
     settling,
 )
-from .sentences import MAX_FACTOR_ERROR, off_text, scale_text
+from .law_faults import MAX_FACTOR_ERROR, off_text, scale_text
 
 # of a control, and of what other gains do not change of it; less tells nothing of a gain
 _MIN_GAIN_TOLD_APART = 1e-4

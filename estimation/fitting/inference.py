@@ -28,7 +28,7 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
 
-from .spread import Scores, moved_by_start, scores_of, unseen_directions
+from .covariance import Scores, moved_by_start, scores_of, unseen_directions
 from .twins import RecordLoops, calibrated_covariance, outputs_by_noise
 
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding

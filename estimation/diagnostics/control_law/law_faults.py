@@ -20,11 +20,11 @@ from axisid.estimation.thresholds import (
     MAX_SCALE_ERROR,
     MIN_SAMPLES_PER_FACTOR,
 )
+from axisid.modeling.control_laws import velocity_variants
 from axisid.modeling.declaration import ControlLaw
-from axisid.modeling.laws import velocity_variants
 from axisid.support.errors import ModelError
 
-from .comparison import (
+from .control_residuals import (
     DRIFT,
     MOST_SHIFT,
     at_limit,

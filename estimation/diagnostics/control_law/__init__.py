@@ -5,7 +5,6 @@ Knows nothing of estimates, and of what the loop makes of the law.
 """
 
 from .by_runs import LawByGains as LawByGains
-from .comparison import compared_as as compared_as
 from .control_law import (
     FoundGains as FoundGains,
     LawCheck as LawCheck,
@@ -14,3 +13,4 @@ from .control_law import (
     first_failing as first_failing,
     law_check as law_check,
 )
+from .control_residuals import compared_as as compared_as

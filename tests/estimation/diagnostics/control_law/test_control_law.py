@@ -28,9 +28,9 @@ from axisid.control import (
     gain,
 )
 from axisid.estimation import LawCheck, Repairs, check_law
-from axisid.estimation.diagnostics.law.sentences import position_zero
+from axisid.estimation.diagnostics.control_law.law_faults import position_zero
+from axisid.modeling.control_laws.cascades import CASCADES
 from axisid.modeling.declaration import back_and_forth
-from axisid.modeling.laws.cascades import CASCADES
 from axisid.support.errors import Missing
 from tests.axes.cascaded import cascaded
 from tests.axes.ready_laws import LAWS, with_law

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.diagnostics.law import LawByGains, compared_as
+from axisid.estimation.diagnostics.control_law import LawByGains, compared_as
 from axisid.estimation.loops import (
     LawAlong,
     LawTicks,
@@ -24,8 +24,8 @@ from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
     MIN_SAMPLES_PER_FACTOR,
 )
+from axisid.modeling.control_laws import ANTI_WINDUP
 from axisid.modeling.declaration import Axis, ControlLaw
-from axisid.modeling.laws import ANTI_WINDUP
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, ModelError
 
