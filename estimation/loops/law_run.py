@@ -44,7 +44,7 @@ def known_of_record(
         if id(record) not in known:
             known[id(record)] = {}
             weakref.finalize(record, known.pop, id(record), None)
-        own, key = known[id(record)], (axis, *rest)
+        own, key = known[id(record)], (axis, *rest, *sorted(named.items()))
         if key not in own:
             own[key] = function(axis, record, *rest, **named)
         return own[key]

@@ -98,7 +98,7 @@ def _kernel(
         whole = [weight.numer * shared.exquo(weight.denom) for weight in vector]
         common = reduce(ring.gcd, whole)
         weights = {s: w.exquo(common) for s, w in zip(symbols, whole, strict=True) if w}
-        first, last = (next(each(weights.values())) for each in (iter, reversed))
+        first, last = next(iter(weights.values())), next(reversed(weights.values()))
         if all(weight.is_ground for weight in weights.values()):
             unit = last.LC
         else:

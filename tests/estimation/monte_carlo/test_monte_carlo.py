@@ -386,7 +386,7 @@ def test_a_run_is_what_fit_makes_of_its_twin(made: MonteCarlo) -> None:
     alone = fit(axis(), record, "position")
     places = [i for i, each in enumerate(made.estimands) if each.method == "fit:position"]
     assert made.values[2, places].tolist() == alone.physical.tolist()
-    wanted = [value.interval for value in alone.values.values()]
+    wanted = [value.interval for value in alone.parameters.values()]
     np.testing.assert_array_equal(made.intervals(COLOURED)[2, places], wanted)
     iid = made.deviations("iid")[2, places]
     np.testing.assert_allclose(iid, np.sqrt(np.diag(alone.covariances["iid"])))
