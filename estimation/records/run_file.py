@@ -77,11 +77,12 @@ class Repairs:
         rate = self.resample
         if rate not in ("auto", None) and not (is_real(rate) and 0 < rate < math.inf):
             raise UsageError(f"the rate to resample at is {quoted(rate)}; give hertz, or auto.")
-        check_among(
-            ("repair of gaps", self.gaps or "split", ("split",)),
-            ("mask", self.mask or "clipped", ("clipped",)),
-            ("repair of the end of the log", self.tail or "drop", ("drop",)),
+        ways = (
+            ("repair of gaps", self.gaps, ("split",)),
+            ("mask", self.mask, ("clipped",)),
+            ("repair of the end of the log", self.tail, ("drop",)),
         )
+        check_among(*(row for row in ways if row[1] is not None))
         if isinstance(self.wrap, Mapping):
             object.__setattr__(self, "wrap", FrozenMapping(self.wrap))
         object.__setattr__(self, "shift", FrozenMapping(checked_shifts(self.shift)))

@@ -60,7 +60,7 @@ class Column:
                 f"the name of a column is {quoted(self.name)}; give a text, or its number from 1.",
                 code="axis",
             )
-        if self.resolution and self.unit:
+        if self.resolution != "" and self.unit:
             raise ModelError(
                 f"the column {self.name!r} has the unit {self.unit!r} and a resolution, which is "
                 "of counts; leave one of them out.",
@@ -73,7 +73,7 @@ class Column:
         counted = _text("unit", self.unit)
         if isinstance(self.resolution, str) and _is_quantity(self.resolution):
             counted = f"counts*{_quantity('resolution', self.resolution, 'such as 4096 or 0.5um')}"
-        elif self.resolution:
+        elif self.resolution != "":
             counted = f"counts*1rev/{_ratio('resolution', self.resolution)[0]}"
         if isinstance(self.scale, str) and _is_quantity(self.scale):
             scaled = f"*{_quantity('scale', self.scale, 'such as 2.5 or 360deg/4096')}"

@@ -141,6 +141,7 @@ def test_an_axis_declares_it_once(tmp_path: Any) -> None:
         ("{ name = 'q', scale = 'deg' }", "the scale of a column is 'deg'; give a quantity"),
         ("{ name = 'q', offset = 0.2 }", "give one line of text"),
         ("{ name = 'q', unit = 'mm', resolution = 4096 }", "leave one of them out"),
+        ("{ name = 'q', resolution = 0 }", "the resolution of a column is 0; give a positive"),
         ("{ name = 'q', scale = 0 }", "the scale of a column is 0; give a number other than 0"),
         ("{ name = 0 }", "give a text, or its number from 1"),
     ],
