@@ -105,7 +105,12 @@ class Native:
         return self._library
 
     def _check(self, path: Path) -> None:
-        check_values(NativeLibrary(path, self._functions), self._functions, self.text)
+        try:
+            fresh = NativeLibrary(path, self._functions)
+        except OSError as error:  # no fault of the folder, as others are
+            reason = f"the compiled library does not load: {error}"
+            raise NativeUnavailableError(reason) from error
+        check_values(fresh, self._functions, self.text)
 
     @cached_property
     def lanes(self) -> LaneLibrary | None:

@@ -566,6 +566,7 @@ class _FitRun:
         u, first = self.unknowns, self.weighing
         if not u.has_prior.any():
             return self._settled(begun, u)
+        self.alone = None  # of an earlier start
         with suppress(EstimationError):
             alone = self._settled(begun, u.without_prior)
             rows = self.weighing.weights[:, None] * alone.slopes.jacobian

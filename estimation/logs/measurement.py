@@ -167,6 +167,7 @@ def _warnings(handler: logging.Handler) -> Iterator[list[str]]:
         handler.removeFilter(kept)
 
 
+_EPOCH = 10**17  # ns since 1970, below which a stamp is of a clock of its own: three years
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 
 
@@ -191,14 +192,16 @@ def read_bag(path: Path, room: Room) -> Table:
             others = sorted({c.msgtype for c in reader.connections})
             names = dict.fromkeys(c.topic for c in reader.connections if c.msgtype == _JOINT_STATE)
             topics = {topic: _joints(reader, topic, room) for topic in names}
-    origin = min((int(time) for times, *_ in topics.values() for time in times), default=0)
+    stamped = (times[~lost] for times, lost, *_ in topics.values())
+    origin = min((int(own.min()) for own in stamped if len(own)), default=0)
     found = TableBuilder(room=room)
-    for topic, (times, note, joints) in topics.items():
+    for topic, (times, lost, note, joints) in topics.items():
         before = f"{topic.strip('/')}." if len(topics) > 1 else ""
         for name, values in joints.items():
             rows = sorted(values, key=lambda row: times[row])
             # Counted in integers first, or a double would lose the nanoseconds.
             clock = (times[rows] - origin).astype(np.float64) * 1e-9
+            clock[lost[rows]] = np.nan
             told = [values[row] for row in rows]
             found.add(f"{before}{name}", told, clock=clock, note=f"{topic}: {note}")
     return found.table(
@@ -224,8 +227,12 @@ def bag_of(path: Path) -> Path:
 
 def _joints(
     reader: Any, topic: str, room: Room
-) -> tuple[NDArray[np.int64], str, dict[str, dict[int, float]]]:
-    """Times of a topic's messages, ns, which times these are, and values by message and joint."""
+) -> tuple[NDArray[np.int64], NDArray[np.bool_], str, dict[str, dict[int, float]]]:
+    """Times of a topic's messages, ns, which have none, what these are, and values of joints.
+
+    One without a time has that of the message before it, behind which it stays. Values are by
+    joint and message.
+    """
     chosen = [c for c in reader.connections if c.topic == topic and c.msgtype == _JOINT_STATE]
     recorded, stamps = [], []
     joints: dict[str, dict[int, float]] = {}
@@ -242,6 +249,11 @@ def _joints(
     if not times.any():
         times = np.array(recorded, dtype=np.int64)
         note = "its messages have no time, so that of their recording"
+    lost = times == 0
+    if lost.sum() == 1 and times.max() < _EPOCH:  # a clock that begins at zero
+        lost[:] = False
+    note += f"; {lost.sum()} of {len(times)} have none" if lost.any() else ""
+    times = times[np.maximum.accumulate(np.where(lost, 0, np.arange(len(times))))]
     early = int(np.sum(times < np.maximum.accumulate(times)))
     note += f"; {early} of {len(times)} came after later ones and were sorted" if early else ""
-    return times, note, joints
+    return times, lost, note, joints

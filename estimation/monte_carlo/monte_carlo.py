@@ -253,10 +253,12 @@ def _check_spread(block: object, jobs: object, executor: object) -> None:
                 f"{what}={quoted(value)}; give a whole number of 1 or more.",
                 code="study",
             )
-    if executor is not None and (jobs != 1 or not isinstance(executor, Executor)):
+    if executor is not None and jobs != 1:
+        raise UsageError("both jobs and an executor are given; give one of them.", code="study")
+    if executor is not None and not isinstance(executor, Executor):
         raise UsageError(
-            f"the executor is {quoted(executor)}, jobs={jobs}; give jobs, or an executor of "
-            "concurrent.futures, or what Dask's Client.get_executor() gives.",
+            f"the executor is {quoted(executor)}; give one of concurrent.futures, or what "
+            "Dask's Client.get_executor() gives.",
             code="study",
         )
 

@@ -102,7 +102,7 @@ def _counted(time: Array, period: float) -> tuple[Array, list[Repair]]:
     """
     steps = np.diff(time)
     tick = float(steps.max(initial=0.0))
-    counted = time[0] + period * np.arange(len(time), dtype=np.float64)
+    counted = time[:1] + period * np.arange(len(time), dtype=np.float64)
     is_count = np.all(steps >= 0) and np.all(np.abs(time - counted) <= tick + period)
     if not is_count or _is_rare(int(np.sum(steps == 0)), len(steps)):
         return time, []
@@ -267,8 +267,8 @@ def check_time(
     if not (slow > mean * (1 - apart) and fast < mean * (1 + apart)):
         raise DataError(
             f"{source}: the sampling period drifts from {1e3 * slow:.6g} to {1e3 * fast:.6g} ms "
-            "(means over 100 samples), which cannot be taken as even. Resample the log evenly "
-            f"({_EVENLY}).",
+            "(the extremes of its median, its mean, and its means over 100 samples), which cannot "
+            f"be taken as even. Resample the log evenly ({_EVENLY}).",
             code="uneven-time",
         )
 

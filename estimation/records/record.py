@@ -277,6 +277,10 @@ class Record(Presentable, Exact):
         DataError
             pyarrow is not installed.
         """
+        if not isinstance(file, (str, Path)):
+            raise UsageError(
+                f"the file is {quoted(file)}; give its name, a text or a Path.", code="twin"
+            )
         path, declared = Path(file), as_declared(axis)
         if declared is None:
             raise UsageError(
@@ -352,10 +356,20 @@ class Record(Presentable, Exact):
         return f"{self.provenance.source} {windows_text(self.windows)}".rstrip()
 
     def _check_roles(self) -> None:
-        """Refuse a record without a motion, or a test signal that was added nowhere.
+        """Refuse a record without time or motion, or a test signal that was added nowhere.
 
         Of one of velocity alone it is noted.
         """
+        if self.time is None:
+            raise DataError(
+                f"{self._name()}: there is no time; a record needs one.", code="missing-column"
+            )
+        if not isinstance(self.signals, Mapping):
+            raise UsageError(
+                f"{self._name()}: the signals are {quoted(self.signals)}; give arrays by name, "
+                "such as {'pressure': values}.",
+                code="record",
+            )
         if taken := [name for name in self.signals if name in ROLES]:
             raise UsageError(
                 f"{self._name()}: {taken[0]!r} is a column of its own, and no signal's name.",

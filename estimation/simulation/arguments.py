@@ -160,8 +160,14 @@ def checked_signals(
         One is missing, is not declared, or has another length.
     """
     found = {} if signals is None else signals
+    if not isinstance(found, Mapping):
+        raise UsageError(
+            f"the signals are {quoted(found)}; give arrays by name, such as "
+            "{'pressure': values}.",
+            code="simulation-input",
+        )
     names = [signal.name for signal in axis.axis.signals]
-    if not isinstance(found, Mapping) or {*found} != {*names}:
+    if {*found} != {*names}:
         missing = ", ".join(name for name in names if name not in found)
         unknown = ", ".join(str(name) for name in found if name not in names)
         raise UsageError(

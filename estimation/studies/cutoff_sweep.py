@@ -401,7 +401,6 @@ def sweep(
                 level=level,
                 least_share=least_share,
             )
-            # Without the signals, of which many cut-offs of a long record would keep many.
             # Without the filtered signals, of which many results would keep many.
             data = tuple(replace(each) for each in result.problem.data)
             results.append(replace(result, problem=replace(result.problem, data=data)))

@@ -276,8 +276,11 @@ def _lacking(table: Table, chosen: Mapping[str, object], missing: dict[str, str]
     wanted = ", ".join(f"{name!r} for the {role}" for role, name in missing.items())
     several = [alike for name in missing.values() if len(alike := table.alike(name)) > 1]
     names = {name.casefold(): name for name in list(table.columns)[:1000]}
-    close = [get_close_matches(name.casefold(), names, 1, 0.8) for name in missing.values()]
-    meant = " or ".join(repr(names[near]) for found in close for near in found)
+    close = dict[str, None]()
+    for plain in map(str.casefold, missing.values()):
+        longer = [name for name in names if name.startswith((f"{plain} ", f"{plain}["))]
+        close |= dict.fromkeys((*get_close_matches(plain, names, 1, 0.8), *longer[:2]))
+    meant = " or ".join(repr(names[near]) for near in close)
     hint = f" Did you mean {meant}?" if meant else ""
     if several:
         hint = " One name has several columns: " + "; ".join(map(", ".join, several)) + "."

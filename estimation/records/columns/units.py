@@ -28,7 +28,7 @@ from axisid.modeling.quantities import angle_power, parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
 
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,2}(?!\d))?")
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?0*\d{1,2}(?!\d))?")
 #: What scales or moves, before a number; ``**2`` and ``^-2`` are of a unit.
 _OPERATOR = re.compile(r"(?<![*^])(?:[*/](?!\*)(?=\s*[+-]?\.?\d)|[+-](?=\s*\.?\d))")
 _FACTOR = re.compile(rf"([*/+-])\s*({_NUMBER.pattern})((?:(?!{_OPERATOR.pattern}).)*)", re.DOTALL)
@@ -220,8 +220,11 @@ def to_si(
     try:
         if scaled:
             scaling = read_scaling(text, own if own and is_unit(own) else "")
+        elif (plain := exact_unit(text)) or text.lower() in COUNTS:
+            scaling = Scaling(plain or Quantity(Fraction(1), is_count=True))
         else:
-            scaling = Scaling(exact_unit(text) or _quantity(Fraction(1), text))
+            # Nor one over another, as in mm/rev: nothing says what that is a motion of.
+            raise ScalingError(f"{text!r} is no unit that is known")
         of = scaling.of
         if of.unit is None and (of.is_count or not scaled):
             raise ScalingError("it does not say what one count is")

@@ -264,6 +264,15 @@ def test_cache_that_others_can_write_to_is_not_trusted(cache: Path) -> None:
 
 
 @pytest.mark.slow
+def test_library_of_no_axis_is_no_fault_of_the_cache(cache: Path) -> None:
+    native = Native("int nothing;", fresh().loop.functions)
+    assert native.library() is None
+    assert native.refusal.startswith("the compiled library does not load: ")
+    assert "AXISID_CACHE" not in native.refusal
+    assert not list(cache.glob("*.so"))
+
+
+@pytest.mark.slow
 def test_library_that_computes_wrong_values_is_refused(cache: Path) -> None:
     loop = fresh().loop
     wrong = text_of("emps").replace("row_out[1] = dq_;", "row_out[1] = 1.0000001 * dq_;")

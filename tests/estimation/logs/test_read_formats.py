@@ -348,6 +348,24 @@ def test_messages_out_of_the_order_of_their_times_are_sorted_and_counted(tmp_pat
     assert f"/js: {told}" in record.provenance.assumed
 
 
+@pytest.mark.parametrize("lost", [(20,), (20, 30)])
+def test_a_message_without_a_time_stays_behind_the_one_before_it(
+    tmp_path: Path, lost: tuple[int, ...]
+) -> None:
+    def some(k: int) -> int:
+        return 0 if k in lost else EPOCH + k * MILLISECOND
+
+    with refuses("empty-cells", says="time of the position is nan in data row 21"):
+        stamped(tmp_path, some)
+    (tmp_path / "again").mkdir()
+    record = stamped(tmp_path / "again", some, repairs=Repairs(resample=1000.0))
+    assert record.time == pytest.approx(T, abs=1e-12)
+    kept = [k for k in range(N) if k not in lost]
+    assert record.position[kept] == pytest.approx(Q[kept], abs=1e-9)
+    told = f"/js: time of the messages' headers; {len(lost)} of 50 have none"
+    assert told in record.provenance.assumed
+
+
 COLUMNS: dict[str, list[float]] = {
     "time": T.tolist(),
     "position": Q.tolist(),

@@ -106,10 +106,10 @@ def test_all_missing_columns_are_told_at_once(tmp_path: Path) -> None:
         read_record(file)
 
 
-@pytest.mark.parametrize("wanted", ["ISTPOSITION", "Istpositon", "istposition"])
+@pytest.mark.parametrize("wanted", ["ISTPOSITION", "Istpositon", "istposition", "Soll"])
 def test_column_of_nearly_the_name_is_proposed(tmp_path: Path, wanted: str) -> None:
-    file = write(tmp_path, text(header="time,Istposition,reference,control"))
-    with refuses("columns", says="Did you mean 'Istposition'"):
+    file = write(tmp_path, text(header="time,Istposition,Soll position of axis 1,control"))
+    with refuses("columns", says="Did you mean '(Istposition|Soll position of axis 1)'"):
         read_record(file, columns={"position": wanted})
 
 
@@ -147,10 +147,11 @@ def test_log_without_the_reference_that_the_axis_names_serves_least_squares() ->
 @pytest.mark.parametrize("repairs", [{}, {"wrap": 1.0}, {"resample": 100.0}])
 def test_log_without_a_number_is_refused_whatever_is_asked_for(repairs: dict[str, Any]) -> None:
     said = r"position (has no row with a number|is inf in data row 1)"
-    for rows in (0, 9):
+    for rows, period in ((0, None), (0, 0.01), (9, None)):
         log = {"time": 0.01 * np.arange(rows), "position": np.full(rows, np.inf)}
         with pytest.raises(DataError, match=said):
-            read_record(log, repairs=axisid.estimation.Repairs(**repairs))
+            asked = axisid.estimation.Repairs(**repairs)
+            read_record(log, sample_period=period, repairs=asked)
 
 
 N = 2000

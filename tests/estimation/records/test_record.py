@@ -170,6 +170,8 @@ def test_period_is_the_mean_step_unless_given() -> None:
         ({"position": ["a"] * 50}, "record", "text"),
         ({"sample_period": 1.0}, "time", "1 s, but the time column steps by 0.001"),
         ({"sample_period": -1e-3}, "time", ""),
+        ({"time": None}, "missing-column", "there is no time"),
+        ({"signals": None}, "record", "signals are None; give arrays by name"),
         ({k: v[:2] for k, v in GOOD.items()}, "too-short", "3 rows or more, not 2"),
     ],
 )

@@ -1,13 +1,18 @@
 """Positions that start again after a turn are unwrapped on request, and recognised without one."""
 
+import re
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, strategies as st
 
 from axisid import load_axis, read_record
 from axisid.estimation import Repairs
+from axisid.estimation.records.columns import RoleColumns
+from axisid.estimation.records.wrapping import Modulus, unwound
+from axisid.estimation.tables import Samples
 from tests.refusals import refuses
 
 N = 400
@@ -20,6 +25,29 @@ SEAMED = np.mod(TURNING, TURN)
 
 def log(position: np.ndarray = TURNING, **changes: Any) -> dict[str, Any]:
     return {"time": TIME, "position": position, "control": np.cos(30 * TIME)} | changes
+
+
+@pytest.mark.slow
+@given(
+    steps=st.lists(st.floats(-0.49, 0.49), min_size=3, max_size=60),
+    start=st.floats(-20, 20),
+    size=st.floats(0.1, 100),
+)
+def test_unwrapping_undoes_wrapping(steps: list[float], start: float, size: float) -> None:
+    """Of a reference, whose steps may be any; a position's are even across its seam."""
+    true = size * (start + np.cumsum(steps))
+    even = size * (0.3 + 0.4 * np.arange(len(steps)))
+    wrapped = {
+        role: Samples(values=np.mod(values, size), clock=PERIOD * np.arange(len(steps)))
+        for role, values in {"position": even, "reference": true}.items()
+    }
+    columns = RoleColumns(source="log", names={}, samples=wrapped)
+    found, _ = unwound(columns, {"position": Modulus(size, 1.0, "rad")}, None, 1.5)
+    for role, values in {"position": even, "reference": true}.items():
+        unwrapped = np.diff(found.samples[role].values)
+        assert unwrapped == pytest.approx(np.diff(values), abs=1e-9 * size)
+    jumps = np.count_nonzero(np.diff(np.floor(true / size)))
+    assert re.search(rf"reference {jumps}\b", found.repairs[0].text)
 
 
 def test_position_and_reference_unwrap_onto_the_same_turn() -> None:

@@ -75,6 +75,11 @@ def test_what_cannot_be_written_is_refused(
     assert not [*tmp_path.iterdir()]
 
 
+def test_what_names_no_file_is_refused(emps2015: GeneratedAxis) -> None:
+    with refuses("twin", "the file is 5; give its name"):
+        made("emps2015")[1].write(5, emps2015)  # type: ignore[arg-type]
+
+
 def test_a_place_that_cannot_be_written_to_is_told(tmp_path: Path, emps2015: GeneratedAxis) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(UsageError, match=r"log\.csv cannot be written"):
