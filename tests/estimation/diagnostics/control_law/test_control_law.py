@@ -141,6 +141,7 @@ def test_terms_that_do_nothing_or_cannot_be_told_apart_have_no_factor(
     assert {*check.factors} == {"kp*kv", "kv"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [1.0, 0.8])
 def test_a_span_that_is_no_measurement_moves_no_law_of_an_ideal_velocity(
     emps: GeneratedAxis, times: float
@@ -164,6 +165,7 @@ def _rearranged(emps: GeneratedAxis, **parts: sympy.Expr) -> GeneratedAxis:
     return build(replace(emps.axis, control=replace(law, output=output, gains=gains)), native=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wrong", [1.0, 1.03])
 def test_what_no_gain_multiplies_has_a_factor_and_no_gain_is_named_for_it(
     emps: GeneratedAxis, wrong: float
@@ -179,6 +181,7 @@ def test_what_no_gain_multiplies_has_a_factor_and_no_gain_is_named_for_it(
     assert whole.factors == pytest.approx({"1": 1 / wrong}, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wrong", [1.0, 1.02])
 def test_a_product_of_gains_that_are_in_no_other_has_a_factor(
     emps: GeneratedAxis, wrong: float
@@ -190,6 +193,7 @@ def test_a_product_of_gains_that_are_in_no_other_has_a_factor(
     assert check.factors == pytest.approx({"kp*kv": 1 / wrong, "kd": 1.0}, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1.0, 1.2])
 def test_a_wrong_gain_is_named_beside_a_test_signal_of_another_size(
     emps2015: GeneratedAxis, size: float
