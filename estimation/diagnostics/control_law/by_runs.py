@@ -15,7 +15,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-import sympy
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
@@ -37,6 +36,7 @@ from .control_residuals import (
     CONSTANT,
     DRIFT,
     INJECTED,
+    NO_GAINS,
     compared_as,
     hac_fit,
     leaning,
@@ -137,7 +137,7 @@ class LawByGains:
 
         added = {}
         if law.is_polynomial or not law.gains:
-            added[str(sympy.S.One)] = along.slope_by_rest(declared)
+            added[NO_GAINS] = along.slope_by_rest(declared)
         if record.added_control is not None:
             added[INJECTED] = as_logged(axis, ticks.added_at_samples(law.delay))
         clocks = two_clocks(axis, record, (0, len(record)))

@@ -42,6 +42,8 @@ _MAX_EXPLAINED_RESIDUAL = 0.7
 CONSTANT = "constant"
 DRIFT = "drift"
 INJECTED = "injected"
+#: The product that what no gain multiplies has for its factor.
+NO_GAINS = "1"
 #: Samples over which a shift of the control is looked for.
 MOST_SHIFT = 5
 LAGS = 50  # samples over which what the law leaves may be alike
