@@ -225,9 +225,11 @@ def _fault(
     if large:
         start = f"the recorded control is not the declared law's ({off_text(declared)}): "
     far = [name for name, value in check.factors.items() if not is_near(value, 1.0)]
-    if (far or by_gains.off) == [INJECTED]:
+    only_size = (far or by_gains.off) == [INJECTED]
+    asks = by_gains.gains_off or not only_size  # a gain may be a little off beside it
+    said, change = said_of_gains(by_gains) if asks else ("", None)
+    if only_size and change is None:
         return declared, replace(check, meaning=f"{start}{_SIZE_OF_INJECTED}")
-    said, change = said_of_gains(by_gains)
     if not said:
         said = (
             "no change of its gains explains it; check how it forms the velocity, its "
