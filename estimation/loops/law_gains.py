@@ -1,7 +1,7 @@
 """A control law along recorded signals by its gains, and the gains with which it gives a control.
 
-A law that is limited, filtered or has an integral is no sum of products of its gains: it is run
-along the record, with each gain a little larger and smaller, and Gauss-Newton steps are made. What
+A law is run along the record, with each gain a little larger and smaller, and Gauss-Newton steps
+are made: one that is limited, filtered or has an integral is no sum of products of its gains. What
 the law remembers at the start is free along with them.
 """
 
@@ -125,6 +125,12 @@ class LawAlong:
         steps = np.diag(_STEP * np.abs(point.gains))[places]
         ends = [[replace(point, gains=point.gains + s) for s in (step, -step)] for step in steps]
         return self._slopes(ends) * np.sign(point.gains[places])
+
+    def slope_by_rest(self, point: LawPoint) -> Array:
+        """How that changes with the logarithm of a factor of all that no gain multiplies, (N,)."""
+        made = self._applied(point)
+        step = _STEP * self._applied(replace(point, gains=0.0 * point.gains))
+        return (self.sloped(made + step) - self.sloped(made - step)) / (2 * _STEP)
 
     def slopes_by_start(self, point: LawPoint) -> Array:
         """How that changes with each memory at the start, (N, m); by 0 where that hardly shows."""

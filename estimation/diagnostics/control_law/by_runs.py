@@ -36,11 +36,11 @@ from .control_residuals import (
     CONSTANT,
     DRIFT,
     INJECTED,
+    NO_GAINS,
     compared_as,
     hac_fit,
     leaning,
     noisy_ticks,
-    settling,
 )
 from .law_faults import MAX_FACTOR_ERROR, off_text, scale_text
 
@@ -76,7 +76,11 @@ class LawByGains:
     neighbours : RowTimes
         Of the rows that are compared.
     added : dict of str to (N,) array
-        What is in the recorded control besides, by name: each may have another size.
+        What is in the recorded control besides, by name: each may have another size. Of a law that
+        is a sum of products of its gains, what none of them multiplies is the product ``1``.
+    put_in : (N,) array of bool
+        Samples of `along` whose control is the declared law's and not the recorded one; none is
+        compared.
     possible : tuple of LawAlong
         The law along what it may have read, drawn at random; none where the log has that.
     between : bool
@@ -90,6 +94,7 @@ class LawByGains:
     compared: Callable[[Array], Array]
     neighbours: RowTimes
     added: Mapping[str, Array] = field(default_factory=dict)
+    put_in: NDArray[np.bool_] | bool = False
     possible: tuple[LawAlong, ...] = ()
     between: bool = False
     free: tuple[str, ...] = ()
@@ -101,6 +106,7 @@ class LawByGains:
         law: ControlLaw,
         record: Record,
         used: NDArray[np.bool_],
+        limited: NDArray[np.bool_],
     ) -> "LawByGains":
         """A law beside a record of one piece, with a reference and a control.
 
@@ -112,6 +118,8 @@ class LawByGains:
         record : Record
         used : (N,) array of bool
             Samples that are compared.
+        limited : (N,) array of bool
+            Samples whose control is not the law's, see `compared_with_law`.
         """
         smooth = compared_as(law, record)
         ticks, start = noisy_ticks(axis, law, record)
@@ -119,8 +127,7 @@ class LawByGains:
         declared = LawPoint(along.declared.gains, start[: len(law.memory)])
         output = along.output(declared)
         # A control that a converter's noise took from the limit is none that the law gave.
-        limited = np.abs(output) > along.limit
-        limited[: settling(law)] = True
+        limited = limited | (np.abs(output) > along.limit)
         used = used & ~limited
         if law.takes_velocity:  # what the limit cut off would be spread far over the neighbours
             along = replace(along, control=np.where(limited, output, along.control))
@@ -128,7 +135,9 @@ class LawByGains:
         def compared(control: Array) -> Array:
             return np.asarray(smooth(control)[used])
 
-        added = {} if law.gains else {"output": output}
+        added = {}
+        if law.is_polynomial or not law.gains:
+            added[NO_GAINS] = along.slope_by_rest(declared)
         if record.added_control is not None:
             added[INJECTED] = as_logged(axis, ticks.added_at_samples(law.delay))
         clocks = two_clocks(axis, record, (0, len(record)))
@@ -141,6 +150,7 @@ class LawByGains:
             compared=compared,
             neighbours=RowTimes(np.flatnonzero(used)),
             added=added,
+            put_in=limited,
             possible=tuple(_possible(along, record, times if between else None)),
             between=between,
         )
@@ -165,7 +175,8 @@ class LawByGains:
 
     def of_control(self, times: float) -> "LawByGains":
         """The same beside a control of which the recorded one is so many times."""
-        along = replace(self.along, control=self.along.control / times)
+        control = np.where(self.put_in, self.along.control, self.along.control / times)
+        along = replace(self.along, control=control)
         return replace(self, along=along, point=along.fitted(along.declared, self.compared, ()))
 
     @cached_property
@@ -198,7 +209,7 @@ class LawByGains:
             sizes = [np.linalg.norm(np.diff(off)) for off in each.left_open]
             jumps = np.linalg.norm(np.diff(each.left))
             if jumps < max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value:
-                return replace(self, possible=())
+                return replace(self, possible=(), between=False)
         return self
 
     @property
@@ -250,7 +261,7 @@ class LawByGains:
         Of the logarithms of gains that show in the control, and are told from the others that do;
         and of what was added, by itself. What is left is (n,), to first order.
         """
-        return self._asked([*self.along.law.gains, *self.added])
+        return self._asked(self._every)
 
     @cached_property
     def off(self) -> list[str]:
@@ -262,6 +273,11 @@ class LawByGains:
             # The velocity that is compared is not the sensor's to a hundredth.
             most[INJECTED] = max(most[INJECTED], MAX_FACTOR_ERROR)
         return [name for name, step in steps.items() if abs(step) > most[name]]
+
+    @property
+    def gains_off(self) -> list[str]:
+        """Those of them that another value of a gain mends."""
+        return [name for name in self.off if name in self.along.law.gains]
 
     @property
     def fitted_percent(self) -> float:
@@ -276,10 +292,16 @@ class LawByGains:
         """
         steps, scatter, _ = self.asked
         blur = _FACTOR_BLUR * self.along.law.takes_velocity  # of what is in no log
-        found = {}
+        every, found = self._every, {}
+        # Of gains that show in one product alone the step of one is that of the product.
+        told = self._columns[:, [every.index(name) for name in steps]]
+        shares = np.linalg.lstsq(told, self._columns)[0]
+        apart = np.linalg.norm(self._columns - told @ shares, axis=0)
+        shares[:, apart > _MIN_GAIN_TOLD_APART * np.linalg.norm(self._columns, axis=0)] = 0.0
         for name, powers in self.powers.items():
             of = np.array([powers.get(each, 0.0) for each in steps])
-            if powers.keys() <= steps.keys():
+            shown = of @ shares[:, [every.index(each) for each in powers]]
+            if np.allclose(shown, [*powers.values()], rtol=MAX_SCALE_ERROR.value):
                 scattered = float(np.hypot(np.sqrt(of @ scatter @ of), blur))
                 found[name] = (float(1 + of @ [*steps.values()]), scattered)
         return found
@@ -288,7 +310,7 @@ class LawByGains:
     def powers(self) -> dict[str, dict[str, float]]:
         """Powers of the gains, and of what was added, in each term of the law, by name."""
         law, alone = self.along.law, {name: {name: 1.0} for name in self.added}
-        products = [product for product, _ in law.terms]
+        products = [product for product, _ in law.terms if product.free_symbols]
         if not law.is_polynomial:
             products = [gain(name) for name in law.gains]
         return {
@@ -297,6 +319,22 @@ class LawByGains:
             }
             for each in products
         } | alone
+
+    @property
+    def _every(self) -> list[str]:
+        """Names of the gains, and of what was added."""
+        return [*self.along.law.gains, *self.added]
+
+    @cached_property
+    def _slopes(self) -> Array:
+        """Of the output by each gain, (N, g)."""
+        return self.along.slopes_by_gain(self.point)
+
+    @cached_property
+    def _columns(self) -> Array:
+        """Slopes of what is compared by each gain and what was added, (n, k)."""
+        every = map(self.compared, (*self._slopes.T, *self.added.values()))
+        return self._besides_start(np.column_stack([*every]))
 
     def covariance(self, names: Sequence[str]) -> Array:
         """Of the logarithms of gains that the control asks for, others being right, (k, k).
@@ -316,15 +354,10 @@ class LawByGains:
         Vague is a gain that shows by what the log leaves open more than a little: it would be found
         too low. What the log leaves open is in the covariance.
         """
-        every = [*self.along.law.gains, *self.added]
-        free, added = [every.index(name) for name in names], [*self.added.values()]
-        slopes = self.along.slopes_by_gain(self.point)
-        both = np.column_stack([*map(self.compared, (*slopes.T, *added)), self._off])
-        both = self._besides_start(both)
-        columns, left = both[:, :-1], both[:, -1]
-        shown = columns
+        every, columns, left = self._every, self._columns, self.left
+        free, shown = [every.index(name) for name in names], self._columns
         if self.possible and not vague:
-            rough = self.possible[0].slopes_by_gain(self.point) - slopes
+            rough = self.possible[0].slopes_by_gain(self.point) - self._slopes
             noise = np.zeros(len(every))
             noise[: len(rough.T)] = [np.linalg.norm(self.compared(each)) for each in rough.T]
             most = MAX_ROUNDED_SHARE.value * np.linalg.norm(columns, axis=0)
@@ -349,9 +382,9 @@ class LawByGains:
         while len(free) < len(self.along.law.gains):
             tried = [self.best((*free, name)) for name in self.along.law.gains if name not in free]
             best = min(tried, key=lambda each: each.percent)
-            if not best.off:
+            if not best.gains_off:
                 most = _MAX_SAME_RESIDUAL * best.percent
-                alike = [each for each in tried if each.percent <= most and not each.off]
+                alike = [each for each in tried if each.percent <= most and not each.gains_off]
                 return (best,) if free else tuple(sorted(alike, key=lambda each: each.percent))
             free = best.free
         return (best,)
@@ -377,8 +410,8 @@ def said_of_gains(by_gains: LawByGains) -> tuple[str, LawByGains | None]:
     """
     declared, said = by_gains.along.law.gains, ""
     changes = by_gains.least_change() if declared else ()
-    enough = (each for each in changes if each.percent < MAX_LAW_RESIDUAL.value and not each.off)
-    best = next(enough, None)
+    most = MAX_LAW_RESIDUAL.value
+    best = next((each for each in changes if each.percent < most and not each.gains_off), None)
     if best is not None:
         ways = "; or ".join(
             " and ".join(

@@ -55,6 +55,11 @@ from .law_faults import (
     repair_of,
 )
 
+_SIZE_OF_INJECTED = (
+    "check the size of the test signal, such as a gain or a filter between where it is logged and "
+    "where it is added"
+)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawCheck:
@@ -160,14 +165,15 @@ def _compared(
     least = MIN_SAMPLES_PER_FACTOR.value * len(law.terms)
     if len(record.position) < 2 * settling(law) + least:
         return Missing(f"the record is too short for it, {len(record.position)} samples")
-    control, made, used = compared_with_law(axis, law, record)
+    control, made, *counted = compared_with_law(axis, law, record)
     if not np.all(np.isfinite(made)):
         return Missing("the declared law is not finite on this record")
-    if used.sum() < least:
+    if counted[0].sum() < least:
         return Missing("the control is at the drive's limit, or masked, nearly all the time")
-    by_gains, shift = LawByGains.of(axis, law, record, used), best_shift(made, control, used)
+    by_gains = LawByGains.of(axis, law, record, *counted)
+    shift = best_shift(made, control, counted[0])
     # A shift that explains the control shows through whatever the log leaves open.
-    if by_gains.is_hidden and not shift:
+    if by_gains.possible and not shift:
         by_gains = by_gains.unless_rounded()
     left_open = by_gains.open_percent
     if by_gains.is_hidden and not shift:
@@ -219,13 +225,11 @@ def _fault(
     if large:
         start = f"the recorded control is not the declared law's ({off_text(declared)}): "
     far = [name for name, value in check.factors.items() if not is_near(value, 1.0)]
-    if (far or by_gains.off) == [INJECTED]:
-        said = (
-            f"{start}check the size of the test signal, such as a gain or a filter between where "
-            "it is logged and where it is added"
-        )
-        return declared, replace(check, meaning=said)
-    said, change = said_of_gains(by_gains)
+    only_size = (far or by_gains.off) == [INJECTED]
+    asks = by_gains.gains_off or not only_size  # a gain may be a little off beside it
+    said, change = said_of_gains(by_gains) if asks else ("", None)
+    if only_size and change is None:
+        return declared, replace(check, meaning=f"{start}{_SIZE_OF_INJECTED}")
     if not said:
         said = (
             "no change of its gains explains it; check how it forms the velocity, its "
@@ -236,15 +240,27 @@ def _fault(
     check = replace(check, meaning=start + said)
     if change is None:
         scaled = by_gains.scale
-        check = check if by_gains.along.law.is_polynomial else replace(check, factors={})
+        # Far from 1, those by runs are not right to first order.
+        if by_gains.along.law.gains and not by_gains.along.law.is_polynomial:
+            check = replace(check, factors={}, deviations={})
         return declared if scaled is None else scaled[1].percent, check
-    times = {**dict.fromkeys(by_gains.asked[0], 1.0), **change.times}
+    # What shows in no slope is right too where the change explains the control.
+    times = {**dict.fromkeys(by_gains.along.law.gains, 1.0), **change.times}
+    steps = change.asked[0]
+    times |= {name: 1 + steps[name] for name in by_gains.added if name in steps}
     factors = {
         name: float(np.prod([times[gain] ** power for gain, power in powers.items()]))
         for name, powers in by_gains.powers.items()
         if powers.keys() <= times.keys()
     }
-    check = replace(check, factors=factors, fitted_residual_percent=change.percent)
+    sure = {name: sd for name, (_, sd) in change.factors.items() if name in factors}
+    check = replace(
+        check,
+        factors=factors,
+        deviations=sure,
+        fitted_residual_percent=change.percent,
+        meaning=check.meaning + f"; {_SIZE_OF_INJECTED}" * (INJECTED in change.off),
+    )
     return declared if len(change.free) > 1 else change.percent, check
 
 
@@ -345,7 +361,7 @@ def check_found_law(axis: GeneratedAxis, record: Record, found: FoundGains) -> L
     if law is None or not names or isinstance(first, Missing) or first.residual_percent is None:
         return first
     record = record.longest()
-    by_gains = LawByGains.of(axis, law, record, compared_with_law(axis, law, record)[2])
+    by_gains = LawByGains.of(axis, law, record, *compared_with_law(axis, law, record)[2:])
     best = by_gains.best(names)
     there = check_law(axis.with_gains(best.gains), record)
     if isinstance(there, Missing):
@@ -361,7 +377,7 @@ def check_found_law(axis: GeneratedAxis, record: Record, found: FoundGains) -> L
             f"law's, with which it would be by {_listed(flipped.gains, names)}; check the sign of "
             "the control or of the positions"
         )
-        return replace(there, factors={}, meaning=said, advice="")
+        return replace(there, factors={}, deviations={}, meaning=said, advice="")
     listed, held = " and ".join(names), [name for name in law.gains if name not in names]
     asked = by_gains.best([*law.gains]).gains if held else {}
     whole = check_law(axis.with_gains(asked), record) if held else there

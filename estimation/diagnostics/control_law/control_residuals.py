@@ -42,6 +42,8 @@ _MAX_EXPLAINED_RESIDUAL = 0.7
 CONSTANT = "constant"
 DRIFT = "drift"
 INJECTED = "injected"
+#: The product that what no gain multiplies has for its factor.
+NO_GAINS = "1"
 #: Samples over which a shift of the control is looked for.
 MOST_SHIFT = 5
 LAGS = 50  # samples over which what the law leaves may be alike
@@ -55,10 +57,11 @@ _STAMPS = ": where its stamps jitter and not the sampling, leave resample out"
 
 def compared_with_law(
     axis: GeneratedAxis, law: ControlLaw, record: Record
-) -> tuple[Array, Array, NDArray[np.bool_]]:
+) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
     """The control, what the law and a test signal make of it, and which samples count, (N,) each.
 
-    Of a law that reads an ideal velocity both are smooth.
+    Of a law that reads an ideal velocity both are smooth. With the samples whose control is not the
+    law's, at a limit or masked, before that is spread over their neighbours.
     """
     control, settle = np.asarray(record.control), settling(law)
     # A control beyond the limit by more is in a wrong unit, not one of a saturated drive.
@@ -73,14 +76,15 @@ def compared_with_law(
         made = made + as_logged(axis, ticks.added_at_samples(law.delay))
     limited |= at_limit(control, made, axis.axis.drive.limit)
     if not law.takes_velocity:
-        return control, made, ~limited
+        return control, made, ~limited, limited
     if np.all(np.isfinite(made)):
         # What the limit cut off would be spread far over the neighbours.
         both = (np.where(limited, made, control), made)
         control, made = map(compared_as(law, record), both)
-    limited[-settle:] = True
+    spread = limited.copy()
+    spread[-settle:] = True
     # The low-pass spreads a limited sample over its neighbours.
-    return control, made, ~maximum_filter1d(limited, settle)
+    return control, made, ~maximum_filter1d(spread, settle), limited
 
 
 def noisy_ticks(axis: GeneratedAxis, law: ControlLaw, record: Record) -> tuple[LawTicks, Array]:
@@ -110,7 +114,7 @@ def settling(law: ControlLaw) -> int:
 
 def law_error_percent(axis: GeneratedAxis, law: ControlLaw, record: Record) -> float:
     """What a law leaves of the recorded control, percent."""
-    control, made, used = compared_with_law(axis, law, record)
+    control, made, used, _ = compared_with_law(axis, law, record)
     return relative_error_percent((control - made)[used], control[used])
 
 
@@ -170,8 +174,9 @@ def readings(record: Record) -> Iterator[tuple[str, Record, str]]:
     raw = (record.sampled or record).longest()
     if record.sampled is not None:
         yield "in the rows as they were sampled", raw, _STAMPS
-    for roles in (("position",), ("position", "reference")):
-        yield "at even times by the stamps", _evenly(raw, *roles), ""
+    roles = [each for each in ("position", "reference", "injected") if each in raw.channels()]
+    for count in range(1, len(roles) + 1):
+        yield "at even times by the stamps", _evenly(raw, *roles[:count]), ""
 
 
 def open_for_jitter(

@@ -205,7 +205,7 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
     except ModelError:  # no dead band and no step is as large as the limit
         return
     limited = build(declared, native=False)
-    control, made, _ = compared_with_law(limited, law, record)
+    control, made, *_ = compared_with_law(limited, law, record)
     cut = int(at_limit(control, made, limit).sum())
     if cut >= MIN_SAMPLES_PER_FACTOR.value:
         note = (
@@ -266,9 +266,9 @@ def position_zero(
     """
     reference = np.asarray(record.reference)
     step = _STEP * float(np.ptp(reference)) or _STEP
-    control, made, used = compared_with_law(axis, law, record)
+    control, made, used, _ = compared_with_law(axis, law, record)
     moved = replace(record, position=record.position + step)
-    _, otherwise, _ = compared_with_law(axis, law, moved)
+    otherwise = compared_with_law(axis, law, moved)[1]
     answer = ((otherwise - made) / step)[used]
     left = (control - made)[used]
     power, mean = float(answer @ answer), float(np.mean(answer))

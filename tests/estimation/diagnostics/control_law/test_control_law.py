@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 from scipy.interpolate import CubicSpline
 
 from axisid import (
@@ -138,6 +139,73 @@ def test_terms_that_do_nothing_or_cannot_be_told_apart_have_no_factor(
     check = check_law(build(replace(emps.axis, control=declared)), emps_record)
     assert check.passed
     assert {*check.factors} == {"kp*kv", "kv"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("times", [1.0, 0.8])
+def test_a_span_that_is_no_measurement_moves_no_law_of_an_ideal_velocity(
+    emps: GeneratedAxis, times: float
+) -> None:
+    record, still = twin_record(emps), slice(4000, 5000)
+    position = record.position.copy()
+    position[still] = position[still.start]
+    stuck = replace(record, position=position, masked=((still.start, still.stop),))
+    check = check_law(emps, replace(stuck, control=times * record.control))
+    assert check.passed is (times == 1.0), check.sentence
+    assert check.factors == pytest.approx({"kp*kv": times, "kv": times}, rel=1e-3)
+    assert ("is recorded 0.8 times" in check.meaning) is (times == 0.8)
+
+
+def _rearranged(emps: GeneratedAxis, **parts: sympy.Expr) -> GeneratedAxis:
+    """Its law with other products of gains for kp*kv and kv, and the gains that are in them."""
+    law, signals = emps.axis.control, {str(by): signal for by, signal in emps.axis.control.terms}
+    values = {**law.gains, "kd": law.gains["kv"]}
+    output = parts["stiff"] * signals["kp*kv"] + parts["damped"] * signals["kv"]
+    gains = {name: value for name, value in values.items() if gain(name) in output.free_symbols}
+    return build(replace(emps.axis, control=replace(law, output=output, gains=gains)), native=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wrong", [1.0, 1.03])
+def test_what_no_gain_multiplies_has_a_factor_and_no_gain_is_named_for_it(
+    emps: GeneratedAxis, wrong: float
+) -> None:
+    record, kv = twin_record(emps), sympy.Float(wrong * emps.axis.control.gains["kv"])
+    stiff = gain("kp") * emps.axis.control.gains["kv"]
+    check = check_law(_rearranged(emps, stiff=stiff, damped=kv), record)
+    assert check.passed is (wrong == 1.0), check.sentence
+    assert check.factors == pytest.approx({"kp": 1.0, "1": 1 / wrong}, abs=1e-3)
+    assert "kp is" not in check.meaning
+    kp = sympy.Float(emps.axis.control.gains["kp"])
+    whole = check_law(_rearranged(emps, stiff=kp * kv, damped=kv), record)
+    assert whole.factors == pytest.approx({"1": 1 / wrong}, abs=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wrong", [1.0, 1.02])
+def test_a_product_of_gains_that_are_in_no_other_has_a_factor(
+    emps: GeneratedAxis, wrong: float
+) -> None:
+    axis = _rearranged(emps, stiff=gain("kp") * gain("kv"), damped=gain("kd"))
+    declared = axis.with_gains({"kp": wrong * axis.axis.control.gains["kp"]})
+    check = check_law(declared, twin_record(emps))
+    assert check.passed is (wrong == 1.0), check.sentence
+    assert check.factors == pytest.approx({"kp*kv": 1 / wrong, "kd": 1.0}, abs=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [1.0, 1.2])
+def test_a_wrong_gain_is_named_beside_a_test_signal_of_another_size(
+    emps2015: GeneratedAxis, size: float
+) -> None:
+    time = 1e-3 * np.arange(len(twin_record(emps2015)))
+    added = 0.5 * np.sin(2 * np.pi * 17 * time) + 0.4 * np.sin(2 * np.pi * 31 * time)
+    record = twin_record(emps2015, injected=added, injected_at="control")
+    declared = emps2015.with_gains({"kp": 0.95 * emps2015.axis.control.gains["kp"]})
+    check = check_law(declared, replace(record, injected=size * record.injected))
+    assert "kp is 1.053 times the declared one" in check.meaning
+    assert ("check the size of the test signal" in check.meaning) is (size != 1.0)
+    assert check.factors == pytest.approx({"kp*kv": 1.053, "kv": 1.0, "injected": 1 / size}, 0.01)
 
 
 @pytest.mark.slow
