@@ -327,10 +327,10 @@ def law_memory(axis: GeneratedAxis) -> int:
     return int(axis.functions["control_law"].size1_in("state"))
 
 
-def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
-    """The control law's terms along recorded signals, when they are applied, (N, terms).
+def law_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """What the control law gives along recorded signals, as the log has it, (N,).
 
-    Of a log that hides the commands only their sum is known there: the first column has it.
+    Before the drive's limit, but of a log that hides the commands.
 
     Parameters
     ----------
@@ -341,16 +341,11 @@ def terms_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     start : (m,) array
         What it remembered at the first evaluation.
     """
-    terms = applied_terms(axis, ticks, start)
-    if not hides_command(axis):
-        return as_logged(axis, terms)
-    made = np.zeros_like(terms)
-    made[:, 0] = commands_as_logged(axis, terms.sum(axis=1))
-    return made
+    return commands_as_logged(axis, applied_terms(axis, ticks, start).sum(axis=1))
 
 
 def applied_terms(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
-    """The same as the law gives them, before the drive, (N, terms)."""
+    """The terms of the law as it gives them, before the drive, (N, terms)."""
     (rows,) = axis.evaluate("control_terms", *ticks.signals, states_along(axis, ticks, start))
     # What was computed before the first evaluation is taken for that of the first.
     return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])

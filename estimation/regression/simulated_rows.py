@@ -22,10 +22,10 @@ from axisid.estimation.loops import (
     first_velocity,
     hides_command,
     late_in_log,
+    law_along,
     loop_starts,
     moved_start,
     state_at_rest,
-    terms_along,
     two_clocks,
     with_drive,
 )
@@ -359,7 +359,7 @@ def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
     for a, b in data.record.spans:
         recorded = tuple(values[a:b] for values in data.recorded)
         ticks = LawTicks.at_samples(reference[a:b], position[a:b], velocity[a:b], recorded)
-        made = terms_along(data.axis, ticks, state_at_rest(data.axis, ticks)).sum(axis=1)
+        made = law_along(data.axis, ticks, state_at_rest(data.axis, ticks))
         pieces.append(about_samples(made, [0]) if averaged else made)
     return np.concatenate(pieces)
 

@@ -17,11 +17,11 @@ from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.loops import (
     LawTicks,
     as_logged,
+    law_along,
     law_ticks,
     limit_in_log,
     position_noise,
     start_of_law,
-    terms_along,
 )
 from axisid.estimation.records import Record, at_times
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
@@ -71,7 +71,7 @@ def compared_with_law(
         limited[start : stop + LAW_SETTLING] = True
     limited[:settle] = True
     ticks, memory = noisy_ticks(axis, law, record)
-    made = terms_along(axis, ticks, memory).sum(axis=1)
+    made = law_along(axis, ticks, memory)
     if record.added_control is not None:  # as late as the law
         made = made + as_logged(axis, ticks.added_at_samples(law.delay))
     limited |= at_limit(control, made, axis.axis.drive.limit)
