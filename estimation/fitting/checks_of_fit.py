@@ -331,7 +331,7 @@ def rows_check(of: OutputFit) -> Check | None:
         return None
     return Check(
         name="rows",
-        status="note",
+        status="fail",
         figure=rows / searched,
         threshold=MIN_ROWS_PER_PARAMETER.value,
         source=MIN_ROWS_PER_PARAMETER.source,

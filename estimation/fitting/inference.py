@@ -325,7 +325,7 @@ def _covariances(
         by_start, _ = moved_by_start(scores, starts, matrix)
         found[name] = matrix + np.outer(by_start, by_start)
     errors_there, there = of.best.slopes.errors[:, None], of.ended
-    doubted = [errors_there[:, :0]]
+    doubted = [of.predictions.doubts_of_memory(of.best.physical)]
     for form, predictions in of.doubts:
         at = np.array([there.get(q.name, 0.0) for q in form.physical_quantities])
         predictions.settle(at)

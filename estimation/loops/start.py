@@ -32,6 +32,7 @@ from .law_run import (
     as_logged,
     control_along,
     known_of_record,
+    law_along,
     law_memory,
     law_ticks,
     least_step,
@@ -204,6 +205,19 @@ def first_memory(
     explained = left < _MAX_START_LEFT * float(np.linalg.norm(off))
     clear = explained and gained > _MIN_START_DISTANCE**2 * noise
     return memory if law.balanced or clear else None
+
+
+def law_residual(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int]
+) -> tuple[Array, NDArray[np.bool_]]:
+    """The control of a segment less what the law gives, (N,), and which samples count.
+
+    Of what it measured; 0 where the control is masked or at the drive's limit.
+    """
+    ticks, seen = law_ticks(axis, record, span), unlimited(axis, record, span)
+    made = law_along(axis, ticks, start_of_law(axis, record, span, ticks))
+    made = made + as_logged(axis, ticks.added_at_samples(law_of(axis).delay))
+    return np.where(seen, np.asarray(record.control)[slice(*span)] - made, 0.0), seen
 
 
 def at_rest_misses(

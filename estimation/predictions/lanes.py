@@ -139,6 +139,13 @@ class Predictions(ABC):
         """
         return ()
 
+    def doubts_of_memory(self, physical: Array) -> Array:  # noqa: ARG002
+        """What the law's memory at each start, a deviation off, makes of the errors, (n, k).
+
+        None where nothing is taken from the controls of the records.
+        """
+        return np.zeros((len(self.measured), 0))
+
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:  # noqa: ARG002
         """Slopes of the errors by a factor of each term of the law, (n,), by its gains.
 

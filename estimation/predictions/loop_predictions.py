@@ -14,11 +14,16 @@ import numpy as np
 from axisid.codegen.artefacts import GeneratedAxis, build
 from axisid.estimation.choices import CONTROL, FORCE
 from axisid.estimation.loops import (
+    MIN_MEMORY_EFFECT,
+    START_SAMPLES,
     LawTicks,
     applied_terms,
     law_memory,
+    law_residual,
+    law_ticks,
     loop_starts,
     recorded_inputs,
+    slopes_along,
     state_at_rest,
 )
 from axisid.estimation.parameters import (
@@ -30,7 +35,7 @@ from axisid.estimation.parameters import (
     started_at,
 )
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Form, loop_reference, sensor_steps
+from axisid.estimation.regression import Form, autoregression_of, loop_reference, sensor_steps
 from axisid.estimation.simulation import (
     BatchSimulation,
     LoopInputs,
@@ -250,6 +255,25 @@ class LoopPredictions(Predictions):
                 found.append((rows, slopes))
         return tuple(found)
 
+    def doubts_of_memory(self, physical: Array) -> Array:
+        """See `Predictions.doubts_of_memory`."""
+        found = []
+        for each, rows in zip(self.stretches, chain(*self.spans), strict=True):
+            at, own = self._at(each, physical)
+            record, memory = self._records[each.record], at.inputs.start.memory
+            if memory is None or record.control is None:
+                continue
+            root = memory_deviations(at.axis, record, record.spans[each.segment], memory)
+            lanes = memory + np.vstack([root, -root])
+            inputs = replace(at.inputs, start=replace(at.inputs.start, memory=lanes))
+            out, failures = at.rows(np.tile(own, (len(lanes), 1)), inputs)
+            if not failures:
+                more, less = np.split(out, 2, axis=1)
+                columns = np.zeros((len(self.measured), len(root)))
+                columns[rows] = at.counted[:, None] * (more - less) / 2
+                found.append(columns)
+        return np.hstack(found or [super().doubts_of_memory(physical)])
+
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """See `Predictions.slopes_by_law`."""
         found = [slopes_by_law(*self._at(each, physical)) for each in self.stretches]
@@ -302,6 +326,36 @@ def _stretches(
             inputs=recorded_inputs(axis, record, span, start),
             outputs=tuple(each.signal for each in measured),
         )
+
+
+def memory_deviations(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], memory: Array
+) -> Array:
+    """Deviations of what a drive remembers at a start, (k, m): a root of the covariance's.
+
+    It is of the first controls, whose noise follows the autoregression that the law leaves of all.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    record : Record
+        With a control.
+    span : tuple of int
+        The segment: first row and the one after the last.
+    memory : (m,) array
+        There, the law's before the drive's.
+    """
+    count, (residual, seen) = law_memory(axis), law_residual(axis, record, span)
+    ticks, first = law_ticks(axis, record, span).first(START_SAMPLES), seen[:START_SAMPLES]
+    slopes = slopes_along(axis, ticks, memory[:count])
+    slopes = np.where(first[:, None] & np.isfinite(slopes), slopes, 0.0)
+    size = np.linalg.norm(slopes, axis=0)
+    size = np.where(size > 0, size, 1.0)
+    influence = np.linalg.pinv(slopes / size, rcond=MIN_MEMORY_EFFECT) / size[:, None]
+    covariance = autoregression_of([residual], record.period, [seen]).coloured(influence.T)
+    variances, directions = np.linalg.eigh(covariance)
+    root = np.sqrt(np.maximum(variances, 0.0))[:, None] * directions.T
+    return np.hstack([root, np.zeros((count, len(memory) - count))])
 
 
 def slopes_by_law(stretch: Stretch, own: Array) -> Mapping[str, Array]:

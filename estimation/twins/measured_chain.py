@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.loops import law_residual, two_clocks
 from axisid.estimation.problems import noise_free_record
 from axisid.estimation.records import Record, quantisation_step
 from axisid.estimation.regression import InverseForm, is_measured_by_law, sensor_steps
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.simulation import Simulation
+from axisid.estimation.simulation import Simulation, law_of
 from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
@@ -94,6 +95,7 @@ def measured_chain(
     by_filter = _residuals(quiet, physical, moving)
     left = _residuals(data, physical, moving) - by_filter
     found = rows.power(left)
+    chain = replace(chain, control=_control_noise(data, moving, left, chain))
 
     def power_of_twins(noise: Chain) -> Array:
         """Of each, (m, b)."""
@@ -121,10 +123,7 @@ def measured_chain(
     every = every * surely[:, None]
 
     def disturbances(variances: Array) -> Autoregressions:
-        # What makes a thousandth of no band is none.
-        there = np.any(variances[:, None] * units > _SMALLEST * found, axis=1)
-        sizes = map(float, np.sqrt(variances))
-        return tuple((t, sd) for t, sd, is_ in zip(times, sizes, there, strict=True) if is_)
+        return _autoregressions(times, variances, units, found)
 
     mean = every.mean(axis=0)
     if chain.position_step and (listed := disturbances(mean)):
@@ -137,6 +136,58 @@ def measured_chain(
             every = shares * mean * every.any(axis=1, keepdims=True)
     told, *others = map(disturbances, every)
     return replace(chain, disturbances=told, drawn=tuple(others))
+
+
+def _control_noise(
+    data: FilteredRecord, moving: FilteredRecord, left: Array, chain: Chain
+) -> Autoregressions:
+    """What the recorded control has beside the one that acts, as the law gives that.
+
+    It is in the rows, as what is wrong about the law is not: their share of what the law leaves.
+
+    Parameters
+    ----------
+    data, moving : FilteredRecord
+        With and without rows near turns.
+    left : (n,) array
+        What the inverse model leaves of the latter's.
+    chain : Chain
+        With the rest of what is measured.
+    """
+    record, law = data.record, law_of(data.axis)
+    exact = chain.is_measured_by_law and not (law.takes_velocity or law.continuous)
+    clocks = [two_clocks(data.axis, record, span) for span in record.spans]
+    if record.control is None or record.force is not None or not exact or any(clocks):
+        return ()
+    segments = [law_residual(data.axis, record, span) for span in record.spans]
+    residual, counted = map(np.concatenate, zip(*segments, strict=True))
+    if np.linalg.norm(residual) <= _ROUNDING * np.linalg.norm(record.control):
+        return ()
+    in_rows = moving.reduce(moving.force_by(residual))
+    share = float(np.clip(left @ in_rows / (in_rows @ in_rows), 0.0, 1.0))
+    times = [t for t in CORRELATION_TIMES if _LONGEST * t <= record.period * len(residual)]
+    bands = np.unique(np.geomspace(1.0, len(residual) / 2, _BANDS + 1).astype(np.int64))
+    counts = np.diff(bands).astype(float)
+
+    def by_band(values: Array) -> Array:
+        return np.asarray(np.add.reduceat(values, bands)[:-1] / counts)
+
+    found = by_band(np.abs(np.fft.rfft(residual)) ** 2 / np.count_nonzero(counted))
+    units = np.array([by_band(spectrum(time / record.period, len(residual))) for time in times])
+    powers = found, units, np.full(len(found), chain.control_step**2 / 12), counts
+    variances = likeliest_variances(*powers)
+    if _likelihood(variances, *powers) <= _likelihood(0 * variances, *powers) + _SURELY:
+        return ()
+    return _autoregressions(times, share**2 * variances, units, share**2 * found)
+
+
+def _autoregressions(
+    times: Sequence[float], variances: Array, units: Array, found: Array
+) -> Autoregressions:
+    """Those of variances (m,) that make more than a thousandth of the power of a band."""
+    there = np.any(variances[:, None] * units > _SMALLEST * found, axis=1)
+    sizes = map(float, np.sqrt(variances))
+    return tuple((t, sd) for t, sd, is_ in zip(times, sizes, there, strict=True) if is_)
 
 
 def control_step(record: Record) -> float:

@@ -81,7 +81,7 @@ def test_vague_parameters_of_a_few_samples_fail_and_the_rows_are_told(
 ) -> None:
     result = fit(emps2015, twin.windowed((2.99, 3.0)))
     precision, rows = checks(result)["precision"], checks(result)["rows"]
-    assert (precision.status, rows.status) == ("fail", "note")
+    assert (precision.status, rows.status) == ("fail", "fail")
     assert "Fv is not identified" in precision.meaning
     assert "11 rows for 3 parameters are few" in rows.meaning
 

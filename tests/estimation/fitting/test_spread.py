@@ -13,6 +13,8 @@ from axisid import build, fit, load_axis, twin_record
 from axisid.estimation.estimates import student_interval
 from axisid.estimation.fitting.covariance import Scores, unseen_directions, unseen_in_words
 from axisid.estimation.fitting.inference import reach_of_cut_normal
+from axisid.estimation.twins import Chain
+from axisid.estimation.twins.chain import Draws
 from axisid.support.arrays import Array
 
 SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"
@@ -87,6 +89,20 @@ def test_what_noise_in_the_loop_moves_falling_friction_by_is_taken_off() -> None
     sizes = [np.sqrt(np.mean(each**2)) for each in (before, after)]
     assert sizes[1] < min(sizes[0], 1.2)
     assert np.abs(np.mean(after, axis=0)).max() < np.abs(np.mean(before, axis=0)).max()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("time", [0.0, 0.03])
+def test_intervals_hold_where_the_control_that_shows_an_integral_is_noisy(time: float) -> None:
+    """The position shows no constant force beside it; nor is noise of the log in the loop."""
+    axis = build(load_axis("servo_joint"))
+    noise, record = Chain(control=((time, 0.05),)), twin_record(axis, seed=5)
+    rng = Draws(np.random.default_rng(1))
+    control = noise.logged_control(rng, np.asarray(record.control), record.period)
+    found = fit(axis, replace(record, control=control), output="position")
+    for name, true in axis.declared.experiment.truth.items():
+        assert abs(found[name].value - true) < 2.6 * found[name].deviation, name
+    assert 0.005 < found["fcp"].deviation / found["fcp"].value < 0.05
 
 
 @pytest.mark.slow

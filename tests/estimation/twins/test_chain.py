@@ -219,8 +219,19 @@ def test_nothing_is_measured_where_nothing_is() -> None:
         (Chain(position=2e-6, jitter=6e-5), 0.1),
         (Chain(position_step=1e-6, disturbances=((0.0, 0.05),)), 0.15),
         (Chain(position_step=1e-6, disturbances=((0.03, 0.05),)), 0.3),
+        (Chain(position_step=1e-6, control=((0.0, 0.05),)), 0.05),
+        (Chain(position=2e-6, control=((0.03, 0.05),), disturbances=((0.03, 0.05),)), 0.3),
     ],
-    ids=["noise", "steps", "dithered steps", "jitter", "white force", "coloured force"],
+    ids=[
+        "noise",
+        "steps",
+        "dithered steps",
+        "jitter",
+        "white force",
+        "coloured force",
+        "white control",
+        "coloured force and control",
+    ],
 )
 def test_the_chain_of_a_twin_is_its_chain(chain: Chain, slack: float) -> None:
     axis = build(load_axis("emps2015"))
@@ -231,8 +242,16 @@ def test_the_chain_of_a_twin_is_its_chain(chain: Chain, slack: float) -> None:
     assert found.position_step == pytest.approx(chain.position_step, rel=1e-6)
     assert found.position == pytest.approx(chain.position, rel=slack, abs=3e-7)
     assert found.jitter == pytest.approx(chain.jitter, rel=slack, abs=3e-6)
-    sizes = [np.sqrt(sum(sd**2 for _, sd in each.disturbances)) for each in (found, chain)]
-    assert sizes[0] == pytest.approx(sizes[1], rel=slack, abs=0.03)
+    for of in ("disturbances", "control"):
+        sizes = [np.sqrt(sum(sd**2 for _, sd in getattr(e, of))) for e in (found, chain)]
+        assert sizes[0] == pytest.approx(sizes[1], rel=slack, abs=0.03), of
+
+
+@pytest.mark.slow
+def test_what_is_wrong_about_a_law_is_no_noise_of_the_control() -> None:
+    axis = build(load_axis("emps2015"))
+    record = twin_record(axis.with_gains({"kp": 170.0}), seed=1)
+    assert chain_of(axis, record).control == ()
 
 
 @pytest.mark.slow
