@@ -95,7 +95,9 @@ def measured_chain(
     by_filter = _residuals(quiet, physical, moving)
     left = _residuals(data, physical, moving) - by_filter
     found = rows.power(left)
-    chain = replace(chain, control=_control_noise(data, moving, left, chain))
+    chain = replace(
+        chain, control=_control_noise(data, rows.without_basis(left), moving, rows, chain)
+    )
 
     def power_of_twins(noise: Chain) -> Array:
         """Of each, (m, b)."""
@@ -139,7 +141,7 @@ def measured_chain(
 
 
 def _control_noise(
-    data: FilteredRecord, moving: FilteredRecord, left: Array, chain: Chain
+    data: FilteredRecord, left: Array, moving: FilteredRecord, rows: "_RowBands", chain: Chain
 ) -> Autoregressions:
     """What the recorded control has beside the one that acts, as the law gives that.
 
@@ -147,10 +149,13 @@ def _control_noise(
 
     Parameters
     ----------
-    data, moving : FilteredRecord
-        With and without rows near turns.
+    data : FilteredRecord
     left : (n,) array
-        What the inverse model leaves of the latter's.
+        What neither the inverse model nor the basis of the rows explains.
+    moving : FilteredRecord
+        The record without rows near turns.
+    rows : _RowBands
+        Its rows.
     chain : Chain
         With the rest of what is measured.
     """
@@ -163,7 +168,7 @@ def _control_noise(
     residual, counted = map(np.concatenate, zip(*segments, strict=True))
     if np.linalg.norm(residual) <= _ROUNDING * np.linalg.norm(record.control):
         return ()
-    in_rows = moving.reduce(moving.force_by(residual))
+    in_rows = rows.without_basis(moving.reduce(moving.force_by(residual)))
     share = float(np.clip(left @ in_rows / (in_rows @ in_rows), 0.0, 1.0))
     times = [t for t in CORRELATION_TIMES if _LONGEST * t <= record.period * len(residual)]
     bands = np.unique(np.geomspace(1.0, len(residual) / 2, _BANDS + 1).astype(np.int64))
@@ -360,9 +365,12 @@ class _RowBands:
     def power(self, rows: Array) -> Array:
         """Mean power by band of rows, (n,) or of several (n, m), (b,)."""
         rows = rows.reshape(len(rows), -1)
-        left = rows - self.basis @ (self.basis.T @ rows)
-        power = self._periodogram(left).mean(axis=1) / len(rows)
+        power = self._periodogram(self.without_basis(rows)).mean(axis=1) / len(rows)
         return self._by_band(power) / self.counts
+
+    def without_basis(self, rows: Array) -> Array:
+        """What the columns do not explain of rows, (n,) or (n, m)."""
+        return np.asarray(rows - self.basis @ (self.basis.T @ rows))
 
     def _by_band(self, values: Array) -> Array:
         """Sums of values by frequency."""

@@ -102,7 +102,7 @@ def test_intervals_hold_where_the_control_that_shows_an_integral_is_noisy(time: 
     found = fit(axis, replace(record, control=control), output="position")
     for name, true in axis.declared.experiment.truth.items():
         assert abs(found[name].value - true) < 2.6 * found[name].deviation, name
-    assert 0.005 < found["fcp"].deviation / found["fcp"].value < 0.05
+    assert 0.005 < found["fcp"].deviation / found["fcp"].value < 0.1
 
 
 @pytest.mark.slow
