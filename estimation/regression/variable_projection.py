@@ -9,7 +9,6 @@ References
 """
 
 from collections.abc import Callable
-from contextlib import suppress
 from itertools import product
 
 import numpy as np
@@ -81,18 +80,12 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
             left = rows(form).left
             return np.full_like(left, 1e3 * float(np.abs(left).max()))
 
-    def error(at: Array) -> float:
-        """Sum of squares of the same; infinite where there is no estimate."""
-        with suppress(EstimationError):
-            return float(np.sum(solved(at)[1] ** 2))
-        return np.inf
-
     factors = [*product(_SPREAD, repeat=len(nominal))]
     if len(factors) > _MOST_STARTS:
         factors = [(times,) * len(nominal) for times in _SPREAD]
     around = [nominal * np.array(each) for each in factors]
     inside = [each for each in around if np.all((each > low) & (each < high))]
-    starts = sorted(inside or [nominal], key=error)
+    starts = sorted(inside or [nominal], key=lambda at: float(np.sum(residuals(at) ** 2)))
     try:
         solved(starts[0])
     except EstimationError as why:
@@ -102,13 +95,13 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
             f"At the first, {why}"
         )
         raise EstimationError(said, code="no-convergence") from why
-    found = [
+    fits = [
         minimise(
             residuals, start, bounds=(low, high), x_scale=np.abs(start), xtol=1e-12, ftol=1e-12
         )
         for start in starts[:_REFINED]
     ]
-    best = min(found, key=lambda valley: float(valley.cost))
+    best = min(fits, key=lambda valley: float(valley.cost))
     return solved(np.asarray(best.x, dtype=float))[0]
 
 
@@ -141,15 +134,15 @@ def damped_step(
     low, high = search_bounds(form.axis)
 
     def projected(physical: Array) -> float:
-        equations = rows(form.at(physical))
-        residuals = equations.left - equations.intercept - equations.regressor @ physical
-        return float(np.linalg.norm(instruments.basis.T @ residuals))
+        return float(
+            np.linalg.norm(instruments.basis.T @ rows(form.at(physical)).residuals(physical))
+        )
 
     before = projected(start)
     for halving in range(_MOST_HALVINGS):
-        there = start + (goal - start) / 2**halving
-        if np.all((there >= low) & (there <= high)) and projected(there) < before:
-            return np.asarray(there, dtype=float)
+        trial = start + (goal - start) / 2**halving
+        if np.all((trial >= low) & (trial <= high)) and projected(trial) < before:
+            return np.asarray(trial, dtype=float)
     beyond = [
         f"{p.name} = {value:.4g} {p.unit}, beyond its bound {min(max(value, least), most):g}"
         for p, value, least, most in zip(form.axis.axis.parameters, goal, low, high, strict=True)
