@@ -157,6 +157,21 @@ def test_methods_and_parameters_are_found_as_they_are_printed(
             identify(emps2015, twin, methods=given)
 
 
+@pytest.mark.parametrize(
+    ("given", "choices"),
+    [
+        ({"covariance": "bootstrap"}, "hac, robust, iid"),
+        *(({"start": start}, "least-squares, nominal") for start in ("best", 3, None)),
+        ({"loss": "cauchy"}, "squares, huber, bisquare"),
+    ],
+)
+def test_another_choice_is_refused_with_those_that_there_are(
+    emps2015: GeneratedAxis, twin: Record, given: dict[str, Any], choices: str
+) -> None:
+    with refuses("method", says=f"choose from {choices}"):
+        identify(emps2015, twin, **given)
+
+
 #: Of which no noise moves the estimates.
 METHODS = ("ddm-ls", "idm-iv", "ddm-iv")
 KINDS = [("pressure", "linear"), ("pressure", "held"), ("supply", "linear"), ("feed", "held")]

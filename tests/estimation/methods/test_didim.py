@@ -312,12 +312,6 @@ def test_least_squares_whose_loop_does_not_follow_is_no_start_and_it_is_said(
     assert result["ddm-iv"].physical == pytest.approx(result["idm-iv"].physical, rel=1e-6)
 
 
-@pytest.mark.parametrize("start", ["best", 3, None])
-def test_another_start_is_refused(emps2015: GeneratedAxis, twin: Record, start: object) -> None:
-    with refuses("method", says=r"choose from least-squares, nominal"):
-        identify(emps2015, twin, start=start)  # type: ignore[arg-type]
-
-
 def test_the_nominal_values_serve_where_least_squares_leads_to_no_end() -> None:
     """A white reference: from least squares the first iterate's loop diverges."""
     axis, record = shaken("belt_axis", 1e-3, 0, noisy=True)

@@ -106,7 +106,6 @@ def test_without_a_reference_it_is_found_by_a_loop_that_follows(name: str, sourc
         record = replace(record, control=None, force=force)
     estimate = identify(axis, record, methods="idm-ls")["idm-ls"]
     deviations = np.array([v.deviation for v in estimate.parameters.values()])
-    assert np.abs(estimate.physical - truth).max() > 0
     assert np.max(np.abs(estimate.physical - truth) / deviations) > 2.5
     assert np.max(np.abs(estimate.corrected - truth) / deviations) < 3.5
     assert np.max(np.abs(estimate.filter_bias) / deviations) > 2

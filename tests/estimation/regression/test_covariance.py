@@ -231,6 +231,9 @@ def test_it_rejects_as_often_as_it_says(
     assert np.mean(np.array(chances) < 0.05) == pytest.approx(0.05, abs=0.015)
 
 
+TURNING = np.repeat([[1.0], [-1.0]], 30, axis=0)  # orthogonal to what does not change
+
+
 def problem(rng: np.random.Generator, n: int = 60) -> tuple[np.ndarray, np.ndarray]:
     X = rng.normal(size=(n, 3)) * [1.0, 1e4, 1e-5] + [0.5, 0.0, 1e-5]
     return X @ [3.0, -2e-4, 7e5] + 0.1 * rng.normal(size=n), X
@@ -267,6 +270,13 @@ def test_units_of_the_columns_do_not_matter(exponents: list[int]) -> None:
             lambda y, X: least_squares(y[:3], factor(X[:3], NAMES)),
         ),
         ("not-finite", "", lambda _, X: factor(X * [1, np.inf, 1], NAMES)),
+        (
+            "not-shown",
+            "instruments together with the record",
+            lambda y, _: instrumental_variables(
+                y, factor(TURNING, ["a"]), factor(np.ones_like(TURNING), ["a"])
+            ),
+        ),
     ],
 )
 def test_what_has_no_solution_is_refused(
@@ -286,12 +296,6 @@ def test_rounding_of_filtered_columns_does_not_hide_their_dependence(
     X = f.reduce(np.column_stack([q, q - 0.0213, np.ones_like(q)]))
     with refuses("not-shown", says="change of a"):
         factor(X, NAMES)
-
-
-def test_orthogonal_instruments_are_refused() -> None:
-    X = np.repeat([[1.0], [-1.0]], 10, axis=0)
-    with refuses("not-shown", says="instruments together with the record"):
-        instrumental_variables(X[:, 0], factor(X, ["a"]), factor(np.ones_like(X), ["a"]))
 
 
 @pytest.mark.parametrize(
