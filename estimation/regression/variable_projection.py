@@ -9,6 +9,7 @@ References
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from itertools import product
 
 import numpy as np
@@ -80,12 +81,18 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
             left = rows(form).left
             return np.full_like(left, 1e3 * float(np.abs(left).max()))
 
+    def error(at: Array) -> float:
+        """Sum of squares of the same; infinite where there is no estimate."""
+        with suppress(EstimationError):
+            return float(np.sum(solved(at)[1] ** 2))
+        return np.inf
+
     factors = [*product(_SPREAD, repeat=len(nominal))]
     if len(factors) > _MOST_STARTS:
         factors = [(times,) * len(nominal) for times in _SPREAD]
     around = [nominal * np.array(each) for each in factors]
     inside = [each for each in around if np.all((each > low) & (each < high))]
-    starts = sorted(inside or [nominal], key=lambda at: float(np.sum(residuals(at) ** 2)))
+    starts = sorted(inside or [nominal], key=error)
     try:
         solved(starts[0])
     except EstimationError as why:
