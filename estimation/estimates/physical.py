@@ -338,7 +338,7 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
     slopes = np.zeros((0, len(distance.target))) if influence is None else influence[kept]
     # What is fixed so far away that no distance can be told contradicts the record.
     is_tested = dof > 0 and (influence is not None or not np.isfinite(cost))
-    made = SamplingDistribution(
+    distribution = SamplingDistribution(
         quantities=tuple(Quantity(name=declared[j].name, unit=declared[j].unit) for j in kept),
         theta=theta[kept],
         covariances={
@@ -354,8 +354,8 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
         known=base.known,
         combined=tuple(p for p, _ in base.combined),
         own=tuple(p.name for p in base.axis.parameters),
-        parameters=made.values,
-        covariances=made.covariances,
+        parameters=distribution.values,
+        covariances=distribution.covariances,
         undetermined=undetermined,
         statistic=min(cost, float(np.finfo(float).max)) if is_tested else 0.0,
         dof=dof if is_tested else 0,

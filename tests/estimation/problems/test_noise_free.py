@@ -189,7 +189,6 @@ def test_a_record_with_a_gap_and_its_two_parts_are_the_same_thing(
 
 
 SD = 0.005
-OF_ROWS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
 
 
 def scaled(axis: Axis, scale: float = 1.0, relative_sd: float = SD) -> Axis:
@@ -199,7 +198,7 @@ def scaled(axis: Axis, scale: float = 1.0, relative_sd: float = SD) -> Axis:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("made", "kept"), [(scaled, 0.0), (braked, BRAKE)])
-@pytest.mark.parametrize("method", OF_ROWS)
+@pytest.mark.parametrize("method", ["idm-ls", "ddm-ls", "idm-iv", "ddm-iv"])
 def test_it_is_what_another_gain_does_to_the_estimate(
     emps2015: GeneratedAxis, method: str, made: Callable[..., Axis], kept: float
 ) -> None:
