@@ -458,10 +458,3 @@ class Estimate(Presentable, Exact):
             return self.ddm_covariances[name]
         inverse = np.asarray(np.linalg.inv(self.jacobian), dtype=float)
         return delta_method(self.covariances[name], inverse)
-
-
-def alike_corrected(one: Estimate, other: Estimate) -> tuple[Array, Array]:
-    """Parameters of two estimates, (p,) each, less their bias where both know it."""
-    if one.filter_bias is None or other.filter_bias is None:
-        return one.physical, other.physical
-    return one.corrected, other.corrected

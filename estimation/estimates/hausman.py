@@ -28,7 +28,7 @@ from axisid.estimation.thresholds import CHECK_LEVEL
 from axisid.support.arrays import Array, MaybeNan
 from axisid.support.errors import EstimationError, Missing
 
-from .estimate import Estimate, alike_corrected
+from .estimate import Estimate
 
 NOTICEABLE = 0.5  # deviations: up to there a 95 % interval holds the truth in 92 % of cases
 
@@ -84,21 +84,21 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
         partial(score_products, scores, other.neighbours), scores.shape
     )
     covariance, freedom = scatter.matrix, scatter.freedom
-    apart = np.subtract(*alike_corrected(one, other))
-    if not (np.isfinite(covariance).all() and np.isfinite(apart).all()):
+    difference = one.corrected - other.corrected
+    if not (np.isfinite(covariance).all() and np.isfinite(difference).all()):
         return Missing("the difference of the two is not finite")
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    square, directions = wald(apart, covariance)
+    square, directions = wald(difference, covariance)
     together = joint_p(square, directions, float(freedom.min())) if directions else 1.0
     found = {}
     for j, (name, value) in enumerate(other.parameters.items()):
-        distance = abs(apart[j]) / deviations[j] if deviations[j] > 0 else 0.0
+        distance = abs(difference[j]) / deviations[j] if deviations[j] > 0 else 0.0
         found[name] = HausmanTest(
-            difference=float(apart[j]),
+            difference=float(difference[j]),
             deviation=float(deviations[j]),
             p_value=float(2 * stdtr(freedom[j], -distance)),
             joint_p_value=together,
-            shift=float(abs(apart[j]) / value.deviation) if value.deviation > 0 else 0.0,
+            shift=float(abs(difference[j]) / value.deviation) if value.deviation > 0 else 0.0,
         )
     return found
 
@@ -132,8 +132,8 @@ def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:
         weights = other.row_weights[:, None]
         columns = weights * np.column_stack([other.X, one.score_columns, other.score_columns])
         both = weights[:, 0] * (other.X @ other.theta + other.net_residuals)
-        apart = both - columns @ np.linalg.lstsq(columns, both)[0]
-        residuals = (apart / weights[:, 0],) * 2
+        errors = both - columns @ np.linalg.lstsq(columns, both)[0]
+        residuals = (errors / weights[:, 0],) * 2
     return _influence(one) * residuals[0][:, None], _influence(other) * residuals[1][:, None]
 
 

@@ -10,7 +10,6 @@ and what the drive gain's deviation adds is in V.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from itertools import product
 from typing import TypeVar
 
@@ -104,21 +103,20 @@ class Distance:
         candidates = [*self._mirrored(theta)]
         if not self.base.undetermined:
             candidates += [other for other, _ in self._valleys()]
-        apart: list[Array] = []
-        for other in candidates:
-            is_new = not any(self.alike(seen, other).all() for seen in [theta, *apart])
-            if is_new and self._inside(other):
-                apart.append(other)
-        return apart
+        solutions = [theta]
+        for other in filter(self._inside, candidates):
+            if not any(self.are_same(solution, other).all() for solution in solutions):
+                solutions.append(other)
+        return solutions[1:]
 
     def _valleys(self) -> list[Minimum]:
         """Where descents from all starts end that come as near as any, but for rounding."""
-        found = [self._descend(start) for start in self._starts()]
-        least = min(cost for _, cost in found)
-        near = [each for each in found if each[1] <= least + _SAME_DISTANCE * (1 + least)]
-        return near or found
+        minima = [self._descend(start) for start in self._starts()]
+        least = min(cost for _, cost in minima)
+        near = [each for each in minima if each[1] <= least + _SAME_DISTANCE * (1 + least)]
+        return near or minima
 
-    def alike(self, theta: Array, other: Array) -> NDArray[np.bool_]:
+    def are_same(self, theta: Array, other: Array) -> NDArray[np.bool_]:
         """Which parameters (p,) of two solutions are one, by their size and their deviation."""
         slopes = np.linalg.norm(self._residuals(theta)[1], axis=0)
         deviations = np.zeros(len(theta))
@@ -164,7 +162,7 @@ class Distance:
         with np.errstate(all="ignore"):
             for whiten in self._wider if self.free else ():
                 try:
-                    found = least_squares(
+                    fit = least_squares(
                         lambda *here: at(*here)[0],
                         theta[self.free],
                         lambda *here: -at(*here)[1],
@@ -177,9 +175,9 @@ class Distance:
                     )
                 except ValueError:  # nothing is finite there
                     return start, np.inf
-                theta[self.free] = found.x
-            left, _ = self._residuals(theta)
-            cost = float(left @ left)
+                theta[self.free] = fit.x
+            residuals, _ = self._residuals(theta)
+            cost = float(residuals @ residuals)
         return theta, cost if np.isfinite(cost) else np.inf
 
     def _starts(self) -> Iterator[Array]:
@@ -315,69 +313,55 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
     base = form.axis.base
     if isinstance(form, JointForm) or not (base.changed or base.known):
         return None
-    told = partial(
-        Physical,
-        method=method,
-        known=base.known,
-        combined=tuple(p for p, _ in base.combined),
-        own=tuple(p.name for p in base.axis.parameters),
-    )
     # About the truth, base parameters scatter by noise and by the drive gain.
     expected, by_gain = of_base.covariances[of_base.chosen], of_base.by_gain
     if by_gain is not None:
         expected = expected + np.outer(by_gain, by_gain)
     distance = Distance(base, of_base.corrected, expected)
     theta, cost = distance.minimum()
-    lost = undetermined_names(base)
     rank = len(distance.free) - len(base.undetermined)
     dof = len(distance.target) - rank
-    influence, reason = None, ""
+    influence, undetermined = None, describe_undetermined(base)
     if not np.isfinite(cost) or (dof == 0 and cost > _MAX_EXACT_DISTANCE):
-        reason = (
+        undetermined += (
             "no values of the physical parameters give the base parameters as they are estimated: "
-            "check the equation of motion and what was fixed, or start from better nominal values"
+            "check the equation of motion and what was fixed, or start from better nominal values",
         )
     elif (influence := distance.influence(theta, rank)) is None:
-        reason = (
+        undetermined += (
             "at this estimate the base parameters hardly change with the physical ones, which "
-            "therefore do not follow: fix others"
+            "therefore do not follow: fix others",
         )
-    if influence is None:
-        # What is fixed so far away that no distance can be told contradicts the record.
-        contradicts = dof > 0 and not np.isfinite(cost)
-        return told(
-            parameters=NamedValues(),
-            covariances={name: np.zeros((0, 0)) for name in of_base.covariances},
-            undetermined=(*describe_undetermined(base), reason),
-            statistic=float(np.finfo(float).max) if contradicts else 0.0,
-            dof=dof if contradicts else 0,
-            p_value=0.0 if contradicts else None,
-            remarks=(),
-        )
-    declared = base.declared.parameters
-    freedom = float(np.min(of_base.freedom[of_base.chosen]))
-    kept = [j for j, p in enumerate(declared) if p.name not in lost]
-    influence = influence[kept]
-    made = SamplingDistribution(
+    declared, lost = base.declared.parameters, undetermined_names(base)
+    dof_of_base = float(np.min(of_base.freedom[of_base.chosen]))
+    kept = [j for j, p in enumerate(declared) if p.name not in lost and influence is not None]
+    slopes = np.zeros((0, len(distance.target))) if influence is None else influence[kept]
+    # What is fixed so far away that no distance can be told contradicts the record.
+    is_tested = dof > 0 and (influence is not None or not np.isfinite(cost))
+    distribution = SamplingDistribution(
         quantities=tuple(Quantity(name=declared[j].name, unit=declared[j].unit) for j in kept),
         theta=theta[kept],
         covariances={
-            name: delta_method(distance.covariance(c), influence)
+            name: delta_method(distance.covariance(c), slopes)
             for name, c in of_base.covariances.items()
         },
         freedom={name: np.full(len(kept), np.min(each)) for name, each in of_base.freedom.items()},
         chosen=of_base.chosen,
-        by_gain=None if by_gain is None else influence[:, : len(by_gain)] @ by_gain,
+        by_gain=None if by_gain is None else slopes[:, : len(by_gain)] @ by_gain,
     )
-    return told(
-        parameters=made.values,
-        covariances=made.covariances,
-        undetermined=describe_undetermined(base),
-        statistic=cost if dof else 0.0,
-        dof=dof,
-        p_value=joint_p(cost, dof, freedom) if dof else None,
+    return Physical(
+        method=method,
+        known=base.known,
+        combined=tuple(p for p, _ in base.combined),
+        own=tuple(p.name for p in base.axis.parameters),
+        parameters=distribution.values,
+        covariances=distribution.covariances,
+        undetermined=undetermined,
+        statistic=min(cost, float(np.finfo(float).max)) if is_tested else 0.0,
+        dof=dof if is_tested else 0,
+        p_value=joint_p(cost, dof, dof_of_base) if is_tested else None,
         remarks=(
-            *_others(distance, theta, kept),
+            *(_others(distance, theta, kept) if kept else ()),
             *(
                 declared[j].out_of_bounds(theta[j])
                 for j in kept
@@ -387,17 +371,13 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
     )
 
 
-def _others(distance: Distance, theta: Array, kept: list[int]) -> list[str]:
+def _others(distance: Distance, theta: Array, kept: list[int]) -> Iterator[str]:
     """Other physical parameters within their bounds that fit as well."""
     names = [p.name for p in distance.base.declared.parameters]
-    remarks = []
     for other in distance.others(theta):
-        alike = distance.alike(theta, other)
-        moved = [j for j in kept if not alike[j]]
-        if moved:
-            values = ", ".join(f"{names[j]} = {other[j]:.4g}" for j in moved)
-            remarks.append(
+        same = distance.are_same(theta, other)
+        if values := ", ".join(f"{names[j]} = {other[j]:.4g}" for j in kept if not same[j]):
+            yield (
                 f"{values} would fit as well; what is given is nearer the nominal values, bounds "
                 "tell the two apart"
             )
-    return remarks

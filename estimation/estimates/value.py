@@ -205,12 +205,12 @@ class SamplingDistribution(Exact):
         deviations = {
             name: math.sqrt(max(float(c[i, i]), 0.0)) for name, c in self.covariances.items()
         }
-        freedom = float(self.freedom[self.chosen][i])
+        dof = float(self.freedom[self.chosen][i])
         return Value(
             value=float(self.theta[i]),
             unit=unit,
             deviations=deviations,
-            interval=student_interval(float(self.corrected[i]), deviations[self.chosen], freedom),
+            interval=student_interval(float(self.corrected[i]), deviations[self.chosen], dof),
             sd_gain=0.0 if self.by_gain is None else abs(float(self.by_gain[i])),
             filter_bias=None if self.bias is None else float(self.bias[i]),
             chosen=self.chosen,
@@ -323,5 +323,5 @@ def degrees_of_freedom_of(value: Value) -> float:
     low, high = value.interval
     if not 0 < value.deviation < math.inf:
         return math.inf
-    found = float(stdtridf((1 + INTERVAL_LEVEL.value) / 2, (high - low) / 2 / value.deviation))
-    return found if math.isfinite(found) else math.inf
+    dof = float(stdtridf((1 + INTERVAL_LEVEL.value) / 2, (high - low) / 2 / value.deviation))
+    return dof if math.isfinite(dof) else math.inf

@@ -358,8 +358,8 @@ def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> P
     """A parameter at its bound, and what it is in an estimate that has it free."""
     value = estimate.parameters[name]
     is_lower = any((p.name, p.lower) == (name, bound) for p in axis.declared.parameters)
-    freedom = dict(zip(estimate.parameters, estimate.freedom[estimate.chosen], strict=True))[name]
-    away = float(stdtrit(freedom, INTERVAL_LEVEL.value)) * value.deviation
+    dof = dict(zip(estimate.parameters, estimate.freedom[estimate.chosen], strict=True))[name]
+    away = float(stdtrit(dof, INTERVAL_LEVEL.value)) * value.deviation
     reach = value.corrected + (away if is_lower else -away)
     return ParameterAtBound(
         name=name,
@@ -410,12 +410,12 @@ def identified_with_time(
         )
     value, deviation = _searched(axis, records[0], name, run)
     result = run(at_time(axis, name, value), methods)
-    moved = run(at_time(axis, name, value + deviation), [*result.estimates])
+    longer = run(at_time(axis, name, value + deviation), [*result.estimates])
     judged = result.preferred
     low, high = student_interval(value, deviation, float(len(judged.y) - len(judged.theta)))
     return replace(
         result,
-        estimates={n: _widened(e, moved.estimates[n]) for n, e in result.estimates.items()},
+        estimates={n: _widened(e, longer.estimates[n]) for n, e in result.estimates.items()},
         drive_time=DriveTime(
             name=name,
             parameter=parameter,
@@ -433,15 +433,18 @@ def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> 
     value = float(getattr(declared.drive, name))
     for _ in range(10):
         result = run(at_time(axis, name, value), ["idm-iv"])
-        found = unless_faulty(partial(getattr, result.case.parts[0], "alignment"))
-        if isinstance(found, Missing) or found.at_the_end:
+        alignment = unless_faulty(partial(getattr, result.case.parts[0], "alignment"))
+        if isinstance(alignment, Missing) or alignment.at_the_end:
             unseen = "the record tells no delay between force and motion"
-            why = found if isinstance(found, Missing) else unseen
+            why = alignment if isinstance(alignment, Missing) else unseen
             raise EstimationError(
                 f"axis {declared.name!r}: the drive's {name} cannot be estimated: {why}.",
                 code="drive-time",
             )
-        step, deviation = (found.best - result.data.hold_delay) * period, found.deviation * period
+        step, deviation = (
+            (alignment.best - result.data.hold_delay) * period,
+            alignment.deviation * period,
+        )
         # It has settled within a twentieth of its deviation, or what rounding does not reach.
         near = max(0.05 * deviation, 1e-9 * period)
         if abs(step) < near or (value == 0 and step <= 0):
@@ -462,16 +465,16 @@ def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> 
     return value, deviation
 
 
-def _widened(estimate: Estimate, moved: Estimate) -> Estimate:
+def _widened(estimate: Estimate, longer: Estimate) -> Estimate:
     """An estimate whose covariances have in them that a time may be a deviation longer."""
-    away = {
-        "covariances": moved.physical - estimate.physical,
-        "ddm_covariances": moved.theta_ddm - estimate.theta_ddm,
+    changes = {
+        "covariances": longer.physical - estimate.physical,
+        "ddm_covariances": longer.theta_ddm - estimate.theta_ddm,
     }
     return estimate.with_inference(
         **{
             which: {n: each + np.outer(by, by) for n, each in getattr(estimate, which).items()}
-            for which, by in away.items()
+            for which, by in changes.items()
         }
     )
 

@@ -77,14 +77,14 @@ class Bootstrap:
     def _less_bias(self, fit: Fit) -> Twins | str:
         """At an estimate less the bias that it has there, where that is beyond a deviation."""
         form, model, at, loops = fit.form, Hac(), fit.physical, fit.loops
-        spread = np.sqrt(np.diag(model.matrix(fit.solution)))
+        standard_errors = np.sqrt(np.diag(model.matrix(fit.solution)))
         chains: tuple[Chain, ...] = ()
         for number in range(_ROUNDS):
             if number < _MEASURED:
                 records = zip(self.problem.data, self.problem.by_record(loops), strict=True)
                 chains = tuple(
-                    measured_chain(data, form.own(at, i), own)
-                    for i, (data, own) in enumerate(records)
+                    measured_chain(data, form.own(at, i), of_one)
+                    for i, (data, of_one) in enumerate(records)
                 )
             twins = Twins(
                 problem=self.problem,
@@ -94,13 +94,13 @@ class Bootstrap:
                 count=self.count,
                 kinds=self._kinds,
             )
-            found = bootstrap_correction(twins, form, fit.solver, fit.solution, model)
-            if found is None:
+            correction = bootstrap_correction(twins, form, fit.solver, fit.solution, model)
+            if correction is None:
                 return TOO_FEW
-            before, at = at, fit.physical - found.bias
-            moved = np.abs(form.regressed(at) - form.regressed(before))
-            near = found.own_scale * spread + _CLOSE * np.abs(form.regressed(at))
-            if np.all(moved <= near):
+            before, at = at, fit.physical - correction.bias
+            change = np.abs(form.regressed(at) - form.regressed(before))
+            tolerance = correction.own_scale * standard_errors + _CLOSE * np.abs(form.regressed(at))
+            if np.all(change <= tolerance):
                 return twins
             loops = _at(self.problem, form, at)
         return "the parameters of their loops do not settle"
@@ -108,11 +108,11 @@ class Bootstrap:
     def _leave_as_much(self, twins: Twins, fit: Fit) -> bool:
         """Whether the loop leaves as much of twins' force as of the records'."""
         problem, form = self.problem, fit.form.at(twins.at)
-        right = problem.simulated_rows(form, twins.at, _at(problem, form, twins.at))
-        simulated = right.intercept + right.regressor @ form.regressed(twins.at)
-        lefts = [fit.measured.left, *(rows.left for rows in twins.rows(form))]
-        own, *others = (relative_error_percent(left - simulated, left) for left in lefts)
-        return own <= max(others, default=0.0)
+        rows = problem.simulated_rows(form, twins.at, _at(problem, form, twins.at))
+        simulated = rows.predicted(form.regressed(twins.at))
+        sides = [fit.measured.left, *(rows.left for rows in twins.rows(form))]
+        of_records, *others = (relative_error_percent(left - simulated, left) for left in sides)
+        return of_records <= max(others, default=0.0)
 
     @property
     def _kinds(self) -> tuple[type[Form], ...]:
@@ -135,9 +135,8 @@ def with_loops(problem: Problem, fit: Fit) -> Fit:
     if fit.loops:
         return fit
     loops = _at(problem, fit.form, fit.physical)
-    right = problem.simulated_rows(fit.form, fit.physical, loops)
-    simulated = right.intercept + right.regressor @ fit.form.regressed(fit.physical)
-    return replace(fit, loops=loops, simulated=simulated)
+    rows = problem.simulated_rows(fit.form, fit.physical, loops)
+    return replace(fit, loops=loops, simulated=rows.predicted(fit.form.regressed(fit.physical)))
 
 
 def _at(problem: Problem, form: Form, physical: Array) -> tuple[Simulation, ...]:

@@ -66,11 +66,10 @@ class _ByOutputError(Iteration):
             with suppress(EstimationError):
                 loops, right = self._simulated(wanted)
                 left = self._on.rows(self._form.at(wanted)).left
-                made = right.regressor @ self._form.regressed(wanted) + right.intercept
                 # What the loop leaves is to be less than before, or hardly more.
                 now, before = (
                     size_by_loss(left - each, scale, self._loss)
-                    for each in (made, step.at.simulated)
+                    for each in (right.predicted(self._form.regressed(wanted)), step.at.simulated)
                 )
                 if now < before * (1 + _MAX_ERROR_GROWTH):
                     return wanted, (loops, right)
@@ -116,7 +115,7 @@ class _ByOutputError(Iteration):
             # At the edge of what can be simulated the rows have to do.
             with suppress(EstimationError):
                 _, right = self._simulated(self._form.physical(moved)[0])
-                J[:, j] = (right.regressor @ moved + right.intercept - simulated) / step
+                J[:, j] = (right.predicted(moved) - simulated) / step
         return Equations(left=simulated, intercept=simulated - J @ theta, regressor=J)
 
 

@@ -249,21 +249,21 @@ def _by_twins(
     if isinstance(twins, str):
         return f", by no twins: {twins.rstrip('.')}"
     with suppress(EstimationError):  # the solution of a twin may have no covariance
-        found = bootstrap_correction(twins, form, fit.solver, fit.solution, pivot)
-        if found is not None:
-            return found
+        correction = bootstrap_correction(twins, form, fit.solver, fit.solution, pivot)
+        if correction is not None:
+            return correction
     return f", by no twins: {TOO_FEW}"
 
 
-def _noise(axis: Axis, told: BootstrapCorrection) -> str:
+def _noise(axis: Axis, correction: BootstrapCorrection) -> str:
     """The noise of twins, as a part of a note."""
-    chains = told.twins.chains
+    chains = correction.twins.chains
     if all(each.is_silent for each in chains):
         return ", of a loop that shows no noise"
     noise = [each.told(axis.coordinate.unit, axis.drive.unit) for each in chains]
     if len(noise) > 1:
         noise = [f"record {number}: {each}" for number, each in enumerate(noise, 1)]
-    return f", as {told.count} twins with {'; '.join(noise)} scatter"
+    return f", as {correction.count} twins with {'; '.join(noise)} scatter"
 
 
 def _widened(form: Form, jacobian: Array, applied: CovarianceEstimate) -> str:
@@ -308,12 +308,12 @@ def _known_spread(problem: Problem, fit: Fit) -> Array | None:
     if layout is None:
         return None
     values = dict(zip((q.name for q in layout.quantities), fit.solution.theta, strict=True))
-    own = _unexplained(problem, layout, values)
-    moved = [
-        fit.solution.response.T @ (own - _unexplained(problem, other, values))
+    unexplained = _unexplained(problem, layout, values)
+    changes = [
+        fit.solution.response.T @ (unexplained - _unexplained(problem, other, values))
         for other in moved_layouts(problem.axis, layout)
     ]
-    return np.transpose(moved) @ moved if moved else None
+    return np.transpose(changes) @ changes if changes else None
 
 
 def _unexplained(problem: Problem, form: Form, values: Mapping[str, float]) -> Array:
@@ -322,5 +322,4 @@ def _unexplained(problem: Problem, form: Form, values: Mapping[str, float]) -> A
     What appears only beside a value, as at one of 0, has no estimate.
     """
     rows = problem.reduced(form, [data.signals for data in problem.data])
-    theta = np.array([values.get(q.name, 0.0) for q in form.quantities])
-    return np.asarray(rows.left - rows.intercept - rows.regressor @ theta, dtype=float)
+    return rows.residuals(np.array([values.get(q.name, 0.0) for q in form.quantities]))

@@ -78,17 +78,17 @@ class StepControl:
             Where the steps lead to, if they go on as they do: the goal, or beyond it.
         """
         unit = deviation + _ROUNDING / CONVERGED.value * np.abs(goal)
-        moved = np.divide(goal - start, unit, out=np.zeros_like(goal), where=goal != start)
+        scaled_step = np.divide(goal - start, unit, out=np.zeros_like(goal), where=goal != start)
         self._taken += 1
         last = self._last
-        if last is not None and self._taken > _FIRST and float(moved @ last) < 0:
-            hardly_shrinks = np.linalg.norm(moved) > _SWINGING * np.linalg.norm(last)
+        if last is not None and self._taken > _FIRST and float(scaled_step @ last) < 0:
+            hardly_shrinks = np.linalg.norm(scaled_step) > _SWINGING * np.linalg.norm(last)
             self.share = max(self.share / 2, _LEAST) if hardly_shrinks else self.share
-        further = self._beyond(goal, moved)
-        self._last, self._goal = moved, goal
-        return float(np.abs(moved).max()), further
+        further = self._beyond(goal, scaled_step)
+        self._last, self._goal = scaled_step, goal
+        return float(np.abs(scaled_step).max()), further
 
-    def _beyond(self, goal: Array, moved: Array) -> Array:
+    def _beyond(self, goal: Array, scaled_step: Array) -> Array:
         """The goal, or where it goes on to where steps fall steadily, from this and the last.
 
         By the secant through both, Anderson's method of depth one.
@@ -96,12 +96,14 @@ class StepControl:
         last, before = self._last, self._goal
         if last is None or before is None or self.share < 1:
             return goal
-        size, other = (float(np.abs(each).max()) for each in (moved, last))
+        size, other = (float(np.abs(each).max()) for each in (scaled_step, last))
         ends = size * size <= CONVERGED.value * other  # the next step would be the last anyhow
         if ends or size > _NEAR or size > _FALLING * other:
             return goal
-        change = moved - last
-        return np.asarray(goal - float(moved @ change) / float(change @ change) * (goal - before))
+        change = scaled_step - last
+        return np.asarray(
+            goal - float(scaled_step @ change) / float(change @ change) * (goal - before)
+        )
 
 
 # simulation error at the end by that of least squares; beyond, a nonlinear model has gone to
@@ -238,8 +240,7 @@ class Iteration:
         loops, right = ahead or self._simulated(physical)
         # Of the point that is simulated, which a damped step leaves short of the solution.
         theta = self._form.regressed(physical)
-        # The loop satisfies the model row by row, so this is its left side.
-        simulated = right.regressor @ theta + right.intercept
+        simulated = right.predicted(theta)  # the loop satisfies the model row by row
         error = relative_error_percent(measured.left - simulated, measured.left)
         self._iterates.append(
             Iterate(physical=physical, theta=theta, simulation_error_percent=error)

@@ -152,8 +152,7 @@ class Method(ABC):
 
 def at_point(solution: Solution, measured: Equations, physical: Array) -> Solution:
     """A solution moved to where the measured rows are linearised, (p,): their residuals there."""
-    left = measured.left - measured.intercept - measured.regressor @ physical
-    return replace(solution, theta=physical, residuals=left)
+    return replace(solution, theta=physical, residuals=measured.residuals(physical))
 
 
 _MOST, _STANDS_STILL = 200, 1e-10
@@ -211,14 +210,14 @@ def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str, plain: Soluti
     """
     if loss not in LOSS_FUNCTIONS or scale_of(plain.residuals) <= _ROUNDING * np.linalg.norm(y):
         return plain
-    found = robust_solution(y, X, Z, _STARTS[loss], plain) if loss in _STARTS else plain
+    solution = robust_solution(y, X, Z, _STARTS[loss], plain) if loss in _STARTS else plain
     for _ in range(_MOST):
-        weights, slopes, _ = LOSS_FUNCTIONS[loss](found.residuals / scale_of(found.residuals))
-        before = found.theta
-        found = instrumental_variables(y, X, Z, LossWeights(weights=weights, slopes=slopes))
-        moved = np.linalg.norm((found.theta - before) * X.scale)
-        if moved <= _STANDS_STILL * np.linalg.norm(before * X.scale):
-            return found
+        weights, slopes, _ = LOSS_FUNCTIONS[loss](solution.residuals / scale_of(solution.residuals))
+        previous = solution.theta
+        solution = instrumental_variables(y, X, Z, LossWeights(weights=weights, slopes=slopes))
+        change = np.linalg.norm((solution.theta - previous) * X.scale)
+        if change <= _STANDS_STILL * np.linalg.norm(previous * X.scale):
+            return solution
     raise EstimationError(
         f"the {loss} estimate still moves after {_MOST} iterations; use least squares, and look at "
         "what the residuals are.",
@@ -301,8 +300,7 @@ class LeastSquares(Method):
                 simulated=NotSimulated(str(error), by_estimate=by_estimate),
                 remarks=(said,) if by_estimate else (),  # what no method has, the verdict tells
             )
-        simulated = right.regressor @ solution.theta + right.intercept
-        return replace(fit, loops=loops, right=right, simulated=simulated)
+        return replace(fit, loops=loops, right=right, simulated=right.predicted(solution.theta))
 
 
 def least_squares_point(form: Form, rows: Callable[[Form], Equations]) -> Form:

@@ -58,13 +58,13 @@ Calibrations = Mapping[Estimand, Array]
 
 def study_calibrations(plan: MonteCarloPlan) -> Calibrations:
     """By twins of the first runs that have any; of nothing where none has."""
-    shown: dict[Estimand, list[tuple[float, float, float]]] = {}
+    by_estimand: dict[Estimand, list[tuple[float, float, float]]] = {}
     first = twins(plan, range(min(_RUNS, plan.runs))) if plan.bootstrap else ()
     for _, record in first:
         if isinstance(record, Record):
             for estimand, of_one in _calibrations_of(plan, record):
-                shown.setdefault(estimand, []).append(of_one)
-    return {estimand: np.mean(of_each, axis=0) for estimand, of_each in shown.items()}
+                by_estimand.setdefault(estimand, []).append(of_one)
+    return {estimand: np.mean(of_each, axis=0) for estimand, of_each in by_estimand.items()}
 
 
 def _calibrations_of(
@@ -92,18 +92,18 @@ def _calibrations_of(
 
 def calibrated_runs(numbers: BlockNumbers, calibrations: Calibrations, judged: int) -> BlockNumbers:
     """The numbers of runs, calibrated from the first that has no twins of its own on."""
-    changed, plain = numbers.numbers.copy(), numbers.runs >= judged
+    changed, is_uncalibrated = numbers.numbers.copy(), numbers.runs >= judged
     for place, estimand in enumerate(numbers.estimands):
         if estimand in calibrations:
             bias, scale, width = calibrations[estimand]
-            own = changed[plain, place]
-            own[:, 1] = own[:, 0] - bias
-            own[:, 3::3] -= bias
-            own[:, 4::3] -= bias
-            own[:, _OF_HAC] *= scale
-            ends = own[:, _OF_HAC + 1 : _OF_HAC + 3]
-            ends[:] = own[:, 1:2] + (ends - own[:, 1:2]) * width
-            changed[plain, place] = own
+            numbers_of_one = changed[is_uncalibrated, place]
+            numbers_of_one[:, 1] = numbers_of_one[:, 0] - bias
+            numbers_of_one[:, 3::3] -= bias
+            numbers_of_one[:, 4::3] -= bias
+            numbers_of_one[:, _OF_HAC] *= scale
+            ends = numbers_of_one[:, _OF_HAC + 1 : _OF_HAC + 3]
+            ends[:] = numbers_of_one[:, 1:2] + (ends - numbers_of_one[:, 1:2]) * width
+            changed[is_uncalibrated, place] = numbers_of_one
     return replace(numbers, numbers=changed)
 
 
@@ -206,12 +206,7 @@ def monte_carlo(
     Held in memory are the signals of one block for each process, and about 0.1 kB of numbers for
     each run and parameter.
     """
-    if not (keep is None or callable(keep)):
-        raise UsageError(
-            f"what keeps an interrupted study is {quoted(keep)}; give a function that takes a "
-            "MonteCarlo, or leave it out.",
-            code="study",
-        )
+    _check_course(block, jobs, executor, keep)
     generated = as_generated(axis)
     simulated = generated if twin is None else as_generated(twin)
     check_choices(covariance, start, loss)
@@ -230,15 +225,12 @@ def monte_carlo(
         bootstrap=bootstrap,
         levels=Levels(level=level, least_share=least_share),
     )
-    _check_spread(block, jobs, executor)
     return _run(plan, block, jobs, executor, progress, keep)
 
 
 def _methods(methods: object) -> tuple[str, ...]:
-    if methods is None:
-        methods = ("all",)
-    given = methods if isinstance(methods, Iterable) and not isinstance(methods, str) else [methods]
-    listed = [*given]
+    given = "all" if methods is None else methods
+    listed = [given] if isinstance(given, str) or not isinstance(given, Iterable) else [*given]
     fits = [each for each in listed if isinstance(each, str) and fitted_output(each)]
     check_among(*(("fit", each, fit_names()) for each in fits))
     others = [each for each in listed if each not in fits]
@@ -246,21 +238,33 @@ def _methods(methods: object) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*named, *fits)))
 
 
-def _check_spread(block: object, jobs: object, executor: object) -> None:
-    for what, value in (("block", block), ("jobs", jobs)):
-        if not (is_whole(value) and value >= 1):
-            raise UsageError(
-                f"{what}={quoted(value)}; give a whole number of 1 or more.",
-                code="study",
+def _check_course(block: object, jobs: object, executor: object, keep: object) -> None:
+    """Refuse how a study is to be run."""
+    for is_wrong, said in (
+        *(
+            (
+                not (is_whole(value) and value >= 1),
+                f"{what}={quoted(value)}; give a whole number of 1 or more",
             )
-    if executor is not None and jobs != 1:
-        raise UsageError("both jobs and an executor are given; give one of them.", code="study")
-    if executor is not None and not isinstance(executor, Executor):
-        raise UsageError(
-            f"the executor is {quoted(executor)}; give one of concurrent.futures, or what "
-            "Dask's Client.get_executor() gives.",
-            code="study",
-        )
+            for what, value in (("block", block), ("jobs", jobs))
+        ),
+        (
+            executor is not None and jobs != 1,
+            "both jobs and an executor are given; give one of them",
+        ),
+        (
+            not isinstance(executor, (Executor, type(None))),
+            f"the executor is {quoted(executor)}; give one of concurrent.futures, or what Dask's "
+            "Client.get_executor() gives",
+        ),
+        (
+            not (keep is None or callable(keep)),
+            f"what keeps an interrupted study is {quoted(keep)}; give a function that takes a "
+            "MonteCarlo, or leave it out",
+        ),
+    ):
+        if is_wrong:
+            raise UsageError(f"{said}.", code="study")
 
 
 def _run(
@@ -284,24 +288,24 @@ def _run(
     # In one thread with others beside it: there are as many as processors can serve.
     work = partial(block_numbers, plan, threads=None if alone else 1)
     jobs = 0 if alone else min(jobs, len(blocks))
-    made = run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=executor)
+    results = run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=executor)
     begin, done, count = monotonic(), list[BlockNumbers](), 0
     try:
-        with contextlib.closing(made):
-            for place, found in made:
+        with contextlib.closing(results):
+            for place, result in results:
                 some = blocks[place]
-                if not isinstance(found, Failure):
-                    done.append(found)
-                elif found.kind == "error":
+                if not isinstance(result, Failure):
+                    done.append(result)
+                elif result.kind == "error":
                     raise EstimationError(
-                        f"the runs {some[0]} to {some[-1]} failed: {found.reason}.", code="study"
+                        f"the runs {some[0]} to {some[-1]} failed: {result.reason}.", code="study"
                     )
                 else:
-                    done.append(lost_block(some, found.reason))  # whoever worked on it was killed
+                    done.append(lost_block(some, result.reason))  # whoever worked on it was killed
                 count += len(some)
                 if progress is not None and count < plan.runs:
-                    told = pace(count, plan.runs, monotonic() - begin)
-                    progress(count, plan.runs, f"twins of {plan.twin.axis.name}, {told}")
+                    remaining = pace(count, plan.runs, monotonic() - begin)
+                    progress(count, plan.runs, f"twins of {plan.twin.axis.name}, {remaining}")
     except BaseException:
         if keep is not None and done:
             numbers_so_far = calibrated_runs(joined(done), calibrations, plan.checks)

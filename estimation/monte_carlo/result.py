@@ -20,7 +20,7 @@ from axisid.estimation.simulation import twin_plan
 from axisid.estimation.tables import library, npz_bytes, parquet_bytes
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array, Exact, Uncached
-from axisid.support.errors import AxisidError, UsageError, quoted
+from axisid.support.errors import UsageError, quoted
 from axisid.support.files import write_file
 from axisid.support.presentable import Presentable
 from axisid.support.version import __version__
@@ -120,12 +120,8 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
         if not shown or any(name not in known for name in axis.names):
             return {}
         form = METHODS[method].form(axis)
-        try:
-            true = form.regressed(np.array([known[name] for name in axis.names]))
-        except AxisidError:
-            return {}
-        names = [quantity.name for quantity in form.quantities]
-        return dict(zip(names, true.tolist(), strict=True))
+        true = form.regressed(np.array([known[name] for name in axis.names]))
+        return dict(zip((q.name for q in form.quantities), true.tolist(), strict=True))
 
     @cached_property
     def outcomes(self) -> dict[int, tuple[str, str]]:
@@ -242,7 +238,7 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
 
 #: Endings of the files that a study can be written to.
 OUTPUT_SUFFIXES = (".npz", ".parquet")
-#: What a file says of itself, under this name.
+#: What a file says of the study, under this name: its axes, all that was asked for, true values.
 SETTINGS = "axisid.monte_carlo"
 
 
@@ -283,36 +279,6 @@ def column_name(estimand: Estimand) -> str:
     return ".".join((estimand.method, *kind, estimand.name))
 
 
-def settings_text(result: MonteCarlo, units: Mapping[str, str]) -> str:
-    """What a file says of the study, as JSON: its axes, all that was asked for, true values."""
-    plan = result.plan
-    return json.dumps(
-        {
-            "axis": plan.axis.axis.name,
-            "signature": plan.axis.signature,
-            "twin": plan.twin.axis.name,
-            "twin_signature": plan.twin.signature,
-            "seed": plan.seed,
-            "runs": plan.runs,
-            "done": len(result),
-            "methods": list(plan.methods),
-            "noise": declared_figures(plan.noise),
-            "chain": asdict(plan.noise),
-            "prefilter": asdict(plan.prefilter),
-            "settings": dict(plan.settings),
-            "levels": asdict(plan.levels),
-            "checks": plan.checks,
-            "truth": {
-                column_name(each): truth
-                for each, truth in zip(result.estimands, result.truths.tolist(), strict=True)
-                if np.isfinite(truth)
-            },
-            "units": units,
-            "axisid": __version__,
-        }
-    )
-
-
 def write_runs(result: MonteCarlo, path: str | Path) -> None:
     """Write the numbers of every run, whole or not at all.
 
@@ -332,7 +298,31 @@ def write_runs(result: MonteCarlo, path: str | Path) -> None:
     file = Path(path)
     check_output(file)
     units = {name: unit for name, unit, _ in _estimand_columns(result)}
-    columns, about = run_columns(result), {SETTINGS: settings_text(result, units)}
+    plan, columns = result.plan, run_columns(result)
+    settings = {
+        "axis": plan.axis.axis.name,
+        "signature": plan.axis.signature,
+        "twin": plan.twin.axis.name,
+        "twin_signature": plan.twin.signature,
+        "seed": plan.seed,
+        "runs": plan.runs,
+        "done": len(result),
+        "methods": list(plan.methods),
+        "noise": declared_figures(plan.noise),
+        "chain": asdict(plan.noise),
+        "prefilter": asdict(plan.prefilter),
+        "settings": dict(plan.settings),
+        "levels": asdict(plan.levels),
+        "checks": plan.checks,
+        "truth": {
+            column_name(each): truth
+            for each, truth in zip(result.estimands, result.truths.tolist(), strict=True)
+            if np.isfinite(truth)
+        },
+        "units": units,
+        "axisid": __version__,
+    }
+    about = {SETTINGS: json.dumps(settings)}
     if file.suffix == ".npz":
         content = npz_bytes({**columns, **about})
     else:

@@ -90,10 +90,7 @@ class JointForm(Exact, InverseForm):
         pairs = zip(self.parameters, self.expressions, strict=True)
         return tuple(Quantity(name=p.name, unit=p.unit, expression=said) for p, said in pairs)
 
-    @property
-    def physical_quantities(self) -> tuple[Quantity, ...]:
-        """See `Form.physical_quantities`."""
-        return self.quantities
+    physical_quantities = quantities
 
     @property
     def declared(self) -> tuple[Parameter, ...]:
@@ -266,17 +263,15 @@ def _check(
             for name in local
             if name in named
         ),
+        f"{' and '.join(p.name for p in fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, which "
+        "is weighed where all parameters are shared; in its place say of each record "
+        f"{' and '.join(settings)}."
+        if fixed
+        else "",
+        "every parameter is known; leave at least one to identify." * (named >= {*declared}),
     ]
-    if fixed:
-        faults.append(
-            f"{' and '.join(p.name for p in fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, "
-            "which is weighed where all parameters are shared; in its place say of each record "
-            f"{' and '.join(settings)}."
-        )
-    if named >= {*declared}:
-        faults.append("every parameter is known; leave at least one to identify.")
-    if faults:
-        raise UsageError(faults[0], code="parameters")
+    for fault in filter(None, faults):
+        raise UsageError(fault, code="parameters")
 
 
 def _axes(axis: GeneratedAxis, records: int, known: Sequence[KnownValues]) -> list[GeneratedAxis]:

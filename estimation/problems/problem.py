@@ -11,7 +11,6 @@ import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.parameters import JointForm
-from axisid.estimation.records import is_same_period
 from axisid.estimation.regression import (
     Equations,
     Form,
@@ -24,7 +23,7 @@ from axisid.estimation.regression import (
 from axisid.estimation.signals import FilteredRecord, RowTimes, Signals, motion_lacks
 from axisid.estimation.simulation import Simulation, StepBudget
 from axisid.support.arrays import Array, Uncached
-from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError, range_text
+from axisid.support.errors import AxisidError, EstimationError, ModelError, range_text
 
 from .visibility import (
     SignalRanges,
@@ -95,7 +94,8 @@ class Problem(Uncached):
     ----------
     axis : GeneratedAxis
     data : tuple of FilteredRecord
-        One or more, of that axis, or each of its own where a layout has one for it.
+        One or more, of that axis, or each of its own where a layout has one for it; their rows are
+        equally far apart in time.
     layout : JointForm or None
         Which parameters the records share, where they do not share all; None where they do.
     weights : tuple of float
@@ -106,7 +106,7 @@ class Problem(Uncached):
     Raises
     ------
     UsageError
-        The records are none, of another axis, or their rows are unequally far apart in time.
+        The axis has a lag or a delay of its drive that is still to be estimated.
     EstimationError
         The axis has parameters that no record can tell.
     """
@@ -118,22 +118,9 @@ class Problem(Uncached):
     held: tuple[ParameterAtBound, ...] = ()
 
     def __post_init__(self) -> None:
-        layout = self.layout
-        axes = [self.axis] * len(self.data) if layout is None else [m.axis for m in layout.members]
-        own = len(axes) == len(self.data)
-        if not (
-            self.data and own and all(d.axis is a for d, a in zip(self.data, axes, strict=True))
-        ):
-            raise UsageError("a problem takes one record or more of its own axis; bind them to it.")
         check_has_rows(self.axis.axis)
-        apart = [data.row_period for data in self.data]
-        if not is_same_period(min(apart), max(apart)):
-            raise UsageError(
-                f"the rows of the records are {min(apart):.4g} to {max(apart):.4g} s apart; "
-                "resample or decimate them alike."
-            )
         check_time_known(self.axis)
-        if layout is None and self.axis.unidentifiable:
+        if self.layout is None and self.axis.unidentifiable:
             raise EstimationError(
                 f"axis {self.axis.axis.name!r} cannot be identified: "
                 f"{'; '.join(self.axis.unidentifiable)}. Declare the combination as one parameter."

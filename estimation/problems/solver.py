@@ -102,11 +102,11 @@ def slopes_by_gain(
         slope = solution.response.T @ rows
         return slope, slope
     # A measured force does not depend on the gain.
-    moved = [
+    shifted = [
         [replace(d.signals, force=d.signals.force + step * d.force_by_gain) for d in problem.data]
         for step in (_STEP, -_STEP)
     ]
-    ahead, behind = (solver(form, problem.reduced(form, each)).theta for each in moved)
+    ahead, behind = (solver(form, problem.reduced(form, each)).theta for each in shifted)
     physical = form.physical(ahead)[0] - form.physical(behind)[0]
     return physical / (2 * _STEP), (ahead - behind) / (2 * _STEP)
 
@@ -119,7 +119,7 @@ def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> Filt
     record = data.record
     jumps = data.axis.axis.jumps
     sensed = jumps and data.prefilter.hold != "zoh"  # else it is what is held from the sample on
-    made: dict[str, Callable[[Simulation], Array]] = {
+    simulated: dict[str, Callable[[Simulation], Array]] = {
         "position": lambda s: s.position,
         "velocity": lambda s: s.velocity,
         "acceleration": lambda s: about_samples(s.acceleration, [0]) if jumps else s.acceleration,
@@ -128,7 +128,7 @@ def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> Filt
     }
     columns: dict[str, Any] = {
         role: np.concatenate([seen(loop) for loop in loops])
-        for role, seen in made.items()
+        for role, seen in simulated.items()
         if getattr(record, role) is not None
     }
     return replace(data, record=replace(record, **columns))
@@ -153,12 +153,12 @@ def moved_by_rounding(form: Form, data: FilteredRecord, step: float, physical: A
     physical : (p,) array
         Least squares of the record as it is.
     """
-    rng, found = np.random.default_rng(0), []
+    rng, changes = np.random.default_rng(0), []
     for _ in range(_DRAWS):
         noise = step * rng.uniform(-0.5, 0.5, len(data.record))
         for sign in (1.0, -1.0):
             position = data.record.position + sign * noise
             noisy = replace(data, record=replace(data.record, position=position))
             rows = form.equations(noisy.signals).reduced(noisy)
-            found.append(form.physical(Solver()(form, rows).theta)[0] - physical)
-    return np.asarray(np.mean(found, axis=0), dtype=float)
+            changes.append(form.physical(Solver()(form, rows).theta)[0] - physical)
+    return np.asarray(np.mean(changes, axis=0), dtype=float)

@@ -145,8 +145,8 @@ class Autoregression:
         """Of columns (m n, k), by frequency, (f, m, k)."""
         from scipy.fft import rfft
 
-        own = columns.reshape(-1, self.outputs, columns.shape[1])
-        return np.asarray(rfft(own, size, axis=0))
+        by_sample = columns.reshape(-1, self.outputs, columns.shape[1])
+        return np.asarray(rfft(by_sample, size, axis=0))
 
 
 def _mean_product(one: NDArray[np.complex128], other: NDArray[np.complex128], size: int) -> Array:
@@ -211,19 +211,19 @@ def by_whittle(covariances: Array, samples: int) -> Autoregression:
     samples : int
         From which they are found.
     """
-    own = covariances.copy()
-    if len(own[0]) > 1:
-        own[0] = own[0] + np.diag(_OWN * np.diag(own[0]))
-    unit = np.eye(len(own[0]))[None]
-    ahead, behind, v, u = unit, unit, own[0], own[0]
-    best = Autoregression(coefficients=unit, variance=v, covariances=own[:1])
+    lagged = covariances.copy()
+    if len(lagged[0]) > 1:
+        lagged[0] = lagged[0] + np.diag(_OWN * np.diag(lagged[0]))
+    unit = np.eye(len(lagged[0]))[None]
+    ahead, behind, v, u = unit, unit, lagged[0], lagged[0]
+    best = Autoregression(coefficients=unit, variance=v, covariances=lagged[:1])
     if not np.all(np.diag(v) > 0):
         return best
     least = samples * np.linalg.slogdet(v)[1]
-    for p in range(1, len(own)):
+    for p in range(1, len(lagged)):
         if p > _PATIENCE + 2 * best.order:
             break  # each order costs as many products as there are orders below it
-        partial = np.einsum("pij,pjk->ik", ahead, own[p:0:-1])
+        partial = np.einsum("pij,pjk->ik", ahead, lagged[p:0:-1])
         first, second = -np.linalg.solve(u.T, partial.T).T, -np.linalg.solve(v.T, partial).T
         pad = np.zeros_like(unit)
         longer, back = np.concatenate([ahead, pad]), np.concatenate([behind, pad])
@@ -235,17 +235,17 @@ def by_whittle(covariances: Array, samples: int) -> Autoregression:
         criterion = samples * np.linalg.slogdet(v)[1] + 2 * p * v.size
         if criterion < least:
             least = criterion
-            best = Autoregression(coefficients=ahead, variance=v, covariances=own[: p + 1])
+            best = Autoregression(coefficients=ahead, variance=v, covariances=lagged[: p + 1])
     return best
 
 
 def sum_covariances(found: Sequence[CovarianceEstimate]) -> CovarianceEstimate:
     """The sum of independent covariances, such as those of records: of how many degrees it is."""
     matrix = np.sum([each.matrix for each in found], axis=0)
-    whole = np.diag(matrix)
-    unsure = np.sum([np.diag(each.matrix) ** 2 / each.freedom for each in found], axis=0)
-    freedom = np.divide(whole**2, unsure, out=np.full(len(whole), np.inf), where=unsure > 0)
-    return CovarianceEstimate(matrix=matrix, freedom=freedom)
+    variances = np.diag(matrix)
+    per_dof = np.sum([np.diag(each.matrix) ** 2 / each.freedom for each in found], axis=0)
+    dof = np.divide(variances**2, per_dof, out=np.full(len(variances), np.inf), where=per_dof > 0)
+    return CovarianceEstimate(matrix=matrix, freedom=dof)
 
 
 def autoregressive_covariance(
@@ -266,12 +266,14 @@ def autoregressive_covariance(
     """
     nothing = np.zeros((columns.shape[1], columns.shape[1]))
     matrix = sum((model.coloured(columns[each]) for each in spans), nothing)
-    whole = np.array(
+    dof_of_model = np.array(
         [2 / model.uncertainty([column[each] for each in spans], rows) for column in columns.T]
     )
-    left = np.maximum(whole - taken, 1.0)
-    more = np.divide(whole, left, out=np.ones_like(whole), where=np.isfinite(whole))
-    return CovarianceEstimate(matrix=widened(matrix, np.diag(matrix) * more), freedom=left)
+    dof = np.maximum(dof_of_model - taken, 1.0)
+    inflation = np.divide(
+        dof_of_model, dof, out=np.ones_like(dof_of_model), where=np.isfinite(dof_of_model)
+    )
+    return CovarianceEstimate(matrix=widened(matrix, np.diag(matrix) * inflation), freedom=dof)
 
 
 def clustered_covariance(
@@ -299,19 +301,21 @@ def clustered_covariance(
     whole, inverse = own.sum(axis=0), np.linalg.pinv(own.sum(axis=0), hermitian=True)
     sizes = np.diagonal(own, axis1=1, axis2=2)
     count = sizes.sum(axis=0) ** 2 / np.maximum(np.sum(sizes**2, axis=0), np.finfo(float).tiny)
-    left = np.diag(whole) - np.einsum("gjk,kl,glj->j", own, inverse, own)
-    there = left > _ROUNDING * np.diag(whole)  # what one window alone tells scatters over none
-    more = np.divide(np.diag(whole), left, out=np.ones_like(left), where=there)
+    remaining = np.diag(whole) - np.einsum("gjk,kl,glj->j", own, inverse, own)
+    # What one window alone tells scatters over none.
+    is_told = remaining > _ROUNDING * np.diag(whole)
+    inflation = np.divide(np.diag(whole), remaining, out=np.ones_like(remaining), where=is_told)
     matrix = scores.T @ scores
     return CovarianceEstimate(
-        matrix=widened(matrix, np.diag(matrix) * more), freedom=np.maximum(count / more, 1.0)
+        matrix=widened(matrix, np.diag(matrix) * inflation),
+        freedom=np.maximum(count / inflation, 1.0),
     )
 
 
 def widened(covariance: Array, least: Array) -> Array:
     """A covariance (k, k) with no variance less than (k,) others; its correlations stay."""
-    own = np.diag(covariance)
-    ratio = np.divide(least, own, out=np.ones_like(own), where=own > 0)
+    variances = np.diag(covariance)
+    ratio = np.divide(least, variances, out=np.ones_like(variances), where=variances > 0)
     scale = np.sqrt(np.maximum(ratio, 1.0))
     return np.asarray(np.outer(scale, scale) * covariance, dtype=float)
 
@@ -334,8 +338,8 @@ def _products_by_transform(scores: Array, lags: int) -> Array:
 
     rows, k = scores.shape
     length = next_fast_len(rows + lags, real=True)
-    spectra, found = rfft(scores, length, axis=0), np.empty((lags + 1, k, k))
+    spectra, products = rfft(scores, length, axis=0), np.empty((lags + 1, k, k))
     for i, j in np.ndindex(k, k):
         crossed = irfft(spectra[:, i] * spectra[:, j].conj(), length)
-        found[:, i, j] = crossed[: lags + 1]
-    return found
+        products[:, i, j] = crossed[: lags + 1]
+    return products

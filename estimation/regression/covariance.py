@@ -145,9 +145,9 @@ class Hac(Covariance):
         few = widens and float(applied.freedom.min()) < FEW_SCORES.value
         if not few:
             return applied
-        other, own = covariance_of_ar1(solution), np.diag(applied.matrix)
+        other, variances = covariance_of_ar1(solution), np.diag(applied.matrix)
         least = np.diag(other.matrix)
-        wider = (own > 0) & (least > own)
+        wider = (variances > 0) & (least > variances)
         return replace(
             applied,
             matrix=widened(applied.matrix, least),
@@ -159,9 +159,9 @@ class Hac(Covariance):
         self, products: Callable[[int], Array], shape: tuple[int, ...]
     ) -> CovarianceEstimate:
         """Of scores, (n, k), by their products as `long_run` takes them; never widened."""
-        found = self.long_run(products, shape[0])
-        applied = applied_covariance(found.matrix, shape, found.description, is_corrected=True)
-        return replace(applied, freedom=np.minimum(found.freedom, applied.freedom))
+        kernel = self.long_run(products, shape[0])
+        applied = applied_covariance(kernel.matrix, shape, kernel.description, is_corrected=True)
+        return replace(applied, freedom=np.minimum(kernel.freedom, applied.freedom))
 
     def long_run(self, products: Callable[[int], Array], rows: int) -> CovarianceEstimate:
         """The long-run covariance of scores, from their products up to so many lags.
@@ -317,9 +317,13 @@ def joint_p(
     """
     if one_variance:
         return float(fdtrc(restrictions, freedom, square / restrictions))
-    left = min(max(freedom - restrictions + 1, 1.0), _CERTAIN)
+    dof = min(max(freedom - restrictions + 1, 1.0), _CERTAIN)
     return float(
-        fdtrc(restrictions, left, square * left / ((left + restrictions - 1) * restrictions))
+        fdtrc(
+            restrictions,
+            dof,
+            square * dof / ((dof + restrictions - 1) * restrictions),
+        )
     )
 
 
@@ -367,37 +371,37 @@ def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
     # Rows further apart than a residual is remembered count as just so far.
     reach = int(np.log(_FORGOTTEN) / np.log(_MAX_RESIDUAL_AUTOREGRESSION))
     # On the grid of places, where a row is missing 0.
-    basis, there = (order.on_grid(each, reach) for each in (orthonormal, np.ones((n, 1))))
-    rows, pairs = float(there.sum()), float(there[1:, 0] @ there[:-1, 0])
+    basis, present = (order.on_grid(each, reach) for each in (orthonormal, np.ones((n, 1))))
+    rows, pairs = float(present.sum()), float(present[1:, 0] @ present[:-1, 0])
 
     def coloured(rho: float) -> Array:
         """The correlations of errors times the basis, (m, k)."""
         before = lfilter([1.0], [1.0, -rho], basis, axis=0)
         after = lfilter([1.0], [1.0, -rho], basis[::-1], axis=0)[::-1]
-        return np.asarray((before + after - basis) * there, dtype=float)
+        return np.asarray((before + after - basis) * present, dtype=float)
 
     def of_parameters(taken: Array) -> Array:
         """Correlations of what the fit takes, as those of its parameters, (k, k)."""
         mixing = triangle * size
         return np.asarray(mixing.T @ taken @ mixing, dtype=float)
 
-    def left(rho: float) -> float:
+    def expected(rho: float) -> float:
         """Autocorrelation at a row's distance that residuals are expected to show."""
-        made = coloured(rho)
-        taken, early, late = basis.T @ made, basis[:-1], basis[1:]
-        crossed = np.sum(late * made[:-1]) + np.sum(made[1:] * early)
+        coloured_basis = coloured(rho)
+        taken, early, late = basis.T @ coloured_basis, basis[:-1], basis[1:]
+        crossed = np.sum(late * coloured_basis[:-1]) + np.sum(coloured_basis[1:] * early)
         products = rho * pairs - float(crossed) + float(np.sum((late @ taken) * early))
         return (products / max(pairs, 1.0)) / ((rows - float(np.trace(taken))) / rows)
 
     after, before = order.pairs(1)
     power, most = float(e @ e / len(e)), _MAX_RESIDUAL_AUTOREGRESSION
-    shown = float(e[after] @ e[before] / max(len(e[after]), 1)) / power
-    of_none, of_most = left(0.0), left(most)
-    if shown < of_none - MAX_CHANCE_DEVIATION.value / np.sqrt(len(e)):
+    observed = float(e[after] @ e[before] / max(len(e[after]), 1)) / power
+    of_none, of_most = expected(0.0), expected(most)
+    if observed < of_none - MAX_CHANCE_DEVIATION.value / np.sqrt(len(e)):
         return nothing
-    rho = most if of_most <= shown else 0.0
-    if of_none < shown < of_most:
-        rho = float(brentq(lambda rho: left(rho) - shown, 0.0, most, xtol=_RESOLVED))
+    rho = most if of_most <= observed else 0.0
+    if of_none < observed < of_most:
+        rho = float(brentq(lambda rho: expected(rho) - observed, 0.0, most, xtol=_RESOLVED))
     taken = basis.T @ coloured(rho)
     variance = len(e) * power / (len(e) - float(np.trace(taken)))
     # Slopes of the logarithms of the variances by the coefficient. The innovations stay as they

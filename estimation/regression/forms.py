@@ -48,6 +48,14 @@ class Equations:
             regressor=rows[:, :k],
         )
 
+    def predicted(self, theta: Array) -> Array:
+        """Left side with parameters (k,), (n,)."""
+        return np.asarray(self.regressor @ theta + self.intercept, dtype=float)
+
+    def residuals(self, theta: Array) -> Array:
+        """What parameters (k,) leave of the left side, (n,)."""
+        return np.asarray(self.left - self.intercept - self.regressor @ theta, dtype=float)
+
     @classmethod
     def stacked(cls, pieces: Sequence["Equations"]) -> "Equations":
         """The rows of several, one after the other."""
@@ -178,12 +186,14 @@ class DirectForm(Form):
     left: ClassVar[str] = "acceleration"
 
     def __post_init__(self) -> None:
-        _ddm_parameters(self.axis)
+        _ = self.quantities  # refuses an axis without
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
         """``theta_ddm``."""
-        return _ddm_parameters(self.axis)
+        if isinstance(self.axis.ddm_parameters, Missing):
+            raise ModelError(self.axis.ddm_parameters.reason)
+        return self.axis.ddm_parameters
 
     def equations(self, signals: Signals) -> Equations:
         """Acceleration by the direct regressor."""
@@ -199,10 +209,3 @@ class DirectForm(Form):
     def regressed(self, physical: Array) -> Array:
         """Through the generated map."""
         return self.axis.mapped("ddm_from_physical", physical)[0]
-
-
-def _ddm_parameters(axis: GeneratedAxis) -> tuple[Quantity, ...]:
-    found = axis.ddm_parameters
-    if isinstance(found, Missing):
-        raise ModelError(found.reason)
-    return found

@@ -177,8 +177,8 @@ def summarised(
     """A function over drawn physical parameters, (d, p); it is NaN where it has no value."""
     values = np.array([function(each) for each in physical.tolist()])
     finite = values[np.isfinite(values)]
-    nothing = not len(finite)
-    low, median, high = (np.nan,) * 3 if nothing else np.quantile(finite, [0.025, 0.5, 0.975])
+    is_empty = not len(finite)
+    low, median, high = (np.nan,) * 3 if is_empty else np.quantile(finite, [0.025, 0.5, 0.975])
     return DrawSummary(
         value=function(at.tolist()),
         unit=unit,

@@ -205,8 +205,8 @@ def power_density(
     if segment < (least := MIN_SEGMENT_ROWS.value):
         return Missing(f"half of the rows follow each other in less than {least} at a time")
     pieces = [piece for piece in neighbours.split(values) if len(piece) >= segment]
-    found = [welch(piece, rate, nperseg=segment, axis=0) for piece in pieces]
+    spectra = [welch(piece, rate, nperseg=segment, axis=0) for piece in pieces]
     overlap = segment // 2
     averaged = [(len(piece) - overlap) // (segment - overlap) for piece in pieces]
-    density = np.average([power for _, power in found], axis=0, weights=averaged)
-    return found[0][0][1:], density[1:]
+    density = np.average([power for _, power in spectra], axis=0, weights=averaged)
+    return spectra[0][0][1:], density[1:]

@@ -125,9 +125,9 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     if law is None or reference is None:
         raise lacking_loop(axis, record) or lacking_law(axis)
     ratio = evaluations_per_sample(law, record.period, clock_of(record))
-    apart = other_period(law, record.period, clock_of(record))
-    if ratio is None and apart is not None and not apart.confirmed:
-        raise LoopDataError(f"{apart.note}.", code="loop-period")
+    mismatch = other_period(law, record.period, clock_of(record))
+    if ratio is None and mismatch is not None and not mismatch.confirmed:
+        raise LoopDataError(f"{mismatch.note}.", code="loop-period")
     if ratio is None:
         raise LoopDataError(
             f"the record was resampled every {record.period:.6g} s, the control law of axis "
@@ -280,11 +280,11 @@ def followed_record(data: FilteredRecord) -> Record:
     answer = _answer_to_noise(data)
     if _share(control, answer) < _LEAST_MEASURED_NOISE:
         raise DataError("the control does not answer to the noise of the recorded position.")
-    beside = control - _answer(data, position, position)
+    added = control - _answer(data, position, position)
     late = late_in_log(data.axis)
     for first, last in data.record.spans:  # it is applied as late as the law's own
-        beside[first : last - late] = beside[first + late : last]
-    return replace(data.record, reference=position, injected=beside, injected_at="control")
+        added[first : last - late] = added[first + late : last]
+    return replace(data.record, reference=position, injected=added, injected_at="control")
 
 
 def _start(data: FilteredRecord, first: int, last: int, away: float) -> LoopStart:
@@ -371,13 +371,13 @@ def _share(control: Array, answer: Array) -> float:
     a quiet sensor that is more than its noise. So it is the median of short stretches.
     """
     count = (len(control) - 2) // _STRETCH
-    there, wanted = (
+    actual, expected = (
         np.diff(values, 2)[: count * _STRETCH].reshape(count, _STRETCH)
         for values in (control, answer)
     )
-    power = np.sum(wanted**2, axis=1)
-    there, wanted, power = there[power > 0], wanted[power > 0], power[power > 0]
-    return float(np.median(np.sum(there * wanted, axis=1) / power)) if len(power) else 1.0
+    power = np.sum(expected**2, axis=1)
+    actual, expected, power = actual[power > 0], expected[power > 0], power[power > 0]
+    return float(np.median(np.sum(actual * expected, axis=1) / power)) if len(power) else 1.0
 
 
 def _control(data: FilteredRecord) -> Array:

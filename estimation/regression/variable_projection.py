@@ -102,13 +102,13 @@ def variable_projection(form: InverseForm, rows: Callable[[InverseForm], Equatio
             f"At the first, {why}"
         )
         raise EstimationError(said, code="no-convergence") from why
-    found = [
+    fits = [
         minimise(
             residuals, start, bounds=(low, high), x_scale=np.abs(start), xtol=1e-12, ftol=1e-12
         )
         for start in starts[:_REFINED]
     ]
-    best = min(found, key=lambda valley: float(valley.cost))
+    best = min(fits, key=lambda valley: float(valley.cost))
     return solved(np.asarray(best.x, dtype=float))[0]
 
 
@@ -141,15 +141,15 @@ def damped_step(
     low, high = search_bounds(form.axis)
 
     def projected(physical: Array) -> float:
-        equations = rows(form.at(physical))
-        residuals = equations.left - equations.intercept - equations.regressor @ physical
-        return float(np.linalg.norm(instruments.basis.T @ residuals))
+        return float(
+            np.linalg.norm(instruments.basis.T @ rows(form.at(physical)).residuals(physical))
+        )
 
     before = projected(start)
     for halving in range(_MOST_HALVINGS):
-        there = start + (goal - start) / 2**halving
-        if np.all((there >= low) & (there <= high)) and projected(there) < before:
-            return np.asarray(there, dtype=float)
+        trial = start + (goal - start) / 2**halving
+        if np.all((trial >= low) & (trial <= high)) and projected(trial) < before:
+            return np.asarray(trial, dtype=float)
     beyond = [
         f"{p.name} = {value:.4g} {p.unit}, beyond its bound {min(max(value, least), most):g}"
         for p, value, least, most in zip(form.axis.axis.parameters, goal, low, high, strict=True)

@@ -139,14 +139,14 @@ def numbered(names: Sequence[str]) -> list[str]:
 
     The name alone then stands for none of them, and is refused where it is asked for.
     """
-    times, seen, apart = Counter(names), Counter[str](), []
+    times, seen, unique = Counter(names), Counter[str](), []
     for name in names:
-        own = name
-        while name and times[name] > 1 and own in times:
+        unique_name = name
+        while name and times[name] > 1 and unique_name in times:
             seen[name] += 1
-            own = f"{name}.{seen[name]}"
-        apart.append(own)
-    return apart
+            unique_name = f"{name}.{seen[name]}"
+        unique.append(unique_name)
+    return unique
 
 
 def library(name: str, extra: str, file: Path) -> ModuleType:

@@ -11,19 +11,15 @@ from axisid.estimation import LaneEstimates, RecordLanes, identify_lanes, simula
 from axisid.estimation.simulation.twin import trajectory
 from tests.refusals import refuses
 
-TRUTH = np.array([100.2, 236.9, 24.8])
 PERIOD = 1e-3
-KEEP = Prefilter(cutoff=60.0, decimate=10, reversals="keep")
 PUBLISHED = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
-EVERY_ROW = Prefilter(cutoff=60.0, decimate=1, reversals="keep")
 
 
 @pytest.fixture(scope="module")
 def lanes(emps2015: GeneratedAxis) -> RecordLanes:
-    experiment = emps2015.axis.experiment
-    reference = trajectory(experiment.moves, PERIOD)[:5000].copy()
+    reference = trajectory(emps2015.axis.experiment.moves, PERIOD)[:5000].copy()
     noise = 1e-6 * np.random.default_rng(3).normal(size=(len(reference), 3))
-    sets = np.tile(TRUTH, (3, 1))
+    sets = np.tile([100.2, 236.9, 24.8], (3, 1))
     wanted = ("position", "control")
     made = simulate_batch(emps2015, sets, reference, PERIOD, position_noise=noise, wanted=wanted)
     return RecordLanes(
@@ -44,7 +40,15 @@ def _agree(found: LaneEstimates, lane: int, alone: Estimate) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("prefilter", [None, KEEP, PUBLISHED, EVERY_ROW])
+@pytest.mark.parametrize(
+    "prefilter",
+    [
+        None,
+        Prefilter(cutoff=60.0, decimate=10, reversals="keep"),
+        PUBLISHED,
+        Prefilter(cutoff=60.0, decimate=1, reversals="keep"),
+    ],
+)
 def test_a_lane_is_what_identify_makes_of_its_record(
     emps2015: GeneratedAxis, lanes: RecordLanes, prefilter: Prefilter | None
 ) -> None:

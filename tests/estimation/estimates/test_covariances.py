@@ -86,11 +86,6 @@ def test_intervals_draws_and_correlation_are_of_the_chosen_covariance(
     assert result.to_dict()["estimates"][0]["chosen_covariance"] == chosen
 
 
-def test_another_covariance_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
-    with refuses("method", says="hac, robust, iid"):
-        identify(emps2015, twin, covariance="bootstrap")  # type: ignore[arg-type]
-
-
 @pytest.fixture(scope="module")
 def twins_result(emps2015: GeneratedAxis, twin: Record) -> Identification:
     return identify(emps2015, twin)

@@ -1,7 +1,6 @@
 """Functions of the parameters: values, units, uncertainty, and what cannot be read."""
 
 import warnings
-from functools import cache
 
 import numpy as np
 import pytest
@@ -14,10 +13,7 @@ from axisid import (
     Parameter,
     Record,
     UsageError,
-    build,
     identify,
-    load_axis,
-    twin_record,
 )
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.estimates.estimate import Estimate
@@ -26,15 +22,9 @@ from tests.refusals import refuses
 _M, _I = sympy.symbols("M i")
 
 
-@cache
-def fitted() -> Estimate:
-    axis = build(load_axis("emps2015"))
-    return identify(axis, twin_record(axis))["idm-ls"]
-
-
 @pytest.fixture(scope="module")
-def estimate() -> Estimate:
-    return fitted()
+def estimate(result: Identification) -> Estimate:
+    return result["idm-ls"]
 
 
 def test_time_constant_is_the_closed_form(estimate: Estimate) -> None:
@@ -133,12 +123,12 @@ def test_function_without_a_value_is_refused(estimate: Estimate) -> None:
 
 
 @pytest.mark.slow
-@given(st.text(alphabet="MFvc+-*/()., 0129esqrtabpi_[]'\"", max_size=30))
-def test_any_text_gives_a_value_or_a_sentence(text: str) -> None:
+@given(text=st.text(alphabet="MFvc+-*/()., 0129esqrtabpi_[]'\"", max_size=30))
+def test_any_text_gives_a_value_or_a_sentence(estimate: Estimate, text: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            fitted().derive(text)
+            estimate.derive(text)
         except (UsageError, EstimationError) as error:
             assert str(error).endswith((".", ")")) or "cannot be read" in str(error)
 

@@ -80,8 +80,7 @@ def knowing(axis: GeneratedAxis, declared: Axis) -> GeneratedAxis:
 def physical(axis: GeneratedAxis, record: Record, **fixed: Any) -> tuple[Physical, Estimate]:
     known = knowing(axis, fix(axis.declared, **fixed))
     estimate = identify(known, record, FILTER, "idm-ls", bootstrap=0)["idm-ls"]
-    found = _physical(estimate)
-    return found, estimate
+    return _physical(estimate), estimate
 
 
 @pytest.mark.parametrize("theta", [[1.2, 0.45, 0.03, 0.4], [-1.0, 0.0, 2.0, 0.0]])

@@ -29,15 +29,13 @@ from tests.refusals import refuses
 
 #: The position by a metre.
 X = load_axis("emps2015").coordinate.symbol / Constant(1.0, "m").symbol
-EVERY_ROW = Prefilter(decimate=1, drop=(0, 0), hold="raw", reversals="keep")
-CONTINUOUS = cascade_pd(kp=160.18, kv=243.45, period=1e-3, continuous=True)
-ALIGNED = Prefilter(cutoff=100.0, decimate=5, hold="zoh", drop=(50, 50))
 
 
 def test_simulated_left_side_is_that_of_the_simulated_loop(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    estimate = identify(emps2015, twin, EVERY_ROW, ["idm-iv"])["idm-iv"]
+    every_row = Prefilter(decimate=1, drop=(0, 0), hold="raw", reversals="keep")
+    estimate = identify(emps2015, twin, every_row, ["idm-iv"])["idm-iv"]
     loop = simulate(emps2015, estimate.physical, twin.reference, 1e-3, start=twin.position[0])
     assert estimate.simulated == pytest.approx(loop.force, rel=1e-3, abs=0.05)
     assert estimate.simulation_error_percent == pytest.approx(
@@ -62,9 +60,14 @@ def test_force_column_is_taken_instead_of_the_control(
     [
         ({}, False, None, "zoh"),
         ({}, True, None, "raw"),
-        ({}, True, ALIGNED, "zoh"),
+        ({}, True, Prefilter(cutoff=100.0, decimate=5, hold="zoh", drop=(50, 50)), "zoh"),
         ({"control": None}, False, None, "zoh"),
-        ({"control": CONTINUOUS}, False, None, "raw"),
+        (
+            {"control": cascade_pd(kp=160.18, kv=243.45, period=1e-3, continuous=True)},
+            False,
+            None,
+            "raw",
+        ),
     ],
 )
 def test_hold_follows_from_what_the_force_is(
@@ -157,9 +160,23 @@ def test_methods_and_parameters_are_found_as_they_are_printed(
             identify(emps2015, twin, methods=given)
 
 
+@pytest.mark.parametrize(
+    ("given", "choices"),
+    [
+        ({"covariance": "bootstrap"}, "hac, robust, iid"),
+        *(({"start": start}, "least-squares, nominal") for start in ("best", 3, None)),
+        ({"loss": "cauchy"}, "squares, huber, bisquare"),
+    ],
+)
+def test_another_choice_is_refused_with_those_that_there_are(
+    emps2015: GeneratedAxis, twin: Record, given: dict[str, Any], choices: str
+) -> None:
+    with refuses("method", says=f"choose from {choices}"):
+        identify(emps2015, twin, **given)
+
+
 #: Of which no noise moves the estimates.
 METHODS = ("ddm-ls", "idm-iv", "ddm-iv")
-KINDS = [("pressure", "linear"), ("pressure", "held"), ("supply", "linear"), ("feed", "held")]
 
 
 def _recorded_twin(axis: GeneratedAxis, kind: str, seed: int) -> Record:
@@ -167,7 +184,10 @@ def _recorded_twin(axis: GeneratedAxis, kind: str, seed: int) -> Record:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("kind", "between"), KINDS)
+@pytest.mark.parametrize(
+    ("kind", "between"),
+    [("pressure", "linear"), ("pressure", "held"), ("supply", "linear"), ("feed", "held")],
+)
 def test_intervals_of_twelve_twins_hold_the_truth(kind: str, between: str) -> None:
     """95 % intervals: 8 of 12 or fewer come by chance in 0.2 %; no check fails."""
     axis, held, failed = build(recorded_axis(kind, between)), Counter[str](), list[str]()

@@ -22,7 +22,6 @@ from axisid.estimation.regression import Hac, Robust, factor
 from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array
 from tests.recipes import commands_with, row_of_recipe
-from tests.refusals import refuses
 
 NAME, RECIPE = "idm-wls", "Add a method of estimation"
 MODULE = "axisid.estimation.methods.weighted"
@@ -110,8 +109,6 @@ def _contaminated(seed: int = 3) -> tuple[Array, Array]:
 
 @pytest.mark.parametrize("loss", LOSSES)
 def test_estimate_is_that_of_another_program(loss: str) -> None:
-    import statsmodels.api as sm
-
     y, X = _contaminated()
     norm = sm.robust.norms.HuberT(1.345) if loss == "huber" else sm.robust.norms.TukeyBiweight()
     other: Any = sm.RLM(y, X / np.linalg.norm(X, axis=0), M=norm)
@@ -186,8 +183,3 @@ def test_what_counts_for_little_is_told_and_written() -> None:
     assert (written["loss"], written["light_rows"]) == ("huber", light)
     assert f"{light} of {len(result.preferred.y)} rows count for less" in result.summary()
     assert "loss" not in _identified("squares").to_dict()["estimates"][0]
-
-
-def test_a_loss_that_is_none_is_refused() -> None:
-    with refuses("method", says="choose from squares, huber, bisquare"):
-        identify(_axis(), _shocked(), loss="cauchy")

@@ -372,16 +372,9 @@ def test_a_file_that_cannot_be_written_is_the_users(tmp_path: Path) -> None:
             write_runs(judged(), tmp_path / name)
 
 
-FITS = ("fit:control", "fit:position")
-
-
-@pytest.fixture(scope="module")
-def made() -> MonteCarlo:
-    return study(3, ("idm-ls", *FITS), moves=LONG_MOVES, checks=1)
-
-
 @pytest.mark.slow
-def test_a_run_is_what_fit_makes_of_its_twin(made: MonteCarlo) -> None:
+def test_a_run_is_what_fit_makes_of_its_twin() -> None:
+    made = study(3, ("idm-ls", "fit:control", "fit:position"), moves=LONG_MOVES, checks=1)
     (_, record), *_ = twins(made.plan, [2])
     alone = fit(axis(), record, "position")
     places = [i for i, each in enumerate(made.estimands) if each.method == "fit:position"]

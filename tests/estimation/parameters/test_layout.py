@@ -30,8 +30,7 @@ from tests.refusals import refuses
 
 def test_two_angles_tell_a_weight_from_an_offset() -> None:
     axis = leaning()
-    known = known_of({"angle": [0.0, 0.5]}, 2)
-    found = layout_of(axis, 2, known, (), commanded=True)
+    found = layout_of(axis, 2, known_of({"angle": [0.0, 0.5]}, 2), (), commanded=True)
     assert [p.name for p in found.parameters] == ["m", "w", "f0"]
     theta = np.array([2.0, 10.0, 1.0])
     assert found.own(theta, 0)[-1] == pytest.approx(1.0)
@@ -237,8 +236,7 @@ def test_a_start_in_motion_is_found_with_the_parameters(emps2015: GeneratedAxis)
 
 def test_each_record_has_a_start_of_its_own(emps2015: GeneratedAxis, twin: Record) -> None:
     record, begun = _moving(emps2015, 2)
-    bounds = {"start_position": (0, 1)}
-    found = fit(emps2015, [twin, record], free="start", bounds=bounds)
+    found = fit(emps2015, [twin, record], free="start", bounds={"start_position": (0, 1)})
     names = [f"start_{what}_{i}" for i in (1, 2) for what in ("position", "velocity")]
     assert [*found.names[3:]] == names
     assert found.local["start_velocity"] == ("start_velocity_1", "start_velocity_2")

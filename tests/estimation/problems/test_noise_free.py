@@ -106,7 +106,6 @@ def test_without_a_reference_it_is_found_by_a_loop_that_follows(name: str, sourc
         record = replace(record, control=None, force=force)
     estimate = identify(axis, record, methods="idm-ls")["idm-ls"]
     deviations = np.array([v.deviation for v in estimate.parameters.values()])
-    assert np.abs(estimate.physical - truth).max() > 0
     assert np.max(np.abs(estimate.physical - truth) / deviations) > 2.5
     assert np.max(np.abs(estimate.corrected - truth) / deviations) < 3.5
     assert np.max(np.abs(estimate.filter_bias) / deviations) > 2
@@ -190,7 +189,6 @@ def test_a_record_with_a_gap_and_its_two_parts_are_the_same_thing(
 
 
 SD = 0.005
-OF_ROWS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
 
 
 def scaled(axis: Axis, scale: float = 1.0, relative_sd: float = SD) -> Axis:
@@ -200,7 +198,7 @@ def scaled(axis: Axis, scale: float = 1.0, relative_sd: float = SD) -> Axis:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("made", "kept"), [(scaled, 0.0), (braked, BRAKE)])
-@pytest.mark.parametrize("method", OF_ROWS)
+@pytest.mark.parametrize("method", ["idm-ls", "ddm-ls", "idm-iv", "ddm-iv"])
 def test_it_is_what_another_gain_does_to_the_estimate(
     emps2015: GeneratedAxis, method: str, made: Callable[..., Axis], kept: float
 ) -> None:

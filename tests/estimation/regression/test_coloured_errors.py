@@ -10,7 +10,6 @@ from statsmodels.stats.stattools import durbin_watson
 from statsmodels.tsa.stattools import ccf
 
 from axisid.estimation.regression import (
-    Autoregression,
     CovarianceEstimate,
     Hac,
     Solution,
@@ -39,10 +38,6 @@ def _errors(samples: int, seed: int) -> Array:
     for t in range(2, len(e)):
         e[t] = _FIRST @ e[t - 1] + _SECOND @ e[t - 2] + noise[t]
     return e[100:].ravel()
-
-
-def _found(pieces: list[Array]) -> Autoregression:
-    return autoregression_of(pieces, 1e-3, None, 2)
 
 
 @pytest.mark.parametrize("rows", [0, 1, 2, 3, 50, 501])
@@ -76,7 +71,7 @@ def test_how_sure_a_variance_of_one_output_is_follows_from_its_errors() -> None:
 def test_several_outputs_have_coefficients_and_make_of_columns_what_they_say() -> None:
     """By the sums over all pairs of samples."""
     e = _errors(20_000, 0)
-    found = _found([e[:15_000], e[15_000:]])
+    found = autoregression_of([e[:15_000], e[15_000:]], 1e-3, None, 2)
     assert 2 <= found.order <= 3
     np.testing.assert_allclose(found.coefficients[1:3], [-_FIRST, -_SECOND], atol=0.03)
     np.testing.assert_allclose(found.variance, _NOISE, atol=0.06)
@@ -93,7 +88,7 @@ def test_several_outputs_have_coefficients_and_make_of_columns_what_they_say() -
 @pytest.mark.parametrize("other", [0.0, 1.0, -3.0])
 def test_an_output_that_is_a_function_of_another_tells_nothing_more(other: float) -> None:
     e = _errors(4_000, 4)[::2].copy()
-    both = _found([np.column_stack([e, other * e]).ravel()])
+    both = autoregression_of([np.column_stack([e, other * e]).ravel()], 1e-3, None, 2)
     column = np.random.default_rng(5).normal(size=(200, 1))
     wide = np.hstack([column, np.zeros_like(column)]).reshape(-1, 1)
     alone = autoregression_of([e], 1e-3).coloured(column)
@@ -184,8 +179,7 @@ def test_it_is_that_of_dense_algebra_at_the_coefficient_that_the_residuals_show(
 def test_errors_that_have_nothing_slow_leave_the_kernel_alone(rng: np.random.Generator) -> None:
     solution = fit(np.diff(rng.normal(size=151)))
     assert not covariance_of_ar1(solution).matrix.any()
-    applied = Hac().applied(solution)
-    assert not applied.widened.any()
+    assert not Hac().applied(solution).widened.any()
 
 
 @pytest.mark.slow
