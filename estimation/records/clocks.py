@@ -81,18 +81,18 @@ def retimed(
     uneven : bool
         Whether short steps may be jitter; else a rare one is a clock that was set back a little.
     """
-    clock, made = columns.motion.times, list[Repair]()
     if not share_clock(columns):
         return columns
+    clock, repairs = columns.motion.times, list[Repair]()
     if period is not None:
-        clock, made = _counted(clock, period)
+        clock, repairs = _counted(clock, period)
     if split:
-        clock, more = _past_restarts(clock, uneven=uneven)
-        made += more
-    if not made:
+        clock, further = _past_restarts(clock, uneven=uneven)
+        repairs += further
+    if not repairs:
         return columns
-    moved = {role: replace(s, clock=clock) for role, s in columns.samples.items()}
-    return columns.repaired(moved, *made)
+    timed = {role: replace(s, clock=clock) for role, s in columns.samples.items()}
+    return columns.repaired(timed, *repairs)
 
 
 def _counted(time: Array, period: float) -> tuple[Array, list[Repair]]:

@@ -18,7 +18,7 @@ from axisid.support.arrays import runs
 from axisid.support.errors import DataError, UsageError, quoted
 from axisid.support.memory import Room, room_for
 
-from .clipping import clipped, clipping_notes
+from .clipping import clipped
 from .clocks import (
     check_sample_period,
     clocked,
@@ -162,10 +162,7 @@ def _record(
     gap = (MAX_UNEVEN_STEP if uneven else MAX_EVEN_STEP).value
     columns, jumps = unwound(columns, repairs.moduli(axis), axis, gap)
     seldom = seldom_notes({r: s for r, s in columns.samples.items() if r not in repairs.between})
-    if repairs.mask is None:
-        cut = clipping_notes(columns.samples, axis)
-    else:
-        columns, cut = clipped(columns, axis), []
+    columns, cut = clipped(columns, axis, masked=repairs.mask is not None)
     signals = () if axis is None else axis.signals
     if repairs.resample is None:
         even = as_sampled(columns, period, windows, split=split)

@@ -6,7 +6,7 @@ a delay that is no whole samples changes the command in between.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -172,18 +172,20 @@ class DriveAlong:
         found = [acting_along(piece, response, logged=drive.logged) for piece in pieces]
         return np.concatenate([each.mean if self.mean else each.at_samples for each in found])
 
-    def force(self, control: Array, motion: Motion, recorded: Sequence[Array] = ()) -> Array:
-        """The force of a recorded control beside a motion, (N,)."""
-        return self._along(partial(drive_force, self.axis, recorded=recorded), control, motion)
-
-    def slope(self, control: Array, motion: Motion, recorded: Sequence[Array] = ()) -> Array:
-        """How that changes with the logarithm of the drive's gain, (N,)."""
-        make = partial(self.axis.force_by_gain, recorded=recorded)
-        return self._along(make, control, motion)
-
-    def _along(
-        self, make: Callable[[Array, Array, Array], Array], control: Array, motion: Motion
+    def force(
+        self,
+        control: Array,
+        motion: Motion,
+        recorded: Sequence[Array] = (),
+        *,
+        by_gain: bool = False,
     ) -> Array:
+        """The force of a recorded control beside a motion, (N,).
+
+        Or how it changes with the logarithm of the drive's gain.
+        """
+        of_axis = self.axis.force_by_gain if by_gain else partial(drive_force, self.axis)
+        make = partial(of_axis, recorded=recorded)
         position, velocity, acceleration = motion
         if not self.axis.axis.drives_by_motion:
             return self.acting(make(control, position, velocity))

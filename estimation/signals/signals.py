@@ -262,8 +262,7 @@ def columns_of(axis: GeneratedAxis, signals: Signals) -> Array:
 
 def searches_friction(axis: GeneratedAxis) -> bool:
     """Whether a nonlinear parameter is of friction that depends on the speed."""
-    depends = dependence(axis)
-    return bool(np.any(np.array(axis.nonlinear) & depends["direction"] & depends["velocity"]))
+    return bool(np.any(np.array(axis.nonlinear) & ~takes_robust_loss(axis)))
 
 
 @lru_cache(maxsize=32)  # asked of an axis in every identification
