@@ -122,8 +122,12 @@ def read_frame(frame: object) -> Table:
     for (name, unit), (label, values) in zip(split, arrays, strict=True):
         found.add(name, values, unit=unit, label=label)
     index = [str(name) for name in getattr(getattr(frame, "index", None), "names", ()) if name]
-    said = f"Its index {', '.join(index)} is no column; give log.reset_index()." if index else ""
-    return found.table(f"a {type(frame).__name__}", missing=said)
+    return found.table(
+        f"a {type(frame).__name__}",
+        missing=f"Its index {', '.join(index)} is no column; give log.reset_index()."
+        if index
+        else "",
+    )
 
 
 def _array(name: str, values: object) -> np.ndarray[Any, Any]:
@@ -190,8 +194,11 @@ def read_json_lines(file: Path, content: bytes, room: Room) -> Table:
         A line is no JSON: which; or as `read_json`.
     """
     room.take(_UNFOLDED_RECORDS * len(content))
-    lines = enumerate(content.splitlines(), 1)
-    return _table(file, [_decoded(file, line, n) for n, line in lines if line.strip()], room)
+    return _table(
+        file,
+        [_decoded(file, line, n) for n, line in enumerate(content.splitlines(), 1) if line.strip()],
+        room,
+    )
 
 
 def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
@@ -199,9 +206,9 @@ def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
     try:
         return json.loads(content.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
-        where = f", line {line}" if line else ""
         why = str(error) if isinstance(error, json.JSONDecodeError) else "it is no text in UTF-8"
         why = "it is nested too deep" if isinstance(error, RecursionError) else why
+        where = f", line {line}" if line else ""
         raise DataError(
             f"{file}{where} is no JSON: {why[:1].lower() + why[1:]}. Write it anew, or give the "
             "file the ending of what it is (.jsonl for a record in each line).",
@@ -258,10 +265,11 @@ def _table(file: Path, document: Any, room: Room) -> Table:
     for label, (name, written) in zip(columns, split_labels([*columns]), strict=True):
         cells, unit = columns[label]
         values, note = _values(cells)
-        said = f"{name}: {note}" if note else ""
-        found.add(name, values, unit="s" if note else unit or written, label=label, note=said)
-    advice = "give arrays by name, or a list of records with a name for each number"
-    return found.table(str(file), advice=advice)
+        unit, note = ("s", f"{name}: {note}") if note else (unit or written, "")
+        found.add(name, values, unit=unit, label=label, note=note)
+    return found.table(
+        str(file), advice="give arrays by name, or a list of records with a name for each number"
+    )
 
 
 def _values(cells: Sequence[Any]) -> tuple[np.ndarray[Any, Any], str]:

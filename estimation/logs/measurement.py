@@ -75,8 +75,13 @@ def _mdf_columns(mdf: Any, room: Room) -> TableBuilder:
             values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
         clock = np.asarray(signal.timestamps, dtype=np.float64)
         count = 0 if invalid is None else np.count_nonzero(invalid)
-        note = f"{name}: {count} samples are marked as invalid" if count else ""
-        found.add(name, values, unit=signal.unit or "", clock=clock, note=note)
+        found.add(
+            name,
+            values,
+            unit=signal.unit or "",
+            clock=clock,
+            note=f"{name}: {count} samples are marked as invalid" if count else "",
+        )
     return found
 
 
@@ -120,8 +125,11 @@ def read_tdms(file: Path, room: Room) -> Table:
         origin = min((start for start in starts if start is not None), default=None)
         for channel in channels:
             _add_channel(found, channel, origin)
-    warnings = tuple(f"npTDMS: {warning}" for warning in dict.fromkeys(warned))
-    return found.table(str(file), warnings=warnings, advice="record channels of numbers")
+    return found.table(
+        str(file),
+        warnings=tuple(f"npTDMS: {warning}" for warning in dict.fromkeys(warned)),
+        advice="record channels of numbers",
+    )
 
 
 def _waveform(channel: Any) -> tuple[np.datetime64 | None, float]:
@@ -147,8 +155,13 @@ def _add_channel(found: TableBuilder, channel: Any, origin: np.datetime64 | None
         elif origin is not None:
             note = f"{channel.name}: no wf_start_time, taken to begin with the first waveform"
         clock = begin + step * np.arange(len(channel), dtype=np.float64)
-    unit = str(said.get("unit_string", said.get("NI_UnitDescription", "")))
-    found.add(name, values, unit=unit, clock=clock, note=note)
+    found.add(
+        name,
+        values,
+        unit=str(said.get("unit_string", said.get("NI_UnitDescription", ""))),
+        clock=clock,
+        note=note,
+    )
 
 
 @contextmanager
@@ -202,8 +215,12 @@ def read_bag(path: Path, room: Room) -> Table:
             # Counted in integers first, or a double would lose the nanoseconds.
             clock = (times[rows] - origin).astype(np.float64) * 1e-9
             clock[lost[rows]] = np.nan
-            told = [values[row] for row in rows]
-            found.add(f"{before}{name}", told, clock=clock, note=f"{topic}: {note}")
+            found.add(
+                f"{before}{name}",
+                [values[row] for row in rows],
+                clock=clock,
+                note=f"{topic}: {note}",
+            )
     return found.table(
         str(path),
         notes=("ROS bag, JointState in SI",),

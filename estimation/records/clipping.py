@@ -94,17 +94,14 @@ class _Signal:
         self.values, self.kept_for = values, _samples_kept(values)
         self.quantum = quantisation_step(values) or _rounding(values)
         self.least, self.most = float(values.min()), float(values.max())
-        signs = np.sign(np.diff(values))
-        self.turns = np.flatnonzero(np.diff(signs)) + 1  # samples between steps of other signs
+        # Samples between steps of other signs.
+        self.turns = np.flatnonzero(np.diff(np.sign(np.diff(values)))) + 1
 
     def is_steep(self, start: int, stop: int) -> bool:
         """Whether a run begins and ends by more than a smooth signal's rounding."""
-        ends = [
-            abs(self.values[k] - self.values[k - 1])
-            for k in (start, stop)
-            if 0 < k < len(self.values)
-        ]
-        return min(ends, default=0.0) > MAX_SMOOTH_STEP.value * self.quantum
+        ends = [k for k in (start, stop) if 0 < k < len(self.values)]
+        least = min((abs(self.values[k] - self.values[k - 1]) for k in ends), default=0.0)
+        return float(least) > MAX_SMOOTH_STEP.value * self.quantum
 
     def is_set(self, start: int, stop: int) -> bool:
         """Whether a run is one of a commanded profile, which goes straight from value to value."""

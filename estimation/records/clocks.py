@@ -91,8 +91,9 @@ def retimed(
         repairs += further
     if not repairs:
         return columns
-    timed = {role: replace(s, clock=clock) for role, s in columns.samples.items()}
-    return columns.repaired(timed, *repairs)
+    return columns.repaired(
+        {role: replace(s, clock=clock) for role, s in columns.samples.items()}, *repairs
+    )
 
 
 def _counted(time: Array, period: float) -> tuple[Array, list[Repair]]:
@@ -140,8 +141,7 @@ def _past_restarts(time: Array, *, uneven: bool) -> tuple[Array, list[Repair]]:
 def filled(table: Table, columns: RoleColumns, *, uneven: bool) -> RoleColumns:
     """Columns without the samples that lack a value, where these may be left out."""
     if not uneven:
-        _check_filled(columns)
-        _check_one_clock(table, columns)
+        _check_even(table, columns)
     kept = {
         role: s.taken(np.isfinite(s.values) & np.isfinite(s.times)) if uneven else s
         for role, s in columns.samples.items()
@@ -159,8 +159,8 @@ def filled(table: Table, columns: RoleColumns, *, uneven: bool) -> RoleColumns:
     return columns.repaired(kept, Repair(kind="empty", count=sum(lost.values()), text=text))
 
 
-def _check_filled(columns: RoleColumns) -> None:
-    """Refuse cells without a finite number, a log's way to write a lower rate."""
+def _check_even(table: Table, columns: RoleColumns) -> None:
+    """Refuse cells without a finite number, a log's way to write a lower rate, and other clocks."""
     for role, samples in columns.samples.items():
         for what, cells in ((f"time of the {role}", samples.times), (role, samples.values)):
             empty = np.flatnonzero(~np.isfinite(cells))
@@ -174,17 +174,18 @@ def _check_filled(columns: RoleColumns) -> None:
                     'a text they may be left out (tail = "drop" in run.toml).',
                     code="empty-cells",
                 )
-
-
-def _check_one_clock(table: Table, columns: RoleColumns) -> None:
     first, *others = columns.samples
     shared = columns.samples[first].times
     for role in others:
         clock = columns.samples[role].times
         if len(clock) != len(shared):
             lengths = {first: len(shared), role: len(clock)}
-            advice = f"Where they are sampled at different rates, resample them ({_EVENLY})."
-            raise _unequal(columns.source, table, lengths, advice)
+            raise _unequal(
+                columns.source,
+                table,
+                lengths,
+                f"Where they are sampled at different rates, resample them ({_EVENLY}).",
+            )
         if clock is not shared and not np.array_equal(clock, shared, equal_nan=True):
             raise DataError(
                 f"{columns.source}: {first} and {role} are sampled at different times; resample "

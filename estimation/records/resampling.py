@@ -73,18 +73,19 @@ def resample(
             f"{source}: the columns have no time in common; check their clocks.",
             code="resampling",
         )
-    apart = [(a[1], b[0]) for a, b in pairwise(covered)]
-    gaps = [(a, b) for a, b in apart if not any(a <= edge <= b for edge in edges)]
+    between_pieces = [(a[1], b[0]) for a, b in pairwise(covered)]
+    gaps = [(a, b) for a, b in between_pieces if not any(a <= edge <= b for edge in edges)]
     if gaps and not split:
         raise DataError(
             f"{source}: time has {len(gaps)} gaps, the first after {gaps[0][0]:.9g} s; "
             'resampling would invent the motion there. Add gaps="split".',
             code="uneven-time",
         )
-    splined = ["position", "velocity", "reference"]
-    splined += ["injected"] if columns.injected_at == "reference" else []
-    hows: dict[str, Interpolation] = dict.fromkeys(samples, "linear")
-    hows |= {role: "spline" for role in splined if role in samples}
+    splined = {"position", "velocity", "reference"}
+    splined |= {"injected"} if columns.injected_at == "reference" else set()
+    hows: dict[str, Interpolation] = {
+        role: "spline" if role in splined else "linear" for role in samples
+    }
     hows |= {role: how for role, how in (between or {}).items() if role in samples}
     time = np.concatenate([grid for _, grid in kept])
     values = {
@@ -99,8 +100,9 @@ def resample(
     repairs = [*columns.repairs, _told(clocks, time, chosen, hows)]
     if split:
         lost = sum(after - before - period for before, after in gaps)
-        out = sum(len(g) for g in grids) - len(time)
-        repairs.append(gaps_repair(len(gaps), lost, len(kept), out))
+        repairs.append(
+            gaps_repair(len(gaps), lost, len(kept), sum(len(g) for g in grids) - len(time))
+        )
     return replace(
         columns,
         samples={role: Samples(values=v, clock=time) for role, v in values.items()},
@@ -184,8 +186,11 @@ def _told(
         f"{role} {len(clock)} rows at {1 / float(np.median(np.diff(clock))):.6g} Hz"
         for role, clock in clocks.items()
     )
-    text = f"resampled at {rate:.6g} Hz to {len(time)} rows, {how}, without a low-pass ({taken})"
-    return Repair(kind="resample", count=len(time), text=text)
+    return Repair(
+        kind="resample",
+        count=len(time),
+        text=f"resampled at {rate:.6g} Hz to {len(time)} rows, {how}, without a low-pass ({taken})",
+    )
 
 
 def own_period(clock: Array) -> tuple[float, float]:

@@ -81,17 +81,15 @@ def _written(values: Array) -> tuple[NDArray[np.intp], int]:
 
 def seldom_notes(samples: Mapping[str, Samples]) -> list[str]:
     """What is said of measured columns that hold each value for several samples."""
-    notes = []
-    for role in SELDOM_ROLES:
-        apart = samples_apart(samples[role].values) if role in samples else 1
-        if apart > 1:
-            nth = {2: "second", 3: "third"}.get(apart, f"{apart}th")
-            notes.append(
-                f"the {role} is written anew in every {nth} sample alone and held between, "
-                f"{(apart - 1) / 2:g} samples late in the mean: draw it between its values ("
-                f"{advised_interpolation(role)})"
-            )
-    return notes
+    measured = [role for role in SELDOM_ROLES if role in samples]
+    every, nth = {r: samples_apart(samples[r].values) for r in measured}, {2: "second", 3: "third"}
+    return [
+        f"the {role} is written anew in every {nth.get(count, f'{count}th')} sample alone and held "
+        f"between, {(count - 1) / 2:g} samples late in the mean: draw it between its values ("
+        f"{advised_interpolation(role)})"
+        for role, count in every.items()
+        if count > 1
+    ]
 
 
 def drawn_between(
@@ -130,8 +128,7 @@ def drawn_between(
             )
         found, count = samples.taken(fresh), len(samples.values)
         if not uneven:
-            values = at_times(samples.times, found.times, found.values, how)
-            found = replace(samples, values=values)
+            found = replace(samples, values=at_times(samples.times, found.times, found.values, how))
         way = {"spline": "by a cubic spline", "linear": "straight"}.get(how, "held")
         text = f"{role}: {len(fresh)} values for {count} samples, {way} between"
         repair = Repair(kind="between", count=count - len(fresh), text=text)
@@ -269,8 +266,9 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
         for role, shift in shifts.items():
             own, step = samples[role], _step(samples[role].times)
             moved = replace(own, clock=own.times + shift.seconds(step))
-            repair = _shift_repair(role, step, shift, len(own.values), 0)
-            columns = columns.repaired({role: moved}, repair)
+            columns = columns.repaired(
+                {role: moved}, _shift_repair(role, step, shift, len(own.values), 0)
+            )
         return columns
     if any(len(own.values) != len(clock) for own in samples.values()):
         raise DataError(
@@ -279,11 +277,13 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
             code="shift",
         )
     kept, beside, said = moved_rows(source, clock, shifts)
-    made = {
-        role: replace(own.taken(kept), values=own.values[beside.get(role, kept)])
-        for role, own in samples.items()
-    }
-    return columns.repaired(made, *said)
+    return columns.repaired(
+        {
+            role: replace(own.taken(kept), values=own.values[beside.get(role, kept)])
+            for role, own in samples.items()
+        },
+        *said,
+    )
 
 
 def moved_rows(

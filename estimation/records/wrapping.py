@@ -120,8 +120,9 @@ def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumn
         across = "a gap" if len(gaps) == 1 else f"each of {len(gaps)} gaps"
         text += f"; across {across} the motion is taken to be less than half of it"
     text += f"; pieces of the reference moved by whole moduli: {moved}" * bool(moved)
-    repair = Repair(kind="wrap", count=sum(counts.values()) + moved, text=text)
-    return columns.repaired(samples, repair)
+    return columns.repaired(
+        samples, Repair(kind="wrap", count=sum(counts.values()) + moved, text=text)
+    )
 
 
 def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:

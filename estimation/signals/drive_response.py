@@ -122,8 +122,10 @@ def acting_along(
     at_samples = _recursion(stays[0] * stays[1], added, begin)
     between = first + (at_samples - first) * stays[0]
     left = (at_samples - first) * (1 - stays[0]) + (between - then) * (1 - stays[1])
-    mean = share * first + (1 - share) * then + response.lag / response.period * left
-    return Acting(at_samples=at_samples, mean=mean)
+    return Acting(
+        at_samples=at_samples,
+        mean=share * first + (1 - share) * then + response.lag / response.period * left,
+    )
 
 
 def _recursion(factor: float, added: Array, start: float) -> Array:

@@ -251,8 +251,9 @@ class FilteredRecord(Exact, Uncached):
             return np.zeros(len(self))
         if self.axis.axis.drive.is_gain:
             return self.signals.force
-        slope = self.drive.force(control, self.motion, self.recorded, by_gain=True)
-        return self.beside(slope).force
+        return self.beside(
+            self.drive.force(control, self.motion, self.recorded, by_gain=True)
+        ).force
 
     def force_by(self, added: Array) -> Array:
         """What the signals' force has of something that is added to the control, (N,)."""

@@ -148,8 +148,9 @@ class Sampling:
         dq, ddq = np.zeros_like(q), np.zeros_like(q)
         for start, stop in self.spans:
             measured = (None if v is None else v[start:stop] for v in (velocity, acceleration))
-            piece = self.filter.motion(position[start:stop], *measured)
-            q[start:stop], dq[start:stop], ddq[start:stop] = piece
+            q[start:stop], dq[start:stop], ddq[start:stop] = self.filter.motion(
+                position[start:stop], *measured
+            )
         return q, dq, ddq
 
     def reduce(self, signals: Array) -> Array:
@@ -216,8 +217,9 @@ class Sampling:
 
     @cached_property
     def _all_rows(self) -> Array:
-        pieces = [a + self.filter.rows(b - a) for a, b in self.spans]
-        return np.concatenate(pieces).astype(np.float64)
+        return np.concatenate([a + self.filter.rows(b - a) for a, b in self.spans]).astype(
+            np.float64
+        )
 
     @cached_property
     def _clean(self) -> NDArray[np.bool_]:

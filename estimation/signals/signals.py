@@ -122,17 +122,18 @@ def check_position(axis: GeneratedAxis, record: Record) -> None:
         return
     columns = dependence(axis)["position"]
     needing = [name for name, needs in zip(axis.names, columns, strict=True) if needs]
-    for what, function, output, place in _TAKING_POSITION:
-        if np.any(axis.functions[function].jac_sparsity(output, place).nnz()):
-            needing.append(what)
-    if not needing:
-        return
-    raise DataError(
-        f"{record.provenance.source} has no position, on which {' and '.join(needing)} of "
-        f"axis {axis.axis.name!r} depend{'s' * (len(needing) == 1)}; the integral of a "
-        "measured velocity drifts. Name it with columns position=NAME.",
-        code="missing-column",
-    )
+    needing += [
+        what
+        for what, function, output, place in _TAKING_POSITION
+        if np.any(axis.functions[function].jac_sparsity(output, place).nnz())
+    ]
+    if needing:
+        raise DataError(
+            f"{record.provenance.source} has no position, on which {' and '.join(needing)} of "
+            f"axis {axis.axis.name!r} depend{'s' * (len(needing) == 1)}; the integral of a "
+            "measured velocity drifts. Name it with columns position=NAME.",
+            code="missing-column",
+        )
 
 
 _MAX_REST_SPEED = 0.01  # of the largest, on average: what noise may make of a rest

@@ -120,8 +120,9 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
         )
     _check_width(source, sample)
     separator, comma, width, first, *_ = _best(source, sample)
-    above = [i for i, _ in sample if i < first]
-    header, units, note = _header(source, lines, above, first, separator, width)
+    header, units, note = _header(
+        source, lines, [i for i, _ in sample if i < first], first, separator, width
+    )
     split = split_labels(header)
     names = [name for name, _ in split]
     _check_names(source, lines[max(first - 1, 0)][0], names)
@@ -206,8 +207,14 @@ def _read(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> 
     )
     # A mark that no number uses says nothing; the point is what is usual.
     used = not comma or any("," in c for c in cells)
-    fit = (share, named, used, width)
-    return _Reading(separator, comma, width, rows[begin][0], sum(k >= begin for k in body), fit)
+    return _Reading(
+        separator,
+        comma,
+        width,
+        rows[begin][0],
+        sum(k >= begin for k in body),
+        (share, named, used, width),
+    )
 
 
 def _header(
@@ -227,8 +234,11 @@ def _header(
     commented = [i for i in range(first) if is_comment(lines[i][1]) and len(cells(i)) == width]
     rows = above or commented[-1:]
     if not rows:
-        numbers = [f"#{k}" for k in range(1, width + 1)]
-        return numbers, [""] * width, "no header row, so columns are called by their numbers"
+        return (
+            [f"#{k}" for k in range(1, width + 1)],
+            [""] * width,
+            "no header row, so columns are called by their numbers",
+        )
     header, units, used = cells(rows[-1]), [""] * width, [rows[-1]]
     if len(rows) > 1 and _is_unit_row(header) and {len(header), len(cells(rows[-2]))} == {width}:
         header, units, used = cells(rows[-2]), header, rows[-2:]

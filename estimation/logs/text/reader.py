@@ -58,10 +58,9 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False, endings: 
     if drop_tail:
         whole = complete_lines(body[:whole], dialect)
     tail = body[whole:]
-    columns = text_columns(source, body[:whole], dialect)
     return Table(
         source=source,
-        columns=columns,
+        columns=text_columns(source, body[:whole], dialect),
         notes=dialect.notes + notes,
         repairs=(left_out(tail),) if drop_tail or tail else (),
     )
@@ -126,10 +125,10 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
             column = Column(samples=Samples(values=values[:, numeric.index(k)]))
         else:
             split = (line.split(dialect.separator, k + 1)[k].strip() for _, line in lines)
-            cells = [row[k] for row in rows] or [*split]
-            column = _of_cells(source, lines, dialect, k, cells)
-        unit = column.unit or dialect.units[k]
-        columns[name or f"#{k + 1}"] = replace(column, unit=unit, label=dialect.labels[k])
+            column = _of_cells(source, lines, dialect, k, [row[k] for row in rows] or [*split])
+        columns[name or f"#{k + 1}"] = replace(
+            column, unit=column.unit or dialect.units[k], label=dialect.labels[k]
+        )
     return columns
 
 
@@ -230,8 +229,8 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
     if names[-1] == "Comment":
         names = names[:-1]
         body = [(k, separator.join(row.split(separator)[: len(names)])) for k, row in body]
-    named = [f"{n} [{u}]" if u else n for n, u in zip(names, units, strict=False)]
-    return [(number, separator.join(named)), *body], (
+    heads = [f"{n} [{u}]" if u else n for n, u in zip(names, units, strict=False)]
+    return [(number, separator.join(heads)), *body], (
         "LabVIEW measurement file, its heads and comments passed over",
     )
 
@@ -270,8 +269,11 @@ def left_out(lines: list[Line]) -> Repair:
     number, line = lines[0]
     what = "line" if len(lines) == 1 else "lines"
     shown = f"{line.strip()[:40]}..." if len(line.strip()) > 40 else line.strip()
-    text = f"{len(lines)} incomplete {what} at the end left out, from line {number}: {shown!r}"
-    return Repair(kind="tail", count=len(lines), text=text)
+    return Repair(
+        kind="tail",
+        count=len(lines),
+        text=f"{len(lines)} incomplete {what} at the end left out, from line {number}: {shown!r}",
+    )
 
 
 def _kind(cell: str, dialect: Dialect) -> str:

@@ -93,8 +93,11 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
         name: _column(name, c, values[c.value], clocks[c.time])
         for name, c in zip(names, channels, strict=True)
     }
-    notes = (f"TwinCAT Scope export, {how_written(separator, comma=comma)}",)
-    return Table(source=source, columns=columns, notes=notes)
+    return Table(
+        source=source,
+        columns=columns,
+        notes=(f"TwinCAT Scope export, {how_written(separator, comma=comma)}",),
+    )
 
 
 def _channels(source: str, heads: list[list[str]]) -> list[_Channel]:
@@ -165,5 +168,9 @@ def _column(name: str, channel: _Channel, samples: Array, clock: Array) -> Colum
         samples, clock = samples[~dropped], clock[~dropped]
     count = np.count_nonzero(repeated)
     note = f"{name}: {count} rows that repeat its last time and value left out" if count else ""
-    values = Samples(values=samples, clock=clock)
-    return Column(samples=values, unit=channel.unit, label=channel.name, note=note)
+    return Column(
+        samples=Samples(values=samples, clock=clock),
+        unit=channel.unit,
+        label=channel.name,
+        note=note,
+    )

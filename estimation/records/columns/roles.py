@@ -16,9 +16,6 @@ from .units import assumed_units_text, check_no_counts, to_si
 
 _CLOCKS = "the file's own clocks are taken"
 
-#: What an axis may be identified from, the first that is there.
-MOTION_ROLES = ("position", "velocity")
-
 Mask = NDArray[np.bool_]
 
 
@@ -67,8 +64,7 @@ class RoleColumns:
 
     def repaired(self, samples: Mapping[str, Samples], *repairs: Repair) -> "RoleColumns":
         """Other samples of some of the columns, and what was done to them."""
-        joined = {**self.samples, **samples}
-        return replace(self, samples=joined, repairs=(*self.repairs, *repairs))
+        return replace(self, samples={**self.samples, **samples}, repairs=(*self.repairs, *repairs))
 
 
 class _Chosen(NamedTuple):
@@ -299,4 +295,4 @@ def _to_name(roles: Iterable[str]) -> str:
 
 def motion_role(roles: Container[str]) -> str:
     """The position, or the velocity of a log without one."""
-    return next((role for role in MOTION_ROLES if role in roles), MOTION_ROLES[0])
+    return "velocity" if "velocity" in roles and "position" not in roles else "position"

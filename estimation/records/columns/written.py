@@ -133,5 +133,6 @@ def _csv(columns: Mapping[str, Array], about: str, file: Path) -> str:
             code="twin",
         )
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
-    lines = (",".join(map(repr, row)) for row in rows)
-    return "\n".join([f"# {about}", ",".join(columns), *lines, ""])
+    return "\n".join(
+        [f"# {about}", ",".join(columns), *(",".join(map(repr, row)) for row in rows), ""]
+    )
