@@ -186,9 +186,8 @@ class Record(Presentable, Exact):
 
     def longest(self) -> "Record":
         """The longest segment as a record of its own; a record of one piece itself."""
-        if not self.segments:
-            return self
-        return self._of([max(self.segments, key=lambda span: span[1] - span[0])])
+        longest = max(self.spans, key=lambda span: span[1] - span[0])
+        return self._of([longest]) if self.segments else self
 
     def windowed(self, *windows: tuple[float | None, float | None]) -> "Record":
         """The record within windows of time alone, each of them a segment.
@@ -338,11 +337,9 @@ class Record(Presentable, Exact):
 
     def with_channels(self, columns: Mapping[str, Array], **changed: Any) -> "Record":
         """The record with other columns, as `channels` gives them; none that were resampled."""
-        changed = {"sampled": None, **changed}
         roles: dict[str, Any] = {n: v for n, v in columns.items() if n not in self.signals}
-        return replace(
-            self, **roles, signals={name: columns[name] for name in self.signals}, **changed
-        )
+        signals = {name: columns[name] for name in self.signals}
+        return replace(self, **{"sampled": None, **roles, "signals": signals, **changed})
 
     @property
     def digest(self) -> str:

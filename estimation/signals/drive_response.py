@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -58,18 +59,12 @@ def through_path(path: CommandPath, commands: Array, period: float) -> Array:
 
 def _limited(commands: Array, most: float) -> Array:
     """Values that follow commands by so much a sample at most, (N,)."""
-    found = commands.copy()
-    steps = np.abs(np.diff(commands, prepend=commands[0])) > most
-    at = 0  # what is before it is found
-    for first in np.flatnonzero(steps):
-        if first < at:
-            continue
-        at, now = int(first), float(found[first - 1])
-        while at < len(commands) and abs(off := commands[at] - now) > most:
-            now += math.copysign(most, off)
-            found[at] = now
-            at += 1
-    return found
+
+    def follow(now: float, command: float) -> float:
+        step = command - now
+        return command if abs(step) <= most else now + math.copysign(most, step)
+
+    return np.array([*accumulate(commands.tolist(), follow)])
 
 
 def acting_control(

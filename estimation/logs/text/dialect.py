@@ -62,10 +62,7 @@ class Dialect:
 
     def cells(self, line: str) -> list[str]:
         """Cells of a line, stripped; one that a last separator leaves empty is dropped."""
-        cells = split_cells(line, self.separator)
-        if len(cells) == len(self.names) + 1 and not cells[-1]:
-            cells.pop()
-        return cells
+        return split_cells(line, self.separator, len(self.names))
 
 
 def how_written(separator: str | None, *, comma: bool) -> str:
@@ -74,8 +71,11 @@ def how_written(separator: str | None, *, comma: bool) -> str:
     return f"separator {named}, decimal {'comma' if comma else 'point'}"
 
 
-def split_cells(line: str, separator: str | None) -> list[str]:
-    """Cells of a line, stripped; one of a line that is no row of a table."""
+def split_cells(line: str, separator: str | None, width: int | None = None) -> list[str]:
+    """Cells of a line, stripped; one of a line that is no row of a table.
+
+    Of a table of so many columns without one that a last separator leaves empty.
+    """
     if separator is None:
         return line.replace('"', "").split()
     cells = line.split(separator)
@@ -84,7 +84,8 @@ def split_cells(line: str, separator: str | None) -> list[str]:
             cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
         except csv.Error:
             return [line]
-    return [cell.strip() for cell in cells]
+    cells = [cell.strip() for cell in cells]
+    return cells if len(cells) - 1 != width or cells[-1] else cells[:-1]
 
 
 def is_comment(line: str) -> bool:
@@ -228,8 +229,7 @@ def _header(
     """Header cells, cells of a row of units (empty if none), and a note on what is above."""
 
     def cells(index: int) -> list[str]:
-        found = split_cells(lines[index][1].lstrip("#%/ "), separator)
-        return found[:-1] if len(found) == width + 1 and not found[-1] else found
+        return split_cells(lines[index][1].lstrip("#%/ "), separator, width)
 
     commented = [i for i in range(first) if is_comment(lines[i][1]) and len(cells(i)) == width]
     rows = above or commented[-1:]

@@ -277,6 +277,5 @@ def left_out(lines: list[Line]) -> Repair:
 
 
 def _kind(cell: str, dialect: Dialect) -> str:
-    if is_number(cell, comma=dialect.comma):
-        return "number"
-    return "stamp" if is_stamp(cell) else "text"
+    is_text = "stamp" if is_stamp(cell) else "text"
+    return "number" if is_number(cell, comma=dialect.comma) else is_text
