@@ -61,8 +61,7 @@ def test_right_control_of_every_axis_is_left_alone(
     counts = 1e-5 * np.round(record.position / 1e-5)
     for position in (record.position, counts):
         for bits in (0, 16, 12, 10, 8):
-            found = masked(rounded(control, bits), position)
-            assert not found.any()
+            assert not masked(rounded(control, bits), position).any()
 
 
 def test_control_that_a_recorder_cut_off_is_found(library_axis: GeneratedAxis) -> None:
