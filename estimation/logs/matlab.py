@@ -39,12 +39,12 @@ def read_matlab(file: Path, content: bytes, room: Room) -> Table:
     """
     hdf5 = _HDF5 in (content[: len(_HDF5)], content[_USER_BLOCK : _USER_BLOCK + len(_HDF5)])
     variables = (_of_hdf5 if hdf5 else _of_scipy)(file, content, room)
-    found, objects = TableBuilder(room=room), []
+    builder, objects = TableBuilder(room=room), []
     for path, leaf in _leaves("", variables):
         if leaf is _OBJECT:
             objects.append(path)
         elif leaf is not None:
-            found.add_array(path, leaf)
+            builder.add_array(path, leaf)
     which = f"{', '.join(objects)} {'is an object' if len(objects) == 1 else 'are objects'}"
     how = (
         f"{which} that only MATLAB can open; of a timeseries, for instance, save the numbers "
@@ -53,7 +53,7 @@ def read_matlab(file: Path, content: bytes, room: Room) -> Table:
         if objects
         else ""
     )
-    return found.table(
+    return builder.table(
         str(file),
         notes=("MATLAB v7.3",) if hdf5 else (),
         missing=how,

@@ -61,7 +61,7 @@ def share_clock(columns: RoleColumns) -> bool:
     """Whether all columns have one clock."""
     shared = columns.motion.times
     clocks = [s.times for s in columns.samples.values()]
-    return all(own is shared or np.array_equal(own, shared, equal_nan=True) for own in clocks)
+    return all(clock is shared or np.array_equal(clock, shared, equal_nan=True) for clock in clocks)
 
 
 def retimed(
@@ -198,8 +198,8 @@ def _unequal(source: str, table: Table, lengths: Mapping[str, int], advice: str 
     """The error of columns that differ in length, with what is wrong with the file."""
     listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
     why = f" ({'; '.join(table.warnings)})" if table.warnings else ""
-    found = f"{source}: the columns differ in length: {listed}{why}. {advice}"
-    return DataError(found.rstrip(), code="time")
+    sentence = f"{source}: the columns differ in length: {listed}{why}. {advice}"
+    return DataError(sentence.rstrip(), code="time")
 
 
 def open_end(pieces: Sequence[Array]) -> float:
@@ -246,7 +246,7 @@ def check_time(
 ) -> None:
     """Refuse a time that does not increase evenly within the segments, or by another period, s."""
     check_increases(source, "time", time)
-    steps, apart = np.diff(time), MAX_MEAN_STEP_DEVIATION.value
+    steps, tolerance = np.diff(time), MAX_MEAN_STEP_DEVIATION.value
     inside = np.ones(len(steps), dtype=bool)
     inside[[start - 1 for start, _ in spans[1:]]] = False
     typical, mean = float(np.median(steps[inside])), float(np.mean(steps[inside]))
@@ -260,12 +260,12 @@ def check_time(
             f"its times jitter ({_EVENLY}).",
             code="uneven-time",
         )
-    if period is not None and abs(mean / typical - 1) < apart:
+    if period is not None and abs(mean / typical - 1) < tolerance:
         check_stated(source, typical, period)
     # Means over 100 steps, over which jitter of a quarter of a period is half a percent.
     means = [np.diff(time[start:stop:100]) / 100 for start, stop in spans]
     slow, *_, fast = np.sort(np.concatenate([*means, [typical, mean]]))
-    if not (slow > mean * (1 - apart) and fast < mean * (1 + apart)):
+    if not (slow > mean * (1 - tolerance) and fast < mean * (1 + tolerance)):
         raise DataError(
             f"{source}: the sampling period drifts from {1e3 * slow:.6g} to {1e3 * fast:.6g} ms "
             "(the extremes of its median, its mean, and its means over 100 samples), which cannot "
@@ -274,12 +274,12 @@ def check_time(
         )
 
 
-def check_stated(source: str, found: float, stated: float, uncertainty: float = 0.0) -> None:
+def check_stated(source: str, measured: float, stated: float, uncertainty: float = 0.0) -> None:
     """Refuse a sampling period that was given, s, and is not the one of the time column."""
-    if not abs(stated / found - 1) < 0.005 + uncertainty:
+    if not abs(stated / measured - 1) < 0.005 + uncertainty:
         raise DataError(
             f"{source}: the sampling period is given as {stated:g} s, but the time "
-            f"column steps by {found:g} s. Correct one of them (time is in seconds).",
+            f"column steps by {measured:g} s. Correct one of them (time is in seconds).",
             code="time",
         )
 

@@ -113,7 +113,7 @@ def read_record(
             code="repairs",
         )
     if is_run_file(log):
-        file, said = read_run(
+        file, arguments = read_run(
             Path(str(log)),
             declared,
             columns=columns or {},
@@ -123,11 +123,11 @@ def read_record(
             windows=windows,
             max_memory=max_memory,
         )
-        return read_record(file, axis, **said)
+        return read_record(file, axis, **arguments)
     repairs = repairs or Repairs()
     chosen = checked_windows(windows)
     table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)
-    found = role_columns(
+    by_role = role_columns(
         table,
         declared,
         column_texts(columns or {}),
@@ -135,7 +135,7 @@ def read_record(
         injected_at=injected_at,
     )
     return _record(
-        table, found, declared, sample_period, repairs, chosen, room_for(table.source, max_memory)
+        table, by_role, declared, sample_period, repairs, chosen, room_for(table.source, max_memory)
     )
 
 
@@ -176,14 +176,14 @@ def _record(
         )
     times = even.motion.times
     jitter = step_notes([times[a:b] for a, b in even.segments or ((0, len(times)),)])
-    own = [signal.name for signal in signals]
+    signal_names = [signal.name for signal in signals]
 
     def record(of: RoleColumns, **besides: Any) -> Record:
         time, values = of.motion.times, {role: s.values for role, s in of.samples.items()}
         return Record(
             time=time,
-            **{role: values[role] for role in values if role not in own},  # type: ignore[arg-type]
-            signals={name: values[name] for name in values if name in own},
+            **{role: values[role] for role in values if role not in signal_names},  # type: ignore[arg-type]
+            signals={name: values[name] for name in values if name in signal_names},
             injected_at=read.injected_at,
             sample_period=of.period,
             segments=of.segments,

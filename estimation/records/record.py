@@ -246,9 +246,9 @@ class Record(Presentable, Exact):
         """
         wanted = checked_shifts(shifts)  # of roles, and of signals by name
         check_movable(self._name(), self.channels(), wanted)
-        kept, moved, said = moved_rows(self._name(), self.time, wanted)
+        kept, places, repairs = moved_rows(self._name(), self.time, wanted)
         lengths = [int(np.sum((kept >= a) & (kept < b))) for a, b in self.spans]
-        return self._taken(kept, lengths, moved, provenance=self._repaired(*said))
+        return self._taken(kept, lengths, places, provenance=self._repaired(*repairs))
 
     def write(self, file: str | Path, axis: Axis | GeneratedAxis) -> Path:
         """Write the record as a log that `read_record` reads back as it is.
@@ -296,15 +296,17 @@ class Record(Presentable, Exact):
         return self._taken(rows, [b - a for a, b in pieces], {}, **changed)
 
     def _taken(
-        self, rows: Rows, lengths: Sequence[int], moved: Mapping[str, Rows], **changed: Any
+        self, rows: Rows, lengths: Sequence[int], rows_by_role: Mapping[str, Rows], **changed: Any
     ) -> "Record":
         """These samples of it in segments of such lengths, of the moved columns others."""
-        columns = {role: v[moved.get(role, rows)] for role, v in self.channels().items()}
+        columns = {role: v[rows_by_role.get(role, rows)] for role, v in self.channels().items()}
         masked = covered(self.masked, len(self))
         return self.with_channels(
             {"position": np.empty(0), **columns},
             segments=adjoining(lengths),
-            masked=runs(np.any([masked[places] for places in (rows, *moved.values())], axis=0)),
+            masked=runs(
+                np.any([masked[places] for places in (rows, *rows_by_role.values())], axis=0)
+            ),
             **changed,
         )
 

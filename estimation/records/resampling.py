@@ -97,7 +97,7 @@ def resample(
     masks = {
         r: np.interp(time, clocks[r], np.asarray(m, float)) > 0 for r, m in columns.masks.items()
     }
-    repairs = [*columns.repairs, _told(clocks, time, chosen, hows)]
+    repairs = [*columns.repairs, _resample_repair(clocks, time, chosen, hows)]
     if split:
         lost = sum(after - before - period for before, after in gaps)
         repairs.append(
@@ -118,13 +118,13 @@ def resample(
     )
 
 
-def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Array]) -> None:
+def _check_rate(source: str, chosen: float, recorded: float, clocks: Mapping[str, Array]) -> None:
     """Refuse a rate, Hz, that folds the motion's noise, or makes too much of the log."""
     moving = motion_role(clocks)
-    if chosen < 0.9 * own:
+    if chosen < 0.9 * recorded:
         raise UsageError(
-            f"{source}: the {moving} is sampled at {own:.6g} Hz; resampled at {chosen:g} Hz "
-            f"its noise would fold. Resample at {own:.6g} Hz or more; decimate keeps fewer "
+            f"{source}: the {moving} is sampled at {recorded:.6g} Hz; resampled at {chosen:g} Hz "
+            f"its noise would fold. Resample at {recorded:.6g} Hz or more; decimate keeps fewer "
             "rows.",
             code="resampling",
         )
@@ -132,7 +132,7 @@ def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Arr
     if duration * chosen > 1e8:
         raise UsageError(
             f"{source}: resampled at {chosen:g} Hz it would have {duration * chosen:.2g} rows; "
-            f"give a lower rate (the {moving} is sampled at {own:.6g} Hz).",
+            f"give a lower rate (the {moving} is sampled at {recorded:.6g} Hz).",
             code="resampling",
         )
 
@@ -176,12 +176,14 @@ def _onto(
     return at_times(grid, time, values, how if len(time) >= _FEWEST else "linear")
 
 
-def _told(
+def _resample_repair(
     clocks: Mapping[str, Array], time: Array, rate: float, hows: Mapping[str, Interpolation]
 ) -> Repair:
     ways = {"spline": "by cubic splines", "linear": "by straight lines", "held": "held"}
-    by_way = {said: ", ".join(r for r, h in hows.items() if h == way) for way, said in ways.items()}
-    how = ", ".join(f"{roles} {said}" for said, roles in by_way.items() if roles)
+    by_way = {
+        phrase: ", ".join(r for r, h in hows.items() if h == way) for way, phrase in ways.items()
+    }
+    how = ", ".join(f"{roles} {phrase}" for phrase, roles in by_way.items() if roles)
     taken = ", ".join(
         f"{role} {len(clock)} rows at {1 / float(np.median(np.diff(clock))):.6g} Hz"
         for role, clock in clocks.items()

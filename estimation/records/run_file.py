@@ -204,8 +204,8 @@ def _log(folder: Path, named: object) -> Path:
     if not isinstance(named, str) or is_run_file(named):
         raise UsageError(f"it is {quoted(named)}; give the path of a log, as from this file.")
     if not os.path.lexists(folder / named):
-        there = [file.name for file in folder.iterdir()]
-        raise UsageError(f"there is no file {folder / named}.{nearest(named, there)}")
+        names = [file.name for file in folder.iterdir()]
+        raise UsageError(f"there is no file {folder / named}.{nearest(named, names)}")
     return folder / named
 
 
@@ -298,8 +298,8 @@ def _described(table: LogTable, name: str) -> str:
     values, unit = _values(table, name), table.columns[name].unit
     finite = values[np.isfinite(values)]
     between = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "no numbers"
-    said = f"in {unit}" if unit else "in SI unless a unit is said"
-    return f"{_quoted(name[:_LINE])}: {between}, {said if unit.isprintable() else ''}"
+    unit_text = f"in {unit}" if unit else "in SI unless a unit is said"
+    return f"{_quoted(name[:_LINE])}: {between}, {unit_text if unit.isprintable() else ''}"
 
 
 def _values(table: LogTable, name: str) -> Array:

@@ -36,15 +36,15 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
     listed = [windows] if isinstance(windows, str) else windows
     if isinstance(listed, bytes) or not isinstance(listed, Iterable):
         raise UsageError(f"the windows are {quoted(windows)}; {_GIVE}.", code="window")
-    found = sorted(_checked(each) for each in listed)
-    for one, other in pairwise(found):
+    ordered = sorted(_checked(each) for each in listed)
+    for one, other in pairwise(ordered):
         if other[0] < one[1]:
             raise UsageError(
                 f"the windows {windows_text([one])} and {windows_text([other])} overlap; give them "
                 "as one.",
                 code="window",
             )
-    return tuple(found)
+    return tuple(ordered)
 
 
 def _checked(window: Any) -> Window:
@@ -132,13 +132,13 @@ def within(
         As far as the motion's clock reaches.
     """
     clock, kept = columns.motion.times, {}
-    own = samples_within(columns.source, clock, windows)
+    motion_spans = samples_within(columns.source, clock, windows)
     for role, s in columns.samples.items():
         spans = samples_within(f"{columns.source}, {role}", s.times, windows)
         kept[role] = s.taken(covered(spans, len(s.values)))
     reached = reaching(windows, float(np.nanmin(clock)), float(np.nanmax(clock)))
     return replace(
-        columns.repaired(kept, window_repair(windows, own, len(clock))),
+        columns.repaired(kept, window_repair(windows, motion_spans, len(clock))),
         source=f"{columns.source} {windows_text(reached)}",
     ), reached
 
@@ -150,12 +150,12 @@ def reaching(windows: Sequence[Window], first: float, last: float) -> tuple[Wind
 
 def window_repair(windows: Sequence[Window], spans: Sequence[Span], samples: int) -> Repair:
     """What is said of windows, and of how many samples are left out."""
-    left = samples - sum(stop - start for start, stop in spans)
+    left_out = samples - sum(stop - start for start, stop in spans)
     each = ", each filtered and simulated by itself" if len(spans) > 1 else ""
     return Repair(
         kind="window",
-        count=left,
-        text=f"only {windows_text(windows)} taken{each}: {left} of {samples} samples left out",
+        count=left_out,
+        text=f"only {windows_text(windows)} taken{each}: {left_out} of {samples} samples left out",
     )
 
 

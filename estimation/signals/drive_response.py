@@ -116,10 +116,10 @@ def acting_along(
     added = (1 - stays[0]) * stays[1] * first + (1 - stays[1]) * then
     at_samples = _recursion(stays[0] * stays[1], added, begin)
     between = first + (at_samples - first) * stays[0]
-    left = (at_samples - first) * (1 - stays[0]) + (between - then) * (1 - stays[1])
+    transient = (at_samples - first) * (1 - stays[0]) + (between - then) * (1 - stays[1])
     return Acting(
         at_samples=at_samples,
-        mean=share * first + (1 - share) * then + response.lag / response.period * left,
+        mean=share * first + (1 - share) * then + response.lag / response.period * transient,
     )
 
 
@@ -158,16 +158,16 @@ class DriveAlong:
     delay: float
     mean: bool
 
-    def acting(self, made: Array) -> Array:
+    def acting(self, forces: Array) -> Array:
         """What acts of what the recorded control would make at once, (N,)."""
         drive = self.axis.axis.drive
         if not (drive.lag or drive.delay) or drive.logged == "current":
-            return made
-        pieces, response = np.split(made, list(self.starts)[1:]), drive.response(self.period)
+            return forces
+        pieces, response = np.split(forces, list(self.starts)[1:]), drive.response(self.period)
         if not self.held:
             return np.concatenate([_running_along(p, response, drive.logged) for p in pieces])
-        found = [acting_along(piece, response, logged=drive.logged) for piece in pieces]
-        return np.concatenate([each.mean if self.mean else each.at_samples for each in found])
+        responses = [acting_along(piece, response, logged=drive.logged) for piece in pieces]
+        return np.concatenate([each.mean if self.mean else each.at_samples for each in responses])
 
     def force(
         self,

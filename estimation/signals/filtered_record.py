@@ -335,11 +335,11 @@ def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = (
     fastest = max(max(float(np.abs(each.motion[1]).max()), each.fastest) for each in records)
     counts = np.any([takes_robust_loss(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0)
     information = []
-    for each, own in pairs:
+    for each, transform in pairs:
         signals = each.beside(np.zeros(len(each)))  # the regressor is of the motion alone
-        columns = columns_of(each.axis, signals) @ own
+        columns = columns_of(each.axis, signals) @ transform
         moves = np.abs(signals.velocity) > MIN_MOVING_SPEED.value * fastest
         parts = columns[each.sampling.kept & moves], columns[each.sampling.used]
         information.append([part.T @ part for part in parts])
-    moving, left = np.sum(information, axis=0)
-    return remaining_information(counts, moving, left) < MIN_INFORMATION_LEFT.value
+    moving, used = np.sum(information, axis=0)
+    return remaining_information(counts, moving, used) < MIN_INFORMATION_LEFT.value

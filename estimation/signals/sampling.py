@@ -95,9 +95,9 @@ class RowTimes:
         if self.whole:
             return slice(lag, None), slice(0, max(len(self) - lag, 0))
         wanted = self.places - lag
-        found = np.searchsorted(self.places, wanted)
-        there = self.places[found] == wanted
-        return np.flatnonzero(there), found[there]
+        indices = np.searchsorted(self.places, wanted)
+        matched = self.places[indices] == wanted
+        return np.flatnonzero(matched), indices[matched]
 
 
 @dataclass(frozen=True, kw_only=True)

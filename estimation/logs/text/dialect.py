@@ -137,7 +137,9 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
         comma=comma,
         names=tuple(names),
         # A unit in the row of units goes before the header's.
-        units=tuple(u.strip("[]()- ") or own for u, (_, own) in zip(units, split, strict=True)),
+        units=tuple(
+            u.strip("[]()- ") or head_unit for u, (_, head_unit) in zip(units, split, strict=True)
+        ),
         labels=tuple(header),
         first=first,
         notes=(how_written(separator, comma=comma), *([note] if note else [])),
@@ -158,8 +160,8 @@ class _Reading(NamedTuple):
 def _best(source: str, sample: list[tuple[int, str]]) -> _Reading:
     quoted = any('"' in line for _, line in sample)
     ways = [(separator, comma) for separator in _SEPARATORS for comma in (False, True)]
-    found = [_read(sample, *way) for way in ways if quoted or way != (",", True)]
-    readings = [reading for reading in found if reading is not None]
+    tried = [_read(sample, *way) for way in ways if quoted or way != (",", True)]
+    readings = [reading for reading in tried if reading is not None]
     if not readings:
         raise DataError(
             f"{source}: no table of numbers is found in its first {len(sample)} filled lines; a "

@@ -104,7 +104,7 @@ def _channels(source: str, heads: list[list[str]]) -> list[_Channel]:
     """Channels by their place in the heads; a cell that repeats the label begins a time column."""
     last = max(i for i, cells in enumerate(heads) if cells[0] == _NAME)
     rows = {cells[0]: cells for cells in heads[last:]}
-    found: list[_Channel] = []
+    channels: list[_Channel] = []
     time = -1
     for k, name in enumerate(rows[_NAME]):
         if name == _NAME:
@@ -112,10 +112,10 @@ def _channels(source: str, heads: list[list[str]]) -> list[_Channel]:
         elif name.strip():
             attributes = {label: cells[k] for label, cells in rows.items() if k < len(cells)}
             unit = attributes.get("Unit", "").partition("(")[0].strip()
-            found.append(_Channel(name.strip(), unit, value=k, time=time))
-    if not found:
+            channels.append(_Channel(name.strip(), unit, value=k, time=time))
+    if not channels:
         raise DataError(f"{source}: the export of TwinCAT Scope names no channels.")
-    return found
+    return channels
 
 
 def _values(

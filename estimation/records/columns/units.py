@@ -129,8 +129,8 @@ def _offset(quantity: Quantity, of: Quantity, base: Quantity) -> Quantity:
     if quantity.unit is None:
         raise ScalingError("an offset needs its unit, as in +0.2deg")
     unit, one = of.unit or parse_unit("1"), Quantity(Fraction(1))
-    for known, angle, scale in ((unit, of.angle, one), (base.unit, base.angle, of / base)):
-        if known is not None and quantity.unit.same_dimension(known) and quantity.angle == angle:
+    for wanted, angle, scale in ((unit, of.angle, one), (base.unit, base.angle, of / base)):
+        if wanted is not None and quantity.unit.same_dimension(wanted) and quantity.angle == angle:
             return scale * quantity
     raise ScalingError(f"an offset in {quantity.unit} does not add to {unit}")
 
@@ -251,12 +251,12 @@ def to_si(
         return (values, "") if factor == 1.0 else (values * factor, f"{role}: {text} -> {of.unit}")
     _check_angle(role, text, of, same, source)
     unit = same[0] if same else of.unit or (wanted[0] if len(wanted) == 1 else "SI")
-    said = f"{role}: {text}, {factor:.9g} {unit} each"
+    note = f"{role}: {text}, {factor:.9g} {unit} each"
     if scaling.offset is None:
-        return values * factor, said
+        return values * factor, note
     offset = float(scaling.offset)
-    said += f" {'+' if offset >= 0 else '-'} {abs(offset):.9g}"
-    return values * factor + offset, said
+    note += f" {'+' if offset >= 0 else '-'} {abs(offset):.9g}"
+    return values * factor + offset, note
 
 
 def _example(wanted: Sequence[str]) -> str:
