@@ -150,13 +150,9 @@ def _clock(source: str, role: str, samples: Samples) -> Array:
 
 def _pieces(clock: Array, edges: Sequence[float] | Array) -> list[tuple[float, float]]:
     """First and last time of each piece of a clock without gaps, cut where windows end."""
-    ends = np.searchsorted(clock, edges, side="right") - 1
-    ends = ends[(ends >= 0) & (ends < len(clock) - 1)]
-    gaps = np.union1d(long_steps(clock, MAX_UNEVEN_STEP.value), ends).astype(int)
-    return [
-        (float(clock[a]), float(clock[b]))
-        for a, b in zip([0, *(gaps + 1)], [*gaps, len(clock) - 1], strict=True)
-    ]
+    cuts = np.searchsorted(clock, edges, side="right")
+    pieces = np.split(clock, np.union1d(long_steps(clock, MAX_UNEVEN_STEP.value) + 1, cuts))
+    return [(float(piece[0]), float(piece[-1])) for piece in pieces if len(piece)]
 
 
 def _common(lists: Sequence[list[tuple[float, float]]]) -> list[tuple[float, float]]:
@@ -203,16 +199,14 @@ def own_period(clock: Array) -> tuple[float, float]:
     """
     steps = np.diff(clock)
     typical = float(np.median(steps))
-    longest_step = MAX_UNEVEN_STEP.value * typical
-    edges = np.concatenate([[0], np.flatnonzero(steps > longest_step) + 1, [len(clock)]])
-    longest = int(np.argmax(np.diff(edges)))
-    piece = clock[edges[longest] : edges[longest + 1]]
+    gaps = long_steps(clock, MAX_UNEVEN_STEP.value)
+    piece = max(np.split(clock, gaps + 1), key=len)
     period = _in_phase(piece, typical)
     if period is not None:
         off = np.diff(piece) / period
         return period, float(np.ptp(off - np.round(off))) * period / float(piece[-1] - piece[0])
     # Nothing tells how many samples were lost.
-    return float(np.mean(steps[steps <= longest_step])), 0.1
+    return float(np.mean(np.delete(steps, gaps))), 0.1
 
 
 def _in_phase(time: Array, guess: float) -> float | None:
