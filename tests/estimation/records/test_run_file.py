@@ -216,8 +216,7 @@ def test_a_started_file_is_toml_whatever_columns_are_called(tmp_path: Path) -> N
 
 def test_what_cannot_be_read_is_refused_and_waits_for_nothing(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "run.toml")
-    for file in (tmp_path / "run.toml", tmp_path, Path("a\0.toml"), tmp_path / "none.toml"):
-        if file != tmp_path:
-            with pytest.raises(RunFileError, match="cannot be read"):
-                read_record(file)
-            assert log_of(file) == file
+    for file in (tmp_path / "run.toml", Path("a\0.toml"), tmp_path / "none.toml"):
+        with pytest.raises(RunFileError, match="cannot be read"):
+            read_record(file)
+        assert log_of(file) == file
