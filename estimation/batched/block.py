@@ -30,7 +30,7 @@ from axisid.estimation.loops import (
 )
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Equations
-from axisid.estimation.signals import DECIMATION_PADDING, FilteredRecord, Motion, SampledFilter
+from axisid.estimation.signals import FilteredRecord, Motion, SampledFilter
 from axisid.estimation.simulation import LoopInputs, simulate_lanes
 from axisid.estimation.thresholds import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array, Exact
@@ -229,11 +229,10 @@ class Block:
         every = sampled.settings.decimate
         start, end = sampled.cut
         kept = samples - start - end
-        ends = sampled.weightless_ends(samples)
-        low, high = (ends[0][1], ends[1][0]) if ends else (0, kept)
+        low, high = sampled.dropped[0] - start, samples - sampled.dropped[1] - start
         rows = sampled.rows(samples) - start
         first = int(rows[0])
-        padding = DECIMATION_PADDING if every > 1 else 0
+        padding = sampled.decimation.padding if every > 1 else 0
         skipped = max(0, math.ceil((first - every + padding) / every))
         begin = first - every * skipped
         last = kept - 1 + padding
@@ -272,7 +271,7 @@ class Block:
             position,
             sampled.low_pass.sections,
             sampled.low_pass.settled,
-            sampled.padding,
+            sampled.low_pass.padding,
             self.lanes.period,
             (q, dq, ddq),
         )

@@ -323,7 +323,9 @@ def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
     drive = DriveAlong(
         axis=axis, starts=[0], period=record.period, held=True, delay=0.0, mean=False
     )
-    commanded, slope = (each(control, motion, recorded) for each in (drive.force, drive.slope))
+    commanded, slope = (
+        drive.force(control, motion, recorded, by_gain=by_gain) for by_gain in (False, True)
+    )
     used = unmasked(record)
     power = float(commanded[used] @ commanded[used])
     return commanded, float(slope[used] @ commanded[used]) / power if power else 1.0

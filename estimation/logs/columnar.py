@@ -48,7 +48,7 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         It is damaged, or holds Python objects (which could run code) or no vectors, or it unfolds
         to more than there is room for.
     """
-    found = TableBuilder(room=room)
+    builder = TableBuilder(room=room)
     damaged = DataError(
         f"{file} cannot be read as a NumPy archive (write one with numpy.savez)",
         code="log-file",
@@ -59,23 +59,23 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
             units = msgspec.json.decode(str(archive[UNITS_ENTRY]), type=dict[str, str])
         for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
             room.take(entry.file_size)
-            _add_entry(found, name, archive, units)
-    return found.table(str(file), advice="save vectors of them with numpy.savez")
+            _add_entry(builder, name, archive, units)
+    return builder.table(str(file), advice="save vectors of them with numpy.savez")
 
 
-def _add_entry(found: TableBuilder, name: str, archive: Any, units: Mapping[str, str]) -> None:
+def _add_entry(builder: TableBuilder, name: str, archive: Any, units: Mapping[str, str]) -> None:
     """An array, or the fields of records; objects are left alone, since they could run code."""
     try:
         array = archive[name]
     except ValueError as error:
         if "Object arrays" not in str(error):
             raise
-        found.pass_over(name, "Python objects, which could run code")
+        builder.pass_over(name, "Python objects, which could run code")
         return
     if array.dtype.names is None:
-        found.add_array(name, array, unit=units.get(name, ""))
+        builder.add_array(name, array, unit=units.get(name, ""))
     for inner in array.dtype.names or ():
-        found.add_array(f"{name}.{inner}", array[inner])
+        builder.add_array(f"{name}.{inner}", array[inner])
 
 
 def read_parquet(file: Path, content: bytes, room: Room) -> Table:
@@ -94,13 +94,20 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
             room.take(2 * batch.nbytes)  # its columns are put together anew
             batches.append(batch)
         table = arrow.Table.from_batches(batches, opened.schema_arrow).flatten()
-    found = TableBuilder(room=room)
+    builder = TableBuilder(room=room)
     split = split_labels(table.schema.names)
     for field, values, (name, unit) in zip(table.schema, table.columns, split, strict=True):
-        told = {**(field.metadata or {})}
-        own = told.get(b"unit") or told.get(b"units") or told.get(b"Unit") or unit.encode()
-        found.add(name, values.to_numpy(), unit=own.decode(errors="replace"), label=field.name)
-    return found.table(str(file))
+        metadata = {**(field.metadata or {})}
+        unit_text = (
+            metadata.get(b"unit")
+            or metadata.get(b"units")
+            or metadata.get(b"Unit")
+            or unit.encode()
+        )
+        builder.add(
+            name, values.to_numpy(), unit=unit_text.decode(errors="replace"), label=field.name
+        )
+    return builder.table(str(file))
 
 
 def read_frame(frame: object) -> Table:
@@ -117,13 +124,17 @@ def read_frame(frame: object) -> Table:
         arrays = [(str(name), _array(str(name), values)) for name, values in frame.items()]
     else:
         arrays = _frame_arrays(frame)
-    found = TableBuilder()
+    builder = TableBuilder()
     split = split_labels([label for label, _ in arrays])
     for (name, unit), (label, values) in zip(split, arrays, strict=True):
-        found.add(name, values, unit=unit, label=label)
+        builder.add(name, values, unit=unit, label=label)
     index = [str(name) for name in getattr(getattr(frame, "index", None), "names", ()) if name]
-    said = f"Its index {', '.join(index)} is no column; give log.reset_index()." if index else ""
-    return found.table(f"a {type(frame).__name__}", missing=said)
+    return builder.table(
+        f"a {type(frame).__name__}",
+        missing=f"Its index {', '.join(index)} is no column; give log.reset_index()."
+        if index
+        else "",
+    )
 
 
 def _array(name: str, values: object) -> np.ndarray[Any, Any]:
@@ -190,8 +201,11 @@ def read_json_lines(file: Path, content: bytes, room: Room) -> Table:
         A line is no JSON: which; or as `read_json`.
     """
     room.take(_UNFOLDED_RECORDS * len(content))
-    lines = enumerate(content.splitlines(), 1)
-    return _table(file, [_decoded(file, line, n) for n, line in lines if line.strip()], room)
+    return _table(
+        file,
+        [_decoded(file, line, n) for n, line in enumerate(content.splitlines(), 1) if line.strip()],
+        room,
+    )
 
 
 def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
@@ -199,9 +213,9 @@ def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
     try:
         return json.loads(content.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
-        where = f", line {line}" if line else ""
         why = str(error) if isinstance(error, json.JSONDecodeError) else "it is no text in UTF-8"
         why = "it is nested too deep" if isinstance(error, RecursionError) else why
+        where = f", line {line}" if line else ""
         raise DataError(
             f"{file}{where} is no JSON: {why[:1].lower() + why[1:]}. Write it anew, or give the "
             "file the ending of what it is (.jsonl for a record in each line).",
@@ -209,34 +223,38 @@ def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
         ) from error
 
 
-def _columns(found: Any, name: str = "") -> Iterable[tuple[str, _Cells]]:
+def _columns(document: Any, name: str = "") -> Iterable[tuple[str, _Cells]]:
     """Columns by name of what JSON holds, with a dot between names below one another."""
-    if isinstance(found, list) and found and all(isinstance(each, Mapping) for each in found):
-        records = [dict(_leaves(record)) for record in found]
-        for own in dict.fromkeys(own for record in records for own in record):
-            yield f"{name}.{own}".lstrip("."), ([record.get(own) for record in records], "")
-    elif isinstance(found, list) and name:
-        yield name, (found, "")
-    elif isinstance(found, list) and found and isinstance(found[0], list):
-        yield from _of_lists(found)
-    elif isinstance(found, Mapping) and name.count(".") < _DEEPEST:
-        names, cells = found.get("columns"), found.get("values", found.get("data"))
+    if (
+        isinstance(document, list)
+        and document
+        and all(isinstance(each, Mapping) for each in document)
+    ):
+        records = [dict(_leaves(record)) for record in document]
+        for field in dict.fromkeys(field for record in records for field in record):
+            yield f"{name}.{field}".lstrip("."), ([record.get(field) for record in records], "")
+    elif isinstance(document, list) and name:
+        yield name, (document, "")
+    elif isinstance(document, list) and document and isinstance(document[0], list):
+        yield from _of_lists(document)
+    elif isinstance(document, Mapping) and name.count(".") < _DEEPEST:
+        names, cells = document.get("columns"), document.get("values", document.get("data"))
         if isinstance(names, list) and isinstance(cells, list):
             yield from _of_lists([names, *cells])
         elif name and isinstance(cells, list):  # an array with its unit
-            yield name, (cells, str(found.get("unit") or ""))
+            yield name, (cells, str(document.get("unit") or ""))
         elif (
-            name and found and all(str(place).isdecimal() for place in found)
+            name and document and all(str(place).isdecimal() for place in document)
         ):  # as pandas writes them
-            yield name, ([*found.values()], "")
+            yield name, ([*document.values()], "")
         else:
-            for key, value in found.items():
+            for key, value in document.items():
                 yield from _columns(value, f"{name}.{key}".lstrip("."))
 
 
-def _leaves(found: Mapping[str, Any], above: str = "") -> Iterable[tuple[str, Any]]:
+def _leaves(record: Mapping[str, Any], above: str = "") -> Iterable[tuple[str, Any]]:
     """What lies below the names of a record, with a dot between these."""
-    for key, value in found.items():
+    for key, value in record.items():
         if isinstance(value, Mapping) and above.count(".") < _DEEPEST:
             yield from _leaves(value, f"{above}{key}.")
         else:
@@ -254,14 +272,15 @@ def _of_lists(lists: Sequence[Any]) -> Iterable[tuple[str, _Cells]]:
 
 
 def _table(file: Path, document: Any, room: Room) -> Table:
-    found, columns = TableBuilder(room=room), dict(_columns(document))
+    builder, columns = TableBuilder(room=room), dict(_columns(document))
     for label, (name, written) in zip(columns, split_labels([*columns]), strict=True):
         cells, unit = columns[label]
         values, note = _values(cells)
-        said = f"{name}: {note}" if note else ""
-        found.add(name, values, unit="s" if note else unit or written, label=label, note=said)
-    advice = "give arrays by name, or a list of records with a name for each number"
-    return found.table(str(file), advice=advice)
+        unit, note = ("s", f"{name}: {note}") if note else (unit or written, "")
+        builder.add(name, values, unit=unit, label=label, note=note)
+    return builder.table(
+        str(file), advice="give arrays by name, or a list of records with a name for each number"
+    )
 
 
 def _values(cells: Sequence[Any]) -> tuple[np.ndarray[Any, Any], str]:

@@ -230,13 +230,10 @@ def format_of(file: Path) -> Format:
 
 def log_endings() -> tuple[str, ...]:
     """Return the endings by which a file is known to be a log."""
-    own = (ending for each in FORMATS for ending in each.endings)
-    return (*own, *(packing.ending for packing in PACKINGS))
-
-
-def format_endings() -> str:
-    """Return the endings of what is no text, one of each format, for a sentence."""
-    return ", ".join(each.endings[0] for each in FORMATS if not each.is_text)
+    return (
+        *(ending for each in FORMATS for ending in each.endings),
+        *(packing.ending for packing in PACKINGS),
+    )
 
 
 _ASK = "give the file the ending "
@@ -262,14 +259,14 @@ def read_table(
 ) -> Table:
     """Read all columns of a log, whatever its format; see `read_record` and `Repairs.tail`."""
     if isinstance(log, (str, Path)):
-        table = _read_file(Path(log), room_for(log, max_memory), drop_tail=drop_tail)
-        table = replace(table, source=str(log))
+        room = room_for(log, max_memory)
+        table = replace(_read_file(Path(log), room, drop_tail=drop_tail), source=str(log))
     else:
         table = read_frame(log)
-    if drop_tail and not table.repairs:
-        said = "nothing left out at the end: that is done in delimited text alone"
-        table = replace(table, repairs=(Repair(kind="tail", count=0, text=said),))
-    return table
+    if not drop_tail or table.repairs:
+        return table
+    text = "nothing left out at the end: that is done in delimited text alone"
+    return replace(table, repairs=(Repair(kind="tail", count=0, text=text),))
 
 
 def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
@@ -277,12 +274,12 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
     _check_regular(file, folder=bag)
     reader = read_bag if bag else format_of(file).read_file
     try:
-        _check_kind(file)
+        if file.is_file() and (wrong := _wrong_kind(file)):
+            raise DataError(f"{file} is {wrong[0]} by its content; {wrong[1]}.", code="log-file")
         if reader is not None:
             whole = bag_of(file) if reader is read_bag else file
             before = stamps(whole)
-            table = reader(file, room)
-            sha256 = digest_of(list(before))
+            table, sha256 = reader(file, room), digest_of(list(before))
             if stamps(whole) != before:
                 raise changed(file)
         else:
@@ -310,7 +307,8 @@ def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table
     elif log_format.is_text:
         room.take_text(content)
     if log_format.read is None:
-        table = read_text(str(file), content, drop_tail=drop_tail, endings=format_endings())
+        others = ", ".join(each.endings[0] for each in FORMATS if not each.is_text)
+        table = read_text(str(file), content, drop_tail=drop_tail, endings=others)
     else:
         table = log_format.read(file, content, room)
     notes = (f"unpacked by {packing.name}",) if packing else ()
@@ -341,24 +339,10 @@ def _check_regular(file: Path, *, folder: bool) -> None:
         )
 
 
-def _check_kind(file: Path) -> None:
-    """Refuse a file whose first bytes are those of another format than its ending says.
-
-    Raises
-    ------
-    DataError
-        It says what the file is, and what to do.
-    """
-    if file.is_file():
-        with file.open("rb") as stream:
-            found = _kind(file, stream.read(4096))
-        if found is not None:
-            kind, advice = found
-            raise DataError(f"{file} is {kind} by its content; {advice}.", code="log-file")
-
-
-def _kind(file: Path, head: bytes) -> tuple[str, str] | None:
-    """What a file is and what to do, where that is surely not what its ending says."""
+def _wrong_kind(file: Path) -> tuple[str, str] | None:
+    """What a file is by its first bytes and what to do, where its ending surely says another."""
+    with file.open("rb") as stream:
+        head = stream.read(4096)
     named, packing = format_of(file), packing_of(file)
     for pattern, kind, advice in _NO_LOGS:
         if re.match(pattern, head, re.DOTALL | re.IGNORECASE):

@@ -39,21 +39,21 @@ def read_matlab(file: Path, content: bytes, room: Room) -> Table:
     """
     hdf5 = _HDF5 in (content[: len(_HDF5)], content[_USER_BLOCK : _USER_BLOCK + len(_HDF5)])
     variables = (_of_hdf5 if hdf5 else _of_scipy)(file, content, room)
-    found, objects = TableBuilder(room=room), []
+    builder, objects = TableBuilder(room=room), []
     for path, leaf in _leaves("", variables):
         if leaf is _OBJECT:
             objects.append(path)
         elif leaf is not None:
-            found.add_array(path, leaf)
-    how = ""
-    if objects:
-        what = "is an object" if len(objects) == 1 else "are objects"
-        how = (
-            f"{', '.join(objects)} {what} that only MATLAB can open; of a timeseries, for "
-            f"instance, save the numbers there: t = {objects[0]}.Time; x = squeeze("
-            f"{objects[0]}.Data); save('log.mat', 't', 'x', '-v7')."
-        )
-    return found.table(
+            builder.add_array(path, leaf)
+    which = f"{', '.join(objects)} {'is an object' if len(objects) == 1 else 'are objects'}"
+    how = (
+        f"{which} that only MATLAB can open; of a timeseries, for instance, save the numbers "
+        f"there: t = {objects[0]}.Time; x = squeeze({objects[0]}.Data); save('log.mat', 't', 'x', "
+        "'-v7')."
+        if objects
+        else ""
+    )
+    return builder.table(
         str(file),
         notes=("MATLAB v7.3",) if hdf5 else (),
         missing=how,
@@ -71,8 +71,9 @@ def _of_scipy(file: Path, raw: bytes, room: Room) -> dict[str, Any]:
     for name, value in [*variables.items()]:
         if type(value).__name__ == "MatlabOpaque":
             del variables[name]
-            names = [_text(entry) for entry in np.asarray(value)["s0"].ravel()]
-            variables |= dict.fromkeys(names, _OBJECT)
+            variables |= dict.fromkeys(
+                [_text(entry) for entry in np.asarray(value)["s0"].ravel()], _OBJECT
+            )
     return variables
 
 
@@ -122,8 +123,7 @@ def _of_hdf5(file: Path, raw: bytes, room: Room) -> dict[str, Any]:
     h5py = library("h5py", "h5py", file)
 
     def refers(node: Any) -> bool:
-        dataset = isinstance(node, h5py.Dataset)
-        return dataset and h5py.check_ref_dtype(node.dtype) is h5py.Reference
+        return isinstance(node, h5py.Dataset) and h5py.check_ref_dtype(node.dtype) is h5py.Reference
 
     def value(node: Any) -> Any:
         """What a group or a data set holds, as SciPy has it; MATLAB stores arrays transposed."""
@@ -133,8 +133,9 @@ def _of_hdf5(file: Path, raw: bytes, room: Room) -> dict[str, Any]:
             plain = [refers(n) and "MATLAB_class" not in n.attrs for n in node.values()]
             if not plain or not all(plain):
                 return fields
-            elements = zip(*fields.values(), strict=True)  # of an array, a reference for each
-            return [dict(zip(fields, each, strict=True)) for each in elements]
+            return [
+                dict(zip(fields, each, strict=True)) for each in zip(*fields.values(), strict=True)
+            ]
         if refers(node):
             return [value(content[each]) if each else None for each in np.ravel(node[()])]
         if "MATLAB_object_decode" in node.attrs or kind not in {*_NUMERIC, "cell", "char"}:

@@ -38,11 +38,11 @@ def read_mdf(file: Path, room: Room) -> Table:
     with refusing(DataError(f"{file} cannot be read as an MDF file", code="log-file")):
         try:
             with asammdf.MDF(file) as mdf:
-                found = _mdf_columns(mdf, room)
+                builder = _mdf_columns(mdf, room)
         except Exception as error:
             _let_go(error)
             raise
-    return found.table(str(file), advice="record channels of numbers")
+    return builder.table(str(file), advice="record channels of numbers")
 
 
 def _let_go(error: BaseException) -> None:
@@ -50,10 +50,10 @@ def _let_go(error: BaseException) -> None:
     hook = sys.unraisablehook
     sys.unraisablehook = lambda _: None
     try:
-        held: BaseException | None = error
-        while held is not None:
-            traceback.clear_frames(held.__traceback__)
-            held = held.__context__
+        cause: BaseException | None = error
+        while cause is not None:
+            traceback.clear_frames(cause.__traceback__)
+            cause = cause.__context__
         error.__traceback__ = error.__context__ = None
         gc.collect()
     finally:
@@ -61,23 +61,28 @@ def _let_go(error: BaseException) -> None:
 
 
 def _mdf_columns(mdf: Any, room: Room) -> TableBuilder:
-    found = TableBuilder(room=room)
+    builder = TableBuilder(room=room)
     for name, group, index in _mdf_names(mdf):
         # Its samples and its times are made before they are seen.
         room.take(2 * 8 * mdf.groups[group].channel_group.cycles_nr)
         try:
             signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
         except Exception as error:
-            found.pass_over(name, f"what asammdf cannot read ({one_line(error)})")
+            builder.pass_over(name, f"what asammdf cannot read ({one_line(error)})")
             continue
         values, invalid = np.asarray(signal.samples), signal.invalidation_bits
         if invalid is not None and values.dtype.kind in "fiub":
             values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
         clock = np.asarray(signal.timestamps, dtype=np.float64)
         count = 0 if invalid is None else np.count_nonzero(invalid)
-        note = f"{name}: {count} samples are marked as invalid" if count else ""
-        found.add(name, values, unit=signal.unit or "", clock=clock, note=note)
-    return found
+        builder.add(
+            name,
+            values,
+            unit=signal.unit or "",
+            clock=clock,
+            note=f"{name}: {count} samples are marked as invalid" if count else "",
+        )
+    return builder
 
 
 def _mdf_names(mdf: Any) -> list[tuple[str, int, int]]:
@@ -110,7 +115,7 @@ def read_tdms(file: Path, room: Room) -> Table:
         It is damaged, too large, or npTDMS is not installed.
     """
     nptdms, log = library("nptdms", "tdms", file), library("nptdms.log", "tdms", file)
-    found = TableBuilder(room=room)
+    builder = TableBuilder(room=room)
     with refusing(DataError(f"{file} cannot be read as a TDMS file", code="log-file")):
         room.take(file.stat().st_size)
         with _warnings(log.log_manager.console_handler) as warned:
@@ -119,9 +124,12 @@ def read_tdms(file: Path, room: Room) -> Table:
         starts = (_waveform(channel)[0] for channel in channels)
         origin = min((start for start in starts if start is not None), default=None)
         for channel in channels:
-            _add_channel(found, channel, origin)
-    warnings = tuple(f"npTDMS: {warning}" for warning in dict.fromkeys(warned))
-    return found.table(str(file), warnings=warnings, advice="record channels of numbers")
+            _add_channel(builder, channel, origin)
+    return builder.table(
+        str(file),
+        warnings=tuple(f"npTDMS: {warning}" for warning in dict.fromkeys(warned)),
+        advice="record channels of numbers",
+    )
 
 
 def _waveform(channel: Any) -> tuple[np.datetime64 | None, float]:
@@ -131,38 +139,43 @@ def _waveform(channel: Any) -> tuple[np.datetime64 | None, float]:
     return start if begun else None, float(step or 0)
 
 
-def _add_channel(found: TableBuilder, channel: Any, origin: np.datetime64 | None) -> None:
+def _add_channel(builder: TableBuilder, channel: Any, origin: np.datetime64 | None) -> None:
     name = f"{channel.group_name}.{channel.name}"
     try:
         values = channel[:]
     except Exception as error:
-        found.pass_over(name, f"what npTDMS cannot read ({one_line(error)})")
+        builder.pass_over(name, f"what npTDMS cannot read ({one_line(error)})")
         return
-    said = channel.properties
+    properties = channel.properties
     clock, note, (start, step) = None, "", _waveform(channel)
     if step > 0 and len(channel):
-        begin = float(said.get("wf_start_offset", 0.0))
+        begin = float(properties.get("wf_start_offset", 0.0))
         if start is not None:
             begin += (start - origin) / np.timedelta64(1, "s")
         elif origin is not None:
             note = f"{channel.name}: no wf_start_time, taken to begin with the first waveform"
         clock = begin + step * np.arange(len(channel), dtype=np.float64)
-    unit = str(said.get("unit_string", said.get("NI_UnitDescription", "")))
-    found.add(name, values, unit=unit, clock=clock, note=note)
+    builder.add(
+        name,
+        values,
+        unit=str(properties.get("unit_string", properties.get("NI_UnitDescription", ""))),
+        clock=clock,
+        note=note,
+    )
 
 
 @contextmanager
 def _warnings(handler: logging.Handler) -> Iterator[list[str]]:
     """What a library logs of a file, which is the user's to know, in place of standard error."""
-    found: list[str] = []
+    messages: list[str] = []
 
     def kept(record: logging.LogRecord) -> bool:
-        found.append(textwrap.shorten(record.getMessage(), 100))
+        messages.append(textwrap.shorten(record.getMessage(), 100))
         return False
 
     handler.addFilter(kept)
     try:
-        yield found
+        yield messages
     finally:
         handler.removeFilter(kept)
 
@@ -193,8 +206,8 @@ def read_bag(path: Path, room: Room) -> Table:
             names = dict.fromkeys(c.topic for c in reader.connections if c.msgtype == _JOINT_STATE)
             topics = {topic: _joints(reader, topic, room) for topic in names}
     stamped = (times[~lost] for times, lost, *_ in topics.values())
-    origin = min((int(own.min()) for own in stamped if len(own)), default=0)
-    found = TableBuilder(room=room)
+    origin = min((int(stamps.min()) for stamps in stamped if len(stamps)), default=0)
+    builder = TableBuilder(room=room)
     for topic, (times, lost, note, joints) in topics.items():
         before = f"{topic.strip('/')}." if len(topics) > 1 else ""
         for name, values in joints.items():
@@ -202,9 +215,13 @@ def read_bag(path: Path, room: Room) -> Table:
             # Counted in integers first, or a double would lose the nanoseconds.
             clock = (times[rows] - origin).astype(np.float64) * 1e-9
             clock[lost[rows]] = np.nan
-            told = [values[row] for row in rows]
-            found.add(f"{before}{name}", told, clock=clock, note=f"{topic}: {note}")
-    return found.table(
+            builder.add(
+                f"{before}{name}",
+                [values[row] for row in rows],
+                clock=clock,
+                note=f"{topic}: {note}",
+            )
+    return builder.table(
         str(path),
         notes=("ROS bag, JointState in SI",),
         advice=f"of messages {_JOINT_STATE} are read, and it has {', '.join(others) or 'none'}",

@@ -313,7 +313,7 @@ def _residuals(rows: Equations, physical: Array, free: Sequence[int], basis: Arr
 def _along(s: Signals, data: FilteredRecord) -> Along:
     sampling = data.sampling
     rows = sampling.rows.astype(np.int64)
-    time = sampling.period * np.arange(len(s.position), dtype=float)
+    time = data.period * np.arange(len(s.position), dtype=float)
     return Along(
         time=time - time[rows].mean(),
         position=s.position - (middle := float(s.position[rows].mean())),
@@ -325,6 +325,6 @@ def _along(s: Signals, data: FilteredRecord) -> Along:
         spans=sampling.spans,
         rows=rows,
         reduce=sampling.reduce,
-        period=sampling.period,
-        row_period=sampling.period * sampling.prefilter.decimate,
+        period=data.period,
+        row_period=data.row_period,
     )

@@ -7,7 +7,6 @@ another, and a control that is written less often than the position keeps every 
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -22,10 +21,13 @@ from axisid.support.arrays import Array, runs
 _MIN_FLAT_SAMPLES = 3
 
 
-def clipped(columns: RoleColumns, axis: Axis | None) -> RoleColumns:
-    """Columns with a mask of the samples of the control, or of a measured force, that are cut off.
+def clipped(
+    columns: RoleColumns, axis: Axis | None, *, masked: bool
+) -> tuple[RoleColumns, list[str]]:
+    """Columns with a mask of the samples of a measured force, or of the control, that are cut off.
 
-    At its extreme or limit.
+    At its extreme or limit. Where none is asked for, what is said of those that are cut off, but
+    for a control at the limit.
 
     Parameters
     ----------
@@ -33,68 +35,51 @@ def clipped(columns: RoleColumns, axis: Axis | None) -> RoleColumns:
         Each with its clock.
     axis : Axis or None
         With the drive's limit.
+    masked : bool
+        Whether they are left out.
     """
-    samples, role = columns.samples, _driven(columns.samples)
-    masks, count, said = {}, 0, "none"
-    if role in samples:
-        cut = _flat_tops(samples, role)
-        cut |= np.abs(samples[role].values) >= _limit(role, axis) * (1 - LIMIT_TOLERANCE.value)
-        masks, count = {role: cut}, int(cut.sum())
-        said = f"{role} {count}{_at(samples[role].values, cut)}"
-    text = f"clipped samples masked, with the rows whose filters reach them: {said}"
-    made = columns.repaired({}, Repair(kind="clipped", count=count, text=text))
-    return replace(made, masks=masks)
+    role = "force" if "force" in columns.samples else "control"
+    driven = columns.samples.get(role)
+    values, cut = np.empty(0), np.zeros(0, dtype=bool)
+    if driven is not None:
+        values, cut = driven.values, _flat_tops(driven, columns.samples.get("position"))
+    limit = axis.drive.limit if role == "control" and axis is not None else math.inf
+    if masked:
+        cut |= np.abs(values) >= limit * (1 - LIMIT_TOLERANCE.value)
+    else:  # A flat top that is at the limit is off it by a converter's noise at most.
+        cut &= np.abs(values) < 0.98 * limit
+    count, extremes = int(cut.sum()), np.unique(values[cut])
+    at = (
+        f" (at {' and '.join(f'{each:.6g}' for each in extremes)})" if 0 < len(extremes) < 3 else ""
+    )
+    if not masked:
+        note = (
+            f"the {role} is cut off in {count} samples{at}, as by a recorder or a converter: if "
+            'the drive did not, leave them out with mask = "clipped" in run.toml'
+        )
+        return columns, [note] if count else []
+    which = "none" if driven is None else f"{role} {count}{at}"
+    text = f"clipped samples masked, with the rows whose filters reach them: {which}"
+    repaired = columns.repaired({}, Repair(kind="clipped", count=count, text=text))
+    return replace(repaired, masks={} if driven is None else {role: cut}), []
 
 
-def clipping_notes(samples: Mapping[str, Samples], axis: Axis | None) -> list[str]:
-    """What is said of a control or a force that is cut off, but for a control at the limit."""
-    role = _driven(samples)
-    if role not in samples:
-        return []
-    values, cut = samples[role].values, _flat_tops(samples, role)
-    # A flat top that is at the limit is off it by a converter's noise at most.
-    cut &= np.abs(values) < 0.98 * _limit(role, axis)
-    if not cut.any():
-        return []
-    return [
-        f"the {role} is cut off in {int(cut.sum())} samples{_at(values, cut)}, as by a recorder or "
-        'a converter: if the drive did not, leave them out with mask = "clipped" in run.toml'
-    ]
-
-
-def _at(values: Array, mask: Mask) -> str:
-    """The values that were masked, where these are few."""
-    kept = np.unique(values[mask])
-    return f" (at {' and '.join(f'{value:.6g}' for value in kept)})" if 0 < len(kept) <= 2 else ""
-
-
-def _driven(samples: Mapping[str, Samples]) -> str:
-    return "force" if "force" in samples else "control"
-
-
-def _limit(role: str, axis: Axis | None) -> float:
-    """The drive's limit of a role's values; infinite where there is none."""
-    return axis.drive.limit if role == "control" and axis is not None else math.inf
-
-
-def _flat_tops(samples: Mapping[str, Samples], role: str) -> Mask:
-    """Samples at an extreme at which a role's signal is cut off, (N,)."""
-    own, position = samples[role], samples.get("position")
-    values, signal = own.values, _Signal(own.values)
-    there = None
+def _flat_tops(driven: Samples, position: Samples | None) -> Mask:
+    """Samples at an extreme at which a control or a force is cut off, (N,)."""
+    signal, there = _Signal(driven.values), None
     if position is not None:
-        there = np.interp(own.times, position.times, position.values)
+        there = np.interp(driven.times, position.times, position.values)
     cut = [extreme for extreme in (signal.least, signal.most) if _is_cut(signal, extreme, there)]
     # What is cut off on one side is so on the other at the same value, be it for a sample.
-    either = [side for side in (signal.least, signal.most) if -side in cut]
-    return np.isin(values, [*cut, *either])
+    opposite = [extreme for extreme in (signal.least, signal.most) if -extreme in cut]
+    return np.isin(driven.values, [*cut, *opposite])
 
 
 def _is_cut(signal: "_Signal", extreme: float, position: Array | None) -> bool:
     flat = [
         (start, stop)
         for start, stop in runs(signal.values == extreme)
-        if stop - start >= _MIN_FLAT_SAMPLES * signal.held
+        if stop - start >= _MIN_FLAT_SAMPLES * signal.kept_for
         and not _rests(position, start, stop)
         and signal.is_steep(start, stop)
     ]
@@ -106,28 +91,25 @@ class _Signal:
     """A signal around the runs at its extremes."""
 
     def __init__(self, values: Array) -> None:
-        self.values, self.quantum, self.held = values, _finest(values), _held(values)
+        self.values, self.kept_for = values, _samples_kept(values)
+        self.quantum = quantisation_step(values) or _rounding(values)
         self.least, self.most = float(values.min()), float(values.max())
-        signs = np.sign(np.diff(values))
-        self.turns = np.flatnonzero(np.diff(signs)) + 1  # samples between steps of other signs
+        # Samples between steps of other signs.
+        self.turns = np.flatnonzero(np.diff(np.sign(np.diff(values)))) + 1
 
     def is_steep(self, start: int, stop: int) -> bool:
         """Whether a run begins and ends by more than a smooth signal's rounding."""
-        ends = [
-            abs(self.values[k] - self.values[k - 1])
-            for k in (start, stop)
-            if 0 < k < len(self.values)
-        ]
-        return min(ends, default=0.0) > MAX_SMOOTH_STEP.value * self.quantum
+        ends = [k for k in (start, stop) if 0 < k < len(self.values)]
+        least = min((abs(self.values[k] - self.values[k - 1]) for k in ends), default=0.0)
+        return float(least) > MAX_SMOOTH_STEP.value * self.quantum
 
     def is_set(self, start: int, stop: int) -> bool:
         """Whether a run is one of a commanded profile, which goes straight from value to value."""
         last = len(self.values) - 1
         before = int(self.turns[self.turns < start].max(initial=0))
         after = int(self.turns[self.turns >= stop].min(initial=last))
-        ramps = [(start, before, -1)] if start else []
-        ramps += [(stop - 1, after, 1)] if stop <= last else []
-        return all(self._is_straight(*ramp) for ramp in ramps)
+        rises = not start or self._is_straight(start, before, -1)
+        return rises and (stop > last or self._is_straight(stop - 1, after, 1))
 
     def _is_straight(self, top: int, end: int, way: int) -> bool:
         """Whether the signal goes straight from a sample at an extreme to another value it keeps.
@@ -135,7 +117,7 @@ class _Signal:
         In a few samples to one between the extremes, or along a ramp of more to any. Where in its
         first and last sample a ramp has its corners is not known.
         """
-        beyond = np.arange(end, end + way * _MIN_FLAT_SAMPLES * self.held, way)
+        beyond = np.arange(end, end + way * _MIN_FLAT_SAMPLES * self.kept_for, way)
         kept = self.values[beyond[(beyond >= 0) & (beyond < len(self.values))]]
         if np.any(kept != kept[0]):
             return False
@@ -146,12 +128,8 @@ class _Signal:
         return float(np.abs(off).max()) <= MAX_SMOOTH_STEP.value * self.quantum
 
 
-def _finest(values: Array) -> float:
-    """What the values are rounded to, if only as floating point numbers are."""
-    return quantisation_step(values) or _rounding(values)
-
-
 def _rounding(values: Array) -> float:
+    """What the values are rounded to as floating point numbers."""
     return 8 * float(np.finfo(float).eps * np.abs(values).max(initial=0.0))
 
 
@@ -160,16 +138,16 @@ def quantisation_step(values: Array, fewest: int = 1) -> float:
 
     Else 0, as where fewer than so many differences tell it.
     """
-    apart = np.diff(np.unique(values))
-    apart = apart[apart > _rounding(values)]
-    least = float(apart.min(initial=np.inf))
-    few = apart[apart < 5 * least] / least  # larger ones do not tell
+    differences = np.diff(np.unique(values))
+    differences = differences[differences > _rounding(values)]
+    least = float(differences.min(initial=np.inf))
+    few = differences[differences < 5 * least] / least  # larger ones do not tell
     whole = np.abs(few - np.round(few)) < 0.15  # as decimals leave them
     enough = np.isfinite(least) and len(few) >= fewest
     return least if enough and np.mean(whole) > 0.9 else 0.0
 
 
-def _held(values: Array) -> int:
+def _samples_kept(values: Array) -> int:
     """Samples for which each value is kept, between the extremes; one of a control of every row."""
     edges = np.flatnonzero(np.diff(values)) + 1
     inner = values[edges[:-1]]
@@ -182,4 +160,5 @@ def _rests(position: Array | None, start: int, stop: int) -> bool:
     """Whether the axis does not move during a run of samples."""
     if position is None or stop - start < 20:
         return False
-    return float(np.ptp(position[start:stop])) <= MAX_SMOOTH_STEP.value * _finest(position)
+    quantum = quantisation_step(position) or _rounding(position)
+    return float(np.ptp(position[start:stop])) <= MAX_SMOOTH_STEP.value * quantum

@@ -61,7 +61,7 @@ def share_clock(columns: RoleColumns) -> bool:
     """Whether all columns have one clock."""
     shared = columns.motion.times
     clocks = [s.times for s in columns.samples.values()]
-    return all(own is shared or np.array_equal(own, shared, equal_nan=True) for own in clocks)
+    return all(clock is shared or np.array_equal(clock, shared, equal_nan=True) for clock in clocks)
 
 
 def retimed(
@@ -81,18 +81,19 @@ def retimed(
     uneven : bool
         Whether short steps may be jitter; else a rare one is a clock that was set back a little.
     """
-    clock, made = columns.motion.times, list[Repair]()
     if not share_clock(columns):
         return columns
+    clock, repairs = columns.motion.times, list[Repair]()
     if period is not None:
-        clock, made = _counted(clock, period)
+        clock, repairs = _counted(clock, period)
     if split:
-        clock, more = _past_restarts(clock, uneven=uneven)
-        made += more
-    if not made:
+        clock, further = _past_restarts(clock, uneven=uneven)
+        repairs += further
+    if not repairs:
         return columns
-    moved = {role: replace(s, clock=clock) for role, s in columns.samples.items()}
-    return columns.repaired(moved, *made)
+    return columns.repaired(
+        {role: replace(s, clock=clock) for role, s in columns.samples.items()}, *repairs
+    )
 
 
 def _counted(time: Array, period: float) -> tuple[Array, list[Repair]]:
@@ -140,8 +141,7 @@ def _past_restarts(time: Array, *, uneven: bool) -> tuple[Array, list[Repair]]:
 def filled(table: Table, columns: RoleColumns, *, uneven: bool) -> RoleColumns:
     """Columns without the samples that lack a value, where these may be left out."""
     if not uneven:
-        _check_filled(columns)
-        _check_one_clock(table, columns)
+        _check_even(table, columns)
     kept = {
         role: s.taken(np.isfinite(s.values) & np.isfinite(s.times)) if uneven else s
         for role, s in columns.samples.items()
@@ -159,8 +159,8 @@ def filled(table: Table, columns: RoleColumns, *, uneven: bool) -> RoleColumns:
     return columns.repaired(kept, Repair(kind="empty", count=sum(lost.values()), text=text))
 
 
-def _check_filled(columns: RoleColumns) -> None:
-    """Refuse cells without a finite number, a log's way to write a lower rate."""
+def _check_even(table: Table, columns: RoleColumns) -> None:
+    """Refuse cells without a finite number, a log's way to write a lower rate, and other clocks."""
     for role, samples in columns.samples.items():
         for what, cells in ((f"time of the {role}", samples.times), (role, samples.values)):
             empty = np.flatnonzero(~np.isfinite(cells))
@@ -174,17 +174,18 @@ def _check_filled(columns: RoleColumns) -> None:
                     'a text they may be left out (tail = "drop" in run.toml).',
                     code="empty-cells",
                 )
-
-
-def _check_one_clock(table: Table, columns: RoleColumns) -> None:
     first, *others = columns.samples
     shared = columns.samples[first].times
     for role in others:
         clock = columns.samples[role].times
         if len(clock) != len(shared):
             lengths = {first: len(shared), role: len(clock)}
-            advice = f"Where they are sampled at different rates, resample them ({_EVENLY})."
-            raise _unequal(columns.source, table, lengths, advice)
+            raise _unequal(
+                columns.source,
+                table,
+                lengths,
+                f"Where they are sampled at different rates, resample them ({_EVENLY}).",
+            )
         if clock is not shared and not np.array_equal(clock, shared, equal_nan=True):
             raise DataError(
                 f"{columns.source}: {first} and {role} are sampled at different times; resample "
@@ -197,8 +198,8 @@ def _unequal(source: str, table: Table, lengths: Mapping[str, int], advice: str 
     """The error of columns that differ in length, with what is wrong with the file."""
     listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
     why = f" ({'; '.join(table.warnings)})" if table.warnings else ""
-    found = f"{source}: the columns differ in length: {listed}{why}. {advice}"
-    return DataError(found.rstrip(), code="time")
+    sentence = f"{source}: the columns differ in length: {listed}{why}. {advice}"
+    return DataError(sentence.rstrip(), code="time")
 
 
 def open_end(pieces: Sequence[Array]) -> float:
@@ -245,7 +246,7 @@ def check_time(
 ) -> None:
     """Refuse a time that does not increase evenly within the segments, or by another period, s."""
     check_increases(source, "time", time)
-    steps, apart = np.diff(time), MAX_MEAN_STEP_DEVIATION.value
+    steps, tolerance = np.diff(time), MAX_MEAN_STEP_DEVIATION.value
     inside = np.ones(len(steps), dtype=bool)
     inside[[start - 1 for start, _ in spans[1:]]] = False
     typical, mean = float(np.median(steps[inside])), float(np.mean(steps[inside]))
@@ -259,12 +260,12 @@ def check_time(
             f"its times jitter ({_EVENLY}).",
             code="uneven-time",
         )
-    if period is not None and abs(mean / typical - 1) < apart:
+    if period is not None and abs(mean / typical - 1) < tolerance:
         check_stated(source, typical, period)
     # Means over 100 steps, over which jitter of a quarter of a period is half a percent.
     means = [np.diff(time[start:stop:100]) / 100 for start, stop in spans]
     slow, *_, fast = np.sort(np.concatenate([*means, [typical, mean]]))
-    if not (slow > mean * (1 - apart) and fast < mean * (1 + apart)):
+    if not (slow > mean * (1 - tolerance) and fast < mean * (1 + tolerance)):
         raise DataError(
             f"{source}: the sampling period drifts from {1e3 * slow:.6g} to {1e3 * fast:.6g} ms "
             "(the extremes of its median, its mean, and its means over 100 samples), which cannot "
@@ -273,12 +274,12 @@ def check_time(
         )
 
 
-def check_stated(source: str, found: float, stated: float, uncertainty: float = 0.0) -> None:
+def check_stated(source: str, measured: float, stated: float, uncertainty: float = 0.0) -> None:
     """Refuse a sampling period that was given, s, and is not the one of the time column."""
-    if not abs(stated / found - 1) < 0.005 + uncertainty:
+    if not abs(stated / measured - 1) < 0.005 + uncertainty:
         raise DataError(
             f"{source}: the sampling period is given as {stated:g} s, but the time "
-            f"column steps by {found:g} s. Correct one of them (time is in seconds).",
+            f"column steps by {measured:g} s. Correct one of them (time is in seconds).",
             code="time",
         )
 

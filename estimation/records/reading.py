@@ -18,7 +18,7 @@ from axisid.support.arrays import runs
 from axisid.support.errors import DataError, UsageError, quoted
 from axisid.support.memory import Room, room_for
 
-from .clipping import clipped, clipping_notes
+from .clipping import clipped
 from .clocks import (
     check_sample_period,
     clocked,
@@ -113,7 +113,7 @@ def read_record(
             code="repairs",
         )
     if is_run_file(log):
-        file, said = read_run(
+        file, arguments = read_run(
             Path(str(log)),
             declared,
             columns=columns or {},
@@ -123,19 +123,20 @@ def read_record(
             windows=windows,
             max_memory=max_memory,
         )
-        return read_record(file, axis, **said)
+        return read_record(file, axis, **arguments)
     repairs = repairs or Repairs()
     chosen = checked_windows(windows)
     table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)
-    found = role_columns(
+    by_role = role_columns(
         table,
         declared,
         column_texts(columns or {}),
         has_period=sample_period is not None,
         injected_at=injected_at,
     )
-    room = room_for(table.source, max_memory)
-    return _record(table, found, declared, sample_period, repairs, chosen, room)
+    return _record(
+        table, by_role, declared, sample_period, repairs, chosen, room_for(table.source, max_memory)
+    )
 
 
 def _record(
@@ -148,8 +149,6 @@ def _record(
     room: Room,
 ) -> Record:
     """A record of the chosen columns, repaired as it was asked for."""
-    if not windows:
-        room.check_samples(max(len(s.values) for s in read.samples.values()))
     counted = "time" not in read.samples and all(s.clock is None for s in read.samples.values())
     uneven, split = repairs.resample is not None, repairs.gaps is not None
     columns = retimed(clocked(table, read, period), period, split=split, uneven=uneven)
@@ -157,15 +156,12 @@ def _record(
     columns = whole = shifted(columns, repairs.shift, uneven=uneven)
     if windows:
         columns, windows = within(columns, windows)
-        room.check_samples(max(len(s.values) for s in columns.samples.values()))
+    room.check_samples(max(len(s.values) for s in columns.samples.values()))
     columns = filled(table, columns, uneven=uneven)
     gap = (MAX_UNEVEN_STEP if uneven else MAX_EVEN_STEP).value
     columns, jumps = unwound(columns, repairs.moduli(axis), axis, gap)
     seldom = seldom_notes({r: s for r, s in columns.samples.items() if r not in repairs.between})
-    if repairs.mask is None:
-        cut = clipping_notes(columns.samples, axis)
-    else:
-        columns, cut = clipped(columns, axis), []
+    columns, cut = clipped(columns, axis, masked=repairs.mask is not None)
     signals = () if axis is None else axis.signals
     if repairs.resample is None:
         even = as_sampled(columns, period, windows, split=split)
@@ -178,21 +174,20 @@ def _record(
             between={**{s.name: "held" for s in signals if s.is_held}, **repairs.between},
             edges=edges(windows),
         )
-    time = even.motion.times
-    jitter = step_notes([time[a:b] for a, b in even.segments or ((0, len(time)),)])
-    own = [signal.name for signal in signals]
+    times = even.motion.times
+    jitter = step_notes([times[a:b] for a, b in even.segments or ((0, len(times)),)])
+    signal_names = [signal.name for signal in signals]
 
     def record(of: RoleColumns, **besides: Any) -> Record:
-        values = {role: s.values for role, s in of.samples.items()}
-        clear = np.zeros(len(of.motion.values), dtype=bool)
+        time, values = of.motion.times, {role: s.values for role, s in of.samples.items()}
         return Record(
-            time=of.motion.times,
-            **{role: values[role] for role in values if role not in own},  # type: ignore[arg-type]
-            signals={name: values[name] for name in values if name in own},
+            time=time,
+            **{role: values[role] for role in values if role not in signal_names},  # type: ignore[arg-type]
+            signals={name: values[name] for name in values if name in signal_names},
             injected_at=read.injected_at,
             sample_period=of.period,
             segments=of.segments,
-            masked=runs(np.any([clear, *of.masks.values()], axis=0)),
+            masked=runs(np.any([np.zeros(len(time), dtype=bool), *of.masks.values()], axis=0)),
             windows=windows,
             provenance=Provenance(
                 source=Path(table.source).name,
@@ -212,5 +207,4 @@ def _record(
     if uneven and share_clock(columns):
         with suppress(DataError):  # times too uneven for a record
             sampled = record(as_sampled(columns, None, windows, split=split))
-    around = whole.samples if windows else {}
-    return record(even, around=around, sampled=sampled)
+    return record(even, around=whole.samples if windows else {}, sampled=sampled)

@@ -40,11 +40,6 @@ from .shifts import Rows, check_movable, checked_shifts, moved_rows
 MARK = "axisid.record/1"
 
 
-def _nothing() -> Array:
-    """What stands for a position that was not recorded, until it is integrated."""
-    return np.empty(0)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False, weakref_slot=True)
 class Record(Presentable, Exact):
     """A closed-loop record at one sampling period, in SI units.
@@ -98,7 +93,7 @@ class Record(Presentable, Exact):
     """
 
     time: Array
-    position: Array = field(default_factory=_nothing)
+    position: Array = field(default_factory=lambda: np.empty(0))
     velocity: Array | None = None
     acceleration: Array | None = None
     reference: Array | None = None
@@ -123,15 +118,16 @@ class Record(Presentable, Exact):
             check_sample_period(self.sample_period)
         columns = {role: checked_column(name, role, v) for role, v in self.channels().items()}
         check_lengths(name, columns)
-        around = {
-            role: Samples(values=frozen(s.values), clock=frozen(s.times))
-            for role, s in self.around.items()
-        }
         self._set(
             **{role: values for role, values in columns.items() if role in ROLES},
             signals=FrozenMapping({each: columns[each] for each in self.signals}),
             injected_at=self.injected_at if injected else None,
-            around=FrozenMapping(around),
+            around=FrozenMapping(
+                {
+                    role: Samples(values=frozen(s.values), clock=frozen(s.times))
+                    for role, s in self.around.items()
+                }
+            ),
             segments=checked_spans(name, "segments", self.segments),
             masked=checked_spans(name, "masked", self.masked),
         )
@@ -142,7 +138,13 @@ class Record(Presentable, Exact):
             self._set(position=frozen(self.position if there else self._integral()))
         # A test signal may move the axis alone.
         still = ("time", "injected", "reference") if injected else ("time",)
-        check_vary(name, {r: v for r, v in columns.items() if r in ROLES and r not in still})
+        for role, values in columns.items():
+            if role in ROLES and role not in still and values.min() == values.max():
+                raise DataError(
+                    f"{name}: the {role} is {values[0]:g} in every row, so it says nothing about "
+                    f"the axis. Check the {role} column, or record a motion.",
+                    code="not-shown",
+                )
 
     def _set(self, **values: Any) -> None:
         for name, value in values.items():
@@ -184,9 +186,8 @@ class Record(Presentable, Exact):
 
     def longest(self) -> "Record":
         """The longest segment as a record of its own; a record of one piece itself."""
-        if not self.segments:
-            return self
-        return self._of([max(self.segments, key=lambda span: span[1] - span[0])])
+        longest = max(self.spans, key=lambda span: span[1] - span[0])
+        return self._of([longest]) if self.segments else self
 
     def windowed(self, *windows: tuple[float | None, float | None]) -> "Record":
         """The record within windows of time alone, each of them a segment.
@@ -245,9 +246,9 @@ class Record(Presentable, Exact):
         """
         wanted = checked_shifts(shifts)  # of roles, and of signals by name
         check_movable(self._name(), self.channels(), wanted)
-        kept, moved, said = moved_rows(self._name(), self.time, wanted)
+        kept, places, repairs = moved_rows(self._name(), self.time, wanted)
         lengths = [int(np.sum((kept >= a) & (kept < b))) for a, b in self.spans]
-        return self._taken(kept, lengths, moved, provenance=self._repaired(*said))
+        return self._taken(kept, lengths, places, provenance=self._repaired(*repairs))
 
     def write(self, file: str | Path, axis: Axis | GeneratedAxis) -> Path:
         """Write the record as a log that `read_record` reads back as it is.
@@ -288,24 +289,24 @@ class Record(Presentable, Exact):
                 "build gives it.",
                 code="twin",
             )
-        content = log_content(self.channels(), declared, MARK, self._name(), path)
-        return write_file(path, content)
+        return write_file(path, log_content(self.channels(), declared, MARK, self._name(), path))
 
     def _of(self, pieces: Sequence[Span], **changed: Any) -> "Record":
         rows = np.flatnonzero(covered(pieces, len(self)))
         return self._taken(rows, [b - a for a, b in pieces], {}, **changed)
 
     def _taken(
-        self, rows: Rows, lengths: Sequence[int], moved: Mapping[str, Rows], **changed: Any
+        self, rows: Rows, lengths: Sequence[int], rows_by_role: Mapping[str, Rows], **changed: Any
     ) -> "Record":
         """These samples of it in segments of such lengths, of the moved columns others."""
-        columns = {role: v[moved.get(role, rows)] for role, v in self.channels().items()}
+        columns = {role: v[rows_by_role.get(role, rows)] for role, v in self.channels().items()}
         masked = covered(self.masked, len(self))
-        hidden = np.any([masked[places] for places in (rows, *moved.values())], axis=0)
         return self.with_channels(
-            {"position": _nothing(), **columns},
+            {"position": np.empty(0), **columns},
             segments=adjoining(lengths),
-            masked=runs(hidden),
+            masked=runs(
+                np.any([masked[places] for places in (rows, *rows_by_role.values())], axis=0)
+            ),
             **changed,
         )
 
@@ -338,10 +339,9 @@ class Record(Presentable, Exact):
 
     def with_channels(self, columns: Mapping[str, Array], **changed: Any) -> "Record":
         """The record with other columns, as `channels` gives them; none that were resampled."""
-        changed = {"sampled": None, **changed}
         roles: dict[str, Any] = {n: v for n, v in columns.items() if n not in self.signals}
         signals = {name: columns[name] for name in self.signals}
-        return replace(self, **roles, signals=signals, **changed)
+        return replace(self, **{"sampled": None, **roles, "signals": signals, **changed})
 
     @property
     def digest(self) -> str:
@@ -388,7 +388,7 @@ class Record(Presentable, Exact):
                     "needs one.",
                     code="missing-column",
                 )
-            self._set(position=_nothing(), integrated=True)
+            self._set(position=np.empty(0), integrated=True)
 
     def _integral(self) -> Array:
         """The velocity's, by trapezoids, in each segment from the reference at its start."""
@@ -454,14 +454,3 @@ def check_lengths(source: str, channels: Mapping[str, Array]) -> None:
             f"{source}: a record needs {fewest} rows or more, not {lengths['time']}.",
             code="too-short",
         )
-
-
-def check_vary(source: str, columns: Mapping[str, Array]) -> None:
-    """Refuse a column of one value."""
-    for role, values in columns.items():
-        if values.min() == values.max():
-            raise DataError(
-                f"{source}: the {role} is {values[0]:g} in every row, so it says nothing "
-                f"about the axis. Check the {role} column, or record a motion.",
-                code="not-shown",
-            )

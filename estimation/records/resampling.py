@@ -73,18 +73,19 @@ def resample(
             f"{source}: the columns have no time in common; check their clocks.",
             code="resampling",
         )
-    apart = [(a[1], b[0]) for a, b in pairwise(covered)]
-    gaps = [(a, b) for a, b in apart if not any(a <= edge <= b for edge in edges)]
+    between_pieces = [(a[1], b[0]) for a, b in pairwise(covered)]
+    gaps = [(a, b) for a, b in between_pieces if not any(a <= edge <= b for edge in edges)]
     if gaps and not split:
         raise DataError(
             f"{source}: time has {len(gaps)} gaps, the first after {gaps[0][0]:.9g} s; "
             'resampling would invent the motion there. Add gaps="split".',
             code="uneven-time",
         )
-    splined = ["position", "velocity", "reference"]
-    splined += ["injected"] if columns.injected_at == "reference" else []
-    hows: dict[str, Interpolation] = dict.fromkeys(samples, "linear")
-    hows |= {role: "spline" for role in splined if role in samples}
+    splined = {"position", "velocity", "reference"}
+    splined |= {"injected"} if columns.injected_at == "reference" else set()
+    hows: dict[str, Interpolation] = {
+        role: "spline" if role in splined else "linear" for role in samples
+    }
     hows |= {role: how for role, how in (between or {}).items() if role in samples}
     time = np.concatenate([grid for _, grid in kept])
     values = {
@@ -96,11 +97,12 @@ def resample(
     masks = {
         r: np.interp(time, clocks[r], np.asarray(m, float)) > 0 for r, m in columns.masks.items()
     }
-    repairs = [*columns.repairs, _told(clocks, time, chosen, hows)]
+    repairs = [*columns.repairs, _resample_repair(clocks, time, chosen, hows)]
     if split:
         lost = sum(after - before - period for before, after in gaps)
-        out = sum(len(g) for g in grids) - len(time)
-        repairs.append(gaps_repair(len(gaps), lost, len(kept), out))
+        repairs.append(
+            gaps_repair(len(gaps), lost, len(kept), sum(len(g) for g in grids) - len(time))
+        )
     return replace(
         columns,
         samples={role: Samples(values=v, clock=time) for role, v in values.items()},
@@ -116,13 +118,13 @@ def resample(
     )
 
 
-def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Array]) -> None:
+def _check_rate(source: str, chosen: float, recorded: float, clocks: Mapping[str, Array]) -> None:
     """Refuse a rate, Hz, that folds the motion's noise, or makes too much of the log."""
     moving = motion_role(clocks)
-    if chosen < 0.9 * own:
+    if chosen < 0.9 * recorded:
         raise UsageError(
-            f"{source}: the {moving} is sampled at {own:.6g} Hz; resampled at {chosen:g} Hz "
-            f"its noise would fold. Resample at {own:.6g} Hz or more; decimate keeps fewer "
+            f"{source}: the {moving} is sampled at {recorded:.6g} Hz; resampled at {chosen:g} Hz "
+            f"its noise would fold. Resample at {recorded:.6g} Hz or more; decimate keeps fewer "
             "rows.",
             code="resampling",
         )
@@ -130,7 +132,7 @@ def _check_rate(source: str, chosen: float, own: float, clocks: Mapping[str, Arr
     if duration * chosen > 1e8:
         raise UsageError(
             f"{source}: resampled at {chosen:g} Hz it would have {duration * chosen:.2g} rows; "
-            f"give a lower rate (the {moving} is sampled at {own:.6g} Hz).",
+            f"give a lower rate (the {moving} is sampled at {recorded:.6g} Hz).",
             code="resampling",
         )
 
@@ -148,13 +150,9 @@ def _clock(source: str, role: str, samples: Samples) -> Array:
 
 def _pieces(clock: Array, edges: Sequence[float] | Array) -> list[tuple[float, float]]:
     """First and last time of each piece of a clock without gaps, cut where windows end."""
-    ends = np.searchsorted(clock, edges, side="right") - 1
-    ends = ends[(ends >= 0) & (ends < len(clock) - 1)]
-    gaps = np.union1d(long_steps(clock, MAX_UNEVEN_STEP.value), ends).astype(int)
-    return [
-        (float(clock[a]), float(clock[b]))
-        for a, b in zip([0, *(gaps + 1)], [*gaps, len(clock) - 1], strict=True)
-    ]
+    cuts = np.searchsorted(clock, edges, side="right")
+    pieces = np.split(clock, np.union1d(long_steps(clock, MAX_UNEVEN_STEP.value) + 1, cuts))
+    return [(float(piece[0]), float(piece[-1])) for piece in pieces if len(piece)]
 
 
 def _common(lists: Sequence[list[tuple[float, float]]]) -> list[tuple[float, float]]:
@@ -174,18 +172,23 @@ def _onto(
     return at_times(grid, time, values, how if len(time) >= _FEWEST else "linear")
 
 
-def _told(
+def _resample_repair(
     clocks: Mapping[str, Array], time: Array, rate: float, hows: Mapping[str, Interpolation]
 ) -> Repair:
     ways = {"spline": "by cubic splines", "linear": "by straight lines", "held": "held"}
-    by_way = {said: ", ".join(r for r, h in hows.items() if h == way) for way, said in ways.items()}
-    how = ", ".join(f"{roles} {said}" for said, roles in by_way.items() if roles)
+    by_way = {
+        phrase: ", ".join(r for r, h in hows.items() if h == way) for way, phrase in ways.items()
+    }
+    how = ", ".join(f"{roles} {phrase}" for phrase, roles in by_way.items() if roles)
     taken = ", ".join(
         f"{role} {len(clock)} rows at {1 / float(np.median(np.diff(clock))):.6g} Hz"
         for role, clock in clocks.items()
     )
-    text = f"resampled at {rate:.6g} Hz to {len(time)} rows, {how}, without a low-pass ({taken})"
-    return Repair(kind="resample", count=len(time), text=text)
+    return Repair(
+        kind="resample",
+        count=len(time),
+        text=f"resampled at {rate:.6g} Hz to {len(time)} rows, {how}, without a low-pass ({taken})",
+    )
 
 
 def own_period(clock: Array) -> tuple[float, float]:
@@ -196,16 +199,14 @@ def own_period(clock: Array) -> tuple[float, float]:
     """
     steps = np.diff(clock)
     typical = float(np.median(steps))
-    longest_step = MAX_UNEVEN_STEP.value * typical
-    edges = np.concatenate([[0], np.flatnonzero(steps > longest_step) + 1, [len(clock)]])
-    longest = int(np.argmax(np.diff(edges)))
-    piece = clock[edges[longest] : edges[longest + 1]]
+    gaps = long_steps(clock, MAX_UNEVEN_STEP.value)
+    piece = max(np.split(clock, gaps + 1), key=len)
     period = _in_phase(piece, typical)
     if period is not None:
         off = np.diff(piece) / period
         return period, float(np.ptp(off - np.round(off))) * period / float(piece[-1] - piece[0])
     # Nothing tells how many samples were lost.
-    return float(np.mean(steps[steps <= longest_step])), 0.1
+    return float(np.mean(np.delete(steps, gaps))), 0.1
 
 
 def _in_phase(time: Array, guess: float) -> float | None:

@@ -83,8 +83,8 @@ class Repairs:
             ("repair of the end of the log", self.tail, ("drop",)),
         )
         check_among(*(row for row in ways if row[1] is not None))
-        if isinstance(self.wrap, Mapping):
-            object.__setattr__(self, "wrap", FrozenMapping(self.wrap))
+        wrap = FrozenMapping(self.wrap) if isinstance(self.wrap, Mapping) else self.wrap
+        object.__setattr__(self, "wrap", wrap)
         object.__setattr__(self, "shift", FrozenMapping(checked_shifts(self.shift)))
         object.__setattr__(self, "between", FrozenMapping(checked_between(self.between)))
 
@@ -134,13 +134,11 @@ def is_run_file(log: object) -> bool:
 
 def log_of(file: str | Path) -> Path:
     """The log that a run.toml names, as far as it can be told; any other file itself."""
-    named = None
-    if is_run_file(file):
-        with suppress(RunFileError):
-            named = toml_document(Path(file), RunFileError).get("log")
-    # No path has a NUL.
-    told = isinstance(named, str) and "\0" not in named
-    return Path(file).parent / str(named) if told else Path(file)
+    with suppress(RunFileError):
+        named = toml_document(Path(file), RunFileError).get("log") if is_run_file(file) else None
+        if isinstance(named, str) and "\0" not in named:  # no path has a NUL
+            return Path(file).parent / named
+    return Path(file)
 
 
 def read_run(
@@ -171,16 +169,18 @@ def read_run(
         It cannot be read, or with all that is wrong in it.
     """
     log, said = read_toml(file, partial(_said, file.parent, axis), RunFileError)
+    asked = {f.name: getattr(repairs, f.name) for f in fields(Repairs)}
     said |= {
         key: value
-        for key, value in given.items()
-        if not (value is None or (isinstance(value, tuple) and not value))
+        for key, value in {**given, **asked}.items()
+        if value is not None and (value or not isinstance(value, (tuple, Mapping)))
     }
-    own = {key: said.pop(key) for key in [*said] if LOG_KEYS[key].is_repair}
-    asked = {f.name: getattr(repairs, f.name) for f in fields(Repairs)}
-    own |= {name: value for name, value in asked.items() if value not in (None, {})}
-    joined = {**said.get("columns", {}), **columns}
-    return log, {**said, "columns": joined, "repairs": Repairs(**own)}
+    chosen = {key: said.pop(key) for key in [*said] if LOG_KEYS[key].is_repair}
+    return log, {
+        **said,
+        "columns": {**said.get("columns", {}), **columns},
+        "repairs": Repairs(**chosen),
+    }
 
 
 def _said(folder: Path, axis: Axis | None, table: Table) -> tuple[Path, dict[str, Any]] | None:
@@ -204,8 +204,8 @@ def _log(folder: Path, named: object) -> Path:
     if not isinstance(named, str) or is_run_file(named):
         raise UsageError(f"it is {quoted(named)}; give the path of a log, as from this file.")
     if not os.path.lexists(folder / named):
-        there = [file.name for file in folder.iterdir()]
-        raise UsageError(f"there is no file {folder / named}.{nearest(named, there)}")
+        names = [file.name for file in folder.iterdir()]
+        raise UsageError(f"there is no file {folder / named}.{nearest(named, names)}")
     return folder / named
 
 
@@ -271,16 +271,15 @@ def started_run(log: Path) -> str:
         *_comment("The log has:"),
     ]
     lines += [f"#   {_described(table, name)}" for name in [*table.columns][:100]]
-    lines += [f"#   and {more} more"] if (more := len(table.columns) - 100) > 0 else []
-    return "\n".join([*lines, *(_role(table, role) for role in ROLES), ""])
+    further = [f"#   and {more} more"] if (more := len(table.columns) - 100) > 0 else []
+    return "\n".join([*lines, *further, *(_role(table, role) for role in ROLES), ""])
 
 
 def _role(table: LogTable, role: str) -> str:
     """The line of a role, in which a column is proposed if one has its name."""
-    known = {name.casefold(): name for name in table.columns}
-    known |= {name: name for name in table.columns}
-    wanted = (role, *_NAMES.get(role, ()))
-    name = next((known[each] for each in wanted if each in known), None)
+    names = {**{name.casefold(): name for name in table.columns}, **{n: n for n in table.columns}}
+    usual = (role, *_NAMES.get(role, ()))
+    name = next((names[each] for each in usual if each in names), None)
     # What only bears the name of these is left out.
     if name is None or role in ("velocity", "acceleration", "injected"):
         return f'# {role} = "NAME:UNIT"'
@@ -289,18 +288,18 @@ def _role(table: LogTable, role: str) -> str:
         time, units = _values(table, name), {"": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
         step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
         unit = next((unit for unit, size in units.items() if 1e-6 < step * size < 0.05), "")
-    said, ending = (f"  # {unit} is guessed from its steps", f":{unit}") if unit else ("", "")
-    in_line = name.isprintable() and len(name) < _LINE
-    called = name if in_line else f"#{[*table.columns].index(name) + 1}"
-    return f"# {role} = {_quoted(called + ending)}{said}"
+    guessed, ending = (f"  # {unit} is guessed from its steps", f":{unit}") if unit else ("", "")
+    if not name.isprintable() or len(name) >= _LINE:
+        name = f"#{[*table.columns].index(name) + 1}"
+    return f"# {role} = {_quoted(name + ending)}{guessed}"
 
 
 def _described(table: LogTable, name: str) -> str:
     values, unit = _values(table, name), table.columns[name].unit
     finite = values[np.isfinite(values)]
     between = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "no numbers"
-    said = f"in {unit}" if unit else "in SI unless a unit is said"
-    return f"{_quoted(name[:_LINE])}: {between}, {said if unit.isprintable() else ''}"
+    unit_text = f"in {unit}" if unit else "in SI unless a unit is said"
+    return f"{_quoted(name[:_LINE])}: {between}, {unit_text if unit.isprintable() else ''}"
 
 
 def _values(table: LogTable, name: str) -> Array:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.records.columns import Mask, RoleColumns
+from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.tables import PeriodSource, Repair, Samples
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.support.arrays import Array, covered
@@ -36,15 +36,15 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
     listed = [windows] if isinstance(windows, str) else windows
     if isinstance(listed, bytes) or not isinstance(listed, Iterable):
         raise UsageError(f"the windows are {quoted(windows)}; {_GIVE}.", code="window")
-    found = sorted(_checked(each) for each in listed)
-    for one, other in pairwise(found):
+    ordered = sorted(_checked(each) for each in listed)
+    for one, other in pairwise(ordered):
         if other[0] < one[1]:
             raise UsageError(
                 f"the windows {windows_text([one])} and {windows_text([other])} overlap; give them "
                 "as one.",
                 code="window",
             )
-    return tuple(found)
+    return tuple(ordered)
 
 
 def _checked(window: Any) -> Window:
@@ -73,10 +73,9 @@ def windows_text(windows: Sequence[Window]) -> str:
         (True, False): "up to {1:.9g} s",
         (True, True): "of all",
     }
-    said = (
+    return " and ".join(
         texts[math.isinf(start), math.isinf(stop)].format(start, stop) for start, stop in windows
     )
-    return " and ".join(said)
 
 
 def samples_within(
@@ -133,13 +132,15 @@ def within(
         As far as the motion's clock reaches.
     """
     clock, kept = columns.motion.times, {}
-    own = samples_within(columns.source, clock, windows)
+    motion_spans = samples_within(columns.source, clock, windows)
     for role, s in columns.samples.items():
         spans = samples_within(f"{columns.source}, {role}", s.times, windows)
         kept[role] = s.taken(covered(spans, len(s.values)))
     reached = reaching(windows, float(np.nanmin(clock)), float(np.nanmax(clock)))
-    found = columns.repaired(kept, window_repair(windows, own, len(clock)))
-    return replace(found, source=f"{columns.source} {windows_text(reached)}"), reached
+    return replace(
+        columns.repaired(kept, window_repair(windows, motion_spans, len(clock))),
+        source=f"{columns.source} {windows_text(reached)}",
+    ), reached
 
 
 def reaching(windows: Sequence[Window], first: float, last: float) -> tuple[Window, ...]:
@@ -149,10 +150,13 @@ def reaching(windows: Sequence[Window], first: float, last: float) -> tuple[Wind
 
 def window_repair(windows: Sequence[Window], spans: Sequence[Span], samples: int) -> Repair:
     """What is said of windows, and of how many samples are left out."""
-    left = samples - sum(stop - start for start, stop in spans)
+    left_out = samples - sum(stop - start for start, stop in spans)
     each = ", each filtered and simulated by itself" if len(spans) > 1 else ""
-    text = f"only {windows_text(windows)} taken{each}: {left} of {samples} samples left out"
-    return Repair(kind="window", count=left, text=text)
+    return Repair(
+        kind="window",
+        count=left_out,
+        text=f"only {windows_text(windows)} taken{each}: {left_out} of {samples} samples left out",
+    )
 
 
 def edges(windows: Sequence[Window]) -> Array:
@@ -163,15 +167,24 @@ def edges(windows: Sequence[Window]) -> Array:
 def as_sampled(
     columns: RoleColumns, period: float | None, windows: Sequence[Window], *, split: bool
 ) -> RoleColumns:
-    """Columns at the times that they have, cut between windows, and at gaps if it was asked for."""
+    """Columns at the times that they have, cut between windows, and at gaps if it was asked for.
+
+    What is shorter than a record between gaps is left out. Between windows there is a cut whatever
+    the time.
+    """
     time = np.asarray(columns.motion.times, dtype=np.float64)
-    cuts = [int(row) for row in np.searchsorted(time, edges(windows), side="right")]
-    kept = np.ones(len(time), dtype=bool)
-    lengths = [stop - start for start, stop in pairwise([0, *cuts, len(time)])]
+    cuts = np.searchsorted(time, edges(windows), side="right")
+    gaps = np.setdiff1d(long_steps(time, MAX_EVEN_STEP.value), cuts - 1) if split else cuts[:0]
+    pieces = [*pairwise([0, *np.union1d(gaps + 1, cuts).tolist(), len(time)])]
+    pieces = [(a, b) for a, b in pieces if not split or b - a >= MIN_RECORD_SAMPLES.value]
+    kept = covered(pieces, len(time))
     if split:
-        kept, lengths, repair = split_at_gaps(time, cuts)
-        columns = columns.repaired({}, repair)
-    segments, time = adjoining(lengths), time[kept]
+        steps = np.diff(time)
+        lost = float(np.sum(steps[gaps] - np.median(steps))) if len(gaps) else 0.0
+        columns = columns.repaired(
+            {}, gaps_repair(len(gaps), lost, len(pieces), int(np.sum(~kept)))
+        )
+    segments, time = adjoining([b - a for a, b in pieces]), time[kept]
     jitter = open_end([time[start:stop] for start, stop in segments or ((0, len(time)),)])
     return replace(
         columns,
@@ -183,23 +196,6 @@ def as_sampled(
             uncertainty=jitter if period is None else 0.0, stated=period is not None
         ),
     )
-
-
-def split_at_gaps(time: Array, cuts: Sequence[int]) -> tuple[Mask, list[int], Repair]:
-    """Rows to keep, (N,), the lengths of the segments that they make, and what was found.
-
-    Pieces of fewer than 3 rows are left out. The rows `cuts` begin a segment of their own, whatever
-    the time before them.
-    """
-    steps = np.diff(time)
-    gaps = np.setdiff1d(long_steps(time, MAX_EVEN_STEP.value), [row - 1 for row in cuts])
-    begins = sorted({*(gaps + 1).tolist(), *cuts})
-    pieces = [*zip([0, *begins], [*begins, len(time)], strict=True)]
-    long = [(a, b) for a, b in pieces if b - a >= MIN_RECORD_SAMPLES.value]
-    kept, lengths = covered(long, len(time)), [b - a for a, b in long]
-    lost = float(np.sum(steps[gaps] - np.median(steps))) if len(gaps) else 0.0
-    repair = gaps_repair(len(gaps), lost, len(lengths), int(np.sum(~kept)))
-    return kept, lengths, repair
 
 
 def adjoining(lengths: Sequence[int]) -> tuple[Span, ...]:

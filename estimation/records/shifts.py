@@ -69,29 +69,27 @@ def _written(values: Array) -> tuple[NDArray[np.intp], int]:
     """
     filled = np.isfinite(values)
     rows = np.flatnonzero(filled) if not filled.all() else np.flatnonzero(np.diff(values)) + 1
-    apart, first = 1, 0
+    distance, first = 1, 0
     if len(rows) >= _MIN_SELDOM_CHANGES:
-        apart = int(np.median(np.diff(rows)))
-        phases = np.bincount(rows % apart)
+        distance = int(np.median(np.diff(rows)))
+        phases = np.bincount(rows % distance)
         first = int(phases.argmax())
         if phases[first] < 0.95 * len(rows):  # as of a rounded column, which changes at any
-            apart, first = 1, 0
-    return np.arange(first, len(values), apart) if filled.all() else rows, apart
+            distance, first = 1, 0
+    return np.arange(first, len(values), distance) if filled.all() else rows, distance
 
 
 def seldom_notes(samples: Mapping[str, Samples]) -> list[str]:
     """What is said of measured columns that hold each value for several samples."""
-    notes = []
-    for role in SELDOM_ROLES:
-        apart = samples_apart(samples[role].values) if role in samples else 1
-        if apart > 1:
-            nth = {2: "second", 3: "third"}.get(apart, f"{apart}th")
-            notes.append(
-                f"the {role} is written anew in every {nth} sample alone and held between, "
-                f"{(apart - 1) / 2:g} samples late in the mean: draw it between its values ("
-                f"{advised_interpolation(role)})"
-            )
-    return notes
+    measured = [role for role in SELDOM_ROLES if role in samples]
+    every, nth = {r: samples_apart(samples[r].values) for r in measured}, {2: "second", 3: "third"}
+    return [
+        f"the {role} is written anew in every {nth.get(count, f'{count}th')} sample alone and held "
+        f"between, {(count - 1) / 2:g} samples late in the mean: draw it between its values ("
+        f"{advised_interpolation(role)})"
+        for role, count in every.items()
+        if count > 1
+    ]
 
 
 def drawn_between(
@@ -128,14 +126,15 @@ def drawn_between(
                 "them.",
                 code="too-short",
             )
-        found, count = samples.taken(fresh), len(samples.values)
+        written, count = samples.taken(fresh), len(samples.values)
         if not uneven:
-            values = at_times(samples.times, found.times, found.values, how)
-            found = replace(samples, values=values)
+            written = replace(
+                samples, values=at_times(samples.times, written.times, written.values, how)
+            )
         way = {"spline": "by a cubic spline", "linear": "straight"}.get(how, "held")
         text = f"{role}: {len(fresh)} values for {count} samples, {way} between"
         repair = Repair(kind="between", count=count - len(fresh), text=text)
-        columns = columns.repaired({role: found}, repair)
+        columns = columns.repaired({role: written}, repair)
     return columns
 
 
@@ -223,15 +222,15 @@ def _shift(role: str, amount: object) -> Shift:
         return amount
     match = _AMOUNT.fullmatch(amount) if isinstance(amount, str) else None
     number, unit = (float(match[1]), match[2]) if match else (amount, "")
-    found = exact_unit(unit) if unit else None
-    timed = found is not None and str(found.unit) == "s"
+    unit_of = exact_unit(unit) if unit else None
+    timed = unit_of is not None and str(unit_of.unit) == "s"
     if not is_real(number) or not math.isfinite(number) or (unit and not timed):
         raise UsageError(
             f"the {role} is to be shifted by {quoted(amount)}; give samples, such as 1, or a time "
             "with its unit, such as 2ms.",
             code="shift",
         )
-    return Shift(float(number) * (float(found) if found else 1.0), in_seconds=timed)
+    return Shift(float(number) * (float(unit_of) if unit_of else 1.0), in_seconds=timed)
 
 
 def check_movable(source: str, columns: Collection[str], shifts: Iterable[str]) -> None:
@@ -267,23 +266,26 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
     check_movable(source, samples, shifts)
     if uneven:
         for role, shift in shifts.items():
-            own, step = samples[role], _step(samples[role].times)
-            moved = replace(own, clock=own.times + shift.seconds(step))
-            repair = _shift_repair(role, step, shift, len(own.values), 0)
-            columns = columns.repaired({role: moved}, repair)
+            column, step = samples[role], _step(samples[role].times)
+            later = replace(column, clock=column.times + shift.seconds(step))
+            columns = columns.repaired(
+                {role: later}, _shift_repair(role, step, shift, len(column.values), 0)
+            )
         return columns
-    if any(len(own.values) != len(clock) for own in samples.values()):
+    if any(len(column.values) != len(clock) for column in samples.values()):
         raise DataError(
             f"{source}: the columns differ in length, so that none can be moved beside the others; "
             'resample them (resample="auto").',
             code="shift",
         )
-    kept, beside, said = moved_rows(source, clock, shifts)
-    made = {
-        role: replace(own.taken(kept), values=own.values[beside.get(role, kept)])
-        for role, own in samples.items()
-    }
-    return columns.repaired(made, *said)
+    kept, partners, repairs = moved_rows(source, clock, shifts)
+    return columns.repaired(
+        {
+            role: replace(column.taken(kept), values=column.values[partners.get(role, kept)])
+            for role, column in samples.items()
+        },
+        *repairs,
+    )
 
 
 def moved_rows(
@@ -313,7 +315,7 @@ def moved_rows(
         The amount is no whole number of samples, or more than there are.
     """
     step, rows = _step(clock), np.arange(len(clock))
-    kept, beside = np.ones(len(clock), dtype=bool), {}
+    kept, partners = np.ones(len(clock), dtype=bool), {}
     for role, shift in shifts.items():
         samples = shift.amount / step if shift.in_seconds and step > 0 else shift.amount
         count = round(samples)
@@ -325,13 +327,19 @@ def moved_rows(
                 '(resample="auto").',
                 code="shift",
             )
-        beside[role] = np.clip(rows - count, 0, len(clock) - 1)
-        off = np.abs(clock - clock[beside[role]] - count * step)
+        partners[role] = np.clip(rows - count, 0, len(clock) - 1)
+        off = np.abs(clock - clock[partners[role]] - count * step)
         # a sample without a time is refused by its name later
-        kept &= (beside[role] == rows - count) & ~(off > step / 2)
+        kept &= (partners[role] == rows - count) & ~(off > step / 2)
     lost = len(clock) - int(kept.sum())
-    said = [_shift_repair(r, step, shift, len(clock) - lost, lost) for r, shift in shifts.items()]
-    return rows[kept], {role: own[kept] for role, own in beside.items()}, said
+    repairs = [
+        _shift_repair(r, step, shift, len(clock) - lost, lost) for r, shift in shifts.items()
+    ]
+    return (
+        rows[kept],
+        {role: partner_rows[kept] for role, partner_rows in partners.items()},
+        repairs,
+    )
 
 
 def _step(clock: Array) -> float:
@@ -339,7 +347,7 @@ def _step(clock: Array) -> float:
     return float(np.median(np.diff(finite))) if finite.size > 1 else 0.0
 
 
-def _shift_repair(role: str, step: float, shift: Shift, moved: int, lost: int) -> Repair:
+def _shift_repair(role: str, step: float, shift: Shift, count: int, lost: int) -> Repair:
     seconds = shift.seconds(step)
     samples = seconds / step if step > 0 else 0.0
     way = "later" if seconds >= 0 else "earlier"
@@ -347,4 +355,4 @@ def _shift_repair(role: str, step: float, shift: Shift, moved: int, lost: int) -
     text = f"{role} moved {named} ({1e3 * abs(seconds):.4g} ms) {way}"
     if lost:
         text += f"; {lost} row{'s' * (lost > 1)} without a partner left out"
-    return Repair(kind="shift", count=moved if samples else 0, text=text)
+    return Repair(kind="shift", count=count if samples else 0, text=text)

@@ -46,7 +46,7 @@ def clock_of(record: Record) -> PeriodSource:
 
 
 def evaluations_per_sample(
-    law: ControlLaw | None, period: float, own: PeriodSource
+    law: ControlLaw | None, period: float, clock: PeriodSource
 ) -> float | None:
     """How often a law is evaluated in a sample of a record: 1 where both have one clock.
 
@@ -57,7 +57,7 @@ def evaluations_per_sample(
     law : ControlLaw or None
     period : float
         Of the record, s.
-    own : PeriodSource
+    clock : PeriodSource
 
     Returns
     -------
@@ -65,20 +65,20 @@ def evaluations_per_sample(
         None where the periods differ and nobody says that they should, or because the record was
         resampled.
     """
-    jitter = own.uncertainty if own.step == 1 else 0.0
+    jitter = clock.uncertainty if clock.step == 1 else 0.0
     if law is None or law.continuous or is_same_period(period, law.period, jitter):
         return 1.0
-    apart = other_period(law, period, own)
-    vouched = own.step == 1 and apart is not None and apart.confirmed
+    other = other_period(law, period, clock)
+    vouched = clock.step == 1 and other is not None and other.confirmed
     return period / law.period if vouched else None
 
 
-def hold_delay(law: ControlLaw | None, period: float, own: PeriodSource) -> float:
+def hold_delay(law: ControlLaw | None, period: float, clock: PeriodSource) -> float:
     """By how much a drive that holds its control delays it, samples: half of how long it does."""
-    return 0.5 / max(evaluations_per_sample(law, period, own) or 1.0, 1.0)
+    return 0.5 / max(evaluations_per_sample(law, period, clock) or 1.0, 1.0)
 
 
-def other_period(law: ControlLaw | None, period: float, own: PeriodSource) -> OtherPeriod | None:
+def other_period(law: ControlLaw | None, period: float, clock: PeriodSource) -> OtherPeriod | None:
     """What is wrong with the sampling period of a log; None where nothing speaks against it.
 
     Parameters
@@ -87,17 +87,17 @@ def other_period(law: ControlLaw | None, period: float, own: PeriodSource) -> Ot
         Of the axis; without one there is nothing to compare with.
     period : float
         Of the record, s.
-    own : PeriodSource
+    clock : PeriodSource
     """
-    logged = own.step * period
-    if law is None or law.continuous or is_same_period(logged, law.period, own.uncertainty):
+    logged = clock.step * period
+    if law is None or law.continuous or is_same_period(logged, law.period, clock.uncertainty):
         return None
-    found = (
+    sentence = (
         f"the record is sampled every {logged:.6g} s, the control law runs every {law.period:.6g} s"
     )
-    if law.reference_between or (own.stated and not own.counted):
+    if law.reference_between or (clock.stated and not clock.counted):
         whose = "is declared" if law.reference_between else "the period that was given confirms"
-        return OtherPeriod(confirmed=True, note=f"{found}, as {whose}")
+        return OtherPeriod(confirmed=True, note=f"{sentence}, as {whose}")
     count = round(logged / law.period)
     decimated = 2 <= count <= 1000 and is_same_period(logged / law.period, count)
     which = f"keeps one sample in {count}" if decimated else "has a clock of its own"
@@ -105,11 +105,11 @@ def other_period(law: ControlLaw | None, period: float, own: PeriodSource) -> Ot
         "check the time column and its unit, or declare the drive's period; if the log "
         f"{which}, confirm that by sample_period = {logged:.6g} in run.toml"
     )
-    if own.counted:
+    if clock.counted:
         advice = (
             "check sample_period in run.toml, which nothing else confirms, against the "
             "drive's period; where the log is no record of every period, give its time "
             "column, or declare how the reference runs between its samples "
             "(reference_between), which says that the law has a clock of its own"
         )
-    return OtherPeriod(confirmed=False, note=f"{found}: {advice}")
+    return OtherPeriod(confirmed=False, note=f"{sentence}: {advice}")

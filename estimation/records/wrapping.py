@@ -102,7 +102,7 @@ def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumn
             "out in run.toml.",
             code="wrap",
         )
-    gaps, counts, own_turn, moved = long_steps(samples["position"].times, gap), {}, False, 0
+    gaps, counts, own_turn, pieces_moved = long_steps(samples["position"].times, gap), {}, False, 0
     for role in [role for role in ("position", "reference") if role in samples]:
         values = samples[role].values
         own_turn = float(np.ptp(values)) > _MAX_WRAPPED_SPAN * modulus.si
@@ -113,15 +113,18 @@ def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumn
         samples[role] = replace(samples[role], values=values)
     # Without a jump nothing says that either is wrapped: no turn is the wrong one then.
     if "reference" in samples and any(counts.values()):
-        samples["reference"], moved = _beside(samples, modulus.si, gap, own_turn=own_turn)
+        samples["reference"], pieces_moved = _on_positions_turn(
+            samples, modulus.si, gap, own_turn=own_turn
+        )
     counted = ", ".join(f"{role} {count}" for role, count in counts.items())
     text = f"jumps by the modulus {modulus} undone: {counted}"
     if len(gaps):
         across = "a gap" if len(gaps) == 1 else f"each of {len(gaps)} gaps"
         text += f"; across {across} the motion is taken to be less than half of it"
-    text += f"; pieces of the reference moved by whole moduli: {moved}" * bool(moved)
-    repair = Repair(kind="wrap", count=sum(counts.values()) + moved, text=text)
-    return columns.repaired(samples, repair)
+    text += f"; pieces of the reference moved by whole moduli: {pieces_moved}" * bool(pieces_moved)
+    return columns.repaired(
+        samples, Repair(kind="wrap", count=sum(counts.values()) + pieces_moved, text=text)
+    )
 
 
 def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
@@ -141,13 +144,13 @@ def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
             code="wrap",
         )
     beyond = values >= modulus.si / 2
-    made = replace(samples[role], values=np.where(beyond, values - modulus.si, values))
+    signed = replace(samples[role], values=np.where(beyond, values - modulus.si, values))
     count = int(np.count_nonzero(beyond))
     text = f"{role} of half the modulus {modulus} and more taken as negative: {count}"
-    return columns.repaired({role: made}, Repair(kind="wrap", count=count, text=text))
+    return columns.repaired({role: signed}, Repair(kind="wrap", count=count, text=text))
 
 
-def _beside(
+def _on_positions_turn(
     samples: Mapping[str, Samples], modulus: float, gap: float, *, own_turn: bool
 ) -> tuple[Samples, int]:
     """The reference, moved by whole moduli to where the position is, and how many pieces moved.
@@ -155,17 +158,19 @@ def _beside(
     It is moved at its start, unless it has a turn of its own there, and after each gap.
     """
     position, reference = samples["position"], samples["reference"]
-    clock, own = position.times, reference.times
-    after = np.searchsorted(own, clock[long_steps(position.times, gap) + 1])
+    clock, reference_clock = position.times, reference.times
+    after = np.searchsorted(reference_clock, clock[long_steps(position.times, gap) + 1])
     starts = np.unique(np.concatenate([[0], after, long_steps(reference.times, gap) + 1]))
-    starts = starts[starts < len(own)]
-    beside = np.minimum(np.searchsorted(clock, own[starts]), len(clock) - 1)
-    turns = np.round((position.values[beside] - reference.values[starts]) / modulus)
+    starts = starts[starts < len(reference_clock)]
+    nearest = np.minimum(np.searchsorted(clock, reference_clock[starts]), len(clock) - 1)
+    turns = np.round((position.values[nearest] - reference.values[starts]) / modulus)
     if own_turn:
         turns[0] = 0.0
-    stops = np.append(starts[1:], len(own))
-    moved = replace(reference, values=reference.values + modulus * np.repeat(turns, stops - starts))
-    return moved, int(np.count_nonzero(turns))
+    stops = np.append(starts[1:], len(reference_clock))
+    shifted = replace(
+        reference, values=reference.values + modulus * np.repeat(turns, stops - starts)
+    )
+    return shifted, int(np.count_nonzero(turns))
 
 
 def _check_seams(
@@ -182,10 +187,10 @@ def _check_seams(
     seams = np.setdiff1d(places, gaps)
     at_seams = bends[steady & np.isin(np.arange(1, len(special) - 1), seams)]
     elsewhere = bends[steady & ~special[1:-1]]
-    left = float(np.median(at_seams)) if len(at_seams) and len(elsewhere) else 0.0
-    if left > max(5 * float(elsewhere.max(initial=0.0)), 1e-4 * modulus.si):
+    jump = float(np.median(at_seams)) if len(at_seams) and len(elsewhere) else 0.0
+    if jump > max(5 * float(elsewhere.max(initial=0.0)), 1e-4 * modulus.si):
         raise DataError(
-            f"{source}: the position still jumps by {modulus.written(left)} where the modulus "
+            f"{source}: the position still jumps by {modulus.written(jump)} where the modulus "
             f"{modulus} was taken out, as before data row {seams[0] + 2}; give the modulus "
             f"that it is wrapped by, with its unit, as in {_IN_DEGREES}.",
             code="wrap",
@@ -201,18 +206,18 @@ def _remaining_jumps(
         return []
     steps = np.abs(np.diff(position.values))
     steps[long_steps(position.times, gap)] = 0.0
-    beside, middle = np.pad(steps, 1), np.median(steps) if len(steps) else 0.0
-    slow = np.maximum(np.maximum(beside[:-2], beside[2:]), middle)
+    neighbours, middle = np.pad(steps, 1), np.median(steps) if len(steps) else 0.0
+    slow = np.maximum(np.maximum(neighbours[:-2], neighbours[2:]), middle)
     places = np.flatnonzero((steps > 0.5 * np.ptp(position.values)) & (slow < 0.1 * steps))
     if not len(places):
         return []
     size = float(np.median(steps[places]))
     times = f" ({len(places)} such jumps)" if len(places) > 1 else ""
     unit = axis.coordinate.unit if axis is not None else "(m or rad)"
-    found = f"the position jumps by {size:.4g} {unit} before data row {places[0] + 2}{times}"
+    jumps = f"the position jumps by {size:.4g} {unit} before data row {places[0] + 2}{times}"
     if modulus is not None:
         raise DataError(
-            f"{columns.source}: {found}, which the modulus {modulus} does not undo; give the one "
+            f"{columns.source}: {jumps}, which the modulus {modulus} does not undo; give the one "
             f"it is wrapped by, with its unit, as in {_IN_DEGREES}.",
             code="wrap",
         )
@@ -220,8 +225,8 @@ def _remaining_jumps(
     for turn, more in ((2 * math.pi, ""), (360.0, "columns position=NAME:deg and ")):
         if turns and abs(size / turn - 1) < 0.05:  # the axis moves on during a jump
             raise DataError(
-                f"{columns.source}: {found}, as one that starts again after a turn does; it looks "
+                f"{columns.source}: {jumps}, as one that starts again after a turn does; it looks "
                 f"wrapped: add {more}{_IN_DEGREES}.",
                 code="wrap",
             )
-    return [f"{found}: if it starts again there, give what it is wrapped by (wrap in run.toml)"]
+    return [f"{jumps}: if it starts again there, give what it is wrapped by (wrap in run.toml)"]

@@ -12,7 +12,6 @@ from .drive_response import (
 )
 from .filtered_record import FilteredRecord as FilteredRecord, show_too_little as show_too_little
 from .prefilter import (
-    DECIMATION_PADDING as DECIMATION_PADDING,
     Prefilter as Prefilter,
     SampledFilter as SampledFilter,
     Span as Span,

@@ -6,9 +6,10 @@ a delay that is no whole samples changes the command in between.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -58,18 +59,12 @@ def through_path(path: CommandPath, commands: Array, period: float) -> Array:
 
 def _limited(commands: Array, most: float) -> Array:
     """Values that follow commands by so much a sample at most, (N,)."""
-    found = commands.copy()
-    steps = np.abs(np.diff(commands, prepend=commands[0])) > most
-    at = 0  # what is before it is found
-    for first in np.flatnonzero(steps):
-        if first < at:
-            continue
-        at, now = int(first), float(found[first - 1])
-        while at < len(commands) and abs(off := commands[at] - now) > most:
-            now += math.copysign(most, off)
-            found[at] = now
-            at += 1
-    return found
+
+    def follow(now: float, command: float) -> float:
+        step = command - now
+        return command if abs(step) <= most else now + math.copysign(most, step)
+
+    return np.array([*accumulate(commands.tolist(), follow)])
 
 
 def acting_control(
@@ -121,9 +116,11 @@ def acting_along(
     added = (1 - stays[0]) * stays[1] * first + (1 - stays[1]) * then
     at_samples = _recursion(stays[0] * stays[1], added, begin)
     between = first + (at_samples - first) * stays[0]
-    left = (at_samples - first) * (1 - stays[0]) + (between - then) * (1 - stays[1])
-    mean = share * first + (1 - share) * then + response.lag / response.period * left
-    return Acting(at_samples=at_samples, mean=mean)
+    transient = (at_samples - first) * (1 - stays[0]) + (between - then) * (1 - stays[1])
+    return Acting(
+        at_samples=at_samples,
+        mean=share * first + (1 - share) * then + response.lag / response.period * transient,
+    )
 
 
 def _recursion(factor: float, added: Array, start: float) -> Array:
@@ -161,29 +158,31 @@ class DriveAlong:
     delay: float
     mean: bool
 
-    def acting(self, made: Array) -> Array:
+    def acting(self, forces: Array) -> Array:
         """What acts of what the recorded control would make at once, (N,)."""
         drive = self.axis.axis.drive
         if not (drive.lag or drive.delay) or drive.logged == "current":
-            return made
-        pieces, response = np.split(made, list(self.starts)[1:]), drive.response(self.period)
+            return forces
+        pieces, response = np.split(forces, list(self.starts)[1:]), drive.response(self.period)
         if not self.held:
             return np.concatenate([_running_along(p, response, drive.logged) for p in pieces])
-        found = [acting_along(piece, response, logged=drive.logged) for piece in pieces]
-        return np.concatenate([each.mean if self.mean else each.at_samples for each in found])
+        responses = [acting_along(piece, response, logged=drive.logged) for piece in pieces]
+        return np.concatenate([each.mean if self.mean else each.at_samples for each in responses])
 
-    def force(self, control: Array, motion: Motion, recorded: Sequence[Array] = ()) -> Array:
-        """The force of a recorded control beside a motion, (N,)."""
-        return self._along(partial(drive_force, self.axis, recorded=recorded), control, motion)
-
-    def slope(self, control: Array, motion: Motion, recorded: Sequence[Array] = ()) -> Array:
-        """How that changes with the logarithm of the drive's gain, (N,)."""
-        make = partial(self.axis.force_by_gain, recorded=recorded)
-        return self._along(make, control, motion)
-
-    def _along(
-        self, make: Callable[[Array, Array, Array], Array], control: Array, motion: Motion
+    def force(
+        self,
+        control: Array,
+        motion: Motion,
+        recorded: Sequence[Array] = (),
+        *,
+        by_gain: bool = False,
     ) -> Array:
+        """The force of a recorded control beside a motion, (N,).
+
+        Or how it changes with the logarithm of the drive's gain.
+        """
+        of_axis = self.axis.force_by_gain if by_gain else partial(drive_force, self.axis)
+        make = partial(of_axis, recorded=recorded)
         position, velocity, acceleration = motion
         if not self.axis.axis.drives_by_motion:
             return self.acting(make(control, position, velocity))

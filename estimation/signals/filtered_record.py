@@ -15,7 +15,7 @@ from axisid.support.arrays import Array, Exact, Uncached, covered
 from axisid.support.errors import AxisidError, DataError
 
 from .drive_response import DriveAlong, acting_control
-from .prefilter import Prefilter, Span
+from .prefilter import Prefilter, SampledFilter, Span
 from .sampling import Sampling
 from .signals import (
     Motion,
@@ -148,7 +148,7 @@ class FilteredRecord(Exact, Uncached):
         """
         what = "the record's longest segment" if self.record.segments else "the record"
         try:
-            self.sampling.filter.check(self.sampling.longest, what)
+            self.sampling.filter.check(max(stop - start for start, stop in self.record.spans), what)
         except AxisidError as error:
             law, period = self.axis.axis.control, self.period
             ratio = 1.0 if law is None or law.continuous else period / law.period
@@ -189,15 +189,14 @@ class FilteredRecord(Exact, Uncached):
     @cached_property
     def sampling(self) -> Sampling:
         """Which samples count, and which rows they make."""
+        # An axis that is compiled, or was before: the filter alone is no reason to compile.
+        native = self.axis.native.evaluator("drive_force") is not None
         return Sampling(
-            prefilter=self.prefilter,
+            filter=SampledFilter(self.prefilter, self.period, native),
             samples=len(self.record),
-            period=self.record.period,
             segments=self.record.segments,
             masked=self.record.masked,
             excluded=self.excluded,
-            # An axis that is compiled, or was before: the filter alone is no reason to compile.
-            native=self.axis.native.evaluator("drive_force") is not None,
         )
 
     @cached_property
@@ -252,7 +251,9 @@ class FilteredRecord(Exact, Uncached):
             return np.zeros(len(self))
         if self.axis.axis.drive.is_gain:
             return self.signals.force
-        return self.beside(self.drive.slope(control, self.motion, self.recorded)).force
+        return self.beside(
+            self.drive.force(control, self.motion, self.recorded, by_gain=True)
+        ).force
 
     def force_by(self, added: Array) -> Array:
         """What the signals' force has of something that is added to the control, (N,)."""
@@ -334,11 +335,11 @@ def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = (
     fastest = max(max(float(np.abs(each.motion[1]).max()), each.fastest) for each in records)
     counts = np.any([takes_robust_loss(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0)
     information = []
-    for each, own in pairs:
+    for each, transform in pairs:
         signals = each.beside(np.zeros(len(each)))  # the regressor is of the motion alone
-        columns = columns_of(each.axis, signals) @ own
+        columns = columns_of(each.axis, signals) @ transform
         moves = np.abs(signals.velocity) > MIN_MOVING_SPEED.value * fastest
         parts = columns[each.sampling.kept & moves], columns[each.sampling.used]
         information.append([part.T @ part for part in parts])
-    moving, left = np.sum(information, axis=0)
-    return remaining_information(counts, moving, left) < MIN_INFORMATION_LEFT.value
+    moving, used = np.sum(information, axis=0)
+    return remaining_information(counts, moving, used) < MIN_INFORMATION_LEFT.value

@@ -199,8 +199,6 @@ Span = tuple[int, int]
 
 _RIPPLE_DB = 0.05
 _DECIMATION_ORDER = 8
-#: Samples by which the filter before decimation extends a stretch at both ends.
-DECIMATION_PADDING = 3 * _DECIMATION_ORDER
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,9 +255,9 @@ class SampledFilter:
     @property
     def needed(self) -> int:
         """Samples that a stretch needs to give a row."""
-        order, decimate = self.settings.order, self.settings.decimate
-        padding = DECIMATION_PADDING if decimate > 1 else 0
-        return max(3 * order, padding, 2 * decimate) + sum(self.dropped) + 1
+        decimate = self.settings.decimate
+        padding = self.decimation.padding if decimate > 1 else 0
+        return max(self.low_pass.padding, padding, 2 * decimate) + sum(self.dropped) + 1
 
     def check(self, samples: int, what: str = "the record") -> None:
         """Refuse a record, or its longest segment, that the settings cannot serve.
@@ -317,23 +315,19 @@ class SampledFilter:
         """
         q = self.low_passed(position)
         dq = np.gradient(q, self.period) if velocity is None else self.low_passed(velocity)
-        if acceleration is None:
-            return q, dq, np.gradient(dq, self.period)
-        return q, dq, self.low_passed(acceleration)
+        ddq = (
+            np.gradient(dq, self.period) if acceleration is None else self.low_passed(acceleration)
+        )
+        return q, dq, ddq
 
     def low_passed(self, signal: Array) -> Array:
         """A signal of one stretch through the low-pass of the motion, (N,)."""
-        return self._without_phase(self.low_pass, signal, self.padding)
+        return self._without_phase(self.low_pass, signal)
 
     @property
     def low_pass(self) -> "Sections":
         """The low-pass of the motion."""
         return _designed(self.settings.order, 2 * self.settings.cutoff * self.period)
-
-    @property
-    def padding(self) -> int:
-        """Samples by which the low-pass extends a stretch at both ends."""
-        return 3 * self.settings.order
 
     @property
     def decimation(self) -> "Sections":
@@ -347,33 +341,26 @@ class SampledFilter:
         no weight: the decimation filter would otherwise carry what is wrong there inwards, or
         continue the record from the last sample that is kept, and give it much weight.
         """
-        ends = self.weightless_ends(len(signals))
-        weighted = np.array(signals, dtype=float) if ends else np.asarray(signals, dtype=float)
-        for first, last in ends:
-            weighted[first:last] = 0.0
+        weighted, (first, last) = np.array(signals, dtype=float), self.dropped
+        weighted[:first] = weighted[len(weighted) - last :] = 0.0
         start, end = self.cut
         kept = weighted[start : len(weighted) - end]
         if self.settings.decimate > 1:
-            kept = self._without_phase(self.decimation, kept, DECIMATION_PADDING)
+            kept = self._without_phase(self.decimation, kept)
         return kept[self.rows(len(signals)) - start]
 
-    def _without_phase(self, sections: "Sections", signals: Array, padding: int) -> Array:
+    def _without_phase(self, low_pass: "Sections", signals: Array) -> Array:
         """Forward and backward along the first axis, with odd extensions at both ends."""
         compiled = column_filter() if self.native else None
         if compiled is None:
             from scipy.signal import sosfiltfilt
 
-            return np.asarray(sosfiltfilt(sections.sections.copy(), signals, 0, padlen=padding))
+            sections = low_pass.sections.copy()
+            return np.asarray(sosfiltfilt(sections, signals, 0, padlen=low_pass.padding))
         columns = np.asarray(signals, dtype=float).reshape(len(signals), -1)
-        made = compiled.without_phase(columns, sections.sections, sections.settled, padding)
-        return made.reshape(signals.shape)
-
-    def weightless_ends(self, samples: int) -> tuple[Span, ...]:
-        """Samples without weight at the ends of one stretch; none where ends are cut off."""
-        if self.settings.drop is not None:
-            return ()
-        start, end = self.dropped
-        return (0, start), (samples - end, samples)
+        return compiled.without_phase(
+            columns, low_pass.sections, low_pass.settled, low_pass.padding
+        ).reshape(signals.shape)
 
     def rows(self, samples: int) -> NDArray[np.int64]:
         """Sample numbers of the rows of one stretch of so many samples, (n,)."""
@@ -393,10 +380,20 @@ class SampledFilter:
 
 @dataclass(frozen=True, slots=True)
 class Sections:
-    """Second-order sections, (s, 6), and their state after a step has settled, (s, 2)."""
+    """A low-pass in second-order sections.
+
+    Attributes
+    ----------
+    sections : (s, 6) array
+    settled : (s, 2) array
+        Their state after a step has settled.
+    padding : int
+        Samples by which a stretch is extended at both ends.
+    """
 
     sections: Array
     settled: Array
+    padding: int
 
 
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.
@@ -408,4 +405,4 @@ def _designed(order: int, edge: float, ripple: float = 0.0) -> Sections:
     design = (
         cheby1(order, ripple, edge, output="sos") if ripple else butter(order, edge, output="sos")
     )
-    return Sections(frozen(design), frozen(sosfilt_zi(design)))
+    return Sections(frozen(design), frozen(sosfilt_zi(design)), padding=3 * order)

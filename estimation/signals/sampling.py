@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from axisid.estimation.thresholds import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array, covered, runs
 
-from .prefilter import Prefilter, SampledFilter, Span
+from .prefilter import SampledFilter, Span
 
 Index = slice | NDArray[np.intp]
 
@@ -95,9 +95,9 @@ class RowTimes:
         if self.whole:
             return slice(lag, None), slice(0, max(len(self) - lag, 0))
         wanted = self.places - lag
-        found = np.searchsorted(self.places, wanted)
-        there = self.places[found] == wanted
-        return np.flatnonzero(there), found[there]
+        indices = np.searchsorted(self.places, wanted)
+        matched = self.places[indices] == wanted
+        return np.flatnonzero(matched), indices[matched]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,50 +109,33 @@ class Sampling:
 
     Attributes
     ----------
-    prefilter : Prefilter
+    filter : SampledFilter
+        What the prefilter does to a stretch.
     samples : int
-    period : float
-        s
     segments : tuple of (int, int)
         Of a record with gaps; none of one without.
     masked : tuple of (int, int)
         Samples that no row may be made of.
     excluded : tuple of (int, int)
         Samples without weight, near reversals and rests.
-    native : bool
-        As of `SampledFilter`.
     """
 
-    prefilter: Prefilter
+    filter: SampledFilter
     samples: int
-    period: float
     segments: tuple[Span, ...] = ()
     masked: tuple[Span, ...] = ()
     excluded: tuple[Span, ...] = ()
-    native: bool = False
-
-    @property
-    def filter(self) -> SampledFilter:
-        """What the prefilter does to a stretch."""
-        return SampledFilter(self.prefilter, self.period, self.native)
 
     @property
     def excluded_samples(self) -> int:
         """How many samples have no weight, near reversals and rests."""
         return sum(stop - start for start, stop in self.excluded)
 
-    @property
-    def longest(self) -> int:
-        """Samples of the longest stretch without a gap."""
-        return max((stop - start for start, stop in self.segments), default=self.samples)
-
     @cached_property
     def spans(self) -> tuple[Span, ...]:
         """The segments that are long enough; of a record without gaps, the record."""
-        if not self.segments:
-            return ((0, self.samples),)
-        needed = self.filter.needed
-        return tuple(span for span in self.segments if span[1] - span[0] >= needed)
+        stretches, needed = self.segments or ((0, self.samples),), self.filter.needed
+        return tuple(span for span in stretches if span[1] - span[0] >= needed)
 
     def motion(
         self, position: Array, velocity: Array | None = None, acceleration: Array | None = None
@@ -165,19 +148,19 @@ class Sampling:
         dq, ddq = np.zeros_like(q), np.zeros_like(q)
         for start, stop in self.spans:
             measured = (None if v is None else v[start:stop] for v in (velocity, acceleration))
-            piece = self.filter.motion(position[start:stop], *measured)
-            q[start:stop], dq[start:stop], ddq[start:stop] = piece
+            q[start:stop], dq[start:stop], ddq[start:stop] = self.filter.motion(
+                position[start:stop], *measured
+            )
         return q, dq, ddq
 
     def reduce(self, signals: Array) -> Array:
         """Drop the ends, decimate, leave out what is masked: (N,) or (N, k) to (n,) or (n, k)."""
-        reduced = self._reduced(signals)
-        return reduced if self._selected is None else reduced[self._selected]
+        return self._reduced(signals)[self._selected]
 
     @cached_property
     def rows(self) -> Array:
         """Sample numbers of the rows that `reduce` keeps, (n,)."""
-        return self._all_rows if self._selected is None else self._all_rows[self._selected]
+        return self._all_rows[self._selected]
 
     @cached_property
     def weights(self) -> Array:
@@ -193,10 +176,8 @@ class Sampling:
     def kept(self) -> NDArray[np.bool_]:
         """Samples that are neither dropped nor masked nor in a segment that is left out, (N,)."""
         start, end = self.filter.dropped
-        kept = np.zeros(self.samples, dtype=bool)
-        for first, last in self.spans:
-            kept[first + start : last - end] = True
-        return kept & ~covered(self.masked, self.samples)
+        filtered = covered([(a + start, b - end) for a, b in self.spans], self.samples)
+        return filtered & ~covered(self.masked, self.samples)
 
     @cached_property
     def neighbours(self) -> RowTimes:
@@ -204,7 +185,7 @@ class Sampling:
         numbers = self.rows.astype(np.int64)
         starts = [start for start, _ in self.spans[1:]]
         pieces = np.split(numbers, np.searchsorted(numbers, starts))
-        return RowTimes.joined([RowTimes(p // self.prefilter.decimate) for p in pieces])
+        return RowTimes.joined([RowTimes(p // self.filter.settings.decimate) for p in pieces])
 
     @property
     def masked_rows(self) -> int:
@@ -232,29 +213,27 @@ class Sampling:
         if self.excluded:
             weighted = np.array(signals, dtype=float)
             weighted[covered(self.excluded, self.samples)] = 0.0
-        pieces = [self.filter.reduce(weighted[a:b]) for a, b in self.spans]
-        return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+        return np.concatenate([self.filter.reduce(weighted[a:b]) for a, b in self.spans])
 
     @cached_property
     def _all_rows(self) -> Array:
-        pieces = [a + self.filter.rows(b - a) for a, b in self.spans]
-        return np.concatenate(pieces).astype(np.float64)
+        return np.concatenate([a + self.filter.rows(b - a) for a, b in self.spans]).astype(
+            np.float64
+        )
 
     @cached_property
     def _clean(self) -> NDArray[np.bool_]:
         """Which rows no filter brings a masked sample into."""
         clean = np.ones(len(self._all_rows), dtype=bool)
         for start, stop in self.masked:
-            reach = self.filter.memory * self.prefilter.decimate
+            reach = self.filter.memory * self.filter.settings.decimate
             first, last = np.searchsorted(self._all_rows, (start - reach, stop + reach))
             clean[first:last] = False
         return clean
 
     @cached_property
-    def _selected(self) -> NDArray[np.bool_] | None:
-        """Which rows are neither masked nor excluded; None for all."""
-        if not (self.masked or self.excluded):
-            return None
+    def _selected(self) -> NDArray[np.bool_]:
+        """Which rows are neither masked nor excluded."""
         if not self.excluded:
             return self._clean
         return self._clean & (self._reduced(np.ones(self.samples)) > MIN_ROW_WEIGHT.value)

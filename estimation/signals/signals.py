@@ -63,15 +63,15 @@ def drive_force(
     return axis.evaluate("drive_force", control, position, velocity, *recorded)[0][:, 0]
 
 
-def about_samples(held: Array, starts: Sequence[int], delay: float = 0.5) -> Array:
+def about_samples(values: Array, starts: Sequence[int], delay: float = 0.5) -> Array:
     """The mean of what is held just before and just after each sample, (N,), segment by segment.
 
     That is half a sample late. Of what is held for less than a sample, only the value at each is
     known: it is taken that much later along a straight line.
     """
-    before = np.concatenate([held[:1], held[:-1]])
-    before[starts] = held[starts]
-    return np.asarray((1 - delay) * held + delay * before, dtype=float)
+    before = np.concatenate([values[:1], values[:-1]])
+    before[starts] = values[starts]
+    return np.asarray((1 - delay) * values + delay * before, dtype=float)
 
 
 def recorded_signals(
@@ -122,17 +122,18 @@ def check_position(axis: GeneratedAxis, record: Record) -> None:
         return
     columns = dependence(axis)["position"]
     needing = [name for name, needs in zip(axis.names, columns, strict=True) if needs]
-    for what, function, output, place in _TAKING_POSITION:
-        if np.any(axis.functions[function].jac_sparsity(output, place).nnz()):
-            needing.append(what)
-    if not needing:
-        return
-    raise DataError(
-        f"{record.provenance.source} has no position, on which {' and '.join(needing)} of "
-        f"axis {axis.axis.name!r} depend{'s' * (len(needing) == 1)}; the integral of a "
-        "measured velocity drifts. Name it with columns position=NAME.",
-        code="missing-column",
-    )
+    needing += [
+        what
+        for what, function, output, place in _TAKING_POSITION
+        if np.any(axis.functions[function].jac_sparsity(output, place).nnz())
+    ]
+    if needing:
+        raise DataError(
+            f"{record.provenance.source} has no position, on which {' and '.join(needing)} of "
+            f"axis {axis.axis.name!r} depend{'s' * (len(needing) == 1)}; the integral of a "
+            "measured velocity drifts. Name it with columns position=NAME.",
+            code="missing-column",
+        )
 
 
 _MAX_REST_SPEED = 0.01  # of the largest, on average: what noise may make of a rest
@@ -152,7 +153,7 @@ def motion_lacks(signals: Signals) -> tuple[str, ...]:
 
 
 def resting(
-    signals: Signals, spans: Sequence[Span], used: NDArray[np.bool_], beside: float = 0.0
+    signals: Signals, spans: Sequence[Span], used: NDArray[np.bool_], others_fastest: float = 0.0
 ) -> float:
     """Part of the samples of a fit at which the axis stands still.
 
@@ -164,11 +165,11 @@ def resting(
         Segments of the record.
     used : (N,) array of bool
         Samples of the fit.
-    beside : float
+    others_fastest : float
         Largest speed of other records of the machine.
     """
     still = np.zeros(len(used), dtype=bool)
-    fastest = max(float(np.abs(signals.velocity).max()), beside)
+    fastest = max(float(np.abs(signals.velocity).max()), others_fastest)
     for first, last in spans:
         speed = signals.velocity[first:last]
         for start, stop in runs(np.abs(speed) < MIN_MOVING_SPEED.value * fastest):
@@ -219,29 +220,31 @@ def rests_first(rest: float) -> str | None:
 
 _SIGNALS = ("position", "velocity", "acceleration", "direction")  # as the regressor takes them
 _SMALLEST = 1e-100  # whose square is exact
-_ALIKE = 1e-12  # of a column, in which it is not told from others
+_RIDGE = 1e-12  # of a column, in which it is not told from others
 
 
-def remaining_information(counts: NDArray[np.bool_], moving: Array, left: Array) -> float:
+def remaining_information(counts: NDArray[np.bool_], moving: Array, remaining: Array) -> float:
     """The least part of the information on a parameter that is left.
 
     Parameters
     ----------
     counts : (P,) array of bool
         Of which parameters a loss counts, see `takes_robust_loss`.
-    moving, left : (P, P) array
+    moving, remaining : (P, P) array
         Products of the regressor's columns of all samples in motion, and of those that are left.
     """
-    both = moving + left
+    both = moving + remaining
     if not np.all(np.isfinite(both)):
         return 1.0  # whatever is done, the regression will say what is wrong
     size = np.sqrt(np.diag(both))
-    seen = counts & (np.diag(moving) > 0)
+    counted = counts & (np.diag(moving) > 0)
     scale = np.outer(*(np.where(size > _SMALLEST, size, 1.0),) * 2)
-    alike = _ALIKE * np.eye(len(both))
+    ridge = _RIDGE * np.eye(len(both))
     # Of each parameter beside the others.
-    before, after = (1 / np.diag(np.linalg.inv(each / scale + alike)) for each in (moving, left))
-    return float(np.min(after[seen] / before[seen], initial=1.0))
+    before, after = (
+        1 / np.diag(np.linalg.inv(each / scale + ridge)) for each in (moving, remaining)
+    )
+    return float(np.min(after[counted] / before[counted], initial=1.0))
 
 
 def takes_robust_loss(axis: GeneratedAxis) -> NDArray[np.bool_]:
@@ -262,16 +265,15 @@ def columns_of(axis: GeneratedAxis, signals: Signals) -> Array:
 
 def searches_friction(axis: GeneratedAxis) -> bool:
     """Whether a nonlinear parameter is of friction that depends on the speed."""
-    depends = dependence(axis)
-    return bool(np.any(np.array(axis.nonlinear) & depends["direction"] & depends["velocity"]))
+    return bool(np.any(np.array(axis.nonlinear) & ~takes_robust_loss(axis)))
 
 
 @lru_cache(maxsize=32)  # asked of an axis in every identification
 def dependence(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
     """Which columns of the inverse model, (p,), depend on which signal, or on recorded ones."""
-    found = dict.fromkeys((*_SIGNALS, "recorded"), np.zeros(len(axis.parameters), dtype=bool))
+    depends = dict.fromkeys((*_SIGNALS, "recorded"), np.zeros(len(axis.parameters), dtype=bool))
     names = (*_SIGNALS, *("recorded" for _ in axis.axis.signals))
     for place, name in enumerate(names):
         rows, _ = axis.functions["idm_regressor"].jac_sparsity(0, place).get_triplet()
-        found[name] = found[name] | np.isin(np.arange(len(axis.parameters)), rows)
-    return found
+        depends[name] = depends[name] | np.isin(np.arange(len(axis.parameters)), rows)
+    return depends

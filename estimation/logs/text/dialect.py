@@ -62,10 +62,7 @@ class Dialect:
 
     def cells(self, line: str) -> list[str]:
         """Cells of a line, stripped; one that a last separator leaves empty is dropped."""
-        cells = split_cells(line, self.separator)
-        if len(cells) == len(self.names) + 1 and not cells[-1]:
-            cells.pop()
-        return cells
+        return split_cells(line, self.separator, len(self.names))
 
 
 def how_written(separator: str | None, *, comma: bool) -> str:
@@ -74,8 +71,11 @@ def how_written(separator: str | None, *, comma: bool) -> str:
     return f"separator {named}, decimal {'comma' if comma else 'point'}"
 
 
-def split_cells(line: str, separator: str | None) -> list[str]:
-    """Cells of a line, stripped; one of a line that is no row of a table."""
+def split_cells(line: str, separator: str | None, width: int | None = None) -> list[str]:
+    """Cells of a line, stripped; one of a line that is no row of a table.
+
+    Of a table of so many columns without one that a last separator leaves empty.
+    """
     if separator is None:
         return line.replace('"', "").split()
     cells = line.split(separator)
@@ -84,7 +84,8 @@ def split_cells(line: str, separator: str | None) -> list[str]:
             cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
         except csv.Error:
             return [line]
-    return [cell.strip() for cell in cells]
+    cells = [cell.strip() for cell in cells]
+    return cells if len(cells) - 1 != width or cells[-1] else cells[:-1]
 
 
 def is_comment(line: str) -> bool:
@@ -120,8 +121,9 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
         )
     _check_width(source, sample)
     separator, comma, width, first, *_ = _best(source, sample)
-    above = [i for i, _ in sample if i < first]
-    header, units, note = _header(source, lines, above, first, separator, width)
+    header, units, note = _header(
+        source, lines, [i for i, _ in sample if i < first], first, separator, width
+    )
     split = split_labels(header)
     names = [name for name, _ in split]
     _check_names(source, lines[max(first - 1, 0)][0], names)
@@ -135,7 +137,9 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
         comma=comma,
         names=tuple(names),
         # A unit in the row of units goes before the header's.
-        units=tuple(u.strip("[]()- ") or own for u, (_, own) in zip(units, split, strict=True)),
+        units=tuple(
+            u.strip("[]()- ") or head_unit for u, (_, head_unit) in zip(units, split, strict=True)
+        ),
         labels=tuple(header),
         first=first,
         notes=(how_written(separator, comma=comma), *([note] if note else [])),
@@ -156,8 +160,8 @@ class _Reading(NamedTuple):
 def _best(source: str, sample: list[tuple[int, str]]) -> _Reading:
     quoted = any('"' in line for _, line in sample)
     ways = [(separator, comma) for separator in _SEPARATORS for comma in (False, True)]
-    found = [_read(sample, *way) for way in ways if quoted or way != (",", True)]
-    readings = [reading for reading in found if reading is not None]
+    tried = [_read(sample, *way) for way in ways if quoted or way != (",", True)]
+    readings = [reading for reading in tried if reading is not None]
     if not readings:
         raise DataError(
             f"{source}: no table of numbers is found in its first {len(sample)} filled lines; a "
@@ -206,8 +210,14 @@ def _read(sample: list[tuple[int, str]], separator: str | None, comma: bool) -> 
     )
     # A mark that no number uses says nothing; the point is what is usual.
     used = not comma or any("," in c for c in cells)
-    fit = (share, named, used, width)
-    return _Reading(separator, comma, width, rows[begin][0], sum(k >= begin for k in body), fit)
+    return _Reading(
+        separator,
+        comma,
+        width,
+        rows[begin][0],
+        sum(k >= begin for k in body),
+        (share, named, used, width),
+    )
 
 
 def _header(
@@ -221,14 +231,16 @@ def _header(
     """Header cells, cells of a row of units (empty if none), and a note on what is above."""
 
     def cells(index: int) -> list[str]:
-        found = split_cells(lines[index][1].lstrip("#%/ "), separator)
-        return found[:-1] if len(found) == width + 1 and not found[-1] else found
+        return split_cells(lines[index][1].lstrip("#%/ "), separator, width)
 
     commented = [i for i in range(first) if is_comment(lines[i][1]) and len(cells(i)) == width]
     rows = above or commented[-1:]
     if not rows:
-        numbers = [f"#{k}" for k in range(1, width + 1)]
-        return numbers, [""] * width, "no header row, so columns are called by their numbers"
+        return (
+            [f"#{k}" for k in range(1, width + 1)],
+            [""] * width,
+            "no header row, so columns are called by their numbers",
+        )
     header, units, used = cells(rows[-1]), [""] * width, [rows[-1]]
     if len(rows) > 1 and _is_unit_row(header) and {len(header), len(cells(rows[-2]))} == {width}:
         header, units, used = cells(rows[-2]), header, rows[-2:]

@@ -58,10 +58,9 @@ def read_text(source: str, content: bytes, *, drop_tail: bool = False, endings: 
     if drop_tail:
         whole = complete_lines(body[:whole], dialect)
     tail = body[whole:]
-    columns = text_columns(source, body[:whole], dialect)
     return Table(
         source=source,
-        columns=columns,
+        columns=text_columns(source, body[:whole], dialect),
         notes=dialect.notes + notes,
         repairs=(left_out(tail),) if drop_tail or tail else (),
     )
@@ -126,10 +125,10 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
             column = Column(samples=Samples(values=values[:, numeric.index(k)]))
         else:
             split = (line.split(dialect.separator, k + 1)[k].strip() for _, line in lines)
-            cells = [row[k] for row in rows] or [*split]
-            column = _of_cells(source, lines, dialect, k, cells)
-        unit = column.unit or dialect.units[k]
-        columns[name or f"#{k + 1}"] = replace(column, unit=unit, label=dialect.labels[k])
+            column = _of_cells(source, lines, dialect, k, [row[k] for row in rows] or [*split])
+        columns[name or f"#{k + 1}"] = replace(
+            column, unit=column.unit or dialect.units[k], label=dialect.labels[k]
+        )
     return columns
 
 
@@ -192,7 +191,7 @@ def _of_cells(source: str, lines: list[Line], dialect: Dialect, k: int, cells: l
         else:
             note = f"{dialect.names[k]}: {note}"
             return Column(samples=Samples(values=seconds), unit="s", note=note)
-    said = (
+    reason = (
         f"is no time stamp that can be read: {why}. Export the log with stamps such as 2026-02-01 "
         "12:00:00.250."
         if why
@@ -201,7 +200,7 @@ def _of_cells(source: str, lines: list[Line], dialect: Dialect, k: int, cells: l
         f"line, or choose another column{_DROP_TAIL}."
     )
     where = f"{source}, line {lines[row][0]}: {cells[row]!r} in column {dialect.names[k]!r}"
-    return Column(samples=DataError(f"{where} {said}", code="log-text"))
+    return Column(samples=DataError(f"{where} {reason}", code="log-text"))
 
 
 def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[str, ...]]:
@@ -220,8 +219,8 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
             code="log-text",
         )
     head = [line for _, line in lines[: ends[-1]]]
-    said = (line[len(_SEPARATOR) :][:1] for line in head if line.startswith(_SEPARATOR))
-    separator = next(said, "\t")
+    separators = (line[len(_SEPARATOR) :][:1] for line in head if line.startswith(_SEPARATOR))
+    separator = next(separators, "\t")
     number, line = lines[ends[-1] + 1]
     names = split_cells(line.rstrip(separator), separator)
     labels = next((split_cells(x, separator) for x in head if x.startswith("Y_Unit_Label")), [])
@@ -230,8 +229,8 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
     if names[-1] == "Comment":
         names = names[:-1]
         body = [(k, separator.join(row.split(separator)[: len(names)])) for k, row in body]
-    named = [f"{n} [{u}]" if u else n for n, u in zip(names, units, strict=False)]
-    return [(number, separator.join(named)), *body], (
+    heads = [f"{n} [{u}]" if u else n for n, u in zip(names, units, strict=False)]
+    return [(number, separator.join(heads)), *body], (
         "LabVIEW measurement file, its heads and comments passed over",
     )
 
@@ -245,8 +244,8 @@ def complete_lines(lines: list[Line], dialect: Dialect) -> int:
     # More unlike lines than fifty are another table.
     rows = [dialect.cells(line) for _, line in lines[-51:]]
     for k in range(len(rows) - 1, 0, -1):
-        alike = any(rows[k]) and len(rows[k]) == len(kinds)
-        if alike and all(
+        same_width = any(rows[k]) and len(rows[k]) == len(kinds)
+        if same_width and all(
             kind in ("text", _kind(cell, dialect)) if cell else not neighbour
             for cell, neighbour, kind in zip(rows[k], rows[k - 1], kinds, strict=False)
         ):
@@ -269,12 +268,14 @@ def left_out(lines: list[Line]) -> Repair:
         return Repair(kind="tail", count=0, text="no incomplete lines at the end")
     number, line = lines[0]
     what = "line" if len(lines) == 1 else "lines"
-    shown = f"{line.strip()[:40]}..." if len(line.strip()) > 40 else line.strip()
-    text = f"{len(lines)} incomplete {what} at the end left out, from line {number}: {shown!r}"
-    return Repair(kind="tail", count=len(lines), text=text)
+    excerpt = f"{line.strip()[:40]}..." if len(line.strip()) > 40 else line.strip()
+    return Repair(
+        kind="tail",
+        count=len(lines),
+        text=f"{len(lines)} incomplete {what} at the end left out, from line {number}: {excerpt!r}",
+    )
 
 
 def _kind(cell: str, dialect: Dialect) -> str:
-    if is_number(cell, comma=dialect.comma):
-        return "number"
-    return "stamp" if is_stamp(cell) else "text"
+    is_text = "stamp" if is_stamp(cell) else "text"
+    return "number" if is_number(cell, comma=dialect.comma) else is_text

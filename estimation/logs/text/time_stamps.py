@@ -45,10 +45,10 @@ def is_stamp(cell: str) -> bool:
 
 def _groups(cell: str) -> tuple[str, ...] | None:
     """Date, hour, minute, second, fraction, half of the day and zone; None for no stamp."""
-    found = _STAMP.fullmatch(cell)
-    if found is None:
+    match = _STAMP.fullmatch(cell)
+    if match is None:
         return None
-    parts = found.groups("")
+    parts = match.groups("")
     is_hour = not parts[5] or 1 <= int(parts[1]) <= 12
     return parts if is_hour and (parts[0] or parts[3] or parts[5]) else None
 
@@ -77,10 +77,10 @@ def stamp_seconds(cells: Sequence[str]) -> tuple[Array, str]:
 
 def _filled_seconds(cells: Sequence[str]) -> tuple[Array, str]:
     """Seconds from the first stamp, of cells none of which is empty."""
-    found = [_groups(cell) for cell in cells]
-    if None in found:
-        raise NoStampsError(found.index(None))
-    stamps = [parts for parts in found if parts]
+    groups = [_groups(cell) for cell in cells]
+    if None in groups:
+        raise NoStampsError(groups.index(None))
+    stamps = [parts for parts in groups if parts]
     dates, *_, halves, zones = zip(*stamps, strict=True)
     named = any(
         not (zone in ("", "Z", "UTC", "GMT") or _AHEAD.fullmatch(zone))

@@ -93,15 +93,18 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
         name: _column(name, c, values[c.value], clocks[c.time])
         for name, c in zip(names, channels, strict=True)
     }
-    notes = (f"TwinCAT Scope export, {how_written(separator, comma=comma)}",)
-    return Table(source=source, columns=columns, notes=notes)
+    return Table(
+        source=source,
+        columns=columns,
+        notes=(f"TwinCAT Scope export, {how_written(separator, comma=comma)}",),
+    )
 
 
 def _channels(source: str, heads: list[list[str]]) -> list[_Channel]:
     """Channels by their place in the heads; a cell that repeats the label begins a time column."""
     last = max(i for i, cells in enumerate(heads) if cells[0] == _NAME)
     rows = {cells[0]: cells for cells in heads[last:]}
-    found: list[_Channel] = []
+    channels: list[_Channel] = []
     time = -1
     for k, name in enumerate(rows[_NAME]):
         if name == _NAME:
@@ -109,10 +112,10 @@ def _channels(source: str, heads: list[list[str]]) -> list[_Channel]:
         elif name.strip():
             attributes = {label: cells[k] for label, cells in rows.items() if k < len(cells)}
             unit = attributes.get("Unit", "").partition("(")[0].strip()
-            found.append(_Channel(name.strip(), unit, value=k, time=time))
-    if not found:
+            channels.append(_Channel(name.strip(), unit, value=k, time=time))
+    if not channels:
         raise DataError(f"{source}: the export of TwinCAT Scope names no channels.")
-    return found
+    return channels
 
 
 def _values(
@@ -165,5 +168,9 @@ def _column(name: str, channel: _Channel, samples: Array, clock: Array) -> Colum
         samples, clock = samples[~dropped], clock[~dropped]
     count = np.count_nonzero(repeated)
     note = f"{name}: {count} rows that repeat its last time and value left out" if count else ""
-    values = Samples(values=samples, clock=clock)
-    return Column(samples=values, unit=channel.unit, label=channel.name, note=note)
+    return Column(
+        samples=Samples(values=samples, clock=clock),
+        unit=channel.unit,
+        label=channel.name,
+        note=note,
+    )

@@ -16,9 +16,6 @@ from .units import assumed_units_text, check_no_counts, to_si
 
 _CLOCKS = "the file's own clocks are taken"
 
-#: What an axis may be identified from, the first that is there.
-MOTION_ROLES = ("position", "velocity")
-
 Mask = NDArray[np.bool_]
 
 
@@ -67,8 +64,7 @@ class RoleColumns:
 
     def repaired(self, samples: Mapping[str, Samples], *repairs: Repair) -> "RoleColumns":
         """Other samples of some of the columns, and what was done to them."""
-        joined = {**self.samples, **samples}
-        return replace(self, samples=joined, repairs=(*self.repairs, *repairs))
+        return replace(self, samples={**self.samples, **samples}, repairs=(*self.repairs, *repairs))
 
 
 class _Chosen(NamedTuple):
@@ -97,11 +93,11 @@ def role_columns(
     notes = _placed(table.source, chosen, axis, place, has_place=bool(injected_at))
     names, samples, without_unit = {}, {}, {}
     for role, (name, unit, by_user) in chosen.items():
-        column, said = table.columns[name], ""
-        own = column.read()
-        values = own.values
+        column, conversion = table.columns[name], ""
+        column_samples = column.read()
+        values = column_samples.values
         if unit or column.unit:
-            values, said = to_si(
+            values, conversion = to_si(
                 role,
                 values,
                 unit or column.unit,
@@ -114,15 +110,15 @@ def role_columns(
         else:
             check_no_counts(role, name, values, axis, source=table.source)
             without_unit[role] = name
-        names[role], samples[role] = name, replace(own, values=values)
-        notes += [note for note in (column.note, said) if note and note not in notes]
+        names[role], samples[role] = name, replace(column_samples, values=values)
+        notes += [note for note in (column.note, conversion) if note and note not in notes]
     if "time" in samples and "time" not in requested:
         others = {role: s for role, s in samples.items() if role != "time"}
-        moving, there = motion_role(others), len(samples["time"].values)
+        moving, time_rows = motion_role(others), len(samples["time"].values)
         # A time of another group of channels than the others, which have clocks of their own.
-        if _has_clocks(others.values()) and there != len(others[moving].values):
+        if _has_clocks(others.values()) and time_rows != len(others[moving].values):
             notes.append(
-                f"the column {names.pop('time')!r} has {there} rows, the {moving} "
+                f"the column {names.pop('time')!r} has {time_rows} rows, the {moving} "
                 f"{len(others[moving].values)}: {_CLOCKS} in its place"
             )
             samples = others
@@ -274,7 +270,7 @@ def _without(
 def _lacking(table: Table, chosen: Mapping[str, object], missing: dict[str, str]) -> DataError:
     """The error of all columns that are not found, with those that may be meant."""
     wanted = ", ".join(f"{name!r} for the {role}" for role, name in missing.items())
-    several = [alike for name in missing.values() if len(alike := table.alike(name)) > 1]
+    several = [candidates for name in missing.values() if len(candidates := table.alike(name)) > 1]
     names = {name.casefold(): name for name in list(table.columns)[:1000]}
     close = dict[str, None]()
     for plain in map(str.casefold, missing.values()):
@@ -299,4 +295,4 @@ def _to_name(roles: Iterable[str]) -> str:
 
 def motion_role(roles: Container[str]) -> str:
     """The position, or the velocity of a log without one."""
-    return next((role for role in MOTION_ROLES if role in roles), MOTION_ROLES[0])
+    return "velocity" if "velocity" in roles and "position" not in roles else "position"

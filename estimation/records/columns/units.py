@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from axisid.estimation.tables import COUNTS, LABEL_WITH_UNIT, Quantity, exact_unit, is_unit
-from axisid.modeling.declaration import ROLES, Axis
+from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import angle_power, parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
@@ -50,9 +50,10 @@ class Scaling(NamedTuple):
 
 def is_scaling(text: str) -> bool:
     """Whether a text says more than a unit."""
-    if _LAST.search(text) or _NO_NUMBER.search(text):
-        return True
-    return exact_unit(text) is None and bool(_OPERATOR.search(text) or _NUMBER.match(text))
+    begun = _LAST.search(text) or _NO_NUMBER.search(text)
+    return bool(
+        begun or (exact_unit(text) is None and (_OPERATOR.search(text) or _NUMBER.match(text)))
+    )
 
 
 def read_scaling(text: str, own: str = "") -> Scaling:
@@ -96,10 +97,10 @@ def read_scaling(text: str, own: str = "") -> Scaling:
 
 def _check_numbers(text: str) -> None:
     """Refuse what stands for a number and is none, or a text of absurd size."""
-    if found := _NO_NUMBER.search(text):
-        raise ScalingError(f"{found[1]!r} is no number to scale by")
-    if found := _LAST.search(text):
-        raise ScalingError(f"a number is missing after {found[0].strip()!r}")
+    if wrong := _NO_NUMBER.search(text):
+        raise ScalingError(f"{wrong[1]!r} is no number to scale by")
+    if wrong := _LAST.search(text):
+        raise ScalingError(f"a number is missing after {wrong[0].strip()!r}")
     if len(text) > 200:
         raise ScalingError("it has more than 200 letters")
 
@@ -108,10 +109,10 @@ def _quantity(value: Fraction, unit: str) -> Quantity:
     name = unit.strip()
     if not name or name.lower() in COUNTS:
         return Quantity(value, is_count=bool(name))
-    found = _known(name)
-    if found is None:
+    unit_of = _known(name)
+    if unit_of is None:
         raise ScalingError(f"{name!r} is no unit that is known")
-    return replace(found, value=value * found.value)
+    return replace(unit_of, value=value * unit_of.value)
 
 
 def _known(name: str) -> Quantity | None:
@@ -128,14 +129,15 @@ def _offset(quantity: Quantity, of: Quantity, base: Quantity) -> Quantity:
     if quantity.unit is None:
         raise ScalingError("an offset needs its unit, as in +0.2deg")
     unit, one = of.unit or parse_unit("1"), Quantity(Fraction(1))
-    for known, angle, scale in ((unit, of.angle, one), (base.unit, base.angle, of / base)):
-        if known is not None and quantity.unit.same_dimension(known) and quantity.angle == angle:
+    for wanted, angle, scale in ((unit, of.angle, one), (base.unit, base.angle, of / base)):
+        if wanted is not None and quantity.unit.same_dimension(wanted) and quantity.angle == angle:
             return scale * quantity
     raise ScalingError(f"an offset in {quantity.unit} does not add to {unit}")
 
 
 #: Of the roles that are no length or angle, where no axis says more.
 _UNITS: dict[str, tuple[str, ...]] = {
+    "time": ("s",),
     "control": (),
     "force": ("N", "N m"),
     "velocity": ("m/s", "rad/s"),
@@ -160,14 +162,12 @@ def expected_units(role: str, axis: Axis | None, injected_at: str | None = None)
     A test signal has that of what it is added to.
     """
     role = injected_at or "control" if role == "injected" else role
-    if role == "time":
-        return ("s",)
-    if axis is not None and role not in ROLES:
-        return tuple(signal.unit for signal in axis.signals if signal.name == role)
     if axis is None:
         return _UNITS.get(role, ("m", "rad"))
     q = axis.coordinate
     units = {
+        **{signal.name: signal.unit for signal in axis.signals},
+        "time": "s",
         "control": axis.drive.unit,
         "force": str(q.force_unit),
         "velocity": str(q.velocity_unit),
@@ -251,12 +251,12 @@ def to_si(
         return (values, "") if factor == 1.0 else (values * factor, f"{role}: {text} -> {of.unit}")
     _check_angle(role, text, of, same, source)
     unit = same[0] if same else of.unit or (wanted[0] if len(wanted) == 1 else "SI")
-    said = f"{role}: {text}, {factor:.9g} {unit} each"
+    note = f"{role}: {text}, {factor:.9g} {unit} each"
     if scaling.offset is None:
-        return values * factor, said
+        return values * factor, note
     offset = float(scaling.offset)
-    said += f" {'+' if offset >= 0 else '-'} {abs(offset):.9g}"
-    return values * factor + offset, said
+    note += f" {'+' if offset >= 0 else '-'} {abs(offset):.9g}"
+    return values * factor + offset, note
 
 
 def _example(wanted: Sequence[str]) -> str:

@@ -68,10 +68,12 @@ def log_content(
     declared = {str(column) for column in axis.columns.values()}
     units = {head if head in declared else name: unit for head, (name, unit) in split}
     named: dict[str, Any] = dict(zip(units, columns.values(), strict=True))
-    said = {"axisid": mark, "about": " ".join(about.split())}
+    metadata = {"axisid": mark, "about": " ".join(about.split())}
     if file.suffix == ".parquet":
-        return parquet_bytes(named, units, said, file)
-    return npz_bytes({**named, UNITS_ENTRY: json.dumps(units), "axisid": " ".join(said.values())})
+        return parquet_bytes(named, units, metadata, file)
+    return npz_bytes(
+        {**named, UNITS_ENTRY: json.dumps(units), "axisid": " ".join(metadata.values())}
+    )
 
 
 def _head(role: str, axis: Axis) -> str:
@@ -89,11 +91,11 @@ def _head(role: str, axis: Axis) -> str:
 
 def _scales(heads: Mapping[str, str], axis: Axis) -> dict[str, tuple[float, float]]:
     """What the numbers of each role are times and plus, to be SI."""
-    found = TableBuilder()
+    builder = TableBuilder()
     for (name, unit), head in zip(split_labels([*heads.values()]), heads.values(), strict=True):
-        found.add(name, _PROBED, unit=unit, label=head)
+        builder.add(name, _PROBED, unit=unit, label=head)
     try:
-        read = role_columns(found.table("a log"), axis, {}).samples
+        read = role_columns(builder.table("a log"), axis, {}).samples
     except AxisidError:
         read = {}
     # A number is of a place in a log, and a head that begins as a comment does may be taken as one.
@@ -133,5 +135,6 @@ def _csv(columns: Mapping[str, Array], about: str, file: Path) -> str:
             code="twin",
         )
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
-    lines = (",".join(map(repr, row)) for row in rows)
-    return "\n".join([f"# {about}", ",".join(columns), *lines, ""])
+    return "\n".join(
+        [f"# {about}", ",".join(columns), *(",".join(map(repr, row)) for row in rows), ""]
+    )

@@ -12,6 +12,7 @@ from axisid.estimation import Repairs
 from axisid.estimation.records.clipping import clipped
 from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.tables import Samples
+from axisid.modeling.declaration import Axis
 
 TIME = 1e-3 * np.arange(6000)
 MOTION = np.sin(TIME)
@@ -19,7 +20,11 @@ MOTION = np.sin(TIME)
 
 def masked(force: np.ndarray, position: np.ndarray = MOTION) -> np.ndarray:
     """Samples of a force that are masked."""
-    return clipped(sampled(position=position, force=force), None).masks["force"]
+    return only_masked(sampled(position=position, force=force)).masks["force"]
+
+
+def only_masked(columns: RoleColumns, axis: Axis | None = None) -> RoleColumns:
+    return clipped(columns, axis, masked=True)[0]
 
 
 def sampled(**columns: np.ndarray) -> RoleColumns:
@@ -56,8 +61,7 @@ def test_right_control_of_every_axis_is_left_alone(
     counts = 1e-5 * np.round(record.position / 1e-5)
     for position in (record.position, counts):
         for bits in (0, 16, 12, 10, 8):
-            found = clipped(sampled(position=position, force=rounded(control, bits)), None).masks
-            assert not found["force"].any()
+            assert not masked(rounded(control, bits), position).any()
 
 
 def test_control_that_a_recorder_cut_off_is_found(library_axis: GeneratedAxis) -> None:
@@ -67,7 +71,7 @@ def test_control_that_a_recorder_cut_off_is_found(library_axis: GeneratedAxis) -
         level = share * float(np.quantile(np.abs(whole), 0.999))
         control = rounded(np.clip(whole, -level, level), bits)
         columns = sampled(position=record.position, control=control)
-        found = clipped(columns, library_axis.axis)
+        found = only_masked(columns, library_axis.axis)
         top = np.abs(control) >= np.abs(control).max() * (1 - 1e-9)
         assert np.array_equal(found.masks["control"], top)
         sides = " and ".join(f"{value:.6g}" for value in np.unique(control[top]))

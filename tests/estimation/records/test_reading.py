@@ -279,8 +279,8 @@ def test_a_signal_is_found_by_name_number_and_unit(named: str, tmp_path: Path) -
 
 
 def test_a_signal_may_be_constant() -> None:
-    still = columns(pressure=np.full(N, 6e5))
-    assert np.ptp(read_record(still, AXIS).signals["pressure"]) == 0
+    record = read_record(columns(pressure=np.full(N, 6e5)), AXIS)
+    assert np.ptp(record.signals["pressure"]) == 0
 
 
 @pytest.mark.parametrize(

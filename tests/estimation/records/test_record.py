@@ -24,8 +24,8 @@ LOG = {
 
 def test_a_window_is_the_log_cut_there() -> None:
     record = read_record(LOG, windows=[(11.0, 12.5)])
-    cut = read_record({name: values[1000:2501] for name, values in LOG.items()})
-    assert record.digest == cut.digest
+    cut = {name: values[1000:2501] for name, values in LOG.items()}
+    assert record.digest == read_record(cut).digest
     assert record.windows == ((11.0, 12.5),)
     (repair,) = record.provenance.repairs
     assert (repair.kind, repair.count) == ("window", N - 1501)
@@ -43,17 +43,20 @@ def test_what_lies_outside_may_be_anything() -> None:
     assert read_record(spoilt, windows=[(11.0, 12.5)]).digest == clean.digest
 
 
-def test_several_windows_are_segments_in_their_order() -> None:
-    record = read_record(LOG, windows=[(13.0, None), (10.5, 11.0)])
-    assert record.segments == ((0, 501), (501, 1501))
-    assert record.windows == ((10.5, 11.0), (13.0, TIME[-1]))
-    assert record.time[[0, 500, 501, -1]] == pytest.approx([10.5, 11.0, 13.0, TIME[-1]])
-
-
-def test_windows_that_touch_share_no_sample() -> None:
-    record = read_record(LOG, windows=[(10.5, 11.0), (11.0, 11.5)])
-    assert len(record) == 1001
-    assert record.segments == ((0, 501), (501, 1001))
+@pytest.mark.parametrize(
+    ("windows", "samples", "first", "end"),
+    [
+        ([(13.0, None), (10.5, 11.0)], 1501, 13.0, TIME[-1]),
+        ([(10.5, 11.0), (11.0, 11.5)], 1001, 11.001, 11.5),  # share no sample
+    ],
+)
+def test_several_windows_are_segments_in_their_order(
+    windows: Any, samples: int, first: float, end: float
+) -> None:
+    record = read_record(LOG, windows=windows)
+    assert record.segments == ((0, 501), (501, samples))
+    assert record.windows == ((10.5, 11.0), (max(w[0] for w in windows), end))
+    assert record.time[[0, 500, 501, -1]] == pytest.approx([10.5, 11.0, first, end])
 
 
 def test_windows_are_cut_as_gaps_are_and_beside_them() -> None:

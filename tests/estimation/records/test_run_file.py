@@ -1,6 +1,5 @@
 """A run.toml stands in the place of a log: every key, all mistakes at once, and how one starts."""
 
-import csv
 import math
 import os
 import tomllib
@@ -34,11 +33,9 @@ WRAP = "6.283185307179586"
 
 def write(folder: Path, ending: str = "") -> Path:
     log = folder / "log.csv"
-    with log.open("w", newline="") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(COLUMNS)
-        writer.writerows(zip(*(column.tolist() for column in COLUMNS.values()), strict=True))
-    log.write_text(log.read_text() + ending)
+    rows = zip(*(column.tolist() for column in COLUMNS.values()), strict=True)
+    lines = [",".join(COLUMNS), *(",".join(map(repr, row)) for row in rows)]
+    log.write_text("\n".join([*lines, ending]))
     return log
 
 
@@ -209,8 +206,7 @@ def test_a_started_file_has_what_was_found_and_runs(tmp_path: Path) -> None:
 
 def test_a_started_file_is_toml_whatever_columns_are_called(tmp_path: Path) -> None:
     odd = ['a "b" \\ c', "\x7f", "é\u2028", "Position", "position", "T", "x" * 3000]
-    log = dict.fromkeys(odd, TIME)
-    np.savez(tmp_path / "log.npz", **log)
+    np.savez(tmp_path / "log.npz", **dict.fromkeys(odd, TIME))
     text = started_run(tmp_path / "log.npz")
     for role in ("time", "position"):
         text = text.replace(f"\n# {role} = ", f"\n{role} = ")
@@ -220,8 +216,7 @@ def test_a_started_file_is_toml_whatever_columns_are_called(tmp_path: Path) -> N
 
 def test_what_cannot_be_read_is_refused_and_waits_for_nothing(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "run.toml")
-    for file in (tmp_path / "run.toml", tmp_path, Path("a\0.toml"), tmp_path / "none.toml"):
-        if file != tmp_path:
-            with pytest.raises(RunFileError, match="cannot be read"):
-                read_record(file)
-            assert log_of(file) == file
+    for file in (tmp_path / "run.toml", Path("a\0.toml"), tmp_path / "none.toml"):
+        with pytest.raises(RunFileError, match="cannot be read"):
+            read_record(file)
+        assert log_of(file) == file

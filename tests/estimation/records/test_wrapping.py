@@ -80,8 +80,9 @@ SETTLING = 6.0 + np.where(TIME < 0.2, 0, 0.6 * (1 - np.exp(-50 * (TIME - 0.2))))
 def test_reference_keeps_its_own_turn_or_begins_on_the_positions(
     position: np.ndarray, logged: np.ndarray, reference: np.ndarray
 ) -> None:
-    wrapped = log(np.mod(position, TURN), reference=logged)
-    record = read_record(wrapped, repairs=Repairs(wrap="360:deg"))
+    record = read_record(
+        log(np.mod(position, TURN), reference=logged), repairs=Repairs(wrap="360:deg")
+    )
     assert record.reference == pytest.approx(reference, abs=1e-12)
     assert record.position == pytest.approx(position, abs=1e-12)
 

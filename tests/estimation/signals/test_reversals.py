@@ -199,8 +199,7 @@ def strokes(*speeds: float, rest: int = 0) -> np.ndarray:
     """Each speed held for 200 samples after a ramp of 20, and then a rest."""
     ramp, pieces = np.linspace(0, 1, 20), []
     for speed in speeds:
-        stroke = [speed * ramp, np.full(200, speed), speed * ramp[::-1], np.zeros(rest)]
-        pieces += stroke
+        pieces += [speed * ramp, np.full(200, speed), speed * ramp[::-1], np.zeros(rest)]
     return np.concatenate(pieces)
 
 

@@ -102,8 +102,7 @@ def test_a_record_long_enough_for_check_is_long_enough_for_the_filters(
     except DataError as error:
         assert "transients take" in str(error)
         return
-    position = np.linspace(0.0, 1.0, samples)
-    assert np.all(np.isfinite(f.reduce(f.motion(position)[2])))
+    assert np.all(np.isfinite(f.reduce(f.motion(np.linspace(0.0, 1.0, samples))[2])))
 
 
 def test_what_is_wrong_at_the_ends_of_a_record_reaches_no_row() -> None:

@@ -156,7 +156,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
             diagnosis=read_diagnosis(written),
             levels=written.levels or DEFAULT_LEVELS,
             requested=None if asked is None else read_as(Prefilter, asked),
-            prefilter=sampling.prefilter,
+            prefilter=sampling.filter.settings,
             record=record,
             sampling=sampling,
             of_records=tuple(
@@ -261,7 +261,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
             self,
             record=one.record,
             sampling=one.sampling,
-            prefilter=one.sampling.prefilter,
+            prefilter=one.sampling.filter.settings,
             of_records=(),
         )
         if not (self.local_names or one.known):
@@ -297,14 +297,13 @@ def identification_facts(result: Identification, draws: int) -> SavedIdentificat
 
 
 def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
-    made = read_as(Prefilter, prefilter, drop=None)
+    filtered = SampledFilter(read_as(Prefilter, prefilter, drop=None), record.period)
     # Ends that are no longer than the filter's transient were not cut off, but given no weight.
-    if SampledFilter(made, record.period).dropped != prefilter.drop:
-        made = replace(made, drop=prefilter.drop)
+    if filtered.dropped != prefilter.drop:
+        filtered = replace(filtered, settings=replace(filtered.settings, drop=prefilter.drop))
     return Sampling(
-        prefilter=made,
+        filter=filtered,
         samples=record.samples,
-        period=record.period,
         segments=record.segments,
         masked=record.masked,
         excluded=((0, prefilter.silent),) if prefilter.silent else (),

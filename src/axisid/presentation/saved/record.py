@@ -191,7 +191,7 @@ def written_prefilter(sampling: Sampling) -> WrittenPrefilter:
     """Settings of a prefilter; `drop` as it was applied, nothing left open."""
     return written_as(
         WrittenPrefilter,
-        sampling.prefilter,
+        sampling.filter.settings,
         drop=sampling.filter.dropped,
         silent=sampling.excluded_samples,
     )

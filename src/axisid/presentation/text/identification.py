@@ -132,7 +132,7 @@ def _rows_in_short(result: SavedIdentification) -> str:
     noise = f"{twins[0]} of the record scatter" if twins else without[0] if without else ""
     gain = judged.gain_relative_sd
     return (
-        f"{judged.document.rows} rows, low-passed at {sampling.prefilter.cutoff:g} Hz; sd "
+        f"{judged.document.rows} rows, low-passed at {sampling.filter.settings.cutoff:g} Hz; sd "
         f"{name.partition(',')[0]}{noise}."
         + f" The gain's own {100 * gain:.3g} % is in no sd."
         * bool(gain)

@@ -42,7 +42,7 @@ def rows_text(
     filters: dict[str, None] = {}
     taken, *said = force
     for sampling, motion in zip(samplings, motions, strict=True):
-        f = sampling.prefilter
+        f = sampling.filter.settings
         filters[
             f"{_measured_text(motion)} low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
             f"forward and backward. Force: {'; '.join([f'{taken}, hold {f.hold}', *said])}."
@@ -55,7 +55,7 @@ def _dropped(samplings: Sequence[Sampling]) -> str:
     """Which samples are of no row, and which of the others are."""
     kept = [
         "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
-        for f in (sampling.prefilter for sampling in samplings)
+        for f in (sampling.filter.settings for sampling in samplings)
     ]
     if len(samplings) == 1:
         (sampling,) = samplings

@@ -23,6 +23,12 @@ def written(separator: str, mark: str, above: list[str], header: list[str], end:
     return end.join([*above, separator.join(header), *(separator.join(r) for r in cells)]) + end
 
 
+def logged(folder: Path, *lines: str) -> Path:
+    file = folder / "log.csv"
+    file.write_text("\n".join(lines))
+    return file
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "cp1252"])
 @pytest.mark.parametrize(
     ("separator", "mark"),
@@ -47,11 +53,8 @@ def test_dialects_are_recognised(
 
 @pytest.mark.parametrize("units", [["[ms]", "[mm]"], ["(ms)", "(mm)"], ["ms", "mm"]])
 def test_row_of_units_is_no_data(tmp_path: Path, units: list[str]) -> None:
-    file = tmp_path / "log.csv"
-    text = written("\t", ".", ["made by a drive"], ["time", "position"])
-    lines = text.splitlines()
-    file.write_text("\n".join([*lines[:2], "\t".join(units), *lines[2:]]))
-    record = read_record(file)
+    lines = written("\t", ".", ["made by a drive"], ["time", "position"]).splitlines()
+    record = read_record(logged(tmp_path, *lines[:2], "\t".join(units), *lines[2:]))
     assert record.time == pytest.approx(1e-3 * TIME)
     assert record.position == pytest.approx(1e-3 * POSITION)
 
@@ -63,10 +66,9 @@ def test_header_in_a_comment_is_found(tmp_path: Path) -> None:
 
 
 def test_last_separator_comments_and_columns_of_text_do_not_matter(tmp_path: Path) -> None:
-    file = tmp_path / "log.csv"
     rows = [f"{t},{float(q)!r},run," for t, q in zip(TIME, POSITION, strict=True)]
     rows[3:3] = ["# trigger", "# marker,0.9995,77,"]  # the second has as many cells as a row
-    file.write_text("\n".join(["time,position,state,", *rows]))
+    file = logged(tmp_path, "time,position,state,", *rows)
     assert np.array_equal(read_record(file).position, POSITION)
     with refuses("log-text", says="line 2: 'run' in column 'state'"):
         read_record(file, columns={"control": "state"})
@@ -85,11 +87,9 @@ def test_what_a_spreadsheet_could_not_work_out_is_no_comment(cell: str, row: int
 
 
 def test_decimal_mark_may_come_after_a_long_rest(tmp_path: Path) -> None:
-    file = tmp_path / "log.csv"
     rows = [f"{k};0;0" for k in range(600)]
     rows += [f"{600 + k};0,5;{'0,25' if k % 2 else '1'}" for k in range(100)]
-    file.write_text("\n".join(["time;position;control", *rows]))
-    record = read_record(file)
+    record = read_record(logged(tmp_path, "time;position;control", *rows))
     assert record.position[-1] == 0.5
     assert "separator semicolon, decimal comma" in record.provenance.assumed
 
@@ -97,10 +97,8 @@ def test_decimal_mark_may_come_after_a_long_rest(tmp_path: Path) -> None:
 def test_time_stamps_count_seconds_from_the_first(tmp_path: Path) -> None:
     start = np.datetime64("2026-03-28T23:59:59.250")
     stamps = [str(start + np.timedelta64(round(1e3 * t), "ms")).replace("T", " ") for t in TIME]
-    text = "\n".join(["time;position", *(f"{s};{k % 5}" for k, s in enumerate(stamps))])
-    file = tmp_path / "log.csv"
-    file.write_text(text)
-    record = read_record(file)
+    rows = [f"{stamp};{k % 5}" for k, stamp in enumerate(stamps)]
+    record = read_record(logged(tmp_path, "time;position", *rows))
     assert record.time == pytest.approx(TIME, abs=1e-12)
     assert "time: time stamps counted from the first" in record.provenance.assumed
 
@@ -165,8 +163,7 @@ ROWS = [f"{k};{k % 7},5;run" for k in range(100)]
     ],
 )
 def test_end_that_is_no_row_is_left_out_on_request(tmp_path: Path, end: list[str]) -> None:
-    file = tmp_path / "log.csv"
-    file.write_text("\n".join(["time;position;state", *ROWS, *end]))
+    file = logged(tmp_path, "time;position;state", *ROWS, *end)
     record = read_record(file, repairs=Repairs(tail="drop"))
     assert len(record) == 100
     (repair,) = record.provenance.repairs
@@ -176,20 +173,17 @@ def test_end_that_is_no_row_is_left_out_on_request(tmp_path: Path, end: list[str
 
 
 def test_end_that_is_no_row_is_refused_unasked_and_so_is_what_is_longer(tmp_path: Path) -> None:
-    file = tmp_path / "log.csv"
-    file.write_text("\n".join(["time;position;state", *ROWS, "ENDE"]))
+    heads = "time;position;state"
     with refuses("log-text", says=r'line 102: 1 cells .*tail = "drop"'):
-        read_record(file)
+        read_record(logged(tmp_path, heads, *ROWS, "ENDE"))
     for spoilt in (["7;8", *ROWS], ["7;8"] * 60):
-        file.write_text("\n".join(["time;position;state", *ROWS, *spoilt]))
         with refuses("log-text", says=r"line 102: 2 cells .* Remove or mend the line"):
-            read_record(file, repairs=Repairs(tail="drop"))
+            read_record(logged(tmp_path, heads, *ROWS, *spoilt), repairs=Repairs(tail="drop"))
 
 
 def test_last_row_of_a_column_written_less_often_is_kept(tmp_path: Path) -> None:
-    file = tmp_path / "log.csv"
     rows = [f"{k};{k % 7},5;{'' if k % 5 else k}" for k in range(100)]
-    file.write_text("\n".join(["time;position;slow", *rows]))
+    file = logged(tmp_path, "time;position;slow", *rows)
     record = read_record(file, repairs=Repairs(tail="drop"))
     assert len(record) == 100
     assert record.provenance.repairs[0].count == 0

@@ -36,16 +36,14 @@ def test_stamps_of_many_ways_count_from_the_first(cells: list[str]) -> None:
 
 
 def test_nanoseconds_are_kept_and_an_empty_cell_has_no_time() -> None:
-    cells = ["", "2026-02-01 12:00:00", "", "2026-02-01 12:00:00.000000001"]
-    seconds, _ = stamp_seconds(cells)
+    seconds, _ = stamp_seconds(["", "2026-02-01 12:00:00", "", "2026-02-01 12:00:00.000000001"])
     assert np.array_equal(seconds, [np.nan, 0.0, np.nan, 1e-9], equal_nan=True)
 
 
 def test_times_without_a_date_pass_midnight_and_say_so() -> None:
     cells = ["23:59:59.5", "00:00:00", "00:00:00.5", "12:00:00", "23:59:59.5", "00:00:01"]
     seconds, note = stamp_seconds(cells)
-    expected = [0.0, 0.5, 1.0, 43200.5, 86400.0, 86401.5]
-    assert seconds == pytest.approx(expected)
+    assert seconds == pytest.approx([0.0, 0.5, 1.0, 43200.5, 86400.0, 86401.5])
     assert "midnight" in note
     seconds, note = stamp_seconds(["12:00:01", "12:00:00"])
     assert "midnight" not in note
@@ -59,8 +57,7 @@ def test_times_without_a_date_pass_midnight_and_say_so() -> None:
 def test_order_of_day_and_month_is_told_by_a_number_beyond_twelve(
     dates: list[str], days: int, first: str
 ) -> None:
-    cells = [f"{date} 12:00:00" for date in dates]
-    seconds, note = stamp_seconds(cells)
+    seconds, note = stamp_seconds([f"{date} 12:00:00" for date in dates])
     assert seconds[1] == days * 86400
     assert note.endswith(f"{first} first")
 

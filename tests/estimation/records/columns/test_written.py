@@ -31,8 +31,7 @@ def is_same(read: Record, written: Record, within: float = 0.0) -> bool:
 @pytest.mark.parametrize("name", ["emps", "valve"])  # with names of its own, a recorded signal
 def test_a_record_is_read_back_to_the_last_bit(name: str, ending: str, tmp_path: Path) -> None:
     axis, record = made(name)
-    file = record.write(tmp_path / f"log{ending}", axis)
-    read = read_record(file, axis)
+    read = read_record(record.write(tmp_path / f"log{ending}", axis), axis)
     assert is_same(read, record)
     assert read.digest == record.digest
 
