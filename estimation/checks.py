@@ -192,27 +192,19 @@ def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | Non
     if len(records) == 1:
         return found[0]
     every = [(name, each) for name, each in zip(records, found, strict=True) if each is not None]
-    made = [(name, each) for name, each in every if each.status != "not evaluated"]
-    if not made:
+    unmade = [name for name, each in every if each.status == "not evaluated"]
+    if len(unmade) == len(every):
         return every[0][1] if every else None
-    status = min((each.status for _, each in made), key=WORST_FIRST.index)
-    worst = [(n, each) for n, each in made if each.status == status]
+    status = next(s for s in WORST_FIRST if any(each.status == s for _, each in every))
+    worst = [(name, each) for name, each in every if each.status == status]
     first = max((each for _, each in worst), key=_distance)
-    same = [n for n, each in worst if each.meaning == first.meaning]
-    others = [n for n, each in worst if n not in same]
-    unmade = [n for n, each in every if each.status == "not evaluated"]
-    before, after = first_case(
-        (
-            status != "pass",
-            (
-                f"{' and '.join(same)}: ",
-                f"; it {'fails' if status == 'fail' else 'is noted'} of {_listed(others)} too",
-            ),
-        ),
-        (True, ("", f" (not evaluated of {_listed(unmade)})")),
-    )
-    more = after if (unmade if status == "pass" else others) else ""
-    return replace(first, meaning=before + first.meaning + more)
+    if status == "pass":
+        more = f" (not evaluated of {_listed(unmade)})" * bool(unmade)
+        return replace(first, meaning=first.meaning + more)
+    same = [name for name, each in worst if each.meaning == first.meaning]
+    others = _listed([name for name, _ in worst if name not in same])
+    more = f"; it {'fails' if status == 'fail' else 'is noted'} of {others} too" * bool(others)
+    return replace(first, meaning=f"{' and '.join(same)}: {first.meaning}{more}")
 
 
 def _listed(names: Sequence[str]) -> str:

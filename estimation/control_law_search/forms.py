@@ -67,10 +67,9 @@ class LawForm:
     def wound_gains(self, gains: Mapping[str, float]) -> Iterator[Mapping[str, float]]:
         """Gains to begin with: back-calculation may have a time of its own, or the integral's."""
         yield gains
-        if self.words.get("anti_windup") == "back_calculation":
-            own = gains["tn"] if "tn" in gains else abs(_over(gains["kp"], gains["ki"]))
-            for share in _TRACKING:
-                yield {**gains, "tracking_time": share * own}
+        for share in _TRACKING if self.words.get("anti_windup") == "back_calculation" else ():
+            integral = gains["tn"] if "tn" in gains else abs(_over(gains["kp"], gains["ki"]))
+            yield {**gains, "tracking_time": share * integral}
 
     def begun(self, period: float) -> Sequence[float | None]:
         """Where the search for the extra gain begins; None without one."""
@@ -93,19 +92,19 @@ class LawForm:
         """
         error, rate = ticks.reference - ticks.position, _rate(ticks.reference, period)
         velocity = self._velocity(ticks, period, extra)
-        filtered = extra if self.extra == "filter_time" else None
-        known = {
+        time = extra if self.extra == "filter_time" else None
+        signals = {
             "error": error,
             "velocity": velocity,
             "rate": rate,
             "acceleration": _rate(rate, period),
-            "derivative": _smooth(_rate(error, period), period, filtered),
+            "derivative": _smooth(_rate(error, period), period, time),
             "sum of error": _sum(error, period),
             "sum of velocity": _sum(velocity, period),
             "sum of rate": _sum(rate, period),
             "constant": np.ones_like(error),
         }
-        return {name: known[name] for name in self.columns}
+        return {name: signals[name] for name in self.columns}
 
     def _velocity(self, ticks: LawTicks, period: float, extra: float | None) -> Array:
         how, position = self.words.get("velocity", "difference"), ticks.position
@@ -317,13 +316,12 @@ class LawSearch(Checked, Presentable):
     def checks(self) -> tuple[Check, ...]:
         """Whether a law explains the control."""
         best, left = self.best.title, self.best.held_out_percent
-        lost = (
+        fault = (
             f"No ready law explains the control: the best, {best}, leaves {left:.3g} % of it. The "
             "drive runs another law, reads other columns (a feed-forward, a sensor of its own), or "
             "runs faster than the log"
-        )
+        ) * (not self.explained)
         held = f"{best} leaves {left:.3g} % of the control"
-        fault = None if self.explained else lost
         return (Check.unless("control law", fault, held, left, MAX_LAW_RESIDUAL.value),)
 
 

@@ -1,6 +1,5 @@
 """The search: each form started by a regression, its gains found by runs, judged on other rows."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +27,7 @@ from axisid.modeling.control_laws import ANTI_WINDUP
 from axisid.modeling.declaration import Axis, ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, ModelError
+from axisid.support.progress import Progress, with_progress
 
 from .forms import FORMS, ExplainedLaw, LawForm, LawSearch
 
@@ -40,8 +40,6 @@ _MIN_LIMITED_SHARE = 2e-3
 
 _BLOCKS = 10  # of rows, every second of which is held out
 _DELAYS = 4  # samples, the most that are tried
-
-Progress = Callable[[int, int, str], None]
 
 
 @np.errstate(all="ignore")  # a law that runs away along the record is left out
@@ -69,11 +67,8 @@ def find_law(
         The record has no reference, no control or no position, or is too short.
     """
     generated = as_generated(axis)
-    piece = _fit_for_it(record)
-    along, found = _AlongRecord.of(generated, piece), list[ExplainedLaw]()
-    for done, form in enumerate(FORMS):
-        if progress is not None:
-            progress(done, len(FORMS), form.title)
+    along, found = _AlongRecord.of(generated, _fit_for_it(record)), list[ExplainedLaw]()
+    for form in with_progress(FORMS, progress, lambda form: form.title):
         law = along.begun(form)
         explained = None if law is None else along.fitted(form, law)
         if explained is not None:
@@ -90,10 +85,8 @@ def find_law(
 
 def _fit_for_it(record: Record) -> Record:
     """The longest piece of a record that has what a law reads and gives."""
-    position = None if record.integrated else record.position
-    read = {"reference": record.reference, "control": record.control, "position": position}
-    for name, values in read.items():
-        if values is None:
+    for name in ("reference", "control", "position"):
+        if name not in record.channels():
             raise DataError(
                 f"the record has no {name}; a law is found from position, reference and control. "
                 "Name its columns, columns={...}.",
@@ -136,15 +129,18 @@ class _AlongRecord:
         settling = round(1 / COMPARISON_CUTOFF.value)  # of a low-pass, at either end
         told[: settling + _DELAYS] = told[len(record) - settling :] = False
         odd = (np.arange(len(record)) * _BLOCKS // len(record)) % 2 == 1
-        recorded = recorded_signals(axis, record.provenance.source, record.signals)
-        velocity = measured_velocity(record.position, record.period)
-        reference, added = np.asarray(record.commanded), record.added_control
         return cls(
             axis=axis,
             record=record,
             used=told & ~odd,
             held_out=told & odd,
-            ticks=LawTicks.at_samples(reference, record.position, velocity, recorded, added),
+            ticks=LawTicks.at_samples(
+                np.asarray(record.commanded),
+                record.position,
+                measured_velocity(record.position, record.period),
+                recorded_signals(axis, record.provenance.source, record.signals),
+                record.added_control,
+            ),
         )
 
     def begun(self, form: LawForm, *, apart: bool = False) -> ControlLaw | None:
@@ -153,12 +149,12 @@ class _AlongRecord:
         `apart` leaves open what an integral is after each time at the limit.
         """
         starts = [
-            self._started(form, extra, delay, apart=apart)
+            start
             for extra in form.begun(self.record.period)
             for delay in range(_DELAYS + 1)
+            if (start := self._started(form, extra, delay, apart=apart)) is not None
         ]
-        possible = [start for start in starts if start is not None]
-        return min(possible, key=lambda start: start[0])[1] if possible else None
+        return min(starts, key=lambda start: start[0], default=(0.0, None))[1]
 
     def _started(
         self, form: LawForm, extra: float | None, delay: int, *, apart: bool
@@ -171,12 +167,11 @@ class _AlongRecord:
         late = np.vstack([np.repeat(late[:1], delay, axis=0), late[: len(late) - delay]])
         commands, told = _commands(self.axis, self.record)
         used = self.used & told
-        own = commands - as_logged(self.axis, self.ticks.added_at_samples(delay))
-        control, regressor = own[used], as_logged(self.axis, late)[used]
+        commands = commands - as_logged(self.axis, self.ticks.added_at_samples(delay))
+        rows = np.column_stack([commands, as_logged(self.axis, late)])[used]
         if apart:
-            begins = np.diff(np.flatnonzero(used), prepend=-1) > 1
-            stretches = np.cumsum(begins, dtype=np.intp)
-            control, regressor = (_about_means(each, stretches) for each in (control, regressor))
+            rows = _about_means(rows, np.cumsum(np.diff(np.flatnonzero(used), prepend=-1) > 1))
+        control, regressor = rows[:, 0], rows[:, 1:]
         sizes = np.linalg.norm(regressor, axis=0)
         if not np.all(sizes > 0):
             return None
@@ -216,8 +211,8 @@ class _AlongRecord:
         ]
         if not np.all(np.isfinite(left)):
             return None
-        steps, scatter, _ = best.asked
-        deviations = zip(steps, np.sqrt(np.diag(scatter)), strict=True)
+        steps, covariance, _ = best.gain_steps
+        deviations = zip(steps, np.sqrt(np.diag(covariance)), strict=True)
         return ExplainedLaw(
             law=replace(law, gains=gains),
             function=form.law,
@@ -248,8 +243,7 @@ class _AlongRecord:
     def _left(self, law: ControlLaw) -> float:
         """What a law leaves of the rows as it is; infinite where it runs away along them."""
         by_gains = self._by_gains(law)
-        off = by_gains.along.control - by_gains.along.output(by_gains.point)
-        left = float(np.linalg.norm(by_gains.compared(off)))
+        left = float(np.linalg.norm(by_gains.control - by_gains.output))
         return left if np.isfinite(left) else np.inf
 
 
@@ -270,12 +264,12 @@ def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bo
     return control, told & (np.abs(np.diff(control, prepend=control[:1])) < fastest)
 
 
-def _about_means(values: Array, stretches: NDArray[np.intp]) -> Array:
-    """Values (n,) or (n, k) less their mean over the stretch that each is in."""
+def _about_means(rows: Array, stretches: NDArray[np.intp]) -> Array:
+    """Rows (n, k) less their mean over the stretch that each is in."""
     firsts = np.flatnonzero(np.diff(stretches, prepend=-1))
     lengths = np.diff([*firsts, len(stretches)])
-    means = (np.add.reduceat(values, firsts, axis=0).T / lengths).T
-    return np.asarray(values - np.repeat(means, lengths, axis=0))
+    means = np.add.reduceat(rows, firsts, axis=0) / lengths[:, None]
+    return np.asarray(rows - np.repeat(means, lengths, axis=0))
 
 
 def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> LawSearch:
@@ -284,18 +278,16 @@ def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> L
     An ideal velocity is in no log; a law that reads one comes first where no other explains the
     control.
     """
-    of_log = [each.held_out_percent for each in found if not each.law.takes_velocity]
+    of_log = (each.held_out_percent for each in found if not each.law.takes_velocity)
     least = min(of_log, default=np.inf)
     explained = least < MAX_LAW_RESIDUAL.value
     if not explained:
         least = min(each.held_out_percent for each in found)
-    most = _as_well(least)
-
     found = [each for each in found if not any(_says_no_more(each, than) for than in found)]
     others = [
         each
         for each in found
-        if each.held_out_percent > most or (explained and each.law.takes_velocity)
+        if each.held_out_percent > _as_well(least) or (explained and each.law.takes_velocity)
     ]
     first = sorted(
         (each for each in found if each not in others),

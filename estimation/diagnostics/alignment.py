@@ -109,8 +109,7 @@ def alignment_of(scores: RecordScores) -> Alignment | Missing:
         start = delay = hold_delay(data.axis.axis.control, data.period, clock_of(data.record))
     deviation = np.inf
     for _ in range(_STEPS):
-        moved = _delayed(scores, delay - start)
-        tested = moved.test(column[:, None])
+        tested = _delayed(scores, delay - start).test(column[:, None])
         step = float(tested.values[0, 0])
         if step == 0 or not math.isfinite(step):
             return Missing("the parameters of the model explain a delay of the force as well")
@@ -137,9 +136,8 @@ def _delayed(scores: RecordScores, samples: float) -> RecordScores:
     def change(force: Array) -> Array:
         return np.asarray(shift(force, samples, order=3, mode="nearest") - force)
 
-    more = scores.along.by_stretch(change, scores.data.signals.force)
-    column = scores.along.reduce(more)[:, None]
-    residuals = scores.residuals.copy()
+    delayed = scores.along.by_stretch(change, scores.data.signals.force)
+    column, residuals = scores.along.reduce(delayed)[:, None], scores.residuals.copy()
     residuals[:, 0] += column[:, 0] + scores.columns @ scores.moved_by(column, np.ones(1))
     return replace(scores, residuals=residuals)
 
@@ -184,7 +182,6 @@ def alignment_check(
     A force may act whole samples after it is recorded, by `timing`; where the control law says that
     the log wrote it at another time, by as much, that is the only remedy, and counts once.
     """
-    remedy = _remedy(timing, data.axis.axis.control, law)
     by_log = (
         isinstance(law, LawCheck)
         and isinstance(timing, ForceTiming)
@@ -216,7 +213,7 @@ def alignment_check(
         f"the force fits the motion best {size} {side} it is recorded; "
         f"hold {hold} supposes {abs(used):g} samples {supposed}{by_ls}"
     )
-    moves, advice = f"A sample of delay moves {moved}", _advice(delay, data, remedy, by_log=by_log)
+    advice = _advice(delay, data, _remedy(timing, data.axis.axis.control, law), by_log=by_log)
     column = "control" if data.record.force is None else "force"
     off = f"the {column} is {abs(apart):.2g} samples {'early' if apart > 0 else 'late'}"
     aligned = not (delay.at_the_end if isinstance(late, Missing) else late)
@@ -230,7 +227,8 @@ def alignment_check(
         "leaves its range; a drive that holds its force is half a sample late",
         meaning=fits
         if aligned
-        else f"{fits}, so that {off} beside the position. {f'{advice}. ' * bool(advice)}{moves}",
+        else f"{fits}, so that {off} beside the position. {f'{advice}. ' * bool(advice)}"
+        f"A sample of delay moves {moved}",
     )
 
 
@@ -242,8 +240,7 @@ def _advice(delay: Alignment, data: FilteredRecord, remedy: str, *, by_log: bool
     other, own = ("zoh", zoh) if data.prefilter.hold == "raw" else ("raw", 0.0)
     is_declared = 0 < -late * period * (1 - NO_DELAY.value) < declared  # one that is not there
     by_hold = abs(delay.best - own) <= MAX_MISALIGNMENT.value and not is_declared
-    is_sampled = axis.control is None or not axis.control.continuous
-    is_whole = by_log or data.record.force is not None or not is_sampled
+    is_continuous = axis.control is not None and axis.control.continuous
     left = declared + late * period
     instead = "none" if left < NO_DELAY.value * declared else f"{left:.3g} s"
     too_long = (
@@ -257,7 +254,7 @@ def _advice(delay: Alignment, data: FilteredRecord, remedy: str, *, by_log: bool
     )
     return first_case(
         (by_hold, f'Try hold="{other}"'),
-        (is_whole, remedy),
+        (by_log or data.record.force is not None or is_continuous, remedy),
         (late < 0 and declared, f"{too_long}{rest}{remedy}"),
         (late <= 0 or delay.at_the_end, remedy),
         (True, f"{missing}{rest}{remedy}"),
@@ -267,8 +264,7 @@ def _advice(delay: Alignment, data: FilteredRecord, remedy: str, *, by_log: bool
 def declared_lateness(data: FilteredRecord) -> float:
     """Seconds by which a drive declares that its force follows the recorded control."""
     drive = data.axis.axis.drive
-    behind = {"command": drive.delay + drive.lag, "applied": drive.lag}
-    return float(behind.get(drive.logged, 0.0))
+    return float({"command": drive.delay + drive.lag, "applied": drive.lag}.get(drive.logged, 0.0))
 
 
 @of_found
@@ -302,8 +298,8 @@ def law_in_time(
     if not (law.delay and law.advice) or declared is None or declared.continuous:
         return law
     if isinstance(timing, Missing):
-        why = f". Which of them, this record does not tell: {timing}"
-        return replace(law, advice=law.advice + why)
+        advice = f"{law.advice}. Which of them, this record does not tell: {timing}"
+        return replace(law, advice=advice)
     late = declared.delay + law.delay
     advice = first_case(
         (timing.role != "control", law.advice),
@@ -343,7 +339,7 @@ def _and_delay(declared: ControlLaw | None, law: LawCheck | Missing, samples: in
     """The delay of the law that goes with a control that is moved, where it is another one."""
     if declared is None or declared.continuous or isinstance(law, Missing):
         return ""
-    more = law.delay + samples
-    is_in_law = law.passed or law.delay  # but for its time
-    known = is_in_law and more and declared.delay + more >= 0
-    return f", and declare delay={declared.delay + more}" if known else ""
+    late = declared.delay + law.delay + samples
+    # The control is the law's, but for its time.
+    other = (law.passed or law.delay) and late != declared.delay and late >= 0
+    return f", and declare delay={late}" if other else ""

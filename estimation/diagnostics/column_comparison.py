@@ -152,18 +152,18 @@ class ColumnComparison:
         except EstimationError:
             return Missing("the axis hardly moves in what is compared")
         deviations = np.sqrt(np.diag(Hac(2 * _OFTEN).matrix(fitted)))
-        low, high = sorted((float(fitted.theta[0]), 1 / (float(back.theta[0]) or _TINY)))
-        gain = (low + high) / 2
-        alike = float(fitted.theta[0] * back.theta[0])  # squared partial correlation
+        ways = float(fitted.theta[0]), 1 / (float(back.theta[0]) or _TINY)
+        gain = sum(ways) / 2
+        correlation_squared = float(fitted.theta[0] * back.theta[0])  # partial
         return cls(
             factor=gain,
-            factor_deviation=float(np.hypot(deviations[0], (high - low) / 2)),
+            factor_deviation=float(np.hypot(deviations[0], np.subtract(*ways) / 2)),
             delay=delay,
             delay_deviation=float(deviations[1] / abs(gain)) if gain else float("inf"),
             offset=float(fitted.theta[2]),
             offset_deviation=float(deviations[2]),
             size=float(np.sqrt(np.mean(computed[rows] ** 2))),
-            left_percent=100 * float(np.sqrt(max(1 - alike, 0.0))),
+            left_percent=100 * float(np.sqrt(max(1 - correlation_squared, 0.0))),
         )
 
 
@@ -228,19 +228,17 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | None:
     )
     commanded, by_gain = _commanded(axis, longest)
     apart, found = _compared(longest, commanded)
-    vague = float(np.hypot(found.factor_deviation, drive.relative_sd * by_gain))
-    far = replace(found, factor_deviation=vague).distances
-    scaled, shifted = far["factor"] > 1, far["offset"] > 1
+    deviation = float(np.hypot(found.factor_deviation, drive.relative_sd * by_gain))
+    far = replace(found, factor_deviation=deviation).distances
+    scaled, shifted, q = far["factor"] > 1, far["offset"] > 1, axis.axis.coordinate
     lag, near = found.delay * record.period, apart <= _MAX_FORCE_DIFFERENCE
-    late, q = abs(lag) > _MAX_FORCE_LAG, axis.axis.coordinate
+    late = abs(lag) > _MAX_FORCE_LAG
     good = near and not (scaled or late or shifted)
-    suspect = first_case(
-        (
-            drive.is_gain,
-            f"the gain, which would be {found.factor * drive.gain:.4g} {q.force_unit}/{drive.unit} "
-            f"for {drive.gain:g}",
-        ),
-        (True, f"the drive ({drive.force_text(q)})"),
+    suspect = (
+        f"the gain, which would be {found.factor * drive.gain:.4g} {q.force_unit}/{drive.unit} "
+        f"for {drive.gain:g}"
+        if drive.is_gain
+        else f"the drive ({drive.force_text(q)})"
     )
     meaning = "the force column is " + first_case(
         (good, f"what {maker} makes of the control"),
@@ -286,10 +284,8 @@ def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
     size, most_excess = np.abs(record.control)[unmasked(record)], MAX_LIMIT_EXCESS.value
     if not size.size:
         return None
-    beyond = size > (1 + most_excess) * drive.limit
-    share = float(np.mean(beyond))
+    share = float(np.mean(size > (1 + most_excess) * drive.limit))
     good, used = share <= _MAX_LIMIT_EXCESS_SHARE, record.force is None
-    most = float(size.max())
     return Check(
         name="control against limit",
         status=status_of(good, matters=used),
@@ -300,7 +296,7 @@ def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
         meaning=f"the control stays within the drive's limit of {drive.limit:g} {drive.unit}"
         if good
         else f"the control is beyond the drive's limit of {drive.limit:g} {drive.unit} in "
-        f"{100 * share:.2g} % of the samples, up to {most:.3g} {drive.unit}: "
+        f"{100 * share:.2g} % of the samples, up to {size.max():.3g} {drive.unit}: "
         + (
             "a control that is recorded before the drive limits it gives no force there; record "
             "what the drive applies, or the force, or correct the limit or the control's unit"
@@ -317,15 +313,15 @@ def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
     The latter is the slope of the logarithms: 1 for a force that is all the gain's.
     """
     velocity = np.gradient(record.position, record.period)  # its noise is filtered with the force
-    motion = record.position, velocity, np.gradient(velocity, record.period)
-    recorded = recorded_signals(axis, record.provenance.source, record.signals)
-    control = acting_control(axis, np.asarray(record.control), [0], record.period)
+    along = (
+        acting_control(axis, np.asarray(record.control), [0], record.period),
+        (record.position, velocity, np.gradient(velocity, record.period)),
+        recorded_signals(axis, record.provenance.source, record.signals),
+    )
     drive = DriveAlong(
         axis=axis, starts=[0], period=record.period, held=True, delay=0.0, mean=False
     )
-    commanded, slope = (
-        drive.force(control, motion, recorded, by_gain=by_gain) for by_gain in (False, True)
-    )
+    commanded, slope = (drive.force(*along, by_gain=by_gain) for by_gain in (False, True))
     used = unmasked(record)
     power = float(commanded[used] @ commanded[used])
     return commanded, float(slope[used] @ commanded[used]) / power if power else 1.0

@@ -125,8 +125,8 @@ def _delay(lacking: Sequence[Misspecification], case: Case) -> Misspecification 
 @of_found
 def _missing_terms(lacking: Sequence[Misspecification], case: Case) -> Check | Missing:
     aligned = _alignment(case)  # which says how late, where it fails
-    told = [lack for lack in lacking if not (lack.kind == "delay" and _fails(aligned))]
-    found = lacks_check(told, "missing terms", case.data.axis, case.data.record, case.levels)
+    terms = [lack for lack in lacking if not (lack.kind == "delay" and _fails(aligned))]
+    found = lacks_check(terms, "missing terms", case.data.axis, case.data.record, case.levels)
     if isinstance(found, Missing) or found.status != "fail":
         return found
     if _fails(method_check(case.preferred, {}, {}, case.steps, case.levels, law_passed=None)):
@@ -168,11 +168,11 @@ def lacks_check(
         Whether the loss has bounded what outliers do, which are no more than a note then.
     """
     own = [lack for lack in found if lack.check == name]
-    advice = ""
+    meaning = "; ".join(sentence(lack, axis, record) for lack in own) or _NOTHING[name]
     if own and name == "recorded signals":
-        advice = f": {_advice(axis, record, own[0])}"
+        meaning += f": {_advice(axis, record, own[0])}"
     elif own and name == "outliers" and not bounded:
-        advice = (
+        meaning += (
             '; empty such cells and read with resample="auto", or let such rows count for '
             'less, loss="huber"'
         )
@@ -186,8 +186,7 @@ def lacks_check(
         f"than those of twins (Hotelling's test, {100 * levels.level:g} % over all that is looked "
         f"for, by Holm's rule) and it is more than {100 * levels.least_share:g} % of the force "
         "beside what the parameters make of it, or moves one by more than its interval",
-        meaning=("; ".join(sentence(lack, axis, record) for lack in own) or _NOTHING[name])
-        + advice,
+        meaning=meaning,
     )
 
 

@@ -285,9 +285,9 @@ class Case:
     @cached_property
     def lacking(self) -> tuple[Misspecification, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
-        half = np.ptp([v.interval for v in self.preferred.parameters.values()], axis=1) / 2
+        half_widths = np.ptp([v.interval for v in self.preferred.parameters.values()], axis=1) / 2
         records = len((self.whole or self).problem.data)
-        return find_misspecification(self.scores, half, records, self.levels)
+        return find_misspecification(self.scores, half_widths, records, self.levels)
 
     @cached_property
     def steps(self) -> Mapping[str, float]:

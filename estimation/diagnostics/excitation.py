@@ -109,8 +109,8 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     """
     form = problem.form(InverseForm).at(physical)
     each = [form.of_record(i).equations(data.signals) for i, data in enumerate(problem.data)]
-    unweighted = replace(problem, weights=())
-    equations = unweighted.reduced(form, [data.signals for data in problem.data])
+    signals = [data.signals for data in problem.data]
+    equations = replace(problem, weights=()).reduced(form, signals)
     reach = SignalRanges.of(
         [
             (
@@ -122,7 +122,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
         ]
     )
     # How much of a record's own columns is in those of all.
-    mixed = [np.abs(form.slopes(i)) for i in range(len(problem.data))]
+    mixed = [form.slopes(i) != 0 for i in range(len(problem.data))]
     theta, names = form.regressed(physical), [q.name for q in form.quantities]
     anywhere, natural = np.zeros(len(names)), np.full(len(names), np.inf)
     if reach is not None:
@@ -130,9 +130,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
         natural = typical_magnitudes(problem.axis, reach, form.declared)
     of_records = [dependence(data.axis) for data in problem.data]
     needs = {
-        signal: np.any(
-            [own[signal] @ (m > 0) for own, m in zip(of_records, mixed, strict=True)], axis=0
-        )
+        signal: np.any([own[signal] @ m for own, m in zip(of_records, mixed, strict=True)], axis=0)
         for signal in of_records[0]
     }
     X, weights = equations.regressor, problem.stacked(lambda data: data.sampling.weights)
@@ -298,26 +296,22 @@ def within_bounds(
         return held_check(held, cause)
     if not declared:
         return Missing("no parameter is declared with bounds")
-    reaching = [values[p.name].interval for p in outside]
-    if outside and all(
-        low < p.upper and high > p.lower for p, (low, high) in zip(outside, reaching, strict=True)
-    ):
+    reaching = zip(outside, (values[p.name].interval for p in outside), strict=True)
+    if outside and all(low < p.upper and high > p.lower for p, (low, high) in reaching):
         cause = (
             f"the 95 % interval of {'each' if len(outside) > 1 else 'it'} reaches within; "
             "leave it at the bound with bounded"
         )
     listed = "; ".join(p.out_of_bounds(values[p.name].corrected) for p in outside)
-    said = first_case(
-        (outside, f"{listed}: {cause or 'check the signs and units of the record'}"),
-        (True, "every parameter is within its declared bounds"),
-    )
     return Check(
         name="bounds",
         status=status_of(not outside),
         figure=float(len(outside)),
         threshold=0.0,
         source="declared physical bounds; parameters outside or at them, none is clipped",
-        meaning=said,
+        meaning=f"{listed}: {cause or 'check the signs and units of the record'}"
+        if outside
+        else "every parameter is within its declared bounds",
     )
 
 
@@ -333,10 +327,10 @@ def held_check(held: Sequence[ParameterAtBound], cause: str | None = None) -> Ch
     """
     farthest = max(each.distance for each in held)
     against = farthest > MIN_DISTANCE_FROM_NOISE.value
-    listed = "; ".join(each.text for each in held)
-    blamed = cause or "check the signs and units of the record, and what the model lacks"
-    beyond = f"{listed}, {farthest:.2g} deviations beyond: "
-    said = first_case((against, f"{beyond}{blamed}"), (True, listed))
+    said = "; ".join(each.text for each in held)
+    if against:
+        blamed = cause or "check the signs and units of the record, and what the model lacks"
+        said += f", {farthest:.2g} deviations beyond: {blamed}"
     return Check(
         name="bounds",
         status="fail" if against else "note",
@@ -354,7 +348,7 @@ def fixed_check(estimate: Estimate, level: float = CHECK_LEVEL.value) -> Check |
         return None
     if physical.p_value is None:
         why = "the record alone does not determine what was fixed, so that it cannot contradict it"
-        return Missing(physical.undetermined[-1] if physical.undetermined else why)
+        return Missing([why, *physical.undetermined][-1])
     sides = []
     for p in physical.known:
         sides.append(f"{p.name} is fixed at {known_text(p)} {p.unit}")

@@ -15,7 +15,6 @@ from axisid.estimation.checks import (
     WORST_FIRST,
     Check,
     Levels,
-    Status,
     first_case,
     status_of,
     unless_faulty,
@@ -160,7 +159,6 @@ def vaguer(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> l
 
 def _whom(less_sure: Sequence[str], law_passed: bool | None) -> str:
     """Which of the two a control law speaks for, on which DIDIM alone rests."""
-    why = "could not be checked" if law_passed is None else "is not the declared one"
     return first_case(
         (
             law_passed and less_sure,
@@ -173,8 +171,14 @@ def _whom(less_sure: Sequence[str], law_passed: bool | None) -> str:
             "that does not suit moves the instruments, a force that the model lacks moves both",
         ),
         (
+            law_passed is None,
+            "the control law could not be checked, on which didim rests, so believe the "
+            "instruments",
+        ),
+        (
             True,
-            f"the control law {why}, on which didim rests, so believe the instruments",
+            "the control law is not the declared one, on which didim rests, so believe the "
+            "instruments",
         ),
     )
 
@@ -203,22 +207,20 @@ def _least_squares_judged(
         )
     shifts = {n: abs(by) / values[n].deviation for n, by in moved.items() if values[n].deviation}
     far = {n: moved[n] for n, shift in shifts.items() if shift > NOTICEABLE}
-    worst = max(shifts.values(), default=0.0)
     by = ", ".join(f"{n} by about {by:+.2g} {values[n].unit}" for n, by in far.items())
     if not np.all(np.isfinite([*far.values()])):
         by = f"by what none tells, as there are fewer than {FEWEST_STEPS} in the whole motion"
-    little = f"{what} least squares by less than half a deviation{whose}"
-    said = f"{what} least squares, {by}{whose}, and {told}" if far else little
     large = bias is None and any(
         abs(by) > levels.least_share * abs(values[n].value) for n, by in far.items()
     )
-    status: Status = "fail" if large else "note" if far else "pass"
     return Check(
         name="method",
         threshold=NOTICEABLE,
-        status=status,
-        meaning=said,
-        figure=worst,
+        status="fail" if large else "note" if far else "pass",
+        meaning=f"{what} least squares, {by}{whose}, and {told}"
+        if far
+        else f"{what} least squares by less than half a deviation{whose}",
+        figure=max(shifts.values(), default=0.0),
         source=source,
     )
 

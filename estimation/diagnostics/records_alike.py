@@ -48,8 +48,6 @@ _FEWEST = 5.0  # degrees of freedom from which scores tell what is chance
 _LOAD_UNITS = ("kg", "kg m^2", "kg*m^2")
 _MIN_COMMON_ROWS = 25  # each once in either record
 
-_Chosen = NDArray[np.bool_]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordRegressor:
@@ -185,10 +183,10 @@ class Difference:
     @property
     def explained(self) -> "Difference":
         """The fewest parameters that explain it, one at least."""
-        left, chosen = [*range(len(self.difference))], list[int]()
-        while not chosen or (left and self.only(left).apart.matters(self.levels)):
-            best = min(left, key=lambda j: self.only([i for i in left if i != j]).square)
-            left.remove(best)
+        rest, chosen = [*range(len(self.difference))], list[int]()
+        while not chosen or (rest and self.only(rest).apart.matters(self.levels)):
+            best = min(rest, key=lambda j: self.only([i for i in rest if i != j]).square)
+            rest.remove(best)
             chosen.append(best)
         return self.only(chosen)
 
@@ -205,32 +203,32 @@ class Difference:
     @property
     def apart(self) -> RecordDifference:
         """The test of it."""
-        q, made = len(self.difference), self.of.columns @ self.difference
+        q, square = len(self.difference), self.square
         return RecordDifference(
             names=self.of.names,
             own=self.of.values + self.difference,
             others=self.of.values,
             deviations=_deviations(self.covariances[0]),
-            statistic=self.square / q,
+            statistic=square / q,
             freedom=(float(q), self.freedom - q + 1),
-            p_value=joint_p(self.square, q, self.freedom),
-            share_percent=relative_error_percent(made, np.array([self.of.size])),
+            p_value=joint_p(square, q, self.freedom),
+            share_percent=relative_error_percent(
+                self.of.columns @ self.difference, np.array([self.of.size])
+            ),
             untold=self.untold,
         )
 
     def told(self, whose: str, rest: str) -> str:
         """What each parameter is in the record and in the others."""
-        own, others = (_deviations(each) for each in self.covariances[1:])
-        figures = zip(self.of.values + self.difference, own, self.of.values, others, strict=True)
-        each = [
+        of, own = self.of, self.of.values + self.difference
+        deviations, other_deviations = map(_deviations, self.covariances[1:])
+        figures = zip(of.names, own, deviations, of.units, of.values, other_deviations, strict=True)
+        first, *further = (
             f"{name} is {value:.4g} +- {sd:.1g} {unit} in {whose} and {other:.4g} +- {other_sd:.1g}"
-            for name, unit, (value, sd, other, other_sd) in zip(
-                self.of.names, self.of.units, figures, strict=True
-            )
-        ]
-        first = [f"{each[0]} in {rest}", *each[1:]]
-        load = any(unit in _LOAD_UNITS for unit in self.of.units)
-        return ", ".join(first) + ", as under another load" * load
+            for name, value, sd, unit, other, other_sd in figures
+        )
+        load = ", as under another load" * any(unit in _LOAD_UNITS for unit in of.units)
+        return ", ".join([f"{first} in {rest}", *further]) + load
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -268,24 +266,26 @@ def rows_alike(
         return Missing("the rows of a direct model are accelerations")
     if estimate.counts is not None:
         return Missing("rows count by residuals, in a record alone by others than in all of them")
-    weights, told = estimate.row_weights, estimate.inference
-    left, off = told.twins_residuals, told.twins_off
+    weights, inference = estimate.row_weights, estimate.inference
+    residuals, common = inference.twins_residuals, inference.twins_off
     X, Z = (weights[:, None] * each for each in (estimate.X, estimate.score_columns))
-    names = [q.label for q in estimate.form.quantities]
 
     def extended(columns: Array, instruments: Array) -> tuple[Array, Array, Array]:
-        every = [*names, *("a record's own" for _ in columns.T)]
-        regressor = checked_columns(np.hstack([X, columns]), every, neighbours=estimate.neighbours)
-        Z_of_all = factor(np.hstack([Z, instruments]), every)
-        found = instrumental_variables(weights * estimate.net_residuals, regressor, Z_of_all)
-        told = None
-        if left is not None and off is not None:
-            moved = found.influence.T @ (weights[:, None] * left)
+        names = [
+            *(q.label for q in estimate.form.quantities),
+            *["a record's own"] * columns.shape[1],
+        ]
+        regressor = checked_columns(np.hstack([X, columns]), names, neighbours=estimate.neighbours)
+        Z_of_all = factor(np.hstack([Z, instruments]), names)
+        solution = instrumental_variables(weights * estimate.net_residuals, regressor, Z_of_all)
+        by_twins = None
+        if residuals is not None and common is not None:
+            moved = solution.influence.T @ (weights[:, None] * residuals)
             # Twins' residuals are beside what each of them has in common, which scatters too.
-            moved[: off.shape[1]] += off.T
-            told = covariance_of_twins(moved, columns.shape[1])
-        applied = told or Hac().applied(found)
-        return found.theta, applied.matrix, applied.freedom
+            moved[: common.shape[1]] += common.T
+            by_twins = covariance_of_twins(moved, columns.shape[1])
+        applied = by_twins or Hac().applied(solution)
+        return solution.theta, applied.matrix, applied.freedom
 
     records = []
     for number, span in enumerate(problem.spans):
@@ -345,11 +345,11 @@ def records_alike(
     chances = [each.p_value for each in first if isinstance(each, RecordDifference)]
     if not chances:
         return next(each for each in first if isinstance(each, Missing))
-    while told := {i: e.apart for i, e in differences.items() if isinstance(e, Difference)}:
-        worst = min(told, key=lambda i: (told[i].p_value, -told[i].statistic))
-        if _allowed(told[worst].p_value, len(left)) >= levels.level:
+    while tests := {i: e.apart for i, e in differences.items() if isinstance(e, Difference)}:
+        worst = min(tests, key=lambda i: (tests[i].p_value, -tests[i].statistic))
+        if _allowed(tests[worst].p_value, len(left)) >= levels.level:
             break
-        against += [worst] * told[worst].matters(levels)
+        against += [worst] * tests[worst].matters(levels)
         aside.append(worst)
         left.remove(worst)
         differences = {i: tested(aside, i) for i in left}
@@ -397,13 +397,12 @@ def alike_check(
         ),
         (True, "each record alone would give the same parameters, but for chance"),
     )
-    advice = ""
-    if against and differing:
-        advice = (
-            "; say what is known to differ, as a payload that the axis declares (known "
-            "NAME=V1,V2), or let each record have its own "
-            f"(local {','.join(differing.of.names)})"
-        )
+    advice = (
+        "; say what is known to differ, as a payload that the axis declares (known NAME=V1,V2), or "
+        f"let each record have its own (local {','.join(differing.of.names)})"
+        if against and differing
+        else ""
+    )
     return Check(
         name="records alike",
         status="fail" if against else "note" if differing else "pass",
@@ -443,25 +442,21 @@ def _tested(
     if not own:
         return Missing("this record tells no parameter that it shares with the others")
     try:
-        change, covariance, freedoms = extended(columns, instruments)
+        change, covariance, dof = extended(columns, instruments)
     except EstimationError as error:
         return Missing(str(error))
     record, q = records[number], len(own)
-    freedom = float(np.min(freedoms[-q:]))
+    freedom = float(np.min(dof[-q:]))
     if freedom - q + 1 < _FEWEST:
         return Missing("too few of the residuals are independent to tell what is chance")
-    chosen = [alone[j] for j in own]
-    to_own = np.eye(len(change))[-q:]
-    to_others = np.zeros_like(to_own)
-    to_others[:, : base.shape[1]] = record.slopes[chosen]
+    part, to_own = record.only([alone[j] for j in own]), np.eye(len(change))[-q:]
+    to_others = np.pad(part.slopes, ((0, 0), (0, len(change) - base.shape[1])))
     mapped = (to_own, to_own + to_others, to_others)
-    covariances = tuple(each @ covariance @ each.T for each in mapped)
-    part = record.only(chosen)
     return Difference(
         number=number,
         of=replace(part, values=part.values + to_others @ change),
         difference=to_own @ change,
-        covariances=covariances,
+        covariances=tuple(each @ covariance @ each.T for each in mapped),
         freedom=freedom,
         untold=tuple(name for j, name in enumerate(record.names) if j not in alone),
         levels=levels,
@@ -480,14 +475,13 @@ def _deviations(covariance: Array) -> Array:
     return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 
-def common_samples(one: Record, other: Record) -> tuple[_Chosen, _Chosen] | None:
+def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] | None:
     """Which samples of either record are in the other, (N,) and (M,); None where none are.
 
     Of those between the first and the last row that occurs once in either and is in both, where in
     one of them nearly every row between them that occurs once is.
     """
-    records = (one, other)
-    written = [each.sampled or each for each in records]
+    written = [each.sampled or each for each in (one, other)]
     rows = _measured(*written)
     if rows is None:
         return None
@@ -498,15 +492,15 @@ def common_samples(one: Record, other: Record) -> tuple[_Chosen, _Chosen] | None
     if matched.sum() < _MIN_COMMON_ROWS:
         return None
     found, shares = [], []
-    for k, own in enumerate(numbers):
+    for k, (record, own) in enumerate(zip((one, other), numbers, strict=True)):
         first, last = np.flatnonzero(matched[own])[[0, -1]]
         # Rows that two runs of one motion have alike by chance have others between.
         shares.append(matched.sum() / np.sum(counts[k][own[first : last + 1]] == 1))
         same = counts[1 - k][own] > 0
         if not np.array_equal(numbers[0], numbers[1]):  # else the same as they rest at the ends too
             same[:first] = same[last + 1 :] = False
-        found.append(np.interp(records[k].time, written[k].time, same) == 1)
-    return (found[0], found[1]) if max(shares) >= MIN_COMMON_SAMPLES.value else None
+        found.append(np.interp(record.time, written[k].time, same) == 1)
+    return tuple(found) if max(shares) >= MIN_COMMON_SAMPLES.value else None
 
 
 def repeated_check(records: Sequence[Record]) -> Check | None:
@@ -514,23 +508,22 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
     counts, names = [np.ones(len(record)) for record in records], record_labels(records)
     said = []
     for i, j in combinations(range(len(records)), 2):
-        chosen = common_samples(records[i], records[j])
-        if chosen is None:
+        common = common_samples(records[i], records[j])
+        if common is None:
             continue
-        counts[i] += chosen[0]
-        counts[j] += chosen[1]
-        both = f"{names[i]} and {names[j]} have"
-        if all(each.all() for each in chosen):
-            said.append(f"{both} the same samples")
-            continue
-        first, second = (
-            "from {:.6g} to {:.6g} s".format(*records[k].time[each][[0, -1]])
-            for k, each in zip((i, j), chosen, strict=True)
-        )
-        said.append(
-            f"{both} {chosen[0].sum()} samples in common, {first} of the first and {second} of the "
-            "second"
-        )
+        counts[i] += common[0]
+        counts[j] += common[1]
+        what = "the same samples"
+        if not all(each.all() for each in common):
+            first, second = (
+                "from {:.6g} to {:.6g} s".format(*records[k].time[each][[0, -1]])
+                for k, each in zip((i, j), common, strict=True)
+            )
+            what = (
+                f"{common[0].sum()} samples in common, {first} of the first and {second} of the "
+                "second"
+            )
+        said.append(f"{names[i]} and {names[j]} have {what}")
     if not said:
         return None
     times = float(np.mean(np.concatenate(counts)))
@@ -552,15 +545,11 @@ def _measured(*records: Record) -> list[NDArray[np.void]] | None:
     A reference is the same whenever it is run, and a position in few steps may be.
     """
     columns = [record.channels() for record in records]
-    both = [
-        role
-        for role in (*records[0].motion, "control", "force")
-        if all(role in each for each in columns)
-    ]
+    roles = [*records[0].motion, "control", "force"]
+    both = [role for role in roles if all(role in each for each in columns)]
     if not {"control", "force"} & {*both} or len(both) < 2:
         return None
     with np.errstate(all="ignore"):
         rows = [np.column_stack([each[role] for role in both]) for each in columns]
-        single = [each.astype(np.float32) + np.float32(0) for each in rows]  # -0 is 0
-    row = f"V{4 * len(both)}"
-    return [np.ascontiguousarray(each).view(row)[:, 0] for each in single]
+        single = [each.astype(np.float32, order="C") + np.float32(0) for each in rows]  # -0 is 0
+    return [each.view(f"V{each.itemsize * len(both)}")[:, 0] for each in single]

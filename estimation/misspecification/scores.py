@@ -25,7 +25,7 @@ from axisid.estimation.regression import (
     recorded_loops,
     score_products,
 )
-from axisid.estimation.signals import FilteredRecord, RowTimes, Signals
+from axisid.estimation.signals import FilteredRecord, Signals
 from axisid.estimation.twins import DEFAULT_COUNT, Chain, twins_of
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
@@ -85,8 +85,6 @@ class RecordScores:
         The same with what rows make of it, and the motion as it was measured.
     data, quiet : FilteredRecord
         The record, and the same as its loop has it, where there is one.
-    neighbours : RowTimes
-        Of the rows.
     """
 
     basis: Array
@@ -102,7 +100,6 @@ class RecordScores:
     measured: Along
     data: FilteredRecord
     quiet: FilteredRecord
-    neighbours: RowTimes
 
     @property
     def twins(self) -> int:
@@ -115,16 +112,16 @@ class RecordScores:
         return self.signals is not self.data.signals
 
     @cached_property
-    def nets(self) -> Array:
+    def net_residuals(self) -> Array:
         """Residuals beyond twins', less what is in the basis, of record and twins, (n, 1 + R)."""
-        nets = self.residuals - self.basis @ (self.basis.T @ self.residuals)
+        net_residuals = self.residuals - self.basis @ (self.basis.T @ self.residuals)
         if self.twins:
-            nets -= nets[:, 1:].mean(axis=1, keepdims=True)
+            net_residuals -= net_residuals[:, 1:].mean(axis=1, keepdims=True)
             # The mean holds a twin itself, and the record not: beside the mean of the others.
-            nets[:, 1:] *= self.twins / max(self.twins - 1, 1)
-        return nets
+            net_residuals[:, 1:] *= self.twins / max(self.twins - 1, 1)
+        return net_residuals
 
-    def beside(self, columns: Array) -> "RecordScores":
+    def with_columns(self, columns: Array) -> "RecordScores":
         """With columns (n, g) taken into the model."""
         own = columns - self.basis @ (self.basis.T @ columns)
         sizes, least = np.linalg.norm(own, axis=0), _RANK * np.linalg.norm(columns, axis=0)
@@ -141,7 +138,7 @@ class RecordScores:
         span = instruments.reshape(len(instruments), -1)
         # Instruments of near places differ by less.
         u = orth(span - self.basis @ (self.basis.T @ span), 1e-3)
-        left, taken = u.T @ self.nets[:, 0], list[float]()
+        left, taken = u.T @ self.net_residuals[:, 0], list[float]()
         for own in np.moveaxis(columns, 1, 0):
             seen = u.T @ (own - self.basis @ (self.basis.T @ own))
             taken.append(float(left @ seen @ np.linalg.lstsq(seen, left)[0]))
@@ -166,9 +163,9 @@ class RecordScores:
         sizes = np.sqrt(np.einsum("mgg->mg", whole))
         is_there = np.all(sizes > 0, axis=1)
         sizes = np.where(is_there[:, None], sizes, 1.0)
-        alike = own / sizes[:, :, None] / sizes[:, None, :]
+        correlations = own / sizes[:, :, None] / sizes[:, None, :]
         # A twentieth of a column is its own: beside less its deviation is twenty times as large.
-        is_own = is_there & (np.linalg.eigvalsh(alike)[:, 0] > 0.05**2)
+        is_own = is_there & (np.linalg.eigvalsh(correlations)[:, 0] > 0.05**2)
         own = np.where(is_own[:, None, None], own, np.eye(g))
         away = scores[:, :, 0] - (scores[:, :, 1:].mean(axis=2) if self.twins else 0.0)
         values = np.asarray(np.linalg.solve(own, away[:, :, None])[:, :, 0], dtype=float)
@@ -211,9 +208,9 @@ class RecordScores:
         if not powers[place] > 0:
             return p_values, spread
         block = columns[:, place] - self.basis @ (self.basis.T @ columns[:, place])
-        residuals, away, chances = self.nets[:, 0], own[place] @ values[place], []
+        residuals, away, chances = self.net_residuals[:, 0], own[place] @ values[place], []
         for left in (residuals - block @ values[place], residuals):
-            products = partial(score_products, block * left[:, None], self.neighbours)
+            products = partial(score_products, block * left[:, None], self.data.sampling.neighbours)
             run = Hac().long_run(products, len(left))
             square = float(away @ np.linalg.solve(run.matrix, away))
             chances.append((joint_p(square, g, float(np.min(run.freedom))), run.matrix))
@@ -282,14 +279,14 @@ def scores_of(
     basis = orth(instruments[:, sizes > 0] / sizes[sizes > 0], _RANK)
     every = (rows, *(form.equations(twin.signals).reduced(data) for twin in twins))
     # What the filter itself leaves of a loop.
-    left = 0.0 if moved is None else _residuals(clean, physical, free, basis)
-    found = [_residuals(each, physical, free, basis) - left for each in every]
+    by_filter = 0.0 if moved is None else _residuals(clean, physical, free, basis)
+    residuals = [_residuals(each, physical, free, basis) - by_filter for each in every]
     return RecordScores(
         basis=basis,
         columns=rows.regressor[:, free],
         free=np.array(free, dtype=np.int64),
         regressor=clean.regressor,
-        residuals=np.column_stack(found),
+        residuals=np.column_stack(residuals),
         force=rows.left - rows.intercept,
         form=form,
         physical=physical,
@@ -298,16 +295,15 @@ def scores_of(
         along=_along(moved or data.signals, data),
         data=data,
         quiet=quiet,
-        neighbours=data.sampling.neighbours,
     )
 
 
 def _residuals(rows: Equations, physical: Array, free: Sequence[int], basis: Array) -> Array:
     """Of instrumental variables, (n,), the parameters that are not free as they are."""
-    left = rows.left - rows.intercept - rows.regressor @ physical
+    residuals = rows.left - rows.intercept - rows.regressor @ physical
     columns = rows.regressor[:, free]
-    moved = np.linalg.lstsq(basis.T @ columns, basis.T @ left, rcond=_RANK)[0]
-    return np.asarray(left - columns @ moved)
+    change = np.linalg.lstsq(basis.T @ columns, basis.T @ residuals, rcond=_RANK)[0]
+    return np.asarray(residuals - columns @ change)
 
 
 def _along(s: Signals, data: FilteredRecord) -> Along:

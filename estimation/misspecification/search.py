@@ -88,7 +88,7 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
     axis, drive = data.axis.axis, data.axis.axis.drive
     commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
     # A turn is told of an angle, a dead band of what is commanded.
-    told = {"turn": axis.coordinate.unit == "rad", "dead band": commanded}
+    possible = {"turn": axis.coordinate.unit == "rad", "dead band": commanded}
     most = scores.twins - 1 if scores.twins else len(scores.along.place)
     found = [
         Hypothesis(
@@ -101,7 +101,7 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
             is_positive=term.is_positive,
         )
         for term in TERMS.values()
-        if told.get(term.kind, True) and (scores.twins or not term.is_of_force)
+        if possible.get(term.kind, True) and (scores.twins or not term.is_of_force)
     ]
     held = [  # parameters that have a value which the record did not tell
         Hypothesis(
@@ -114,7 +114,9 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
         if j not in scores.free
     ]
     if held:  # of what is declared the parameter is told, not the term
-        declared = scores.beside(np.hstack([each.columns(each.places)[:, 0] for each in held]))
+        declared = scores.with_columns(
+            np.hstack([each.columns(each.places)[:, 0] for each in held])
+        )
         own = [declared.test(each.columns(each.places)).values.any() for each in found]
         found = [each for each, is_own in zip(found, own, strict=True) if is_own]
     found += held
@@ -260,9 +262,8 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
     """
     if not scores.twins:
         return []
-    data = scores.data
-    left = np.abs(scores.nets)
-    worst, (largest, *of_twins) = int(np.argmax(left[:, 0])), left.max(axis=0)
+    data, residuals = scores.data, np.abs(scores.net_residuals)
+    worst, (largest, *of_twins) = int(np.argmax(residuals[:, 0])), residuals.max(axis=0)
     # That noise leaves as much: by Gumbel's law of the twins' largest.
     spread = np.std(of_twins, ddof=1) * math.sqrt(6 * (1 + 1 / len(of_twins))) / math.pi
     beyond = (largest - np.mean(of_twins)) / spread + np.euler_gamma if spread else np.inf
@@ -403,13 +404,12 @@ def find_misspecification(
     lasting = [(each, each.columns(each.places)) for each in hypotheses_of(scores)]
     # Without twins nothing tells what the filter itself moves the parameters by.
     half = half_widths[scores.free] if scores.twins else np.full(len(scores.free), np.inf)
-    level, named, beside = levels.level / records, list[Misspecification](), scores
-    while len(named) < 3:
-        single = [(each, each.columns(each.places)) for each in outliers_of(beside)]
-        sure = level / max(len(lasting) + len(single), 1)
-        every = [_tested(beside, *each, half, sure) for each in (*lasting, *single)]
-        every.sort(key=lambda each: each.p_value)
-        holm = zip(every, level / np.arange(len(every), 0, -1), strict=True)
+    level, lacks = levels.level / records, list[Misspecification]()
+    while len(lacks) < 3:
+        every = [*lasting, *((each, each.columns(each.places)) for each in outliers_of(scores))]
+        tests = [_tested(scores, *each, half, level / len(every)) for each in every]
+        tests.sort(key=lambda each: each.p_value)
+        holm = zip(tests, level / np.arange(len(tests), 0, -1), strict=True)
         # Any part of the force, or more than rounding and moves a parameter.
         most = max(
             (
@@ -421,12 +421,12 @@ def find_misspecification(
             key=lambda each: each.share,
             default=None,
         )
-        if most is None or (named and most.share <= levels.least_share):
+        if most is None or (lacks and most.share <= levels.least_share):
             break
-        found = _located(beside, most)
-        named.append(_told(beside, found))
-        beside = beside.beside(found.columns)
-    return tuple(named)
+        found = _located(scores, most)
+        lacks.append(_told(scores, found))
+        scores = scores.with_columns(found.columns)
+    return tuple(lacks)
 
 
 def _tested(
@@ -461,14 +461,14 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
     if hypothesis.between is None:
         return found
     near = hypothesis.between(hypothesis.places, found.at)
-    made = hypothesis.columns(near)
+    columns = hypothesis.columns(near)
     if hypothesis.measured is None:
-        best = int(np.argmax(scores.test(made).powers))
+        best = int(np.argmax(scores.test(columns).powers))
     else:
-        best = scores.nearest(made, hypothesis.measured(near))
-    if hypothesis.is_positive and scores.test(made[:, [best]]).values[0, 0] <= 0:
+        best = scores.nearest(columns, hypothesis.measured(near))
+    if hypothesis.is_positive and scores.test(columns[:, [best]]).values[0, 0] <= 0:
         return found
-    return replace(found, at=float(near[best]), columns=made[:, best])
+    return replace(found, at=float(near[best]), columns=columns[:, best])
 
 
 def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
@@ -500,7 +500,7 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
         estimate = scores.physical.copy()
         estimate[scores.free] += scores.moved_by(columns, factors)
         before = float(estimate[names.index(parameter)] + begun)
-    size, made_by = float(np.linalg.norm(values)), columns @ factors
+    size = float(np.linalg.norm(values))
     return Misspecification(
         kind=kind,
         parameter=parameter,
@@ -508,7 +508,7 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
         deviation=math.sqrt(max(float(values @ covariance @ values), 0.0)) / (size or 1.0),
         before=before,
         at=name.at,
-        share=float(np.linalg.norm(made_by) / (np.linalg.norm(scores.force) or 1.0)),
+        share=float(np.linalg.norm(columns @ factors) / (np.linalg.norm(scores.force) or 1.0)),
         own_share=name.share,
         p_value=name.p_value,
         unit=name.hypothesis.unit,
@@ -518,8 +518,9 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
 def sentence(lack: Misspecification, axis: GeneratedAxis, record: Record) -> str:
     """What is missing, changes or is logged wrongly, how much of it, and what to do about it."""
     size, deviation, unit = lack.size, lack.deviation, lack.unit
-    kind, name, whole = lack.kind, lack.parameter, "this is more than the force"
-    part = whole if lack.share > 1 else f"{100 * lack.share:.2g} % of the force is this"
+    kind, name, part = lack.kind, lack.parameter, "this is more than the force"
+    if lack.share <= 1:
+        part = f"{100 * lack.share:.2g} % of the force is this"
     by = f"{size:+.3g} +- {deviation:.1g} {unit}".rstrip()
     if not name:
         term, drive = TERMS[kind], axis.axis.drive

@@ -190,11 +190,10 @@ def _after(
 ) -> Array:
     """What dies away after a sign changes, in each time, s; with the sign, and without if asked."""
     signs, number = sign(s), np.arange(len(s.time))
-    turns = np.concatenate([[True], signs[1:] != signs[:-1]])
+    turns = np.diff(signs, prepend=signs[0]) != 0
     since = s.period * (number - np.maximum.accumulate(np.where(turns, number, 0)))
-    made = [signs * np.exp(-since / time) for time in times]
-    made += [np.exp(-since / time) for time in times if signed]
-    return s.reduce(np.stack(made, axis=1))[:, None]
+    decays = np.exp(-since[:, None] / times)
+    return s.reduce(np.hstack([signs[:, None] * decays, *[decays] * signed]))[:, None]
 
 
 _TERMS = (

@@ -171,10 +171,10 @@ class Search:
             settled = np.array_equal(moved, bound)
             if settled or not left:  # what is put to a bound, or freed, is searched once more
                 break
-            freed = (bound != 0) & (moved == 0)
-            at = np.where(moved < 0, self._unknowns.lower, at)
-            at = np.where(moved > 0, self._unknowns.upper, at)
-            at = np.where(freed, self._unknowns.inside(at, self._scale), at)
+            freed, u = (bound != 0) & (moved == 0), self._unknowns
+            at = np.select(
+                [moved < 0, moved > 0, freed], [u.lower, u.upper, u.inside(at, self._scale)], at
+            )
             bound = moved
         slopes = self._slopes_at(at)
         return SearchResult(
@@ -288,12 +288,11 @@ class Search:
         self._at, self._slopes = at.copy(), slopes
         rows = weighed_rows(at, slopes.errors, u, self._weighing)
         self._largest = self._largest or max(float(np.abs(rows).max()), 1.0)
-        first = slopes.errors[:: len(self._predictions.units)]
-        error = float(np.sqrt(np.mean(first**2)))
+        error = float(np.sqrt(np.mean(slopes.errors[:: len(self._predictions.units)] ** 2)))
         self._steps.append(FitStep(physical=at.copy(), error=error))
         if self._progress is not None:
-            told = f"step {len(self._steps)}, error {error:.4g}"
-            self._progress(len(self._steps) - 1, MOST_STEPS, told)
+            said = f"step {len(self._steps)}, error {error:.4g}"
+            self._progress(len(self._steps) - 1, MOST_STEPS, said)
         return slopes
 
     def _at_bounds(self, at: Array) -> NDArray[np.int8]:
@@ -323,9 +322,9 @@ def weighed_rows(at: Array, errors: Array, unknowns: Unknowns, weighing: Weighte
 
 def cost_of(at: Array, errors: Array, unknowns: Unknowns, weighing: WeightedLoss) -> float:
     """What the search makes least, of parameters (P,) and the errors (n,) that they leave."""
-    rows, c, n = weighed_rows(at, errors, unknowns, weighing), weighing.tuning, len(errors)
-    own = c * c * weighing.counted((rows[:n] / c) ** 2)[0]
-    return 0.5 * float(own.sum() + rows[n:] @ rows[n:])
+    known, c = unknowns.known_errors(at), weighing.tuning
+    losses = c * c * weighing.counted((weighing.weights * errors / c) ** 2)[0]
+    return 0.5 * float(losses.sum() + known @ known)
 
 
 def best_of(found: Sequence[SearchResult]) -> SearchResult:

@@ -12,6 +12,7 @@ are not tested.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations, permutations
 
 import numpy as np
 from scipy.special import stdtr
@@ -149,7 +150,6 @@ def candidate(
     whole = estimate.row_weights * estimate.y
     equation, thetas = held_out_equation(rows, blocks, float(np.linalg.norm(whole)))
     simulation = held_out_simulation(problem, whole, blocks, thetas)
-    reason = simulation.reason if isinstance(simulation, Missing) else None
     return Candidate(
         name=name,
         axis=problem.axis,
@@ -157,7 +157,7 @@ def candidate(
         criteria=criteria(rows.solved(by_instruments=False)),
         equation=equation,
         simulation=None if isinstance(simulation, Missing) else simulation,
-        reason=reason,
+        reason=simulation.reason if isinstance(simulation, Missing) else None,
         checks=tuple(
             _checked(column, problem, estimate, rows, blocks, equation)
             for column in range(len(rows.names))
@@ -225,11 +225,11 @@ def _without(column: int, problem: Problem, estimate: Estimate, rows: Regression
         return rows.without(column)
     physical = estimate.physical.copy()
     physical[column] = 0.0
-    form = InverseForm(problem.axis, physical)
-    found = problem.reduced(form, [data.signals for data in problem.data])
-    moved = replace(rows, left=found.left - found.intercept, regressor=found.regressor)
+    signals = [data.signals for data in problem.data]
+    found = problem.reduced(InverseForm(problem.axis, physical), signals)
     unused = [i for i, own in enumerate(found.regressor.T) if i == column or not own.any()]
-    return moved.without(*unused)
+    changed = replace(rows, left=found.left - found.intercept, regressor=found.regressor)
+    return changed.without(*unused)
 
 
 # of a column of the smaller model, not spanned by those of the larger
@@ -289,23 +289,20 @@ def nested_tests(
     same : tuple of (str, str)
         Pairs that span the same columns: one model in different parameters.
     """
-    order = list(models)
     size = {name: len(rows.names) for name, rows in models.items()}
     within = {
         (a, b): how
-        for a in order
-        for b in order
-        if a != b and size[a] <= size[b] and (how := embedding(models[a], models[b])) is not None
+        for a, b in permutations(models, 2)
+        if size[a] <= size[b] and (how := embedding(models[a], models[b])) is not None
     }
-    same = tuple(
-        (a, b) for a, b in within if size[a] == size[b] and order.index(a) < order.index(b)
+    nested = {(a, b) for a, b in within if size[a] < size[b]}
+    tests = tuple(
+        _tested(a, b, models, how)
+        for (a, b), how in within.items()
+        if (a, b) in nested and not any({(a, c), (c, b)} <= nested for c in models)
     )
-    nested = [(a, b) for a, b in within if size[a] < size[b]]
-    direct = [
-        (a, b) for a, b in nested if not any((a, c) in nested and (c, b) in nested for c in order)
-    ]
-    tests = tuple(_tested(a, b, models, within[a, b]) for a, b in direct)
-    return tests, same
+    same = (pair for pair in combinations(models, 2) if pair in within and pair not in nested)
+    return tests, tuple(same)
 
 
 def _tested(a: str, b: str, models: Mapping[str, Regression], how: Embedding) -> NestedTest:
@@ -359,6 +356,6 @@ def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple
     across = np.linalg.qr(inside / np.linalg.norm(inside, axis=0), mode="complete")[0][:, k:].T
     departure = across @ ((larger.theta - start) / size)
     square, restrictions = wald(departure, across @ (spread / np.outer(size, size)) @ across.T)
-    freedom = float(np.min(covariance.applied(larger).freedom))
-    chance = joint_p(square, restrictions, freedom, one_variance=covariance.has_one_variance)
-    return square / restrictions, chance
+    dof = float(np.min(covariance.applied(larger).freedom))
+    p_value = joint_p(square, restrictions, dof, one_variance=covariance.has_one_variance)
+    return square / restrictions, p_value

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, first_case
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
     check_among,
@@ -171,8 +171,7 @@ def compare(
             f"there is no comparison by {quoted(method)}{why}; choose {' or '.join(names)}.",
             code="comparison",
         )
-    levels = Levels(level=level, least_share=least_share)
-    records = records_of(record)
+    levels, records = Levels(level=level, least_share=least_share), records_of(record)
     named = _named(axes)
     _check_comparable(named)
     # The same rows for all: those that suit the candidate with the most friction.
@@ -211,7 +210,6 @@ def compare(
     with np.errstate(all="ignore"):
         tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
     recommended, tied, reason = _recommend(candidates, len(blocks))
-    result = None if recommended is None else fits[recommended]
     return Comparison(
         problem=problem,
         method=method,
@@ -226,7 +224,7 @@ def compare(
         reason=reason,
         law=first_failing(next(iter(fits.values())).case.laws),
         set_aside=shared.set_aside,
-        result=result,
+        result=None if recommended is None else fits[recommended],
     )
 
 
@@ -247,16 +245,16 @@ def _named(
         generated = as_generated(axis)
         label = generated.axis.name if name is None else name
         twin = next((n for n, a in named.items() if a.signature == generated.signature), None)
-        if twin is not None:
-            raise UsageError(
-                f"{label!r} is the same axis as {twin!r}; give each one once.",
-                code="comparison",
-            )
-        if label in named:
-            raise UsageError(
+        refused = first_case(
+            (twin is not None, f"{label!r} is the same axis as {twin!r}; give each one once."),
+            (
+                label in named,
                 f"two candidates are named {label!r}; give each axis a name of its own.",
-                code="comparison",
-            )
+            ),
+            (True, ""),
+        )
+        if refused:
+            raise UsageError(refused, code="comparison")
         named[label] = generated
     return named
 
@@ -265,8 +263,8 @@ def _check_comparable(named: Mapping[str, GeneratedAxis]) -> None:
     """Refuse axes that do not explain the same force by the same motion."""
     (first, reference), *others = ((name, axis.axis) for name, axis in named.items())
     for name, axis in others:
-        if axis.coordinate != reference.coordinate:
-            q, p = axis.coordinate, reference.coordinate
+        q, p = axis.coordinate, reference.coordinate
+        if q != p:
             raise UsageError(
                 f"{name!r} has the coordinate {q.name} in {q.unit}, {first!r} {p.name} in "
                 f"{p.unit}; candidates explain one motion, so declare them with the same one.",
@@ -305,8 +303,8 @@ def _recommend(
     if len(candidates) == 1:
         reason = "the only candidate that this record identifies"
     elif len(tied) > 1:
-        fewest = sum(c.size == chosen.size for c in tied) == 1
-        why = "the fewest parameters" if fewest else "the smallest error at the fewest parameters"
+        is_alone = sum(c.size == chosen.size for c in tied) == 1
+        why = f"{'' if is_alone else 'the smallest error at '}the fewest parameters"
         reason = (
             f"held-out error {error:.4g} %: this record cannot tell "
             f"{', '.join(names[:-1])} and {names[-1]} apart (within one standard error over "
@@ -331,7 +329,6 @@ def _is_as_good(candidate: Candidate, best: Candidate) -> bool:
 
     The second condition is for an excess that lies in one block: its standard error is as large.
     """
-    error, least = candidate.equation.error_percent, best.equation.error_percent
     excess, deviation = candidate.equation.excess(best.equation)
-    told = excess <= deviation and error <= _MAX_TIED_ERROR * least
-    return told or error <= _EQUAL_ERROR * least
+    times = _MAX_TIED_ERROR if excess <= deviation else _EQUAL_ERROR
+    return candidate.equation.error_percent <= times * best.equation.error_percent

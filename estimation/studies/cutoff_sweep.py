@@ -8,14 +8,14 @@ With instruments that agree with least squares noise does no harm, and the most 
 taken. Without them nothing tells where noise begins to bias, but what a cut-off does shows in its
 neighbours: what rounding or noise moves at one, it moves otherwise at the next. An estimate's error
 is then taken to be its deviation, the bias that is known of it (of the filter, and of noise where
-loops follow the record) and the step to its neighbours together; cut-offs at which half of the
-record predicts the motion of the other half worse than elsewhere are left out.
+loops follow the record) and the step to its neighbours together; cut-offs whose parameters predict
+the motion worse than elsewhere are left out.
 
-An equation's error on rows that are held out says nothing between cut-offs, each of which filters
-what it is held against: noise that biases the parameters makes the rows no harder to explain. The
-position is the same for all. So the parameters of each half move the axis under the recorded
-control, in windows that each start where the record is, through the other half. What is known of
-the bias of filter and noise is taken off them.
+An equation's error says nothing between cut-offs, each of which filters what it is held against:
+noise that biases the parameters makes the rows no harder to explain. The position is the same for
+all, and no row is fitted to it. So the parameters move the axis under the recorded control, in
+windows that each start where the record is. What is known of the bias of filter and noise is taken
+off them.
 """
 
 import math
@@ -23,7 +23,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Check
@@ -35,7 +34,6 @@ from axisid.estimation.identification import Identification, identify, records_o
 from axisid.estimation.methods import METHODS
 from axisid.estimation.parameters import KnownValue
 from axisid.estimation.predictions import WindowPredictions
-from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.estimation.thresholds import (
@@ -58,16 +56,14 @@ from axisid.support.errors import (
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 
-from .held_out import contiguous_blocks, regression_rows
-
 _MAX_FILTER_BIAS = 1.0  # deviations, by filter and noise
 # of a known parameter's value, to the neighbouring cut-off; beyond, none is recommended without
 # instruments
 _MAX_SWEEP_STEP = 0.1
-# of a sweep's least error of the position in the half that was held out: measured, right twins
-# lose no better cut-off by it; beside white noise of the position one is left out that is biased
-# eight times as much (`benchmarks/sweeps.py`)
-_MAX_HELD_OUT_MOTION = 2.0
+# of a sweep's least error of the predicted position: measured, right twins lose no better cut-off
+# by it; beside white noise of the position one is left out that is biased eight times as much
+# (`benchmarks/sweeps.py`)
+_MAX_MOTION_ERROR = 2.0
 
 _HORIZON = 0.5  # s, of a window
 _LEAST = 1e-8  # relative error: one parameter that is about exact must not decide for all
@@ -122,15 +118,14 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
             f"none: {why}, and {len(judged)} cut-off{'s' * (len(judged) != 1)} cannot show where "
             f"noise or rounding begins; give {MIN_SWEPT_CUTOFFS.value:g} or more"
         )
-    centres = np.array([[v.corrected for v in e.parameters.values()] for _, e in judged])
-    apart = np.abs(np.diff(centres, axis=0))
+    values = np.array([[v.corrected for v in e.parameters.values()] for _, e in judged])
     # Of each estimate, how far the farther one of its neighbours is from it, by its size.
-    before, after = (np.pad(apart, (ends, (0, 0)), "edge") for ends in ((1, 0), (0, 1)))
-    steps = np.maximum(before, after) / np.abs(centres)
-    worst = [_vagueness(each, step) for (_, each), step in zip(judged, steps, strict=True)]
-    motion = np.array(held_out_motion(judged))
-    strays = motion > _MAX_HELD_OUT_MOTION * np.min(motion)
-    chosen = int(np.argmin(np.where(strays, np.inf, worst)))
+    apart = np.pad(np.abs(np.diff(values, axis=0)), ((1, 1), (0, 0)), "edge")
+    steps = np.maximum(apart[:-1], apart[1:]) / np.abs(values)
+    errors = [_vagueness(each, step) for (_, each), step in zip(judged, steps, strict=True)]
+    motion = np.array(motion_errors(judged))
+    strays = motion > _MAX_MOTION_ERROR * np.min(motion)
+    chosen = int(np.argmin(np.where(strays, np.inf, errors)))
     result, estimate = judged[chosen]
     cutoff = result.prefilter.cutoff
     moving = ", ".join(
@@ -145,18 +140,18 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
             f"moves least, a neighbouring cut-off moves {moving}. Record the reference, or take a "
             "finer encoder"
         )
-    held_out = ""
+    predicted = ""
     if math.isfinite(motion[chosen]):
         unit = result.axis.axis.coordinate.unit
         left = f"{strays.sum()} of {len(strays)} cut-offs are left out, where it is twice the least"
-        held_out = (
-            f" (each half of the record predicts the other's position to {motion[chosen]:.2g} "
+        predicted = (
+            f" (half a second ahead they predict the position to {motion[chosen]:.2g} "
             f"{unit}{f'; {left}' * bool(strays.any())})"
         )
     at_end = "; it is at the end of the range, so sweep further"
     return cutoff, (
         "where deviations, the bias that is known and the steps to the neighbouring cut-offs are "
-        f"smallest together{held_out}, since {why}{at_end * (chosen in (0, len(judged) - 1))}"
+        f"smallest together{predicted}, since {why}{at_end * (chosen in (0, len(judged) - 1))}"
     )
 
 
@@ -185,8 +180,9 @@ def _is_strong(iv: Estimate | None) -> bool:
 
 
 def _is_unbiased(iv: Estimate) -> bool:
-    shifts = [value.shift for value in iv.parameters.values()]
-    return iv.filter_bias is not None and max(shifts) <= _MAX_FILTER_BIAS
+    return iv.filter_bias is not None and all(
+        value.shift <= _MAX_FILTER_BIAS for value in iv.parameters.values()
+    )
 
 
 def _vagueness(estimate: Estimate, steps: Array | float = 0.0) -> float:
@@ -203,8 +199,8 @@ def _vagueness(estimate: Estimate, steps: Array | float = 0.0) -> float:
     return float(np.mean(np.log(np.maximum(np.hypot(errors, steps), _LEAST))))
 
 
-def held_out_motion(results: Sequence[tuple[Identification, Estimate]]) -> list[float]:
-    """Errors of the position of each half, in the coordinate's unit, root mean square.
+def motion_errors(results: Sequence[tuple[Identification, Estimate]]) -> list[float]:
+    """Errors of the position that estimates predict, in the coordinate's unit, root mean square.
 
     Parameters
     ----------
@@ -215,48 +211,24 @@ def held_out_motion(results: Sequence[tuple[Identification, Estimate]]) -> list[
     -------
     list of float
         Infinite where an axis does not get through a window, NaN where it cannot be told: there is
-        no control or no position, or too few rows.
+        no control or no position.
     """
     (first, estimate), *_ = results
-    data = first.problem.data
+    data, errors = first.problem.data, list[float]()
     try:
         predictions = WindowPredictions(
             estimate.form, [d.axis for d in data], [d.record for d in data], _HORIZON
         )
     except (DataError, EstimationError, ModelError):
         return [math.nan] * len(results)
-    return [_error(predictions, result.problem, each) for result, each in results]
-
-
-def _error(predictions: WindowPredictions, problem: Problem, estimate: Estimate) -> float:
-    gap = max(data.sampling.filter.memory for data in problem.data)
-    rows, squares = regression_rows(estimate), []
-    known = np.array([value.value - value.corrected for value in estimate.parameters.values()])
-    try:
-        for half in contiguous_blocks(len(rows.left), gap, len(estimate.theta), count=2):
-            theta = rows.at(half.training).solved(by_instruments=False).theta
-            physical = estimate.form.physical(theta)[0] - known
-            predictions.settle(physical)
-            errors = predictions(physical[None]).errors[:, 0]
-            squares.append(errors[_within(predictions, problem, half.held_out)] ** 2)
-    except DataError:
-        return math.nan
-    except (EstimationError, ModelError):
-        return math.inf
-    found = float(np.sqrt(np.mean(np.concatenate(squares))))
-    return found if math.isfinite(found) else math.inf
-
-
-def _within(
-    predictions: WindowPredictions, problem: Problem, rows: NDArray[np.intp]
-) -> NDArray[np.bool_]:
-    """Which predicted samples are measurements and lie where the rows do."""
-    found, counted = [], predictions.counted > 0
-    for data, span, samples in zip(problem.data, problem.spans, predictions.samples, strict=True):
-        own = rows[(rows >= span.start) & (rows < span.stop)] - span.start
-        ends = data.sampling.rows[own[[0, -1]]] if own.size else (0, -1)
-        found.append((samples >= ends[0]) & (samples <= ends[1]))
-    return np.concatenate(found) & counted
+    for _, each in results:
+        try:
+            predictions.settle(each.corrected)
+            squares = predictions(each.corrected[None]).errors[predictions.counted > 0] ** 2
+            errors.append(float(np.sqrt(np.mean(squares))))
+        except (EstimationError, ModelError):
+            errors.append(math.inf)
+    return [math.inf if math.isnan(each) else each for each in errors]
 
 
 _DEFAULT_POINTS, _MOST_POINTS = 12, 500
@@ -291,9 +263,8 @@ class Sweep(Checked, Presentable, Exact):
         """The sweep with a result of the same record among its own, by the sweep's methods."""
         methods = {method for swept in self.results for method in swept.estimates}
         own = replace(result, estimates={m: e for m, e in result.estimates.items() if m in methods})
-        others = (r for r in self.results if r.prefilter.cutoff != own.prefilter.cutoff)
-        ordered = sorted((*others, own), key=lambda r: r.prefilter.cutoff)
-        return replace(self, results=tuple(ordered))
+        by_cutoff = dict(zip(self.cutoffs, self.results, strict=True)) | {own.prefilter.cutoff: own}
+        return replace(self, results=tuple(result for _, result in sorted(by_cutoff.items())))
 
     @property
     def recommendation(self) -> str:
@@ -305,10 +276,9 @@ class Sweep(Checked, Presentable, Exact):
     @property
     def checks(self) -> tuple[Check, ...]:
         """Of the result at the recommended cut-off; without one, why none can be named."""
-        for result in self.results:
-            if result.prefilter.cutoff == self.recommended:
-                return result.checks
-        return (Check.unless("recommendation", self.reason),)
+        if self.recommended is None:
+            return (Check.unless("recommendation", self.reason),)
+        return self.results[self.cutoffs.index(self.recommended)].checks
 
     @property
     def cutoffs(self) -> tuple[float, ...]:
@@ -372,9 +342,7 @@ def sweep(
     EstimationError
         No cut-off gave an estimate.
     """
-    records = records_of(record)
-    base = Prefilter.given(prefilter)
-    generated = as_generated(axis)
+    records, generated, base = records_of(record), as_generated(axis), Prefilter.given(prefilter)
     period = records[0].period
     tried = default_cutoffs(1 / period) if cutoffs is None else cutoffs
     several = isinstance(tried, Iterable) and not isinstance(tried, str) and len(tried)

@@ -58,14 +58,15 @@ def friction_curve(result: "Identification", estimate: "Estimate") -> FrictionCu
     data, signals = result.data, result.data.signals
     if reason := _inseparable(axis, physical, signals):
         return Missing(reason)
-    rest = _force(axis, physical, _still(signals))
-    reduced = data.reduce(np.column_stack([signals.velocity, signals.force - rest]))
-    whole = (
-        np.abs(data.sampling.weights / data.sampling.filter.row_gain - 1) < _MAX_WEIGHT_DEVIATION
+    friction = signals.force - _force(axis, physical, _still(signals))
+    reduced, weights = (
+        data.reduce(np.column_stack([signals.velocity, friction])),
+        data.sampling.weights,
     )
+    whole = np.abs(weights / data.sampling.filter.row_gain - 1) < _MAX_WEIGHT_DEVIATION
     if not whole.any():
         return Missing("no row of the fit is clear of the reversals and rests that it leaves out")
-    velocity, force = (reduced[whole] / data.sampling.weights[whole, None]).T
+    velocity, force = (reduced[whole] / weights[whole, None]).T
     return FrictionCurve(
         velocity=velocity,
         force=force,
@@ -110,8 +111,7 @@ def _velocity_part(axis: GeneratedAxis, physical: Array, signals: Signals) -> Ar
 def _inseparable(axis: GeneratedAxis, physical: Array, signals: Signals) -> str:
     """Why force by velocity is no function of the velocity alone; empty if it is."""
     probes = np.linspace(0, len(signals.velocity) - 1, _PROBES).astype(int)
-    reach = float(np.max(np.abs(signals.velocity)))
-    velocity = np.linspace(-reach, reach, 20)  # without 0
+    velocity = float(np.max(np.abs(signals.velocity))) * np.linspace(-1, 1, 20)  # without 0
     parts = np.array([_velocity_part(axis, physical, _at(signals, velocity, i)) for i in probes])
     size = float(np.max(np.abs(parts)))
     if not np.isfinite(size):
@@ -127,9 +127,8 @@ def _inseparable(axis: GeneratedAxis, physical: Array, signals: Signals) -> str:
 
 
 def _binned(velocity: Array, force: Array) -> Array:
-    low, high = velocity.min(), velocity.max()
-    edges = np.linspace(low, high, _BINS + 1)
-    if low < 0 < high:  # no bin has rows of both directions
+    edges = np.linspace(velocity.min(), velocity.max(), _BINS + 1)
+    if edges[0] < 0 < edges[-1]:  # no bin has rows of both directions
         edges = np.insert(edges, np.searchsorted(edges, 0.0), 0.0)
     which = np.clip(np.digitize(velocity, edges) - 1, 0, len(edges) - 2)
     rows = [
@@ -142,11 +141,7 @@ def _binned(velocity: Array, force: Array) -> Array:
 
 def _law(axis: GeneratedAxis, physical: Array, signals: Signals, velocity: Array) -> Array:
     """The law to both sides of rest, which itself is set-valued."""
-    branches = []
-    for end in (velocity.min(), velocity.max()):
-        if end == 0:
-            continue
-        v = np.sort(end * np.linspace(1e-6, 1.0, 120))
-        branches.append(np.column_stack([v, _velocity_part(axis, physical, _at(signals, v))]))
-    gap = np.array([[0.0, np.nan]])
-    return branches[0] if len(branches) == 1 else np.vstack([branches[0], gap, branches[1]])
+    ends = min(velocity.min(), 0.0), max(velocity.max(), 0.0)
+    v = np.sort(np.concatenate([end * np.linspace(1e-6, 1.0, 120) for end in ends if end]))
+    law = np.column_stack([v, _velocity_part(axis, physical, _at(signals, v))])
+    return np.insert(law, np.flatnonzero(np.diff(np.sign(v))) + 1, [0.0, np.nan], axis=0)

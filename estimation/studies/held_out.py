@@ -111,10 +111,8 @@ class HeldOutBlock:
     training: NDArray[np.intp]
 
 
-def contiguous_blocks(
-    rows: int, gap: int, parameters: int, *, count: int = _BLOCKS
-) -> tuple[HeldOutBlock, ...]:
-    """Blocks of equal length, one after the other.
+def contiguous_blocks(rows: int, gap: int, parameters: int) -> tuple[HeldOutBlock, ...]:
+    """Ten blocks of equal length, one after the other.
 
     Parameters
     ----------
@@ -124,21 +122,19 @@ def contiguous_blocks(
         Rows left out on both sides of a block.
     parameters : int
         Of the richest model that is to be estimated.
-    count : int
-        Of the blocks.
 
     Raises
     ------
     DataError
         Too few rows are left to estimate from.
     """
-    edges = np.linspace(0, rows, count + 1).round().astype(int)
+    edges = np.linspace(0, rows, _BLOCKS + 1).round().astype(int)
     left = rows - int(np.diff(edges).max()) - 2 * gap
     if left < _MIN_TRAINING_ROWS_PER_PARAMETER * parameters:
         raise DataError(
-            f"the record leaves {rows} rows; with a block of 1/{count} held out and a gap of {gap} "
-            f"rows on both sides, the filters' memory, {max(left, 0)} are left for {parameters} "
-            "parameters. Record longer, or raise the cutoff and decimate less.",
+            f"the record leaves {rows} rows; with a block of 1/{_BLOCKS} held out and a gap of "
+            f"{gap} rows on both sides, the filters' memory, {max(left, 0)} are left for "
+            f"{parameters} parameters. Record longer, or raise the cutoff and decimate less.",
             code="too-short",
         )
     index = np.arange(rows)
@@ -174,8 +170,7 @@ class HeldOut(Exact):
     def excess(self, other: "HeldOut") -> tuple[float, float]:
         """Mean excess of the squares over another's, and its standard error over the blocks."""
         difference = self.squares - other.squares
-        error = float(np.std(difference, ddof=1)) / len(difference) ** 0.5
-        return float(difference.mean()), error
+        return float(difference.mean()), float(np.std(difference, ddof=1)) / len(difference) ** 0.5
 
 
 def held_out_equation(

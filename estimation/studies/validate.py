@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.checks import Check, Levels
 from axisid.estimation.choices import OPEN_LOOP, check_among, is_output_error
-from axisid.estimation.diagnostics import Checked, common_samples
+from axisid.estimation.diagnostics import Checked, Difference, RecordRegressor, common_samples
 from axisid.estimation.diagnostics.control_law import LawCheck, check_law
-from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimates import Estimate, SamplingDistribution
 from axisid.estimation.fitting import OutputFit, checked_horizon
 from axisid.estimation.identification import Identification, RecordInfo
 from axisid.estimation.methods import METHODS, Bootstrap, bound_record, estimate_by
@@ -28,13 +28,17 @@ from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPr
 from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
+    Hac,
     InverseForm,
+    factor,
+    least_squares,
     loop_reference,
     simulated_loops,
     simulated_position,
 )
-from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.signals import FilteredRecord, RowTimes
 from axisid.estimation.simulation import Simulation
+from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.twins import DEFAULT_COUNT
 from axisid.support.arrays import Array, Exact, relative_error_percent
 from axisid.support.errors import (
@@ -53,8 +57,6 @@ from .validation import (
     Validation,
     checked_law,
     is_as_small,
-    least_mean_square,
-    reestimated,
 )
 
 
@@ -101,10 +103,10 @@ def validate(
         data = bound_record(result.axis, record, rescaled)
         own_data = result.problem.data if isinstance(result, Identification) else ()
         law = check_law(result.axis, record)
-        again = _estimated_anew(data, [*result.estimates], law)
+        anew = _estimated_anew(data, [*result.estimates], law)
         of_each = replace(levels, level=levels.level / len(result.estimates))
         methods = tuple(
-            _validation(data, frozen, own_data, again.get(method), of_each)
+            _validation(data, frozen, own_data, anew.get(method), of_each)
             for method, frozen in result.estimates.items()
         )
     apart = other_period(result.axis.axis.control, record.period, clock_of(record))
@@ -136,6 +138,69 @@ def _estimated_anew(
         with suppress(ModelError, DataError, EstimationError):
             found[method] = estimate_by(problem, METHODS[method], None, "hac", twins)
     return found
+
+
+def reestimated(frozen: SamplingDistribution, own: Estimate, levels: Levels) -> Difference | None:
+    """What a second record has more than frozen parameters, by its own estimate of one method.
+
+    Parameters
+    ----------
+    frozen : SamplingDistribution
+    own : Estimate
+        Of the second record.
+    levels : Levels
+        From when on the difference tells something.
+
+    Returns
+    -------
+    Difference or None
+        Less their bias where that is known of both; None where the second record's own tell
+        nothing.
+    """
+    anew = own.distribution
+    both_biases = frozen.bias is not None and anew.bias is not None
+    before, after = (each.corrected if both_biases else each.theta for each in (frozen, anew))
+    covariances = np.array([each.covariances[frozen.chosen] for each in (frozen, anew)])
+    if not np.all(np.isfinite([after, *covariances[0], *covariances[1]])):
+        return None
+    variances = np.diagonal(covariances, axis1=1, axis2=2)
+    dof = np.array([each.freedom[frozen.chosen] for each in (frozen, anew)])
+    # Welch and Satterthwaite's degrees of freedom of a difference.
+    with np.errstate(invalid="ignore"):
+        freedom = variances.sum(axis=0) ** 2 / (variances**2 / dof).sum(axis=0)
+    by_physical = own.X @ np.linalg.inv(own.jacobian)
+    record = RecordRegressor(
+        names=tuple(q.name for q in own.quantities),
+        units=tuple(q.unit for q in own.quantities),
+        values=before,
+        slopes=np.zeros_like(own.jacobian),
+        span=slice(0, len(own.y)),
+        columns=by_physical,
+        instruments=by_physical,
+        size=float(np.linalg.norm(own.y)),
+    )
+    return Difference(
+        number=0,
+        of=record,
+        difference=after - before,
+        covariances=(covariances[0] + covariances[1], covariances[1], covariances[0]),
+        freedom=float(np.nanmin(freedom)),
+        untold=(),
+        levels=levels,
+    )
+
+
+def least_mean_square(residuals: Array, neighbours: RowTimes) -> float:
+    """The least mean square that residuals (n,) stand for, where a few slow waves are all of it."""
+    squares = residuals**2
+    mean = float(squares.mean())
+    try:
+        ones = factor(np.ones((len(squares), 1)), ["mean"], neighbours=neighbours)
+        # Squares are no errors that a fit has taken the slow part of: the kernel's is enough.
+        variance = Hac(widened=False).matrix(least_squares(squares, ones))[0, 0]
+    except EstimationError:
+        return mean
+    return max(mean - MIN_DISTANCE_FROM_NOISE.value * float(np.sqrt(variance)), 0.0)
 
 
 def _known_share(own: Sequence[RecordInfo], record: Record) -> float:
@@ -244,8 +309,8 @@ def _own_tracking(own: Sequence[FilteredRecord], physical: Array) -> float | Non
 def _positions(data: FilteredRecord, loops: Sequence[Simulation]) -> tuple[Array, Array]:
     """Recorded less simulated position, and reference less recorded position."""
     position, kept = data.record.position, data.sampling.kept
-    reference = loop_reference(data.axis, data.record)
-    return (position - simulated_position(loops))[kept], (reference - position)[kept]
+    tracking = loop_reference(data.axis, data.record) - position
+    return (position - simulated_position(loops))[kept], tracking[kept]
 
 
 _OTHER_PERIOD = 1e-3  # relative difference of sample periods: clocks agree to less
@@ -350,8 +415,7 @@ def validate_fit(
     followed = result.outputs[0] if output is None else str(output)
     check_among(("output of the fit", followed, result.outputs))
     axis = result.axes[0]
-    declared = [signal.name for signal in axis.axis.signals]
-    if others := [name for name in record.signals if name not in declared]:
+    if others := [*(record.signals.keys() - {signal.name for signal in axis.axis.signals})]:
         raise UsageError(
             f"{record.provenance.source} has the signal {others[0]!r}, which the fit's axis "
             f"{axis.axis.name!r} does not declare: it is of another axis. Read the record for "
@@ -378,8 +442,7 @@ def validate_fit(
             code="validation",
         )
     errors, counted = lanes.errors[:, 0], predictions.counted > 0
-    size = float(np.linalg.norm(predictions.measured[counted]))
-    percent = 100 * float(np.linalg.norm(errors[counted])) / size if size else float("inf")
+    percent = relative_error_percent(errors[counted], predictions.measured[counted])
     return FitValidation(
         record=record,
         output=followed,

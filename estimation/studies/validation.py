@@ -9,85 +9,15 @@ of one regression, the difference is tested, and has to matter.
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.choices import check_among
-from axisid.estimation.diagnostics import Checked, Difference, RecordRegressor
+from axisid.estimation.diagnostics import Checked, Difference
 from axisid.estimation.diagnostics.control_law import LawCheck, law_check
-from axisid.estimation.estimates import Estimate, SamplingDistribution
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Hac, factor, least_squares
-from axisid.estimation.signals import RowTimes
-from axisid.estimation.thresholds import MIN_COMMON_SAMPLES, MIN_DISTANCE_FROM_NOISE
-from axisid.support.arrays import Array, Exact
-from axisid.support.errors import EstimationError, Missing
+from axisid.estimation.thresholds import MIN_COMMON_SAMPLES
+from axisid.support.arrays import Exact
+from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
-
-
-def reestimated(frozen: SamplingDistribution, own: Estimate, levels: Levels) -> Difference | None:
-    """What a second record has more than frozen parameters, by its own estimate of one method.
-
-    Parameters
-    ----------
-    frozen : SamplingDistribution
-    own : Estimate
-        Of the second record.
-    levels : Levels
-        From when on the difference tells something.
-
-    Returns
-    -------
-    Difference or None
-        Less their bias where that is known of both; None where the second record's own tell
-        nothing.
-    """
-    anew = own.distribution
-    biased = frozen.bias is None or anew.bias is None
-    before, after = (each.theta if biased else each.corrected for each in (frozen, anew))
-    covariances = [each.covariances[frozen.chosen] for each in (frozen, anew)]
-    if not np.all(np.isfinite([after, *covariances[0], *covariances[1]])):
-        return None
-    variances = np.array([np.diag(each) for each in covariances])
-    freedoms = np.array([each.freedom[frozen.chosen] for each in (frozen, anew)])
-    # Welch and Satterthwaite's degrees of freedom of a difference.
-    with np.errstate(invalid="ignore"):
-        freedom = variances.sum(axis=0) ** 2 / (variances**2 / freedoms).sum(axis=0)
-    by_physical = own.X @ np.linalg.inv(own.jacobian)
-    record = RecordRegressor(
-        names=tuple(q.name for q in own.quantities),
-        units=tuple(q.unit for q in own.quantities),
-        values=before,
-        slopes=np.zeros_like(own.jacobian),
-        span=slice(0, len(own.y)),
-        columns=by_physical,
-        instruments=by_physical,
-        size=float(np.linalg.norm(own.y)),
-    )
-    return Difference(
-        number=0,
-        of=record,
-        difference=after - before,
-        covariances=(covariances[0] + covariances[1], covariances[1], covariances[0]),
-        freedom=float(np.nanmin(freedom)),
-        untold=(),
-        levels=levels,
-    )
-
-
-def least_mean_square(residuals: Array, neighbours: RowTimes) -> float:
-    """The least mean square that residuals (n,) stand for, where a few slow waves are all of it."""
-    squares = residuals**2
-    mean = float(squares.mean())
-    try:
-        ones = factor(np.ones((len(squares), 1)), ["mean"], neighbours=neighbours)
-        solution = least_squares(squares, ones)
-        # Squares are no errors that a fit has taken the slow part of: the kernel's is enough.
-        deviation = float(np.sqrt(Hac(widened=False).matrix(solution)[0, 0]))
-    except EstimationError:
-        return mean
-    return max(mean - MIN_DISTANCE_FROM_NOISE.value * deviation, 0.0)
-
 
 _REPEATED = "repeated records"
 _MAX_VALIDATION_ERROR_RATIO = 2.0  # equation error on another record by that on the own one
@@ -226,15 +156,30 @@ class Validation(Checked, Presentable, Exact):
     @property
     def checks(self) -> tuple[Check, ...]:
         """What the record says of the estimates, as a verdict: its law, force and parameters."""
-        return tuple(self._checks())
+        found, known, most = list[Check](), self.known_share, _MAX_KNOWN_SHARE
+        if self.time_base:
+            said = f"believe nothing before this is mended: {self.time_base}"
+            found.append(Check.unless("time base", said))
+        if known > most:
+            said = (
+                "this is the record that the estimates were made from, so it says nothing new; "
+                "validate on another one"
+                if self.same_record
+                else f"{100 * known:.0f} % of its samples are among those that the estimates were "
+                "made from, which say nothing new; validate on the others"
+            )
+            found.append(Check.unless(_REPEATED, said, "", known, most))
+        if not self.same_record:
+            law = checked_law(self.law, "does not hold: the loop of this record is another one: ")
+            found += law, self._force(), self._parameters(), self._loop()
+        return tuple(found)
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What is missing and why, and which estimates do not hold."""
-        reasons = dict.fromkeys(v.reason for v in self if v.reason)
-        held = [self._held()] * (self.holds and not self.same_record)
-        told = [check.meaning for check in self.checks if check.status == "fail"]
-        return (*(f"no simulation: {reason}" for reason in reasons), *told, *held)
+        reasons = dict.fromkeys(f"no simulation: {v.reason}" for v in self if v.reason)
+        failing = [check.meaning for check in self.checks if check.status == "fail"]
+        return (*reasons, *failing, *[self._held()] * (self.holds and not self.same_record))
 
     @property
     def same_record(self) -> bool:
@@ -265,44 +210,24 @@ class Validation(Checked, Presentable, Exact):
             return replace(found, status="note", meaning=failed[0].meaning)
         return found
 
-    def _checks(self) -> Iterator[Check]:
-        known, most = self.known_share, _MAX_KNOWN_SHARE
-        if self.time_base:
-            said = f"believe nothing before this is mended: {self.time_base}"
-            yield Check.unless("time base", said, "")
-        if known > most:
-            said = (
-                "this is the record that the estimates were made from, so it says nothing new; "
-                "validate on another one"
-                if self.same_record
-                else f"{100 * known:.0f} % of its samples are among those that the estimates were "
-                "made from, which say nothing new; validate on the others"
-            )
-            yield Check.unless(_REPEATED, said, "", known, most)
-        if self.same_record:
-            return
-        yield checked_law(self.law, "does not hold: the loop of this record is another one: ")
-        yield self._force()
-        yield self._parameters()
-        yield self._loop()
-
     def _held(self) -> str:
-        again = any(v.reestimate for v in self)
-        head = "the estimates hold" if again else "nothing speaks against the estimates"
-        left = "" if again else "; they were not estimated anew, so that less may have changed"
         held = ", ".join(check.meaning for check in self.checks if check.status == "pass")
-        return f"{head}: {held}{left}"
+        if any(v.reestimate for v in self):
+            return f"the estimates hold: {held}"
+        left = "they were not estimated anew, so that less may have changed"
+        return f"nothing speaks against the estimates: {held}; {left}"
 
     def _force(self) -> Check:
         times, most = _MAX_VALIDATION_ERROR_RATIO, MAX_VALIDATION_ERROR
+        failing = ", ".join(v.method for v in self if not v.fits)
         said = (
-            f"{', '.join(v.method for v in self if not v.fits)}: does not hold on this "
+            f"{failing}: does not hold on this "
             f"record (more than {most:g} % and than {times:g} times the error on its own); "
             "check that it is the same axis, its units and its signs"
         )
         return Check.unless(
             "equation error",
-            None if all(v.fits for v in self) else said,
+            said if failing else None,
             "no equation error, less what chance may make of it in so short a record, is both "
             f"beyond {most:g} % and beyond {times:g} times the one on their own record",
             max(v.least_equation_error_percent for v in self),
@@ -311,13 +236,13 @@ class Validation(Checked, Presentable, Exact):
 
     def _loop(self) -> Check:
         """Only where the law does not say more of it, or the force is at fault."""
-        found = [v for v in self if v.tracking_error_percent is not None]
         lost = [v for v in self if v.fits and not v.follows]
-        if not (self.has_declared_law and (found or lost)):
+        shown = lost or [v for v in self if v.tracking_error_percent is not None]
+        if not (self.has_declared_law and shown):
             why = "the loop of this record is another one, or has no position"
             said = next((v.reason for v in self if v.reason), why)
             return Check.not_evaluated("simulation", Missing(said))
-        worst = max(v.tracking_error_percent or 0.0 for v in lost or found)
+        worst = max(v.tracking_error_percent or 0.0 for v in shown)
         said = (
             f"{', '.join(v.method for v in lost)}: does not hold on this record: the "
             "simulated loop is far further from it than from its own (its position by "

@@ -121,8 +121,7 @@ class LawByGains:
         limited : (N,) array of bool
             Samples whose control is not the law's, see `compared_with_law`.
         """
-        smooth = compared_as(law, record)
-        ticks, start = noisy_ticks(axis, law, record)
+        smooth, (ticks, start) = compared_as(law, record), noisy_ticks(axis, law, record)
         along = LawAlong.of(axis, law, ticks, record)
         declared = LawPoint(along.declared.gains, start[: len(law.memory)])
         output = along.output(declared)
@@ -168,8 +167,7 @@ class LawByGains:
 
     def best(self, names: Sequence[str]) -> "LawByGains":
         """The same with the values of such gains that give the recorded control best."""
-        every = [*self.along.law.gains]
-        free = [every.index(name) for name in names]
+        free = [[*self.along.law.gains].index(name) for name in names]
         point = self.along.fitted(self.point, self.compared, free)
         return replace(self, point=point, free=tuple(names))
 
@@ -180,13 +178,22 @@ class LawByGains:
         return replace(self, along=along, point=along.fitted(along.declared, self.compared, ()))
 
     @cached_property
+    def control(self) -> Array:
+        """The recorded control as it is compared, (n,)."""
+        return self.compared(self.along.control)
+
+    @cached_property
+    def output(self) -> Array:
+        """The law's at the point, as it is compared, (n,)."""
+        return self.compared(self.along.output(self.point))
+
+    @cached_property
     def scale(self) -> "tuple[float, LawByGains] | None":
         """How many times the law's the recorded control is, where that explains it by any gains.
 
         With the law beside the control without it; -1 for one of the other sign.
         """
-        every = map(self.compared, (self.along.output(self.point), self.along.control))
-        output, control = self._besides_start(np.column_stack([*every])).T
+        output, control = self._besides_start(np.column_stack([self.output, self.control])).T
         power = float(output @ output)
         times = float(output @ control) / power if power > 0 else 0.0
         if not np.isfinite(times) or times == 0 or abs(times - 1) < MAX_SCALE_ERROR.value:
@@ -194,9 +201,10 @@ class LawByGains:
         times = times if times > 0 else -1.0
         scaled = self.of_control(times)
         # What the log rounds is open besides.
-        most = max(MAX_LAW_RESIDUAL.value, _MOST_OPEN * self.open_percent)
-        explains = scaled.percent < most and (times < 0 or not scaled.off)
-        return (times, scaled) if explains else None
+        allowed = max(MAX_LAW_RESIDUAL.value, _MOST_OPEN * self.open_percent)
+        return (
+            (times, scaled) if scaled.percent < allowed and (times < 0 or not scaled.off) else None
+        )
 
     def unless_rounded(self) -> "LawByGains":
         """The same without a rounding that the record refutes.
@@ -207,7 +215,7 @@ class LawByGains:
         """
         for each in (self, self.best([*self.along.law.gains])):
             sizes = [np.linalg.norm(np.diff(off)) for off in each.left_open]
-            jumps = np.linalg.norm(np.diff(each.left))
+            jumps = np.linalg.norm(np.diff(each.residuals))
             if jumps < max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value:
                 return replace(self, possible=(), between=False)
         return self
@@ -221,58 +229,55 @@ class LawByGains:
     @cached_property
     def left_open(self) -> list[Array]:
         """By how much the output may differ for what the log leaves open, (n,) each."""
-        undisturbed = self.along.output(self.point)
-        return [self.compared(each.output(self.point) - undisturbed) for each in self.possible]
+        return [self.compared(each.output(self.point)) - self.output for each in self.possible]
 
     @property
     def open_percent(self) -> float:
         """How far the control of a right law may be off for it, percent of the control."""
-        control = self.compared(self.along.control)
-        off = (relative_error_percent(each, control) for each in self.left_open)
+        off = (relative_error_percent(each, self.control) for each in self.left_open)
         return max(off, default=0.0)
 
     @cached_property
-    def left(self) -> Array:
+    def residuals(self) -> Array:
         """What the law leaves of the control, but for another start of its memory, (n,)."""
-        return self._besides_start(self._off[:, None])[:, 0]
+        return self._besides_start((self.control - self.output)[:, None])[:, 0]
 
     @property
     def percent(self) -> float:
         """The same in percent of the control."""
-        return relative_error_percent(self.left, self.compared(self.along.control))
+        return relative_error_percent(self.residuals, self.control)
 
     @cached_property
     def lean(self) -> dict[str, float]:
         """A constant and a drift over the record that stand out of what is left, by name."""
-        values, deviations = leaning(self.left, self.neighbours)
-        control = self.compared(self.along.control)
-        least = _MAX_CONTROL_LEAN * float(np.sqrt(np.mean(control**2))) * np.array([1.0, 2.0])
+        values, deviations = leaning(self.residuals, self.neighbours)
+        least = _MAX_CONTROL_LEAN * np.sqrt(np.mean(self.control**2)) * np.array([1.0, 2.0])
         # How large either may be for what the log does not write.
-        open_ = [leaning(each, self.neighbours)[0] for each in self.left_open]
-        chance = np.abs([deviations, *open_]).max(axis=0)
+        left_open = [leaning(each, self.neighbours)[0] for each in self.left_open]
+        chance = np.abs([deviations, *left_open]).max(axis=0)
         far = np.abs(values) > np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * chance)
         named = zip((CONSTANT, DRIFT), values, far, strict=True)
         return {name: float(value) for name, value, is_far in named if is_far}
 
     @cached_property
-    def asked(self) -> tuple[dict[str, float], Array, Array]:
+    def gain_steps(self) -> tuple[dict[str, float], Array, Array]:
         """Changes of gains that least squares asks for, their covariance, and what they leave.
 
         Of the logarithms of gains that show in the control, and are told from the others that do;
         and of what was added, by itself. What is left is (n,), to first order.
         """
-        return self._asked(self._every)
+        return self._gain_steps(self._names)
 
     @cached_property
     def off(self) -> list[str]:
         """Gains, and what was added, that are clearly off."""
-        steps, scatter, _ = self.asked
-        far = MIN_DISTANCE_FROM_NOISE.value * np.sqrt(np.diag(scatter))
-        most = dict(zip(steps, np.maximum(MAX_SCALE_ERROR.value, far), strict=True))
-        if self.along.law.takes_velocity and INJECTED in most:
+        steps, covariance, _ = self.gain_steps
+        far = MIN_DISTANCE_FROM_NOISE.value * np.sqrt(np.diag(covariance))
+        allowed = dict(zip(steps, np.maximum(MAX_SCALE_ERROR.value, far), strict=True))
+        if self.along.law.takes_velocity and INJECTED in allowed:
             # The velocity that is compared is not the sensor's to a hundredth.
-            most[INJECTED] = max(most[INJECTED], MAX_FACTOR_ERROR)
-        return [name for name, step in steps.items() if abs(step) > most[name]]
+            allowed[INJECTED] = max(allowed[INJECTED], MAX_FACTOR_ERROR)
+        return [name for name, step in steps.items() if abs(step) > allowed[name]]
 
     @property
     def gains_off(self) -> list[str]:
@@ -282,7 +287,7 @@ class LawByGains:
     @property
     def fitted_percent(self) -> float:
         """What is left of the control, to first order, with every gain as it asks for, percent."""
-        return relative_error_percent(self.asked[2], self.compared(self.along.control))
+        return relative_error_percent(self.gain_steps[2], self.control)
 
     @property
     def factors(self) -> dict[str, tuple[float, float]]:
@@ -290,21 +295,21 @@ class LawByGains:
 
         By product of gains; by gain of a law that is no sum of such products.
         """
-        steps, scatter, _ = self.asked
+        steps, covariance, _ = self.gain_steps
         blur = _FACTOR_BLUR * self.along.law.takes_velocity  # of what is in no log
-        every, found = self._every, {}
+        names, columns, factors = self._names, self._columns, {}
         # Of gains that show in one product alone the step of one is that of the product.
-        told = self._columns[:, [every.index(name) for name in steps]]
-        shares = np.linalg.lstsq(told, self._columns)[0]
-        apart = np.linalg.norm(self._columns - told @ shares, axis=0)
-        shares[:, apart > _MIN_GAIN_TOLD_APART * np.linalg.norm(self._columns, axis=0)] = 0.0
-        for name, powers in self.powers.items():
+        told = columns[:, [names.index(name) for name in steps]]
+        shares = np.linalg.lstsq(told, columns)[0]
+        apart = np.linalg.norm(columns - told @ shares, axis=0)
+        shares[:, apart > _MIN_GAIN_TOLD_APART * np.linalg.norm(columns, axis=0)] = 0.0
+        for term, powers in self.powers.items():
             of = np.array([powers.get(each, 0.0) for each in steps])
-            shown = of @ shares[:, [every.index(each) for each in powers]]
+            shown = of @ shares[:, [names.index(each) for each in powers]]
             if np.allclose(shown, [*powers.values()], rtol=MAX_SCALE_ERROR.value):
-                scattered = float(np.hypot(np.sqrt(of @ scatter @ of), blur))
-                found[name] = (float(1 + of @ [*steps.values()]), scattered)
-        return found
+                deviation = float(np.hypot(np.sqrt(of @ covariance @ of), blur))
+                factors[term] = (float(1 + of @ [*steps.values()]), deviation)
+        return factors
 
     @property
     def powers(self) -> dict[str, dict[str, float]]:
@@ -321,7 +326,7 @@ class LawByGains:
         } | alone
 
     @property
-    def _every(self) -> list[str]:
+    def _names(self) -> list[str]:
         """Names of the gains, and of what was added."""
         return [*self.along.law.gains, *self.added]
 
@@ -341,12 +346,12 @@ class LawByGains:
 
         Infinite variances of those that do not show in it apart from the others.
         """
-        steps, scatter, _ = self._asked(names, vague=True)
-        found, places = np.diag(np.full(len(names), np.inf)), [names.index(name) for name in steps]
-        found[np.ix_(places, places)] = scatter
-        return found
+        steps, told, _ = self._gain_steps(names, vague=True)
+        covariance = np.diag(np.full(len(names), np.inf))
+        covariance[np.ix_(*[[names.index(name) for name in steps]] * 2)] = told
+        return covariance
 
-    def _asked(
+    def _gain_steps(
         self, names: Sequence[str], *, vague: bool = False
     ) -> tuple[dict[str, float], Array, Array]:
         """The same of some, and of vague ones if asked.
@@ -354,24 +359,23 @@ class LawByGains:
         Vague is a gain that shows by what the log leaves open more than a little: it would be found
         too low. What the log leaves open is in the covariance.
         """
-        every, columns, left = self._every, self._columns, self.left
-        free, shown = [every.index(name) for name in names], self._columns
+        free, columns = [self._names.index(name) for name in names], self._columns
+        shown = columns
         if self.possible and not vague:
             rough = self.possible[0].slopes_by_gain(self.point) - self._slopes
-            noise = np.zeros(len(every))
+            noise = np.zeros(len(columns.T))
             noise[: len(rough.T)] = [np.linalg.norm(self.compared(each)) for each in rough.T]
-            most = MAX_ROUNDED_SHARE.value * np.linalg.norm(columns, axis=0)
-            shown = np.where(noise > most, 0.0, columns)
-        size = float(np.linalg.norm(self.compared(self.along.control)))
-        told = [free[j] for j in _told_apart(shown[:, free], size)]
+            least = MAX_ROUNDED_SHARE.value * np.linalg.norm(columns, axis=0)
+            shown = np.where(noise > least, 0.0, columns)
+        told = [free[j] for j in _told_apart(shown[:, free], float(np.linalg.norm(self.control)))]
         if not told:
-            return {}, np.zeros((0, 0)), left
-        named = [every[i] for i in told]
-        fit, scatter = hac_fit(left, columns[:, told], named, self.neighbours)
+            return {}, np.zeros((0, 0)), self.residuals
+        named = [self._names[i] for i in told]
+        fit, covariance = hac_fit(self.residuals, columns[:, told], named, self.neighbours)
         if self.left_open:
-            moved = [fit.influence.T @ each for each in self.left_open]
-            scatter = scatter + np.mean([np.outer(m, m) for m in moved], axis=0)
-        return dict(zip(named, map(float, fit.theta), strict=True)), scatter, fit.residuals
+            moved = np.array([fit.influence.T @ each for each in self.left_open])
+            covariance = covariance + moved.T @ moved / len(moved)
+        return dict(zip(named, map(float, fit.theta), strict=True)), covariance, fit.residuals
 
     def least_change(self) -> "tuple[LawByGains, ...]":
         """The same with the fewest other gains with which none is off; the best if none is enough.
@@ -389,14 +393,10 @@ class LawByGains:
             free = best.free
         return (best,)
 
-    @cached_property
-    def _off(self) -> Array:
-        return self.compared(self.along.control) - self.compared(self.along.output(self.point))
-
     def _besides_start(self, columns: Array) -> Array:
         """Columns without what another start of the memory explains."""
-        by_start = self.along.slopes_by_start(self.point)
-        starts = np.column_stack([np.empty((len(columns), 0)), *map(self.compared, by_start.T)])
+        by_start = map(self.compared, self.along.slopes_by_start(self.point).T)
+        starts = np.column_stack([np.empty((len(columns), 0)), *by_start])
         sizes = np.linalg.norm(starts, axis=0)
         unit = starts[:, sizes > 0] / sizes[sizes > 0]
         shares = np.linalg.lstsq(unit, columns, rcond=_MIN_GAIN_TOLD_APART)[0]
@@ -410,8 +410,8 @@ def said_of_gains(by_gains: LawByGains) -> tuple[str, LawByGains | None]:
     """
     declared, said = by_gains.along.law.gains, ""
     changes = by_gains.least_change() if declared else ()
-    most = MAX_LAW_RESIDUAL.value
-    best = next((each for each in changes if each.percent < most and not each.gains_off), None)
+    explaining = (each for each in changes if each.percent < MAX_LAW_RESIDUAL.value)
+    best = next((each for each in explaining if not each.gains_off), None)
     if best is not None:
         ways = "; or ".join(
             " and ".join(
@@ -433,9 +433,10 @@ def said_of_gains(by_gains: LawByGains) -> tuple[str, LawByGains | None]:
         said = f"{ways}, {rest}"
     if by_gains.scale is not None:
         times, scaled = by_gains.scale
-        other = scale_text(times, f", with which it would be {off_text(scaled.percent)}")
         said = (
-            f"{said}; or {scale_text(times)}: the law alone does not tell which" if said else other
+            f"{said}; or {scale_text(times)}: the law alone does not tell which"
+            if said
+            else scale_text(times, f", with which it would be {off_text(scaled.percent)}")
         )
     return said, best
 

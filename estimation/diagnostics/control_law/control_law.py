@@ -40,9 +40,8 @@ from .control_residuals import (
     INJECTED,
     best_shift,
     compared_with_law,
-    is_uneven,
     open_for_jitter,
-    readings,
+    other_readings,
     settling,
 )
 from .law_faults import (
@@ -131,25 +130,27 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
     incomparable = _incomparable(axis, law, record)
     if incomparable is not None:
         return incomparable
-    uneven, told = is_uneven(record), []
-    # Where times are uneven, a law may have read something else than the samples.
-    for said, read, advice in readings(record) if uneven else [("", record, "")]:
-        found = _compared(axis, law, read, advises=not uneven)
-        if not said and (isinstance(found, Missing) or found.passed or not uneven):
-            return found
-        if isinstance(found, LawCheck):
-            told.append((found, said, read))
-            if found.passed:
-                as_it_is = f"it is {told[0][0].residual_percent:.2g} % off as the record has them"
-                meaning = f"{found.meaning}, {said}; {as_it_is}"
-                return replace(found, meaning=meaning, advice=advice)
-    best, said, nearest = min(told, key=lambda each: each[0].fitted_residual_percent or 0.0)
+    others = [*other_readings(record)]
+    first = _compared(axis, law, record, advises=not others)
+    if not others or isinstance(first, Missing) or first.passed:
+        return first
+    checks = [(first, "", record)]
+    for said, read, advice in others:
+        found = _compared(axis, law, read, advises=False)
+        if isinstance(found, Missing):
+            continue
+        if found.passed:
+            as_it_is = f"it is {first.residual_percent:.2g} % off as the record has them"
+            meaning = f"{found.meaning}, {said}; {as_it_is}"
+            return replace(found, meaning=meaning, advice=advice)
+        checks.append((found, said, read))
+    best, said, nearest = min(checks, key=lambda each: each[0].fitted_residual_percent or 0.0)
     off, least = best.residual_percent or 0.0, best.fitted_residual_percent or 0.0
-    left = open_for_jitter(axis, law, record, off)
-    if left is not None and least >= MAX_LAW_RESIDUAL.value:
+    open_percent = open_for_jitter(axis, law, record, off)
+    if open_percent is not None and least >= MAX_LAW_RESIDUAL.value:
         return Missing(
             "the record's samples are off even times, and what the law read between them, noise "
-            f"above all, leaves {left:.2g} % of its control open ({off:.2g} % off)"
+            f"above all, leaves {open_percent:.2g} % of its control open ({off:.2g} % off)"
         )
     there = _compared(axis, law, nearest)
     if isinstance(there, Missing) or not said:
@@ -186,7 +187,6 @@ def _compared(
             f"{left_open:.2g} % of the declared law's control open"
         )
     declared, factors = by_gains.percent, by_gains.factors
-    wrong = by_gains.off or by_gains.lean or declared >= MAX_LAW_RESIDUAL.value or shift
     between = f"; what it reads between the samples leaves {left_open:.2g} % open"
     check = LawCheck(
         factors={name: value for name, (value, _) in factors.items()},
@@ -194,7 +194,7 @@ def _compared(
         residual_percent=declared,
         fitted_residual_percent=by_gains.fitted_percent,
         delay=shift,
-        passed=not wrong,
+        passed=not (by_gains.off or by_gains.lean or declared >= MAX_LAW_RESIDUAL.value or shift),
         meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of "
         f"its norm{between * by_gains.between}",
     )
@@ -202,8 +202,8 @@ def _compared(
         return check
     explained, fault = _fault(axis, record, check, by_gains)
     if explained and (repair := repair_of(axis, law, record, explained, shift)):
-        said = f"the recorded control is not the declared law's ({off_text(declared)}), but "
-        return replace(check, meaning=said + repair)
+        start = f"the recorded control is not the declared law's ({off_text(declared)}), but "
+        return replace(check, meaning=start + repair)
     if shift:
         late, advice = late_note(shift, None if law.continuous else law.delay)
         return replace(check, meaning=late, advice=advice)
@@ -216,9 +216,9 @@ def _fault(
     """What a law that fails looks like; what is left where gains explain it, percent of control."""
     declared = by_gains.percent
     large = declared >= MAX_LAW_RESIDUAL.value
-    level = by_gains.left - by_gains.left.mean()
-    left = relative_error_percent(level, by_gains.compared(by_gains.along.control))
-    by_constant = CONSTANT in by_gains.lean and left < MAX_LAW_RESIDUAL.value
+    about_mean = by_gains.residuals - by_gains.residuals.mean()
+    besides = relative_error_percent(about_mean, by_gains.control)
+    by_constant = CONSTANT in by_gains.lean and besides < MAX_LAW_RESIDUAL.value
     if by_constant if large else not by_gains.off:
         return declared, replace(check, meaning=lean_text(axis.axis.drive.unit, by_gains.lean))
     start = "the recorded control is the declared law's but for its factors: "
@@ -226,8 +226,9 @@ def _fault(
         start = f"the recorded control is not the declared law's ({off_text(declared)}): "
     far = [name for name, value in check.factors.items() if not is_near(value, 1.0)]
     only_size = (far or by_gains.off) == [INJECTED]
-    asks = by_gains.gains_off or not only_size  # a gain may be a little off beside it
-    said, change = said_of_gains(by_gains) if asks else ("", None)
+    said, change = "", None
+    if by_gains.gains_off or not only_size:  # a gain may be a little off beside it
+        said, change = said_of_gains(by_gains)
     if only_size and change is None:
         return declared, replace(check, meaning=f"{start}{_SIZE_OF_INJECTED}")
     if not said:
@@ -246,18 +247,17 @@ def _fault(
         return declared if scaled is None else scaled[1].percent, check
     # What shows in no slope is right too where the change explains the control.
     times = {**dict.fromkeys(by_gains.along.law.gains, 1.0), **change.times}
-    steps = change.asked[0]
+    steps = change.gain_steps[0]
     times |= {name: 1 + steps[name] for name in by_gains.added if name in steps}
     factors = {
         name: float(np.prod([times[gain] ** power for gain, power in powers.items()]))
         for name, powers in by_gains.powers.items()
         if powers.keys() <= times.keys()
     }
-    sure = {name: sd for name, (_, sd) in change.factors.items() if name in factors}
     check = replace(
         check,
         factors=factors,
-        deviations=sure,
+        deviations={name: sd for name, (_, sd) in change.factors.items() if name in factors},
         fitted_residual_percent=change.percent,
         meaning=check.meaning + f"; {_SIZE_OF_INJECTED}" * (INJECTED in change.off),
     )
@@ -401,14 +401,13 @@ def _beside_found(
 ) -> LawCheck:
     """The check of the law with the gains that the control asks for, held against those found."""
     asked, was = (np.array([of[name] for name in found.names]) for of in (best.gains, law.gains))
-    among = found.covariance + best.covariance(found.names) * np.outer(was, was)
-    apart = apart_in_deviations(asked - was, among, found.freedom)
+    covariance = found.covariance + best.covariance(found.names) * np.outer(was, was)
+    apart = apart_in_deviations(asked - was, covariance, found.freedom)
     large = bool(np.any(np.abs(asked - was) > MAX_SCALE_ERROR.value * np.abs(was)))
     listed = _listed(best.gains, found.names)
     if not (large and apart > MIN_DISTANCE_FROM_NOISE.value):
         from_fit = f"{apart:.2g} joint deviations from what the fit finds"
         return replace(there, meaning=f"{there.meaning} by {listed}, {from_fit}")
-    these = "that" if len(found.names) == 1 else "these"
     return replace(
         there,
         passed=False,
@@ -416,7 +415,8 @@ def _beside_found(
         meaning=f"the recorded control is the law's by {listed}, and the fit finds "
         f"{_listed(law.gains, found.names)}, "
         f"{apart:.2g} joint deviations away: what the model lacks moves them, or a delay that the "
-        f"law does not declare; check those, or declare {these} and leave them held",
+        "law does not declare; check those, or declare "
+        f"{'that' if len(found.names) == 1 else 'these'} and leave them held",
     )
 
 
@@ -428,5 +428,5 @@ def apart_in_deviations(off: Array, covariance: Array, freedom: float) -> float:
     square, directions = wald(off, covariance)
     if not directions:
         return 0.0
-    chance = joint_p(square, directions, freedom)
-    return -float(ndtri(max(chance, float(np.finfo(float).tiny)) / 2))
+    p_value = max(joint_p(square, directions, freedom), float(np.finfo(float).tiny))
+    return -float(ndtri(p_value / 2))

@@ -78,9 +78,9 @@ def compared_with_law(
     if not law.takes_velocity:
         return control, made, ~limited, limited
     if np.all(np.isfinite(made)):
+        smooth = compared_as(law, record)
         # What the limit cut off would be spread far over the neighbours.
-        both = (np.where(limited, made, control), made)
-        control, made = map(compared_as(law, record), both)
+        control, made = smooth(np.where(limited, made, control)), smooth(made)
     spread = limited.copy()
     spread[-settle:] = True
     # The low-pass spreads a limited sample over its neighbours.
@@ -102,8 +102,7 @@ def compared_as(law: ControlLaw, record: Record) -> Callable[[Array], Array]:
     """What both sides are filtered by: a low-pass, where the law reads an ideal velocity."""
     if not law.takes_velocity:
         return lambda signal: signal
-    low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / record.period)
-    smooth = SampledFilter(low_pass, record.period)
+    smooth = SampledFilter(Prefilter(cutoff=COMPARISON_CUTOFF.value / record.period), record.period)
     return lambda signal: smooth.motion(signal)[0]
 
 
@@ -140,9 +139,9 @@ def hac_fit(
 
 def leaning(left: Array, neighbours: RowTimes) -> tuple[Array, Array]:
     """Constant and drift of what is left, and their deviations, (2,) each."""
-    half = neighbours.places - neighbours.places.mean()
-    terms = np.column_stack([np.ones(len(left)), half / np.ptp(half)])
-    fit, covariance = hac_fit(left, terms, (CONSTANT, DRIFT), neighbours)
+    time = neighbours.places - neighbours.places.mean()
+    columns = np.column_stack([np.ones(len(left)), time / np.ptp(time)])
+    fit, covariance = hac_fit(left, columns, (CONSTANT, DRIFT), neighbours)
     return fit.theta, np.sqrt(np.diag(covariance))
 
 
@@ -158,22 +157,16 @@ def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int
     return best if errors[best] < _MAX_EXPLAINED_RESIDUAL * errors[0] else 0
 
 
-def is_uneven(record: Record) -> bool:
-    """Whether the samples of a record, or of the one that it was resampled from, are off at all."""
-    whole = record.longest()
-    off = float(np.max(np.abs(whole.time - _even_times(whole))))
-    return record.sampled is not None or off > _MIN_UNEVEN * record.period
-
-
-def readings(record: Record) -> Iterator[tuple[str, Record, str]]:
-    """What a law may have read of a record: the samples as they are, and what else.
+def other_readings(record: Record) -> Iterator[tuple[str, Record, str]]:
+    """What else a law may have read of a record than its samples, where their times are uneven.
 
     In words, the record, and what is to be done if it fits.
     """
-    yield "", record, ""
     raw = (record.sampled or record).longest()
     if record.sampled is not None:
         yield "in the rows as they were sampled", raw, _STAMPS
+    elif np.max(np.abs(raw.time - _even_times(raw))) <= _MIN_UNEVEN * record.period:
+        return
     roles = [each for each in ("position", "reference", "injected") if each in raw.channels()]
     for count in range(1, len(roles) + 1):
         yield "at even times by the stamps", _evenly(raw, *roles[:count]), ""
@@ -196,13 +189,14 @@ def open_for_jitter(
         Percent of the control that the law leaves, of the reading that fits best.
     """
     raw = (record.sampled or record).longest()
-    even = _evenly(raw, "position")
+    even, control = _evenly(raw, "position"), np.asarray(raw.control)
     noise = position_noise(even.position) * np.random.default_rng(0).normal(size=len(even))
     noisy = replace(even, position=even.position + noise)
-    as_read, between, moved = (compared_with_law(axis, law, each)[1] for each in (raw, even, noisy))
-    control = np.asarray(raw.control)
-    left = relative_error_percent(moved - between, control)
-    matters = relative_error_percent(as_read - between, control) >= MAX_LAW_RESIDUAL.value
+    sampled, between, noisy_control = (
+        compared_with_law(axis, law, each)[1] for each in (raw, even, noisy)
+    )
+    left = relative_error_percent(noisy_control - between, control)
+    matters = relative_error_percent(sampled - between, control) >= MAX_LAW_RESIDUAL.value
     return left if matters and off < _MAX_OPEN_RATIO * left else None
 
 
@@ -216,5 +210,5 @@ def _even_times(record: Record) -> Array:
 def _evenly(record: Record, *roles: str) -> Record:
     """A record without gaps with columns at the even times that fit its own best, by splines."""
     times, columns = _even_times(record), record.channels()
-    moved = {role: at_times(times, record.time, columns[role], "spline") for role in roles}
-    return record.with_channels({**columns, **moved})
+    even = {role: at_times(times, record.time, columns[role], "spline") for role in roles}
+    return record.with_channels({**columns, **even})

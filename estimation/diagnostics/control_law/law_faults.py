@@ -56,8 +56,7 @@ _STEP = 1e-3  # of the reference's range
 
 def off_text(percent: float) -> str:
     """How far a control is from the law's, and of what that is a share."""
-    share = percent / 100
-    return f"off by {percent:.3g} % of the control" if share < 1 else "off by more than it is"
+    return f"off by {percent:.3g} % of the control" if percent < 100 else "off by more than it is"
 
 
 #: How to name a test signal, where nothing else explains what the law leaves.
@@ -83,20 +82,20 @@ def lean_text(unit: str, lean: Mapping[str, float]) -> str:
 
 def scale_text(times: float, left: str = "") -> str:
     """What a control is that is so many times the law's, what is left then, and what to check."""
-    unit = next((what for scale, what in _UNITS.items() if is_near(times, scale)), "")
-    stands = f" (one unit stands for another, such as {unit})" * bool(unit)
-    return first_case(
-        (
-            times < 0,
+    if times < 0:
+        return (
             f"its sign is opposite to the law's{left}; check the sign of the control or of the "
-            "positions",
-        ),
-        (
-            True,
-            f"the control is recorded {times:.4g} times as large as it is{stands}, which scales "
-            f"every estimate{left}; check its unit and scaling, or those that position and "
-            "reference share",
-        ),
+            "positions"
+        )
+    units = (
+        f" (one unit stands for another, such as {unit})"
+        for scale, unit in _UNITS.items()
+        if is_near(times, scale)
+    )
+    return (
+        f"the control is recorded {times:.4g} times as large as it is{next(units, '')}, which "
+        f"scales every estimate{left}; check its unit and scaling, or those that position and "
+        "reference share"
     )
 
 
@@ -167,15 +166,15 @@ def _other_laws(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterato
 def _moved_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
     if (zero := position_zero(axis, law, record)) is None:
         return
-    away, made = zero
+    away, control = zero
     unit, drive = axis.axis.coordinate.unit, axis.axis.drive
     name = record.provenance.columns.get("position", "NAME")
     back = f"columns position={name}:UNIT{-away:+.3g}{unit}"
-    constant = f"{made or 0.0:.3g} {drive.unit}"
+    constant = f"{control or 0.0:.3g} {drive.unit}"
     said = first_case(
-        (made is None, f": take that off ({back})"),
+        (control is None, f": take that off ({back})"),
         (
-            abs(made or 0.0) > drive.limit,
+            abs(control or 0.0) > drive.limit,
             f", which the law makes {constant} of, more than the drive gives: take "
             f"that off the position ({back})",
         ),
@@ -196,8 +195,7 @@ def _moved_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterato
 
 
 def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
-    drive, size = axis.axis.drive, np.abs(np.asarray(record.control))
-    limit = float(size.max())
+    drive, limit = axis.axis.drive, float(np.abs(np.asarray(record.control)).max())
     if drive.logs_what_acts or limit >= drive.limit:
         return
     try:
@@ -264,16 +262,13 @@ def position_zero(
     record : Record
         Of one piece, with a reference and a control.
     """
-    reference = np.asarray(record.reference)
-    step = _STEP * float(np.ptp(reference)) or _STEP
+    step = _STEP * float(np.ptp(np.asarray(record.reference))) or _STEP
     control, made, used, _ = compared_with_law(axis, law, record)
     moved = replace(record, position=record.position + step)
-    otherwise = compared_with_law(axis, law, moved)[1]
-    answer = ((otherwise - made) / step)[used]
-    left = (control - made)[used]
-    power, mean = float(answer @ answer), float(np.mean(answer))
+    slope = ((compared_with_law(axis, law, moved)[1] - made) / step)[used]
+    power, mean = float(slope @ slope), float(np.mean(slope))
     if not (np.isfinite(power) and power > 0):
         return None
-    away = -float(answer @ left) / power
-    is_constant = float(np.ptp(answer)) <= MAX_SCALE_ERROR.value * abs(mean)
+    away = -float(slope @ (control - made)[used]) / power
+    is_constant = float(np.ptp(slope)) <= MAX_SCALE_ERROR.value * abs(mean)
     return away, -mean * away if is_constant else None

@@ -28,7 +28,6 @@ from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.elements import stribeck
 from axisid.estimation.checks import Check, Status, belief, conclusion
 from axisid.estimation.diagnostics.diagnose import DIAGNOSTICS, Diagnostic
-from axisid.estimation.studies.cutoff_sweep import default_cutoffs
 from axisid.modeling import LIBRARY
 from axisid.paper.study import APPROPRIATE, INAPPROPRIATE
 from axisid.presentation.report.page import report_html
@@ -323,13 +322,9 @@ def test_comparison_and_sweep_pass_the_law_check_on(emps2015: GeneratedAxis, twi
         assert ("believe nothing before this is mended" in swept) is (record is flipped)
 
 
-def test_endless_twins_and_sweeps_and_lags_are_refused(
-    emps2015: GeneratedAxis, twin: Record
-) -> None:
+def test_endless_twins_and_lags_are_refused(emps2015: GeneratedAxis, twin: Record) -> None:
     law = emps2015.axis.control
     with refuses("twin", says="1e-09"):
         twin_record(replace(emps2015.axis, control=replace(law, period=1e-9)))
-    with refuses("sweep", says="500"):
-        default_cutoffs(1000.0, points=10**6)
     with refuses("result"):
         identify(emps2015, twin, methods="idm-ls", lags=500)

@@ -156,18 +156,19 @@ def _asked(
 def test_records_of_one_machine_are_told_apart_as_often_as_claimed(
     rng: np.random.Generator, windows: int
 ) -> None:
-    found = [
-        _asked(
-            rng.standard_normal((1200, 2)),
-            rng.standard_normal(1200),
-            windows=windows,
-            clustered=windows > 1,
-        ).p_value
-        for _ in range(120)
-    ]
-    chances = np.array(found)
-    assert np.mean(chances < 0.01) < 0.04
-    assert 0.01 < np.mean(chances < 0.1) < 0.16
+    p_values = np.array(
+        [
+            _asked(
+                rng.standard_normal((1200, 2)),
+                rng.standard_normal(1200),
+                windows=windows,
+                clustered=windows > 1,
+            ).p_value
+            for _ in range(120)
+        ]
+    )
+    assert np.mean(p_values < 0.01) < 0.04
+    assert 0.01 < np.mean(p_values < 0.1) < 0.16
 
 
 def test_one_after_the_other_is_named(rng: np.random.Generator) -> None:

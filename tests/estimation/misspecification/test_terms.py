@@ -167,6 +167,7 @@ def coloured(random: np.random.Generator, several: int) -> Array:
 def scores_of(errors: Array, X: Array) -> RecordScores:
     """Of least squares, errors (n, 1 + R) of a record and its twins."""
     basis = np.linalg.qr(X)[0]
+    sampling = SimpleNamespace(neighbours=RowTimes.consecutive(len(X)))
     return RecordScores(
         basis=basis,
         columns=X,
@@ -179,9 +180,8 @@ def scores_of(errors: Array, X: Array) -> RecordScores:
         signals=cast(Any, None),
         along=cast(Any, None),
         measured=cast(Any, None),
-        data=cast(Any, None),
+        data=cast(Any, SimpleNamespace(sampling=sampling)),
         quiet=cast(Any, None),
-        neighbours=RowTimes.consecutive(len(X)),
     )
 
 
@@ -203,8 +203,8 @@ def test_values_are_those_of_least_squares_with_the_columns_in_the_model(
         assert tested.powers[place] == pytest.approx((alone.ssr - both.ssr) / ROWS)
         moved = scores.moved_by(columns[:, place], tested.values[place])
         assert moved == pytest.approx(both.params[:PARAMETERS] - alone.params)
-        then, more = scores.beside(columns[:, place]), columns[:, (place + 1) % 4]
-        assert then.nets[:, 0] == pytest.approx(both.resid)
+        then, more = scores.with_columns(columns[:, place]), columns[:, (place + 1) % 4]
+        assert then.net_residuals[:, 0] == pytest.approx(both.resid)
         three = sm.OLS(y, np.hstack([X, columns[:, place], more])).fit()
         moved = then.moved_by(more, then.test(more[:, None]).values[0])
         assert moved == pytest.approx(three.params[:PARAMETERS] - both.params[:PARAMETERS])

@@ -55,8 +55,8 @@ def _found(
         tuning=1.0 if loss == SQUARES else HUBER_TUNING.value,
     )
     scale = np.ones(2)
-    begun = unknowns.inside(np.array(start), scale)
-    return Search(predictions, unknowns, scale, weighing).run(begun)
+    search = Search(predictions, unknowns, scale, weighing)
+    return search.run(unknowns.inside(np.array(start), scale))
 
 
 @pytest.mark.parametrize("start", [[1.0, 1.0], [0.0, 0.0], [5.0, 3.0]])
@@ -100,34 +100,32 @@ def test_a_truth_on_a_bound_is_found_exactly() -> None:
     assert [*found.at_bound] == [0, -1]
 
 
-def test_loops_that_cannot_be_simulated_shorten_the_step() -> None:
+def test_loops_that_cannot_be_simulated_shorten_the_step_and_begin_no_search() -> None:
     found = _found(_less(_decay(2.0, 1.2), most=1.25), _unknowns(), [50.0, 0.5])
     np.testing.assert_allclose(found.physical, [2.0, 1.2], rtol=1e-5)
     assert found.lost
     assert found.why_lost == "it runs away"
-
-
-def test_a_start_that_cannot_be_simulated_is_refused() -> None:
     with refuses("simulation", says="runs away"):
         _found(_less(_decay(2.0, 0.7), most=3.0), _unknowns(), [1.0, 4.0])
 
 
-def test_what_was_known_before_pulls_by_its_deviation() -> None:
-    known = _unknowns(prior=np.array([3.0, 0.0]), prior_sd=np.array([1e-4, np.inf]))
+@pytest.mark.parametrize(("sd", "expected", "near"), [(1e-4, 3.0, 0.01), (10.0, 2.0, 1e-4)])
+def test_what_was_known_before_pulls_by_its_deviation(
+    sd: float, expected: float, near: float
+) -> None:
+    known = _unknowns(prior=np.array([3.0, 0.0]), prior_sd=np.array([sd, np.inf]))
     found = _found(_less(_decay(2.0, 0.7)), known, [1.0, 1.0])
-    assert found.physical[0] == pytest.approx(3.0, abs=0.01)
-    vague = _unknowns(prior=np.array([3.0, 0.0]), prior_sd=np.array([10.0, np.inf]))
-    found = _found(_less(_decay(2.0, 0.7)), vague, [1.0, 1.0])
-    assert found.physical[0] == pytest.approx(2.0, abs=1e-4)
+    assert found.physical[0] == pytest.approx(expected, abs=near)
 
 
 @pytest.mark.parametrize("loss", [SOFT_L1, HUBER])
 def test_robust_losses_withstand_outliers(loss: str, rng: np.random.Generator) -> None:
     measured = _decay(2.0, 0.7) + 0.01 * rng.standard_normal(len(TIME))
     measured[rng.integers(0, len(TIME), 40)] += 3.0
-    robust = _found(_less(measured), _unknowns(), [1.0, 1.0], loss).physical
-    plain = _found(_less(measured), _unknowns(), [1.0, 1.0]).physical
-    off, plain_off = np.abs(robust - [2.0, 0.7]), np.abs(plain - [2.0, 0.7])
+    off, plain_off = (
+        np.abs(_found(_less(measured), _unknowns(), [1.0, 1.0], each).physical - [2.0, 0.7])
+        for each in (loss, SQUARES)
+    )
     assert np.all(off < 0.02)
     assert np.all(off < 0.1 * plain_off)
 

@@ -75,6 +75,12 @@ def test_each_block_is_predicted_by_the_others(
 
 
 N = 300
+#: Of statsmodels' HAC covariance.
+ROBUST = {
+    "cov_type": "HAC",
+    "cov_kwds": {"maxlags": 6, "use_correction": True},
+    "use_t": True,
+}
 
 
 def regression(X: np.ndarray, left: np.ndarray) -> Regression:
@@ -110,8 +116,7 @@ def test_criteria_and_f_are_those_of_statsmodels(data: tuple[np.ndarray, np.ndar
 
 def test_robust_wald_is_that_of_statsmodels(data: tuple[np.ndarray, np.ndarray]) -> None:
     X, y = data
-    lags = {"maxlags": 6, "use_correction": True}
-    robust = sm.OLS(y, X).fit(cov_type="HAC", cov_kwds=lags, use_t=True)
+    robust = sm.OLS(y, X).fit(**ROBUST)
     cases = {
         "a column left out": (X[:, :3], [[0, 0, 0, 1]]),
         "two left out": (X[:, [0, 2]], [[0, 1, 0, 0], [0, 0, 0, 1]]),
@@ -149,8 +154,7 @@ def test_a_known_part_must_be_spanned_too(data: tuple[np.ndarray, np.ndarray]) -
     fixed = regression(X[:, :3], y - 0.02 * X[:, 3])
     how = embedding(fixed, regression(X, y))
     assert how[1] == pytest.approx([0, 0, 0, 0.02], abs=1e-9)
-    lags = {"maxlags": 6, "use_correction": True}
-    robust = sm.OLS(y, X).fit(cov_type="HAC", cov_kwds=lags, use_t=True)
+    robust = sm.OLS(y, X).fit(**ROBUST)
     expected = robust.t_test((np.array([[0.0, 0, 0, 1]]), np.array([0.02])))
     statistic, _ = wald_test(regression(X, y).solved(), how, Hac(6))
     assert statistic == pytest.approx(float(expected.tvalue.item()) ** 2, rel=1e-6)

@@ -26,7 +26,8 @@ from axisid.commands.main import cli
 from axisid.control import cascade_pd
 from axisid.estimation import OutputFit, validate_fit
 from axisid.estimation.signals import RowTimes, SampledFilter
-from axisid.estimation.studies.validation import Validation, least_mean_square
+from axisid.estimation.studies.validate import least_mean_square
+from axisid.estimation.studies.validation import Validation
 from tests.refusals import refuses
 
 

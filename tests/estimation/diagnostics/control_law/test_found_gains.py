@@ -81,15 +81,14 @@ def test_a_flipped_control_is_named_whatever_gains_are_free(name: str) -> None:
 
 
 def test_the_distance_is_that_of_a_normal_of_one_dimension() -> None:
-    for away, covariance, distance in (
-        ([3.0], [[1.0]], 3.0),
-        ([3.0, 9.0], [[1.0, 0.0], [0.0, np.inf]], 3.0),
-        ([1.0], [[0.0]], 0.0),
+    for away, covariance, dof, distance in (
+        ([3.0], [[1.0]], math.inf, 3.0),
+        ([3.0, 9.0], [[1.0, 0.0], [0.0, np.inf]], math.inf, 3.0),
+        ([1.0], [[0.0]], math.inf, 0.0),
+        ([3.0], [[1.0]], 16.0, -norm.ppf(student.sf(3.0, 16))),
     ):
-        told = apart_in_deviations(np.array(away), np.array(covariance), math.inf)
-        assert told == pytest.approx(distance)
-    few = apart_in_deviations(np.array([3.0]), np.array([[1.0]]), 16.0)
-    assert few == pytest.approx(-norm.ppf(student.sf(3.0, 16)))
+        found = apart_in_deviations(np.array(away), np.array(covariance), dof)
+        assert found == pytest.approx(distance)
 
 
 @pytest.mark.parametrize("seed", [100, 101])
