@@ -100,8 +100,8 @@ class FitSearch:
 
     def scores(self, chosen: NDArray[np.bool_]) -> Scores:
         """Of the chosen parameters, (P,), where the best search ended."""
-        known = self.weighing, self.unknowns, self.predictions, self.records
-        return scores_of(self.best, *known, chosen)
+        asked = self.weighing, self.unknowns, self.predictions, self.records
+        return scores_of(self.best, *asked, chosen)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -239,11 +239,11 @@ def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Mis
     if of.loss != SQUARES:
         return Missing("errors count by their size, and outliers are no noise of a loop")
     there, count, disturbed = (of.best.physical, of.predictions), of.bootstrap, of.horizon is None
-    found = unless_faulty(
+    noise = unless_faulty(
         lambda: outputs_by_noise(loops, *there, count, disturbed=disturbed, paired=True)
     )
-    if isinstance(found, Missing) or found.any():
-        return found
+    if isinstance(noise, Missing) or noise.any():
+        return noise
     return Missing("no noise that is measured reaches what is followed.")
 
 
@@ -266,10 +266,10 @@ def _corrected(
     at, side, u = of.best.physical, of.best.at_bound, of.unknowns
     if common is None:
         return at, side
-    uphill = scores.jacobian.T @ (scores.curvature * of.weighing.weights * common)
+    gradient = scores.jacobian.T @ (scores.curvature * of.weighing.weights * common)
     # The search stands still but for what a bound holds.
-    held = scores.jacobian.T @ scores.errors + scores.known.T @ u.known_errors(at)
-    downhill = -uphill - np.where(side[u.free] != 0, held, 0.0)
+    at_bounds = scores.jacobian.T @ scores.errors + scores.known.T @ u.known_errors(at)
+    downhill = -gradient - np.where(side[u.free] != 0, at_bounds, 0.0)
     physical = at.copy()
     physical[u.free] += scores.inverse @ downhill
     if not side.any() and np.all(((u.lower < physical) & (physical < u.upper))[u.free]):
@@ -306,10 +306,10 @@ def _covariances(
     coloured = scores.coloured(clustered=of.horizon is not None)
     found, iid = {"coloured": coloured.matrix}, scores.independent()
     if of.horizon is None and twins is not None:
-        apart = twins - twins.mean(axis=1, keepdims=True)
-        moved = -influence @ apart
-        left = weights[:, None] * apart + scores.jacobian @ moved
-        by_twins = calibrated_covariance(scores, errors, moved, left)
+        centred = twins - twins.mean(axis=1, keepdims=True)
+        estimates = -influence @ centred
+        residuals = weights[:, None] * centred + scores.jacobian @ estimates
+        by_twins = calibrated_covariance(scores, errors, estimates, residuals)
         found["bootstrap"] = by_twins + scores.by_known()
     elif of.horizon is not None:
         # Of few windows next to nothing, as a fit makes their sum 0.
@@ -318,24 +318,26 @@ def _covariances(
         if twins is not None:
             # Of two opposite twins it is what they do alike, which is what is taken off; the mean
             # of so many is unsure.
-            moved = influence @ twins
-            alike = moved[:, : moved.shape[1] // 2 * 2].reshape(len(moved), -1, 2).mean(axis=2)
-            found["coloured"] = matrix + np.cov(alike).reshape(len(moved), -1) / alike.shape[1]
+            pairs = twins.shape[1] // 2
+            means = (
+                (influence @ twins[:, : 2 * pairs]).reshape(len(influence), pairs, 2).mean(axis=2)
+            )
+            found["coloured"] = matrix + np.atleast_2d(np.cov(means)) / pairs
     for name, matrix in found.items():  # no error of a record tells what the starts of loops add
         by_start, _ = moved_by_start(scores, starts, matrix)
         found[name] = matrix + np.outer(by_start, by_start)
-    errors_there, there = of.best.slopes.errors[:, None], of.ended
+    errors_there = of.best.slopes.errors[:, None]
     doubted = [errors_there[:, :0]]
     for form, predictions in of.doubts:
-        at = np.array([there.get(q.name, 0.0) for q in form.physical_quantities])
+        at = np.array([of.ended.get(q.name, 0.0) for q in form.physical_quantities])
         predictions.settle(at)
         lanes = predictions(at[None, :])
         if lanes.failures:
             raise EstimationError(lanes.failures[0], code="simulation")
         doubted.append(lanes.errors - errors_there)
     by_doubts = influence @ np.hstack(doubted)
-    every = {"coloured": found.pop("coloured"), "iid": iid, **found}
-    return coloured, {name: matrix + by_doubts @ by_doubts.T for name, matrix in every.items()}
+    found = {"coloured": found.pop("coloured"), "iid": iid, **found}
+    return coloured, {name: matrix + by_doubts @ by_doubts.T for name, matrix in found.items()}
 
 
 def _held(
@@ -361,11 +363,11 @@ def _held(
         matrix = replace(scores, errors=errors).coloured().matrix
         by_start, _ = moved_by_start(scores, starts, matrix)
         deviation = float(np.sqrt((matrix + np.outer(by_start, by_start))[place, place]))
-        left = scores.errors
+        residuals = scores.errors
         if common is not None:
-            moved = (weights[:, None] * of.best.slopes.jacobian) @ (physical - of.best.physical)
-            left = left + scores.curvature * (weights * common + moved)
-        downhill = -(scores.jacobian.T @ left + scores.known.T @ u.known_errors(physical))
+            change = of.best.slopes.jacobian @ (physical - of.best.physical)
+            residuals = residuals + scores.curvature * weights * (common + change)
+        downhill = -(scores.jacobian.T @ residuals + scores.known.T @ u.known_errors(physical))
         at, side = float(physical[j]), int(sides[j])
         centre = at + float((scores.inverse @ downhill)[place])
         wide = max(math.sqrt(variances[j]), deviation)
@@ -395,13 +397,11 @@ def reach_of_cut_normal(bound: float, centre: float, deviation: float, side: int
     """
     if not deviation > 0:
         return bound
-    reach = side * (bound - centre) / deviation  # what lies beyond it, in deviations
-    outside = np.log(1 - INTERVAL_LEVEL.value)
-    if reach < -_EXPONENTIAL:
-        beside = float(outside) / -reach
-    else:
-        beside = float(ndtri_exp(outside + log_ndtr(reach))) - reach
-    return bound + side * deviation * beside
+    centres = side * (bound - centre) / deviation  # what lies beyond it, in deviations
+    outside = math.log(1 - INTERVAL_LEVEL.value)
+    exponential = centres < -_EXPONENTIAL
+    tail = -outside / centres if exponential else ndtri_exp(outside + log_ndtr(centres)) - centres
+    return bound + side * deviation * float(tail)
 
 
 def _parameters(
@@ -414,19 +414,19 @@ def _parameters(
 ) -> NamedValues:
     """The parameters with unit, deviations and interval, by degrees of freedom (k,) of the free."""
     at_bound = {e.name: (min(e.bound, e.reach), max(e.bound, e.reach)) for e in held}
-    every, found = np.full(len(physical), np.inf), {}
-    every[unknowns.free] = freedom
+    dof, values = np.full(len(physical), np.inf), {}
+    dof[unknowns.free] = freedom
     for j, q in enumerate(unknowns.quantities):
         value = float(physical[j])
         # What is hardly shown may have a variance that rounding made negative.
         variances = {n: float(c[j, j]) for n, c in covariances.items()}
         deviations = {n: math.sqrt(v) if v >= 0 else math.inf for n, v in variances.items()}
-        interval = student_interval(value, deviations[chosen], float(every[j]))
-        found[q.name] = Value(
+        interval = student_interval(value, deviations[chosen], float(dof[j]))
+        values[q.name] = Value(
             value=value,
             unit=q.unit,
             deviations=deviations,
             interval=at_bound.get(q.name, interval),
             chosen=chosen,
         )
-    return NamedValues(found)
+    return NamedValues(values)

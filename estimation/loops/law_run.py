@@ -37,19 +37,19 @@ def known_of_record(
 
     What it gives is kept as long as the record is alive.
     """
-    known = dict[int, dict[tuple[object, ...], V]]()
+    cache = dict[int, dict[tuple[object, ...], V]]()
 
     @wraps(function)
-    def found(axis: GeneratedAxis, record: Record, /, *rest: P.args, **named: P.kwargs) -> V:
-        if id(record) not in known:
-            known[id(record)] = {}
-            weakref.finalize(record, known.pop, id(record), None)
-        own, key = known[id(record)], (axis, *rest, *sorted(named.items()))
-        if key not in own:
-            own[key] = function(axis, record, *rest, **named)
-        return own[key]
+    def cached(axis: GeneratedAxis, record: Record, /, *rest: P.args, **named: P.kwargs) -> V:
+        if id(record) not in cache:
+            cache[id(record)] = {}
+            weakref.finalize(record, cache.pop, id(record), None)
+        of_record, key = cache[id(record)], (axis, *rest, *sorted(named.items()))
+        if key not in of_record:
+            of_record[key] = function(axis, record, *rest, **named)
+        return of_record[key]
 
-    return found
+    return cached
 
 
 @known_of_record
@@ -266,9 +266,8 @@ def limit_in_log(axis: GeneratedAxis) -> float:
 def late_in_log(axis: GeneratedAxis) -> int:
     """Samples by which the recorded control is later than the law gives it."""
     law, response = axis.axis.control, axis.axis.response
-    late = 0 if law is None else law.delay
-    applied = response is not None and axis.axis.drive.logged == "applied"
-    return late + (response.late if applied and response is not None else 0)
+    late = 0 if response is None or axis.axis.drive.logged != "applied" else response.late
+    return late + (0 if law is None else law.delay)
 
 
 def with_drive(
@@ -428,8 +427,8 @@ def _along(
     buffer, run = function.buffer()
 
     def along(arguments: Sequence[Array], results: Sequence[Array]) -> None:
-        held = [np.ascontiguousarray(values, dtype=np.float64) for values in arguments]
-        for i, values in enumerate(held):
+        read = [np.ascontiguousarray(values, dtype=np.float64) for values in arguments]
+        for i, values in enumerate(read):
             buffer.set_arg(i, values.data)
         for i, values in enumerate(results):
             buffer.set_res(i, values.data)

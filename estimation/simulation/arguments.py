@@ -84,11 +84,7 @@ def checked_loop(
             code="simulation-input",
         )
     check_whole("the substeps", substeps, MOST_SUBSTEPS)
-    begin, moving = ref[0], np.zeros(lanes)
-    if start is not None:
-        begin = checked_array(start, "the start", lanes)
-    if start_velocity is not None:
-        moving = checked_array(start_velocity, "the start velocity", lanes)
+    begin = ref[0] if start is None else checked_array(start, "the start", lanes)
     if memory is not None:
         response = axis.axis.response
         drive = () if response is None else response.remembered
@@ -100,7 +96,9 @@ def checked_loop(
         period=period,
         start=LoopStart(
             position=np.broadcast_to(begin, lanes)[()],
-            velocity=moving[()],
+            velocity=np.zeros(lanes)[()]
+            if start_velocity is None
+            else checked_array(start_velocity, "the start velocity", lanes)[()],
             memory=memory,
         ),
         noise=optional_array(position_noise, "the noise", (samples, *lanes)),

@@ -159,11 +159,10 @@ def at_log_samples(
     axis: GeneratedAxis,
     parameters: Array,
     signals: dict[str, Array],
-    clocks: TwoClocks,
-    recorded: Array | None,
+    inputs: "LoopInputs",
     substeps: int,
 ) -> dict[str, Array]:
-    """Signals of a simulation at the law's evaluations, (M,), at the samples of the log, (N,).
+    """Signals of a loop at the law's evaluations, (M,), at the samples of the log, (N,).
 
     Parameters
     ----------
@@ -171,17 +170,20 @@ def at_log_samples(
     parameters : (p,) array
     signals : dict of str to (M,) array
         By the names of `SIGNALS`; NaN from where the simulation ended early.
-    clocks : TwoClocks
-    recorded : (M, 2 s) array or None
-        Value and rate of each recorded signal.
+    inputs : LoopInputs
+        Of the loop.
     substeps : int
         That the simulation took in a sample.
 
     Returns
     -------
     dict of str to (N,) array
-        The same, and ``held``: the force just before a sample.
+        The same, and ``held``: the force just before a sample. Signals as they are where the law
+        has the clock of the log.
     """
+    clocks = inputs.clocks
+    if clocks is None:
+        return signals
     last, since = clocks.elapsed
     force = signals["force"]
     earlier = np.concatenate([force[:1], force[:-1]])
@@ -198,6 +200,7 @@ def at_log_samples(
             code="loop-period",
         )
     begin, span = last[apart], since[apart]
+    recorded = lines(axis, inputs.signals, inputs.period)
     between = np.zeros((len(force), 0)) if recorded is None else recorded
     motion = signals["position"][begin], signals["velocity"][begin]
     held, step = np.column_stack([force, between])[begin], clocks.law_period / substeps
@@ -324,11 +327,6 @@ class LoopInputs:
             allowed=np.where(most > 0, most, np.inf),
             substeps=substeps,
         )
-
-    @property
-    def logged(self) -> "LoopInputs":
-        """The same at the samples at which the loops are given back."""
-        return self.log or self
 
     @property
     def first_signals(self) -> tuple[Array, ...]:

@@ -242,10 +242,7 @@ def _computed(axis: GeneratedAxis) -> tuple[Any, Any]:
     """The control that the law computes, whatever its delay, and its slopes by the state."""
     law, function = law_of(axis), axis.functions["control_law"]
     names = function.name_in()
-    if not law.delay:
-        output, row = "control", 0
-    else:
-        output, row = "next_state", len(law.memory)
+    output, row = ("next_state", len(law.memory)) if law.delay else ("control", 0)
     pair = function.factory("computed", names, [output, f"jac:{output}:state"])
     return (lambda *arguments: pair(*arguments)[0][row]), (
         lambda *arguments: pair(*arguments)[1][row, :]

@@ -183,9 +183,8 @@ def substeps_along(
             force[looked_at],
             [v[looked_at] for v in signals],
         )
-        waves, passing = _wave_numbers(axis, q, parameters, signals), np.zeros(len(rates))
-        if waves is not None:
-            passing[: len(q)] = waves * np.abs(dq)
+        passing = np.zeros(len(rates))
+        passing[: len(q)] = _wave_numbers(axis, q, parameters, signals) * np.abs(dq)
     shortest = np.maximum(_by_rate(axis, rates, period), passing * period / PASSED).argmax()
     at = place_at(visited, int(looked_at[shortest]), recorded)
     steps = steps_by_rate(axis, rates.max(keepdims=True), period, float(passing.max()))
@@ -207,10 +206,10 @@ def _between(dq: Array) -> tuple[NDArray[np.intp], Array]:
 
 def _wave_numbers(
     axis: GeneratedAxis, q: Array, parameters: Array, signals: Sequence[Array]
-) -> Array | None:
-    """Reciprocals of the way on which the acceleration may vary, if it is no polynomial there."""
+) -> Array:
+    """Reciprocals of the way on which the acceleration may vary; 0 where it is a polynomial."""
     if "wave_number" not in axis.functions:
-        return None
+        return np.zeros(len(q))
     return axis.evaluate("wave_number", q, *signals, parameters)[0][:, 0]
 
 
@@ -225,7 +224,7 @@ def _probed(
 ) -> Array:
     """Rates of damping and stiffness, from how the acceleration changes over a probe, (n,)."""
     waves = _wave_numbers(axis, q, parameters, signals)
-    way = np.full(len(q), PROBE) if waves is None else PROBE / (1 + PROBE / PROBED * waves)
+    way = PROBE / (1 + PROBE / PROBED * waves)
     positions = np.concatenate([q, q, q + way])
     speeds = np.concatenate([dq, dq + PROBE, dq])
     directions = np.tile(s, 3)
@@ -270,8 +269,7 @@ def _held(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Arr
     """No force, or the reference of a continuous law at the positions, and signals, (n, size)."""
     size = _held_values(axis)
     held = np.zeros((len(position), size))
-    for i, values in enumerate(signals):
-        held[:, size - 2 * len(signals) + 2 * i] = values
+    held[:, size - 2 * len(signals) :: 2] = np.transpose(signals)
     if law_of(axis).continuous:
         held[:, 0] = position
     return held
@@ -379,27 +377,32 @@ def _no_inertia(
     # What is no number is the largest.
     term, force = max(forces, key=lambda pair: (math.isnan(pair[1]), abs(pair[1])))
     where = f"at rest at {q.name} = {position:g} {q.unit} with {given}"
-    if not np.isfinite(parameters).all():
-        why, todo = f"cannot be simulated with {given}", "Give finite parameters"
-    elif math.isnan(force):
-        why, todo = (
-            f"cannot be simulated: its force has no finite value {where}; see the term {term}",
+    reasons = (
+        (
+            not np.isfinite(parameters).all(),
+            f"cannot be simulated with {given}. Give finite parameters.",
+        ),
+        (
+            math.isnan(force),
+            f"cannot be simulated: its force has no finite value {where}; see the term {term}. "
             "Write one that is finite wherever the axis can be and at rest: "
-            "b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive",
-        )
-    elif abs(force) * _EPSILON > 1:
-        why, todo = (
+            "b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive.",
+        ),
+        (
+            abs(force) * _EPSILON > 1,
             f"cannot be simulated: its force is {force:.3g} {q.force_unit} {where}, beside "
-            f"which no drive counts; see the term {term}",
-            "Correct its factor, its units, or the parameters in it",
-        )
-    else:
-        why, todo = (
-            f"has no positive inertia with {given}, so it cannot be simulated",
-            "Give its inertial parameters a positive nominal value, or check the signs of force "
-            "and position in the record",
-        )
-    return EstimationError(f"axis {axis.axis.name!r} {why}. {todo}.", code="simulation")
+            f"which no drive counts; see the term {term}. Correct its factor, its units, or the "
+            "parameters in it.",
+        ),
+        (
+            True,
+            f"has no positive inertia with {given}, so it cannot be simulated. Give its inertial "
+            "parameters a positive nominal value, or check the signs of force and position in the "
+            "record.",
+        ),
+    )
+    why = next(sentence for applies, sentence in reasons if applies)
+    return EstimationError(f"axis {axis.axis.name!r} {why}", code="simulation")
 
 
 @lru_cache(maxsize=_REMEMBERED)

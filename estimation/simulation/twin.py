@@ -46,7 +46,11 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
     pieces = [np.zeros(1)]
     begin, start, taken = 0.0, 0.0, 0  # time and position where the move begins, samples so far
     for move in moves:
-        ramp, cruise, speed = _phases(move)
+        distance = abs(move.distance)
+        # A short move never cruises.
+        speed = min(move.speed, math.sqrt(distance * move.acceleration))
+        ramp = speed / move.acceleration
+        cruise = distance / speed - ramp if speed else 0.0
         end = begin + 2 * ramp + cruise + move.dwell
         count = int(np.floor(end / period + 1e-9))
         time = period * np.arange(taken + 1, count + 1, dtype=np.float64) - begin
@@ -117,15 +121,12 @@ def twin_record(
     experiment = plan.experiment
     deviation = experiment.position_noise if position_noise is None else position_noise
     chosen = experiment.seed if seed is None else seed
-    if not is_whole(chosen) or chosen < 0:
-        raise UsageError(
-            f"the seed is {quoted(chosen)}; give a whole number of 0 or more.", code="twin"
-        )
-    if not (is_real(deviation) and 0 <= deviation < math.inf):
-        raise UsageError(
-            f"the position noise is {quoted(deviation)}; give its deviation, 0 or more.",
-            code="twin",
-        )
+    for what, value, is_allowed, wanted in (
+        ("seed", chosen, is_whole(chosen), "a whole number of 0 or more"),
+        ("position noise", deviation, is_real(deviation), "its deviation, 0 or more"),
+    ):
+        if not (is_allowed and 0 <= value < math.inf):
+            raise UsageError(f"the {what} is {quoted(value)}; give {wanted}.", code="twin")
     generator = np.random.default_rng(chosen)
     loop = plan.loop(lambda count: generator.normal(0.0, deviation, count))
     rng = np.random.default_rng([chosen, 1])  # the position's noise stays what it is without them
@@ -371,11 +372,3 @@ def _check_held(axis: GeneratedAxis, truth: Array, start: float) -> None:
 def _true(axis: Axis, parameter: Parameter) -> float:
     truth = axis.experiment.truth if axis.experiment else {}
     return truth.get(parameter.name, parameter.nominal)
-
-
-def _phases(move: Move) -> tuple[float, float, float]:
-    """Duration of a ramp and of the cruise, s, and the cruise speed; short moves never cruise."""
-    distance = abs(move.distance)
-    speed = min(move.speed, float(np.sqrt(distance * move.acceleration)))
-    ramp = speed / move.acceleration
-    return ramp, (distance / speed - ramp if speed else 0.0), speed
