@@ -125,7 +125,7 @@ class Chain:
     @property
     def is_silent(self) -> bool:
         """Whether a twin with it would be the loop without noise."""
-        return not any(getattr(self, name) for name in (*_SIZES, *_AUTOREGRESSIONS))
+        return not any(getattr(self, each.name) for each in fields(self) if each.name not in _FLAGS)
 
     def told(self, unit: str, of_control: str) -> str:
         """In words, by the units of the coordinate and of the drive's control."""
@@ -150,8 +150,8 @@ class Chain:
             )
             for time, sd in each
         ]
-        told = ", ".join(parts) or "no noise"
-        return told if self.is_measured_by_law else f"{told}; the law measures another position"
+        noise = ", ".join(parts) or "no noise"
+        return noise if self.is_measured_by_law else f"{noise}; the law measures another position"
 
     def drawn_offset(self, rng: Draws) -> float:
         """How far from the middle of a count a motion begins."""
@@ -186,8 +186,7 @@ class Chain:
             columns["acceleration"] = record.acceleration + noise
         if self.control or self.control_step:
             role = "control" if record.force is None else "force"
-            values = getattr(record, role)
-            columns[role] = self.logged_control(of_control, values, record.period)
+            columns[role] = self.logged_control(of_control, getattr(record, role), record.period)
         return replace(record, **columns) if columns else record
 
 
@@ -208,21 +207,16 @@ class MeasuredChain(Chain):
         """See `Chain.likeliest`."""
         return Chain(**{each.name: getattr(self, each.name) for each in fields(Chain)})
 
-    @property
-    def is_silent(self) -> bool:
-        """See `Chain.is_silent`."""
-        return not self.drawn and self.likeliest.is_silent
-
     def drawn_disturbance(self, rng: Draws, samples: int, period: float) -> Array:
         """See `Chain.drawn_disturbance`."""
-        if not self.drawn:
-            return self.likeliest.drawn_disturbance(rng, samples, period)
-        return _drawn(self.drawn[rng.place(len(self.drawn))], rng, samples, period)
+        chosen = self.drawn[rng.place(len(self.drawn))] if self.drawn else self.disturbances
+        return _drawn(chosen, rng, samples, period)
 
 
 _SENSORS = ("velocity", "acceleration")
 _SIZES = ("position_step", "control_step", "position", "velocity_step", "jitter", *_SENSORS)
 _AUTOREGRESSIONS = ("control", "disturbances")
+_FLAGS = ("anywhere", "is_measured_by_law")
 
 
 def _is_size(value: object) -> bool:
@@ -244,8 +238,8 @@ def _rounded(values: Array, step: float, rng: Draws) -> Array:
     """Values in steps, which begin anywhere; as they are without."""
     if not step:
         return values
-    away = rng.of_a_step()
-    return np.asarray((np.round(values / step + away) - away) * step)
+    offset = rng.of_a_step()
+    return np.asarray((np.round(values / step + offset) - offset) * step)
 
 
 def _drawn(parts: Autoregressions, rng: Draws, samples: int, period: float) -> Array:
