@@ -157,12 +157,13 @@ def _sensitive(of: OutputFit) -> Check | None:
 
 
 def _ended(of: OutputFit) -> Check:
-    best, said = of.best, f"the search stands still after {len(of.best.steps)} steps"
-    if not best.converged:
-        said = (
-            f"the search still moves after {MOST_STEPS} steps; start elsewhere, or leave out what "
-            "the record does not show"
-        )
+    best = of.best
+    said = (
+        f"the search stands still after {len(best.steps)} steps"
+        if best.converged
+        else f"the search still moves after {MOST_STEPS} steps; start elsewhere, or leave out what "
+        "the record does not show"
+    )
     if best.lost:
         said += f"; {best.lost} parameter sets on the way could not be simulated: {best.why_lost}"
     return Check(
@@ -321,7 +322,7 @@ def joined_check(name: str, of: OutputFit) -> Check | None:
 
 def rows_check(of: OutputFit) -> Check | None:
     """Whether errors are enough to tell how sure the parameters are."""
-    rows = int(np.count_nonzero(of.judged_scores.counted))
+    rows = int(np.count_nonzero(of.judged_sandwich.counted))
     searched = len(of.names) - len(of.fixed)
     few = few_rows(rows, searched)
     if not few:
@@ -339,7 +340,7 @@ def rows_check(of: OutputFit) -> Check | None:
 def rests_check(of: OutputFit) -> Check | None:
     """How many samples have no weight, as they are near rests."""
     measured = np.count_nonzero(of.predictions.counted)
-    share = 1 - np.count_nonzero(of.judged_scores.counted) / measured
+    share = 1 - np.count_nonzero(of.judged_sandwich.counted) / measured
     if not (share or of.rests_count):
         return None
     said = (
@@ -358,11 +359,11 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
         return None
     shared = np.isfinite(of.deviations) & (of.deviations > 0) & ~of.of_start
     shared &= ~np.isin(of.names, (*of.found_gains.names, GAIN))
-    scores, places = of.judged_scores, np.flatnonzero(of.unknowns.free & (of.sides == 0))
+    sandwich, places = of.judged_sandwich, np.flatnonzero(of.unknowns.free & (of.sides == 0))
     records = []
-    for spans in scores.spans:
+    for spans in sandwich.spans:
         span = slice(spans[0].start, spans[-1].stop)
-        J = scores.jacobian[span]
+        J = sandwich.jacobian[span]
         # Others' local ones are nothing here.
         chosen = np.flatnonzero(shared[places] & J.any(axis=0))
         effects = np.linalg.norm(J * of.physical[places], axis=0)
@@ -380,9 +381,9 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
         )
 
     def extended(_: Array, columns: Array) -> tuple[Array, Array, Array]:
-        return scores.extended(columns, clustered=of.horizon is not None)
+        return sandwich.extended(columns, clustered=of.horizon is not None)
 
-    comparison = records_alike(scores.jacobian, records, extended, of.levels)
+    comparison = records_alike(sandwich.jacobian, records, extended, of.levels)
     return alike_check(comparison, record_labels(of.records), of.levels, "output")
 
 

@@ -93,8 +93,8 @@ _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be va
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scores:
-    """What the covariance of an estimate is made of.
+class Sandwich:
+    """What the sandwich covariance of an estimate is made of.
 
     Attributes
     ----------
@@ -236,19 +236,19 @@ class Scores:
         return np.asarray((covariance + covariance.T) / 2)
 
 
-def scores_of(
+def sandwich_of(
     found: SearchResult,
     weighing: WeightedLoss,
     unknowns: Unknowns,
     predictions: Predictions,
     records: Sequence[Record],
     chosen: NDArray[np.bool_],
-) -> Scores:
+) -> Sandwich:
     """Of the chosen parameters, (P,), where a search of the records' outputs ended."""
     weighed = weighing.weights * found.slopes.errors
     z = (weighed / weighing.tuning) ** 2
     _, first, second = weighing.counted(z)
-    return Scores(
+    return Sandwich(
         jacobian=(weighing.weights[:, None] * found.slopes.jacobian)[:, chosen],
         errors=first * weighed,
         curvature=np.maximum(first + 2 * z * second, 0.0),
@@ -261,7 +261,7 @@ def scores_of(
 
 
 def moved_by_start(
-    scores: Scores, starts: Sequence[tuple[slice, Array]], covariance: Array
+    scores: Sandwich, starts: Sequence[tuple[slice, Array]], covariance: Array
 ) -> tuple[Array, Array]:
     """What parameters would move by if first positions and velocities were free with them.
 
@@ -270,7 +270,7 @@ def moved_by_start(
 
     Parameters
     ----------
-    scores : Scores
+    scores : Sandwich
     starts : sequence of (slice, array)
         Rows of a stretch, and slopes of its weighted errors by its start, of one size, (m, 2).
     covariance : (k, k) array

@@ -57,7 +57,7 @@ from axisid.support.errors import AxisidError, EstimationError, UsageError, is_w
 from axisid.support.progress import Progress
 
 from .checks_of_fit import judged
-from .covariance import scores_of, unseen_directions
+from .covariance import sandwich_of, unseen_directions
 from .inference import FitSearch
 from .result import OutputFit
 from .starting import (
@@ -597,7 +597,7 @@ class _FitRun:
         if not unknowns.has_prior.any():
             return None
         asked = self.weighing, unknowns, self.predictions, self.records
-        return scores_of(found, *asked, unknowns.free).effects()
+        return sandwich_of(found, *asked, unknowns.free).effects()
 
     def _weigh(self, errors: Array, effects: Array | None = None) -> None:
         """Weigh the rows of each output of each record by the inverse of what is left of them.

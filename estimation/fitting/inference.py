@@ -28,7 +28,7 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
 
-from .covariance import Scores, moved_by_start, scores_of, unseen_directions
+from .covariance import Sandwich, moved_by_start, sandwich_of, unseen_directions
 from .twins import RecordLoops, calibrated_covariance, outputs_by_noise
 
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
@@ -98,10 +98,10 @@ class FitSearch:
         """Parameters where the best search ended, by name."""
         return dict(zip(self.unknowns.names, map(float, self.best.physical), strict=True))
 
-    def scores(self, chosen: NDArray[np.bool_]) -> Scores:
+    def sandwich(self, chosen: NDArray[np.bool_]) -> Sandwich:
         """Of the chosen parameters, (P,), where the best search ended."""
         asked = self.weighing, self.unknowns, self.predictions, self.records
-        return scores_of(self.best, *asked, chosen)
+        return sandwich_of(self.best, *asked, chosen)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -128,7 +128,7 @@ class FitInference:
         What neither outputs nor what was known before show, see `unseen_directions`.
     influence : (P, n) array
         Of the errors on the parameters.
-    judged_scores : Scores
+    judged_sandwich : Sandwich
         Of the parameters that are free and not at a bound, less what noise makes in the mean.
     loops : tuple of RecordLoops or Missing
         Those of each record there, with its noise.
@@ -148,7 +148,7 @@ class FitInference:
     held: tuple[ParameterAtBound, ...] = field(repr=False)
     not_shown: tuple[Array, NDArray[np.bool_]] = field(repr=False)
     influence: Array = field(repr=False)
-    judged_scores: Scores = field(repr=False, compare=False)
+    judged_sandwich: Sandwich = field(repr=False, compare=False)
     loops: tuple[RecordLoops | Missing, ...] = field(repr=False, compare=False)
     moved: Array | Missing | None = field(repr=False)
     by_start: tuple[Array, Array] = field(repr=False)
@@ -168,12 +168,12 @@ def inferred(of: FitSearch) -> FitInference:
         unless_faulty(partial(RecordLoops.at, of.form, end.physical, i, *each))
         for i, each in enumerate(every)
     )
-    at_liberty, noise = of.scores(free), _noise(of, loops)
+    at_liberty, noise = of.sandwich(free), _noise(of, loops)
     twins = None if isinstance(noise, Missing) else noise
     common = None if twins is None else twins.mean(axis=1)
     physical, sides = _corrected(of, at_liberty, common)
     inner = free & (sides == 0)
-    judged, influence = of.scores(inner), np.zeros((len(free), len(weights)))
+    judged, influence = of.sandwich(inner), np.zeros((len(free), len(weights)))
     if inner.any():
         influence[inner] = judged.influence(weights)
     if common is not None:
@@ -209,7 +209,7 @@ def inferred(of: FitSearch) -> FitInference:
         held=held,
         not_shown=not_shown,
         influence=influence,
-        judged_scores=judged,
+        judged_sandwich=judged,
         loops=loops,
         moved=noise if twins is None else end.physical - physical,
         by_start=(by_start[0], by_start[1]),
@@ -248,7 +248,7 @@ def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Mis
 
 
 def _corrected(
-    of: FitSearch, scores: Scores, common: Array | None
+    of: FitSearch, sandwich: Sandwich, common: Array | None
 ) -> tuple[Array, NDArray[np.int8]]:
     """The parameters less what noise moves them by, and which are at a bound, (P,) each.
 
@@ -258,7 +258,7 @@ def _corrected(
     Parameters
     ----------
     of : FitSearch
-    scores : Scores
+    sandwich : Sandwich
         Of every free parameter.
     common : (n,) array or None
         What noise makes of the errors in the mean.
@@ -266,15 +266,15 @@ def _corrected(
     at, side, u = of.best.physical, of.best.at_bound, of.unknowns
     if common is None:
         return at, side
-    gradient = scores.jacobian.T @ (scores.curvature * of.weighing.weights * common)
+    gradient = sandwich.jacobian.T @ (sandwich.curvature * of.weighing.weights * common)
     # The search stands still but for what a bound holds.
-    at_bounds = scores.jacobian.T @ scores.errors + scores.known.T @ u.known_errors(at)
+    at_bounds = sandwich.jacobian.T @ sandwich.errors + sandwich.known.T @ u.known_errors(at)
     downhill = -gradient - np.where(side[u.free] != 0, at_bounds, 0.0)
     physical = at.copy()
-    physical[u.free] += scores.inverse @ downhill
+    physical[u.free] += sandwich.inverse @ downhill
     if not side.any() and np.all(((u.lower < physical) & (physical < u.upper))[u.free]):
         return physical, side
-    rows = np.vstack([np.sqrt(scores.curvature)[:, None] * scores.jacobian, scores.known])
+    rows = np.vstack([np.sqrt(sandwich.curvature)[:, None] * sandwich.jacobian, sandwich.known])
     physical, side = at.copy(), np.zeros_like(side)
     lower, upper, start = (each[u.free] for each in (u.lower, u.upper, at))
     physical[u.free], side[u.free] = bounded_quadratic_minimum(lower, upper, start, rows, downhill)
@@ -283,7 +283,7 @@ def _corrected(
 
 def _covariances(
     of: FitSearch,
-    scores: Scores,
+    sandwich: Sandwich,
     twins: Array | None,
     errors: Array,
     starts: Sequence[tuple[slice, Array]],
@@ -293,7 +293,7 @@ def _covariances(
     Parameters
     ----------
     of : FitSearch
-    scores : Scores
+    sandwich : Sandwich
         Of every free parameter.
     twins : (n, R) array or None
         What noise makes of the outputs.
@@ -302,15 +302,15 @@ def _covariances(
     starts : sequence of (slice, array)
         Of `_slopes_by_start`.
     """
-    weights, influence = of.weighing.weights, scores.influence(of.weighing.weights)
-    coloured = scores.coloured(clustered=of.horizon is not None)
-    found, iid = {"coloured": coloured.matrix}, scores.independent()
+    weights, influence = of.weighing.weights, sandwich.influence(of.weighing.weights)
+    coloured = sandwich.coloured(clustered=of.horizon is not None)
+    found, iid = {"coloured": coloured.matrix}, sandwich.independent()
     if of.horizon is None and twins is not None:
         centred = twins - twins.mean(axis=1, keepdims=True)
         estimates = -influence @ centred
-        residuals = weights[:, None] * centred + scores.jacobian @ estimates
-        by_twins = calibrated_covariance(scores, errors, estimates, residuals)
-        found["bootstrap"] = by_twins + scores.by_known()
+        residuals = weights[:, None] * centred + sandwich.jacobian @ estimates
+        by_twins = calibrated_covariance(sandwich, errors, estimates, residuals)
+        found["bootstrap"] = by_twins + sandwich.by_known()
     elif of.horizon is not None:
         # Of few windows next to nothing, as a fit makes their sum 0.
         matrix = widened(coloured.matrix, np.diag(iid))
@@ -324,7 +324,7 @@ def _covariances(
             )
             found["coloured"] = matrix + np.atleast_2d(np.cov(means)) / pairs
     for name, matrix in found.items():  # no error of a record tells what the starts of loops add
-        by_start, _ = moved_by_start(scores, starts, matrix)
+        by_start, _ = moved_by_start(sandwich, starts, matrix)
         found[name] = matrix + np.outer(by_start, by_start)
     errors_there = of.best.slopes.errors[:, None]
     doubted = [errors_there[:, :0]]
@@ -359,17 +359,17 @@ def _held(
     for j in map(int, np.flatnonzero(sides)):
         free = u.free & (sides == 0)
         free[j] = True
-        scores, place = of.scores(free), int(np.count_nonzero(free[:j]))
-        matrix = replace(scores, errors=errors).coloured().matrix
-        by_start, _ = moved_by_start(scores, starts, matrix)
+        sandwich, place = of.sandwich(free), int(np.count_nonzero(free[:j]))
+        matrix = replace(sandwich, errors=errors).coloured().matrix
+        by_start, _ = moved_by_start(sandwich, starts, matrix)
         deviation = float(np.sqrt((matrix + np.outer(by_start, by_start))[place, place]))
-        residuals = scores.errors
+        residuals = sandwich.errors
         if common is not None:
             change = of.best.slopes.jacobian @ (physical - of.best.physical)
-            residuals = residuals + scores.curvature * weights * (common + change)
-        downhill = -(scores.jacobian.T @ residuals + scores.known.T @ u.known_errors(physical))
+            residuals = residuals + sandwich.curvature * weights * (common + change)
+        downhill = -(sandwich.jacobian.T @ residuals + sandwich.known.T @ u.known_errors(physical))
         at, side = float(physical[j]), int(sides[j])
-        centre = at + float((scores.inverse @ downhill)[place])
+        centre = at + float((sandwich.inverse @ downhill)[place])
         wide = max(math.sqrt(variances[j]), deviation)
         beyond = (centre - at) / deviation if deviation > 0 else 0.0
         found.append(

@@ -143,8 +143,8 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         state = {
             n: getattr(self, n) for n in (*names, "law_shift", "lacks", "of_records", "checks")
         }
-        scores = replace(self.judged_scores, twins=None)
-        return state | {"doubts": (), "loops": (), "judged_scores": scores}
+        sandwich = replace(self.judged_sandwich, twins=None)
+        return state | {"doubts": (), "loops": (), "judged_sandwich": sandwich}
 
     @cached_property
     def axes(self) -> tuple[GeneratedAxis, ...]:
@@ -190,11 +190,6 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         """Names of each parameter that records have for themselves, by record."""
         return self.form.local
 
-    @property
-    def ends(self) -> tuple[tuple[float, Array], ...]:
-        """Cost and parameters (P,) of each search, where several were asked for."""
-        return tuple((each.cost, each.physical) for each in self.searches)
-
     @cached_property
     def of_records(self) -> tuple[RecordError, ...]:
         """What is left of each record, and in each of every output."""
@@ -205,7 +200,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
             np.zeros((len(weights), 1)),
             lambda: by_noise(self.best.physical, self.predictions, _OF_POSITION),
         )
-        models = self.judged_scores.autoregressions
+        models = self.judged_sandwich.autoregressions
         for spans, model in zip(self.predictions.spans, models, strict=True):
             every = zip(outputs, self.predictions.units, np.diag(model.variance), strict=True)
             for place, (output, unit, variance) in enumerate(every):

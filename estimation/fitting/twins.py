@@ -28,7 +28,7 @@ from axisid.estimation.twins import Chain, measured_chain, twins_of
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
 
-from .covariance import Scores
+from .covariance import Sandwich
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,13 +131,13 @@ def outputs_by_noise(
 
 
 def calibrated_covariance(
-    scores: Scores, errors: Array, estimates: Array, residuals: Array
+    sandwich: Sandwich, errors: Array, estimates: Array, residuals: Array
 ) -> Array:
     """Covariance of parameters, (k, k), by twins, the HAC covariance of scores as the pivot.
 
     Parameters
     ----------
-    scores : Scores
+    sandwich : Sandwich
     errors : (n,) array
         Weighted, of the records.
     estimates : (k, R) array
@@ -146,9 +146,9 @@ def calibrated_covariance(
         Weighted errors of the twins, less what their parameters make of them.
     """
     every = np.arange(len(errors))
-    pieces = [every[rows][scores.counted[rows]] for rows in map(record_rows, scores.spans)]
+    pieces = [every[rows][sandwich.counted[rows]] for rows in map(record_rows, sandwich.spans)]
     neighbours, chosen = RowTimes.joined([*map(RowTimes, pieces)]), np.concatenate(pieces)
-    columns = scores.jacobian[chosen] @ scores.inverse
+    columns = sandwich.jacobian[chosen] @ sandwich.inverse
 
     def deviations(errors: Array) -> Array:
         products = partial(score_products, columns * errors[chosen, None], neighbours)

@@ -298,20 +298,21 @@ def with_drive(
             return replace(start, memory=memory)
         memory = memory[: -len(response.remembered)]
     late = response.late if axis.axis.drive.logged == "applied" else 0
-    pending = len(response.forces) - response.keeps_force
-    # The newest first; those that act before the record are taken for the first that does in it.
-    ahead = [max(late - 1 - i, 0) for i in range(pending)] + [0] * response.keeps_force
-    rows = np.minimum(first + np.array(ahead, dtype=np.intp), span[1] - 1)
+    # The newest first; those that act before the record are taken for the first that does in it,
+    # as is the force that is there.
+    ahead = np.maximum(late - 1 - np.arange(len(response.forces)), 0)
+    ahead[len(ahead) - response.keeps_force :] = 0
+    rows = np.minimum(first + ahead, span[1] - 1)
     controls, path = np.asarray(record.control)[rows], axis.axis.drive.path
     last = float(np.asarray(record.control)[first])
     if axis.axis.drive.logs_what_acts:
         last = path.command(last)
     else:
         controls = np.array([path.end(float(each)) for each in controls])
-    still = np.full(len(rows), start.position), np.full(len(rows), start.velocity)
-    made = drive_force(axis, controls, *still, tuple(values[rows] for values in signals))
-    kept = np.append(controls[:-1], made[-1]) if response.holds_control else made
-    return replace(start, memory=np.concatenate([memory, [last] * path.is_limited, kept]))
+    motion = np.full(len(rows), start.position), np.full(len(rows), start.velocity)
+    forces = drive_force(axis, controls, *motion, tuple(values[rows] for values in signals))
+    pending = np.append(controls[:-1], forces[-1]) if response.holds_control else forces
+    return replace(start, memory=np.concatenate([memory, [last] * path.is_limited, pending]))
 
 
 def state_at_rest(axis: GeneratedAxis, ticks: LawTicks) -> Array:

@@ -173,17 +173,14 @@ class LoopPredictions(Predictions):
         outputs: str | Sequence[str],
     ) -> None:
         names = (outputs,) if isinstance(outputs, str) else outputs
-        found = [
-            [measured_output(name, *pair) for name in names]
-            for pair in zip(axes, records, strict=True)
-        ]
-        self.units = tuple(each.unit for each in found[0])
-        self._signals = [each.signal for each in found[0]]
-        smooth = [unrounded(axis, native=axis.native.enabled) for axis in axes]
-        every = enumerate(zip(smooth, records, found, strict=True))
-        self.stretches = [stretch for i, each in every for stretch in _stretches(i, *each)]
+        self.stretches: list[Stretch] = []
+        for number, (axis, record) in enumerate(zip(axes, records, strict=True)):
+            measured = [measured_output(name, axis, record) for name in names]
+            smooth = unrounded(axis, native=axis.native.enabled)
+            self.stretches += _stretches(number, smooth, record, measured)
+            self.units = tuple(each.unit for each in measured)
+            self.step = max(self.step, sensor_steps(axis, record)[0])
         super().__init__(form, records, self.stretches)
-        self.step = max(sensor_steps(*pair)[0] for pair in zip(axes, records, strict=True))
 
     def outputs_of(
         self,
@@ -193,7 +190,7 @@ class LoopPredictions(Predictions):
         """See `Predictions.outputs_of`."""
         return np.concatenate(
             [
-                interleaved([getattr(each, signal)[first:last] for signal in self._signals])
+                interleaved([getattr(each, name)[first:last] for name in self.stretches[0].outputs])
                 for each in records
                 for first, last in each.spans
             ]
@@ -252,20 +249,20 @@ class LoopPredictions(Predictions):
 
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """See `Predictions.slopes_by_law`."""
-        found = [slopes_by_law(*self._at(each, physical)) for each in self.stretches]
-        shared = [name for name in found[0] if all(name in each for each in found)]
-        return {name: np.concatenate([each[name] for each in found]) for name in shared}
+        slopes = [slopes_by_law(*self._at(each, physical)) for each in self.stretches]
+        shared = [name for name in slopes[0] if all(name in each for each in slopes)]
+        return {name: np.concatenate([each[name] for each in slopes]) for name in shared}
 
     def velocities(self, physical: Array) -> tuple[Array, ...]:
         """See `Predictions.velocities`."""
-        found: list[list[Array]] = [[] for _ in self.samples]
+        velocities: list[list[Array]] = [[] for _ in self.samples]
         for each in self.stretches:
-            at, own = self._at(each, physical)
-            loop = at.simulated(own[None, :], at.inputs, ["velocity"])
+            at, theta = self._at(each, physical)
+            loop = at.simulated(theta[None, :], at.inputs, ["velocity"])
             if loop.failures or at.inputs.clocks is not None:
                 return ()
-            found[each.record].append(loop["velocity"][:, 0])
-        return tuple(map(np.concatenate, found))
+            velocities[each.record].append(loop["velocity"][:, 0])
+        return tuple(map(np.concatenate, velocities))
 
     def _errors(self, physical: Array) -> Iterator[tuple[Array, Mapping[int, str]]]:
         gains = gains_in(self._form, physical)
@@ -321,16 +318,14 @@ def slopes_by_law(stretch: Stretch, own: Array) -> Mapping[str, Array]:
     law, inputs = stretch.axis.axis.control, stretch.inputs
     if law is None or law.continuous:
         return {}
-    alone = replace(inputs, clocks=None)
     wanted = ("position", "velocity")
-    loop = stretch.simulated(own[None, :], alone, wanted)
+    loop = stretch.simulated(own[None, :], replace(inputs, clocks=None), wanted)
     if loop.failures:
         return {}
     position, velocity = (loop[name][:, 0] for name in wanted)
     ticks = LawTicks.at_samples(inputs.reference, position, velocity, inputs.signals)
-    memory = inputs.start.memory
     # The loop's memory has the drive's behind the law's, whose terms do not depend on it.
-    count = law_memory(stretch.axis)
+    memory, count = inputs.start.memory, law_memory(stretch.axis)
     start = state_at_rest(stretch.axis, ticks) if memory is None else np.asarray(memory)[:count]
     terms = applied_terms(stretch.axis, ticks, start)
     # They are those that are applied; what is injected is applied as late as they are.
@@ -343,8 +338,7 @@ def slopes_by_law(stretch: Stretch, own: Array) -> Mapping[str, Array]:
         return {}
     more, less = np.split(out, 2, axis=1)
     slopes = stretch.counted[:, None] * (more - less) / (2 * _ADDED_SHARE)
-    names = [str(product) for product, _ in law.terms]
-    return dict(zip(names, slopes.T, strict=True))
+    return {str(gains): each for (gains, _), each in zip(law.terms, slopes.T, strict=True)}
 
 
 # The records of a fit have one axis, or few, and to build one may compile its loop. Of two that are

@@ -93,8 +93,8 @@ class _Windows:
 
     def cut(self, values: Array) -> Array:
         """Values of the record's samples, (N,), as windows have them, (N, w)."""
-        own = values[self.first : self.first + self.position.size]
-        return np.ascontiguousarray(own.reshape(self.count, -1).T)
+        inside = values[self.first : self.first + self.position.size]
+        return np.ascontiguousarray(inside.reshape(self.count, -1).T)
 
     def inputs(self, states: Array) -> LoopInputs:
         """Of the windows, once or several times, from states (2, B w)."""
@@ -131,8 +131,8 @@ class _Windows:
     def rows(self, errors: Array) -> Array:
         """Errors (N, B, w) as rows, window after window, (w N, B), less what first states make."""
         inner = np.einsum("wnk,nbw->wkb", self.basis, errors)
-        left = errors - np.einsum("wnk,wkb->nbw", self.basis, inner)
-        return np.asarray(left.transpose(2, 0, 1).reshape(-1, errors.shape[1]))
+        net = errors - np.einsum("wnk,wkb->nbw", self.basis, inner)
+        return np.asarray(net.transpose(2, 0, 1).reshape(-1, errors.shape[1]))
 
 
 class WindowPredictions(Predictions):
@@ -198,11 +198,9 @@ class WindowPredictions(Predictions):
 
     def _errors(self, physical: Array) -> Iterator[tuple[Array, dict[int, str]]]:
         """Errors of windows; those of a trial alone start where its own errors are least."""
-        for windows in self._windows:
-            own = np.array([self._form.own(lane, windows.record) for lane in physical])
-            w = windows
+        for w in map(replace, self._windows):
+            own = np.array([self._form.own(lane, w.record) for lane in physical])
             if len(own) == 1:
-                w = replace(windows)
                 try:
                     _follow(w, own[0])
                 except EstimationError as error:
@@ -219,17 +217,16 @@ class WindowPredictions(Predictions):
         EstimationError
             A window cannot be simulated.
         """
-        controls = [_control(*pair) for pair in zip(self._axes, records, strict=True)]
-        pieces = []
-        for w in self._windows:
-            position = w.cut(records[w.record].position)
-            other = replace(w, position=position, control=w.cut(controls[w.record]))
+        controls, pieces = [*map(_control, self._axes, records)], []
+        for each in self._windows:
+            position = each.cut(records[each.record].position)
+            w = replace(each, position=position, control=each.cut(controls[each.record]))
             own = np.asarray(self._form.own(physical, w.record))
-            _begin(other, own)
-            errors, failed = other.errors(own[None])
+            _begin(w, own)
+            errors, failed = w.errors(own[None])
             if failed:
                 raise EstimationError(failed[0], code="simulation")
-            pieces.append(other.rows(errors))
+            pieces.append(w.rows(errors))
         return -np.concatenate(pieces)[:, 0]
 
     def steady_horizon(self, physical: Array) -> float:
@@ -247,17 +244,17 @@ class WindowPredictions(Predictions):
         halvings = max(math.ceil(math.log2(longest / _SHORTEST)), 0)
         # What grows no faster in the shortest may last through the longest: sinh(x)/x is below e^x.
         slow = math.log(MAX_GROWTH.value) * 0.5**halvings
-        found = 0.5 * longest * 0.5**halvings
+        steady = 0.5 * longest * 0.5**halvings
         for k in reversed(range(halvings + 1)):
             asked = longest * 0.5**k
             windows = WindowPredictions(self._form, self._axes, self._records, asked)
             windows.settle(physical)
             grown = max(_growth(w, self._form.own(physical, w.record)) for w in windows._windows)
             if grown > MAX_GROWTH.value:
-                return found
+                return steady
             if k == halvings and grown <= math.sinh(slow) / slow:
                 break
-            found = asked
+            steady = asked
         return self.horizon
 
 
@@ -298,8 +295,8 @@ def _follow(w: _Windows, own: Array) -> None:
         errors, back = _step_back(w, own)
         tried = w.first_states[:, None, :] - _SHARES[:, None] * (back * w.steps).T[:, None, :]
         here = np.einsum("nw,nw->w", errors, errors)
-        found, failed = w.errors(np.tile(own, (len(_SHARES), 1)), tried.reshape(2, -1))
-        there = np.einsum("nbw,nbw->bw", found, found)
+        errors, failed = w.errors(np.tile(own, (len(_SHARES), 1)), tried.reshape(2, -1))
+        there = np.einsum("nbw,nbw->bw", errors, errors)
         there[[*failed]] = np.inf
         best, every = there.argmin(axis=0), np.arange(w.count)
         less = there[best, every] < here
@@ -314,23 +311,22 @@ def _begin(w: _Windows, own: Array) -> None:
     Near rest the errors have several least values: another velocity is tried about each window's.
     """
     _follow(w, own)
-    lines = [  # through fewer samples
+    slopes = [  # of lines through fewer samples
         polyfit(w.period * np.arange(n), w.position[:n], 1)[1]
         for n in _OF_FEW
         if n <= len(w.position)
     ]
-    other = np.vstack([*lines, np.zeros(w.count)])
-    sets = 1 + len(other)
+    sets = 2 + len(slopes)
     tried = np.tile(w.first_states[:, None, :], (1, sets, 1))
-    tried[1, 1:] = other
+    tried[1, 1:] = [*slopes, np.zeros(w.count)]
     errors, failed = w.errors(np.tile(own, (sets, 1)), tried.reshape(2, -1))
-    off = errors.sum(axis=0) / np.maximum(w.counted.sum(axis=0), 1.0)  # as another position leaves
-    errors -= off * w.counted[:, None, :]
+    mean = errors.sum(axis=0) / np.maximum(w.counted.sum(axis=0), 1.0)  # as another position leaves
+    errors -= mean * w.counted[:, None, :]
     squares = np.einsum("nbw,nbw->bw", errors, errors)
     squares[[*failed]] = np.inf
     best, every = squares.argmin(axis=0), np.arange(w.count)
     less = squares[best, every] < _OTHER * squares[0]
-    tried[0] -= off
+    tried[0] -= mean
     w.first_states = np.where(less, tried[:, best, every], w.first_states)
     if less.any():
         _follow(w, own)

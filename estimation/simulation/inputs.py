@@ -95,10 +95,10 @@ class TwoClocks:
         until = np.concatenate([0 * values[:1], np.cumsum(values, axis=0)])
         edges = np.append(self.times, self.times[-1] + self.law_period / self.log_period)
         inside = np.clip(edges, 0, len(values))
-        spent, apart = np.diff(_straight(inside, until), axis=0), np.diff(inside)
-        found = self.held(values)  # beyond the log it stays
-        found[apart > 0] = (spent[apart > 0].T / apart[apart > 0]).T
-        return found
+        integrals, spans = np.diff(_straight(inside, until), axis=0), np.diff(inside)
+        mean = self.held(values)  # beyond the log it stays
+        mean[spans > 0] = (integrals[spans > 0].T / spans[spans > 0]).T
+        return mean
 
     def held(self, values: Array) -> Array:
         """What is held from a sample of the log to the next, where the law is evaluated, (M,)."""
@@ -109,8 +109,7 @@ class TwoClocks:
 def _straight(times: Array, values: Array) -> Array:
     """What runs straight between samples, (N, ...), at times in samples, (M, ...)."""
     rows = np.arange(len(values))
-    found = np.apply_along_axis(lambda column: np.interp(times, rows, column), 0, values)
-    return np.asarray(found)
+    return np.asarray(np.apply_along_axis(lambda column: np.interp(times, rows, column), 0, values))
 
 
 def law_of(axis: GeneratedAxis) -> ControlLaw:
@@ -337,13 +336,12 @@ class LoopInputs:
         """Those of some lanes, or of one, where the start has a value for each."""
         start = self.start
         memory = None if start.memory is None else np.ascontiguousarray(start.memory[chosen])
-        own = LoopStart(
-            position=start.position[chosen], velocity=start.velocity[chosen], memory=memory
-        )
         return replace(
             self,
             reference=_of_lanes(self.reference, chosen),
-            start=own,
+            start=LoopStart(
+                position=start.position[chosen], velocity=start.velocity[chosen], memory=memory
+            ),
             noise=None if self.noise is None else _of_lanes(self.noise, chosen),
             injected=None if self.injected is None else _of_lanes(self.injected, chosen),
             signals=tuple(_of_lanes(values, chosen) for values in self.signals),
@@ -403,10 +401,10 @@ def _controls(axis: GeneratedAxis, position: float, *recorded: float) -> tuple[f
     size = axis.functions["control_law"].size1_in("state")
     begin = axis.functions["control_start"](position, position, *recorded).full().ravel()
     read = position + np.array([[0.0, _OFF], [0.0, 0.0]])
-    beside = (np.zeros(2), *np.broadcast_to(np.array(recorded)[:, None], (len(recorded), 2)))
+    signals = np.repeat([[0.0], *([value] for value in recorded)], 2, axis=1)  # velocity first
     memory, answers = np.tile(begin[:size], (2, 1)), list[Array]()
     for _ in range(size + 2):  # a delay answers late
-        control, memory = axis.evaluate("control_law", *read, *beside, memory)
+        control, memory = axis.evaluate("control_law", *read, *signals, memory)
         answers.append(control[:, 0])
     still, behind = max(answers, key=lambda pair: float(abs(pair[1] - pair[0])))
     return float(still), float(behind)

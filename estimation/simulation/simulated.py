@@ -134,8 +134,8 @@ def forces_about(axis: GeneratedAxis, simulation: Simulation) -> tuple[Array, Ar
     if response.by_motion:
         half = response.period / 2
         position, velocity = position + half * velocity, velocity + half * s.acceleration
-    made = drive_force(axis, acting, position, velocity, s.recorded)
-    mean = acting_along(made, response, start=float(s.force[0])).mean
+    force = drive_force(axis, acting, position, velocity, s.recorded)
+    mean = acting_along(force, response, start=float(s.force[0])).mean
     return mean, _one_later(s.force if axis.axis.holds_force else mean)
 
 
@@ -207,8 +207,8 @@ def lane_starts(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> L
         return starts
     every = replace(inputs, start=starts, log=None)
     alone = zip(map(every.lanes, range(lanes)), parameters, strict=True)
-    found = [loop_start(axis_of(axis, own), theta, own).memory for own, theta in alone]
-    return replace(starts, memory=np.array(found))
+    memories = [loop_start(axis_of(axis, lane), theta, lane).memory for lane, theta in alone]
+    return replace(starts, memory=np.array(memories))
 
 
 def _balance(
@@ -224,14 +224,14 @@ def _balance(
     computed, slopes = _computed(axis)
     state = state.copy()
     for _ in range(_STEPS):
-        off = control - float(computed(*signals, state))
-        if abs(off) <= _CLOSE * abs(control):
+        residual = control - float(computed(*signals, state))
+        if abs(residual) <= _CLOSE * abs(control):
             break
-        along = slopes(*signals, state).full().ravel()[free]
-        size = float(along @ along)
+        gradient = slopes(*signals, state).full().ravel()[free]
+        size = float(gradient @ gradient)
         if not 0 < size < math.inf:
             break
-        state[free] += off / size * along
+        state[free] += residual / size * gradient
     if law.delay:
         state[count:] = float(computed(*signals, state))
     return state

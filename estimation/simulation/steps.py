@@ -79,20 +79,19 @@ def at_rest(
     """
     library = axis.native.evaluator("from_rest")
     if library is None:
-        cases = _from_rest(axis, parameters, position, recorded)
+        accelerations = _from_rest(axis, parameters, position, recorded)
     else:
-        beside = [np.broadcast_to(values, len(position)) for values in recorded]
-        signals = np.array(beside, dtype=float).reshape(-1, len(position)).T
-        found, rates = library.from_rest(
+        lanes = [np.broadcast_to(values, len(position)) for values in recorded]
+        signals = np.array(lanes, dtype=float).reshape(-1, len(position)).T
+        accelerations, rates = library.from_rest(
             *map(np.ascontiguousarray, (position, signals, parameters))
         )
-        cases = found.T
     if axis.has_sides:
         rates = np.zeros((len(position), 1))
     elif library is None or axis.states:  # the compiled start has no rates of internal states
         rates = _rates_at_start(axis, parameters, position, recorded)
     with np.errstate(invalid="ignore"):
-        push, rest, forward, backward = cases
+        push, rest, forward, backward = accelerations.T
         pushed, rounding = push - rest, _ROUNDING * (abs(forward) + abs(backward))
         has_mass = (pushed > 0) & (pushed < np.inf) & np.isfinite(parameters).all(axis=1)
         return has_mass, ~(forward - backward > rounding), rates.max(axis=1)
@@ -104,14 +103,14 @@ def _from_rest(
     position: Array,
     recorded: Recorded,
 ) -> Array:
-    """Accelerations at rest for each of the cases, (4, B)."""
+    """Accelerations at rest for each of the cases, (B, 4)."""
     cases, lanes = len(_PUSHES), len(position)
     forces, directions = np.repeat(_PUSHES, lanes), np.repeat(_DIRECTIONS, lanes)
     motion = np.tile(position, cases), np.zeros(len(forces)), forces, directions
     beside = (np.tile(np.broadcast_to(s, lanes), cases) for s in recorded)
     sets = np.tile(parameters, (cases, 1))
     accelerations = axis.evaluate("direct_dynamics", *motion, *beside, sets)[0]
-    return np.asarray(accelerations.reshape(cases, lanes))
+    return np.asarray(accelerations.reshape(cases, lanes).T)
 
 
 def has_constant_substeps(axis: GeneratedAxis) -> bool:

@@ -56,11 +56,11 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
         time = period * np.arange(taken + 1, count + 1, dtype=np.float64) - begin
         travelled = np.zeros_like(time)
         if speed:
-            left = np.maximum(2 * ramp + cruise - time, 0)
+            remaining = np.maximum(2 * ramp + cruise - time, 0)
             travelled = np.select(
                 [time < ramp, time < ramp + cruise],
                 [speed / ramp * time**2 / 2, speed * (time - ramp / 2)],
-                speed * (ramp + cruise) - speed / ramp * left**2 / 2,
+                speed * (ramp + cruise) - speed / ramp * remaining**2 / 2,
             )
         pieces.append(start + np.sign(move.distance) * travelled)
         begin, start, taken = end, start + move.distance, count
@@ -161,8 +161,7 @@ def twin_plan(
     """
     generated = as_generated(axis)
     declared = generated.axis
-    experiment, law = _planned(declared, sample_period)
-    period = law.period if sample_period is None else sample_period
+    experiment, law, period = _planned(declared, sample_period)
     reference = trajectory(experiment.moves, period)
     if len(reference) < MIN_RECORD_SAMPLES.value:
         raise UsageError(
@@ -175,9 +174,9 @@ def twin_plan(
     added = optional_array(injected, "the injected signal", reference.shape)
     of_time = generated.experiment_signals(period * np.arange(float(len(reference))))
     recorded = {**of_time, **(signals or {})}
-    if untold := [s.name for s in declared.signals if s.name not in recorded]:
+    if missing := [s.name for s in declared.signals if s.name not in recorded]:
         raise UsageError(
-            f"axis {declared.name!r} has the recorded signals {', '.join(untold)}, and nothing "
+            f"axis {declared.name!r} has the recorded signals {', '.join(missing)}, and nothing "
             "says what they are in its twin; give a record, signals=..., or declare them in the "
             "experiment.",
             code="twin",
@@ -282,8 +281,8 @@ class TwinPlan:
         if law is not None and law.reference_between:
             commanded = clocks.reference(self.reference)
         else:
-            made = trajectory(self.experiment.moves, clocks.law_period)
-            commanded = made[np.minimum(np.arange(len(clocks.times)), len(made) - 1)]
+            moves = trajectory(self.experiment.moves, clocks.law_period)
+            commanded = moves[np.minimum(np.arange(len(clocks.times)), len(moves) - 1)]
         return commanded if added is None else commanded + clocks.held(added)
 
     def record(
@@ -318,8 +317,8 @@ class TwinPlan:
         return about_samples(loop.acceleration, [0]) if axis.jumps else loop.acceleration
 
 
-def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, ControlLaw]:
-    """The axis's experiment and law; refused where one is missing, or it takes too long."""
+def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, ControlLaw, float]:
+    """Experiment, law and period of the log, s; refused where one is missing, or takes too long."""
     experiment, law = axis.experiment, axis.control
     if experiment is None or law is None:
         missing = "experiment" if experiment is None else "control law"
@@ -328,9 +327,9 @@ def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, Contr
             f"declare {'experiment' if experiment is None else 'control'}=...",
             code="twin",
         )
-    period = law.period
-    if sample_period is not None and is_real(sample_period) and sample_period > 0:
-        period = min(period, sample_period)
+    logged = law.period if sample_period is None else sample_period
+    check_sample_period(logged)
+    period = min(law.period, logged)
     samples = sum(move.duration for move in experiment.moves) / period
     if not samples <= _MOST_SAMPLES:
         raise ModelError(
@@ -339,7 +338,7 @@ def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, Contr
             "the drive in seconds).",
             code="twin",
         )
-    return experiment, law
+    return experiment, law, logged
 
 
 def _check_held(axis: GeneratedAxis, truth: Array, start: float) -> None:
