@@ -12,7 +12,6 @@ from axisid import (
     Record,
     build,
     identify,
-    load_axis,
     simulate,
     twin_record,
 )
@@ -31,7 +30,6 @@ from axisid.estimation.twins.chain import (
 )
 from axisid.estimation.twins.measured_chain import control_step, likeliest_variances
 from axisid.estimation.twins.twins import twin_of, twins_of
-from axisid.support.arrays import Array
 from benchmarks.machines import Machine, autoregressive, white
 from tests.axes.bodies import body, force_law
 from tests.refusals import refuses
