@@ -329,7 +329,7 @@ def _searched(
         others = _predictions(replace(form, axes=axes), records, outputs, first_at, horizon)
         at = unknowns.inside(first_at, unknowns.scale(first_at, begins[0].size))
         predictions.follow_time(others, at, value, step)
-    rests = Rests() if keeps_rests else Rests.of(form, records)
+    rests = {} if keeps_rests else _rests(form, records)
     run = _FitRun(form, records, predictions, unknowns, loss, weights, progress, rests)
     first, begun, lost = run.first(begins)
     ends = run.searches(first, begun, starts, np.random.default_rng(seed))
@@ -352,7 +352,7 @@ def _searched(
         seed=seed,
         known=tuple(known),
         doubts=tuple(doubts),
-        rests_count=rests.count,
+        rests_count=any(d.rows_near_turns.any() for d in rests.values() if not d.excluded),
         alone=run.alone,
     )
 
@@ -383,75 +383,30 @@ def _steady_horizon(form: ExtendedForm, records: Sequence[Record], physical: Arr
         return None
 
 
-@dataclass(frozen=True, slots=True)
-class Rests:
-    """What is near a rest or a reversal of records, or of their simulated loops.
+def _rests(form: ExtendedForm, records: Sequence[Record]) -> dict[int, FilteredRecord]:
+    """Records of which a fit leaves out what is near a rest or a reversal, by number.
 
-    A fit leaves it out as regressions leave out rows. At rest friction takes any force, so that
-    such samples tell nothing of the parameters; under a law with an integral the control is
-    undetermined there. Behind an encoder they mislead: it is silent at rest, and record and loop
-    come to rest and leave it at different times.
+    Of these, or of their simulated loops, as regressions leave out rows, under the default filter,
+    which says how near. At rest friction takes any force, so that such samples tell nothing of the
+    parameters; under a law with an integral the control is undetermined there. Behind an encoder
+    they mislead: it is silent at rest, and record and loop come to rest and leave it at different
+    times.
 
-    Attributes
-    ----------
-    data : mapping of int to FilteredRecord
-        By record, under the default filter, which says how near; none of records whose samples are
-        all kept.
+    Nothing is left out of any where they together show too little without it. Friction that
+    remembers is shown near reversals alone, and records that are too short for the filter are kept
+    whole.
     """
-
-    data: Mapping[int, FilteredRecord] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, form: ExtendedForm, records: Sequence[Record]) -> "Rests":
-        """Those of records; none where these together show too little without them.
-
-        Friction that remembers is shown near reversals alone,
-        and records that are too short for the filter are kept whole.
-        """
-        served = list[int]()
-        for i, (axis, record) in enumerate(zip(form.axes, records, strict=True)):
-            if not axis.states:
-                with suppress(AxisidError):
-                    FilteredRecord.bind(axis, record, Prefilter(reversals="keep"))
-                    served.append(i)
-        if not served:
-            return cls()
-        axes, of_all = [form.axes[i] for i in served], [form.of_model.slopes(i) for i in served]
-        data = bound_records(axes, [records[i] for i in served], Prefilter(), of_all)
-        return cls(dict(zip(served, data, strict=True)))
-
-    @property
-    def count(self) -> bool:
-        """Whether samples near rests count, as without them a parameter is hardly shown."""
-        return any(d.rows_near_turns.any() for d in self.data.values() if not d.excluded)
-
-    def counted(self, predictions: Predictions, physical: Array | None = None) -> Array:
-        """1 for rows that count, 0 near rests of the records, and of their loops there, (n,).
-
-        Parameters
-        ----------
-        predictions : Predictions
-        physical : (P,) array, optional
-            Of the loops; without it rests are those of the records. A loop that never moves is none
-            of a record that does.
-        """
-        if not any(data.excluded for data in self.data.values()):
-            return predictions.counted
-        with np.errstate(all="ignore"):
-            loops = () if physical is None else predictions.velocities(physical)
-        counted = predictions.counted.copy()
-        for r, data in self.data.items():
-            samples = predictions.samples[r]
-            near = covered(data.excluded, len(data))[samples]
-            if data.excluded and loops:
-                velocity = np.zeros(len(data))
-                velocity[samples] = loops[r]
-                turns = data.excluded + data.sampling.turns(velocity, data.fastest)
-                either = covered(turns, len(data))[samples]
-                near = near if either.all() else either
-            rows = record_rows(predictions.spans[r])
-            counted[rows][np.repeat(near, len(predictions.units))] = 0.0
-        return counted
+    served = list[int]()
+    for i, (axis, record) in enumerate(zip(form.axes, records, strict=True)):
+        if not axis.states:
+            with suppress(AxisidError):
+                FilteredRecord.bind(axis, record, Prefilter(reversals="keep"))
+                served.append(i)
+    if not served:
+        return {}
+    axes, of_all = [form.axes[i] for i in served], [form.of_model.slopes(i) for i in served]
+    data = bound_records(axes, [records[i] for i in served], Prefilter(), of_all)
+    return dict(zip(served, data, strict=True))
 
 
 @dataclass
@@ -465,7 +420,7 @@ class _FitRun:
     loss: str
     given: tuple[float, ...]  # weights of the outputs, NaN where they are found
     progress: Progress | None
-    rests: Rests
+    rests: Mapping[int, FilteredRecord]
     scale: Array = field(init=False)
     counted: Array = field(init=False)
     weighing: WeightedLoss = field(init=False)
@@ -487,13 +442,40 @@ class _FitRun:
             raise EstimationError(
                 f"the fit cannot start: {why[0]}{self._suspects(begins[0])}", code="fit"
             )
-        self.counted = self.rests.counted(self.predictions)
+        self.counted = self._counted()
         self._weigh(tried[0][2])
         first, at, errors, self.scale, before = min(
             tried, key=lambda each: cost_of(each[1], each[2], self.unknowns, self.weighing)
         )
         self._weigh(errors)
         return first, at, before
+
+    def _counted(self, physical: Array | None = None) -> Array:
+        """1 for rows that count, 0 near rests of the records, and of their loops there, (n,).
+
+        Parameters
+        ----------
+        physical : (P,) array, optional
+            Of the loops; without it rests are those of the records. A loop that never moves is none
+            of a record that does.
+        """
+        counted = self.predictions.counted.copy()
+        if not any(data.excluded for data in self.rests.values()):
+            return counted
+        with np.errstate(all="ignore"):
+            loops = () if physical is None else self.predictions.velocities(physical)
+        for r, data in self.rests.items():
+            samples = self.predictions.samples[r]
+            near = covered(data.excluded, len(data))[samples]
+            if data.excluded and loops:
+                velocity = np.zeros(len(data))
+                velocity[samples] = loops[r]
+                turns = data.excluded + data.sampling.turns(velocity, data.fastest)
+                either = covered(turns, len(data))[samples]
+                near = near if either.all() else either
+            rows = record_rows(self.predictions.spans[r])
+            counted[rows][np.repeat(near, len(self.predictions.units))] = 0.0
+        return counted
 
     def _suspects(self, begin: FitStart) -> str:
         """What may be wrong where no loop can start: what of it is below its bounds, or the law."""
@@ -582,7 +564,7 @@ class _FitRun:
         needs_weights = several or self.loss != SQUARES or bool(u.has_prior.any())
         for _ in range(_PASSES):
             before, counted = self.weighing.weights, self.counted
-            self.counted = self.rests.counted(self.predictions, found.physical)
+            self.counted = self._counted(found.physical)
             self._weigh(found.slopes.errors, self._effects(found, u))
             changes = np.abs(self.weighing.weights - before)
             settled = not needs_weights or bool(np.all(changes <= _SETTLED * before))

@@ -163,10 +163,9 @@ def inferred(of: FitSearch) -> FitInference:
     it are enough.
     """
     end, weights, free = of.best, of.weighing.weights, of.unknowns.free
-    every = zip(of.form.axes, of.records, strict=True)
     loops = tuple(
-        unless_faulty(partial(RecordLoops.at, of.form, end.physical, i, *each))
-        for i, each in enumerate(every)
+        unless_faulty(partial(RecordLoops.at, of.form, end.physical, place, record))
+        for place, record in enumerate(of.records)
     )
     at_liberty, noise = of.sandwich(free), _noise(of, loops)
     twins = None if isinstance(noise, Missing) else noise

@@ -162,8 +162,8 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @property
     def bounds(self) -> Mapping[str, tuple[float, float]]:
         """That were in force."""
-        ends = zip(self.unknowns.lower.tolist(), self.unknowns.upper.tolist(), strict=True)
-        return dict(zip(self.names, ends, strict=True))
+        u = self.unknowns
+        return {n: (float(a), float(b)) for n, a, b in zip(u.names, u.lower, u.upper, strict=True)}
 
     @property
     def fixed(self) -> Mapping[str, float]:

@@ -16,7 +16,6 @@ from operator import is_
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics.control_law import FoundGains, LawCheck, check_found_law
 from axisid.estimation.parameters import ExtendedForm, axis_at
 from axisid.estimation.predictions import Predictions, record_rows
@@ -51,9 +50,7 @@ class RecordLoops:
     quiet: Record
 
     @classmethod
-    def at(
-        cls, form: ExtendedForm, found: Array, place: int, axis: GeneratedAxis, record: Record
-    ) -> "RecordLoops":
+    def at(cls, form: ExtendedForm, physical: Array, place: int, record: Record) -> "RecordLoops":
         """Simulate the loops of the record at a place with parameters (P,), and measure its noise.
 
         Raises
@@ -61,14 +58,14 @@ class RecordLoops:
         EstimationError
             There are too few rows, or its loops cannot be simulated.
         """
-        axis, physical = axis_at(axis, form, found), form.own(found, place)
+        axis, theta = axis_at(form.axes[place], form, physical), form.own(physical, place)
         # Friction that remembers has no rows near turns that others would do without.
         prefilter = Prefilter(reversals="keep" if axis.states else None)
         data = FilteredRecord.bind(axis, record, prefilter)
         data = data.by_position or data
-        loops = recorded_loops(data, physical)
-        chain, quiet = measured_chain(data, physical, loops), noise_free_record(data, loops).record
-        return cls(data=data, physical=physical, chain=chain, quiet=quiet)
+        loops = recorded_loops(data, theta)
+        chain, quiet = measured_chain(data, theta, loops), noise_free_record(data, loops).record
+        return cls(data=data, physical=theta, chain=chain, quiet=quiet)
 
     def twins(self, chain: Chain, count: int, *, paired: bool) -> list[Record]:
         """As many with a chain's noise as can be simulated; of a silent one all are quiet."""

@@ -90,7 +90,7 @@ class LawAlong:
         cls, axis: GeneratedAxis, law: ControlLaw, ticks: LawTicks, record: Record
     ) -> "LawAlong":
         """A law, which need not be the axis's, along a record of one piece with a control."""
-        own = axis.axis.control
+        declared = axis.axis.control
         control = np.asarray(record.control) - as_logged(axis, ticks.added_at_samples(law.delay))
         # Behind a lag nothing tells where the command was at its limit.
         hidden = axis.axis.response is not None and axis.axis.drive.logged == "current"
@@ -103,7 +103,7 @@ class LawAlong:
             functions=law_functions(law, axis.axis.signal_symbols),
             logged=partial(commands_as_logged, axis),
             sloped=partial(commands_as_logged, axis, steps=False),
-            late=late_in_log(axis) + law.delay - (0 if own is None else own.delay),
+            late=late_in_log(axis) + law.delay - (0 if declared is None else declared.delay),
         )
 
     @property
@@ -123,8 +123,7 @@ class LawAlong:
         """
         places = [*range(len(point.gains))] if free is None else [*free]
         steps = np.diag(_STEP * np.abs(point.gains))[places]
-        ends = [[replace(point, gains=point.gains + s) for s in (step, -step)] for step in steps]
-        return self._slopes(ends) * np.sign(point.gains[places])
+        return self._slopes(point, "gains", steps) * np.sign(point.gains[places])
 
     def slope_by_rest(self, point: LawPoint) -> Array:
         """How that changes with the logarithm of a factor of all that no gain multiplies, (N,)."""
@@ -136,18 +135,17 @@ class LawAlong:
         """How that changes with each memory at the start, (N, m); by 0 where that hardly shows."""
         sizes = np.abs(self._run(point)[0]).max(axis=0, initial=0.0)
         sizes = np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
-        steps = np.diag(_STEP * sizes)
-        ends = [[replace(point, start=point.start + s) for s in (step, -step)] for step in steps]
-        slopes = self._slopes(ends) / sizes
+        slopes = self._slopes(point, "start", np.diag(_STEP * sizes)) / sizes
         effect = np.linalg.norm(slopes[_SETTLED:], axis=0) * sizes
         slopes[:, effect <= MIN_MEMORY_EFFECT * float(np.linalg.norm(self.control))] = 0.0
         return slopes
 
-    def _slopes(self, ends: Sequence[Sequence[LawPoint]]) -> Array:
-        """Slopes of the output between two points each, by steps of `_STEP`, (N, k)."""
-        slopes = np.empty((len(self.control), len(ends)))
-        for column, pair in zip(slopes.T, ends, strict=True):
-            more, less = (self.sloped(self._applied(point)) for point in pair)
+    def _slopes(self, point: LawPoint, name: str, steps: Array) -> Array:
+        """Slopes of the output by the gains or the start, by steps (k, g) of `_STEP`, (N, k)."""
+        slopes, at = np.empty((len(self.control), len(steps))), getattr(point, name)
+        for column, step in zip(slopes.T, steps, strict=True):
+            ends = (replace(point, **{name: at + s}) for s in (step, -step))
+            more, less = (self.sloped(self._applied(end)) for end in ends)
             column[:] = (more - less) / (2 * _STEP)
         return slopes
 
