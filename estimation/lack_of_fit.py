@@ -389,8 +389,7 @@ def _hac_excess(
 def _long_run(scores: Array, neighbours: RowTimes) -> CovarianceEstimate:
     """Covariance of the sum of scores, (n, k), that may depend on their neighbours."""
     # Held against each other, or of residuals on no regressor: the kernel alone.
-    products = partial(score_products, scores, neighbours)
-    return Hac().long_run(products, len(scores))
+    return Hac().long_run(partial(score_products, scores, neighbours), len(scores))
 
 
 class JackknifeInterval(Struct, frozen=True, kw_only=True, rename={"interval": "interval_95"}):

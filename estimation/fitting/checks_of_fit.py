@@ -339,8 +339,8 @@ def rows_check(of: OutputFit) -> Check | None:
 
 def rests_check(of: OutputFit) -> Check | None:
     """How many samples have no weight, as they are near rests."""
-    measured = np.count_nonzero(of.predictions.counted)
-    share = 1 - np.count_nonzero(of.judged_sandwich.counted) / measured
+    counted, measured = of.judged_sandwich.counted, of.predictions.counted
+    share = 1 - np.count_nonzero(counted) / np.count_nonzero(measured)
     if not (share or of.rests_count):
         return None
     said = (
@@ -524,10 +524,9 @@ def bounds_check(of: OutputFit) -> Check:
 def nominal_values_check(of: OutputFit) -> Check | None:
     """Values of another order of size than declared."""
     declared = {p.name: p for p in of.axes[0].axis.parameters}
-    rows = zip(of.names, of.physical, of.deviations, strict=True)
     return nominal_check(
-        (declared[name], value, student_interval(value, deviation, np.inf))
-        for name, value, deviation in rows
+        (declared[name], each.value, student_interval(each.value, each.deviation, np.inf))
+        for name, each in of.parameters.items()
         if name in declared
     )
 

@@ -527,8 +527,8 @@ class _FitRun:
         except EstimationError:
             return self.scale
         effect = np.linalg.norm(self.weighing.weights[:, None] * slopes.jacobian, axis=0)
-        most = float(np.max(effect * np.abs(begun)))
-        return np.where(effect > 0, most / np.where(effect > 0, effect, 1.0), self.scale)
+        most = np.full(len(effect), np.max(effect * np.abs(begun)))
+        return np.divide(most, effect, out=self.scale.copy(), where=effect > 0)
 
     def _run(self, begun: Array, unknowns: Unknowns) -> SearchResult:
         search = Search(self.predictions, unknowns, self.scale, self.weighing, self.progress)

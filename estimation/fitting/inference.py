@@ -177,14 +177,14 @@ def inferred(of: FitSearch) -> FitInference:
         influence[inner] = judged.influence(weights)
     if common is not None:
         # What noise makes by its square comes at every reversal alike, so that it scatters nothing.
-        beside = common - end.slopes.jacobian @ (influence @ common)
-        judged = replace(judged, errors=judged.errors + weights * beside)
+        net = common - end.slopes.jacobian @ (influence @ common)
+        judged = replace(judged, errors=judged.errors + weights * net)
     starts = _slopes_by_start(of)
     scattered = twins if of.horizon is None else None
     coloured, found = _covariances(of, at_liberty, twins, judged.errors, starts)
-    freedom, chosen = coloured.freedom, "coloured"
+    dof, chosen = coloured.freedom, "coloured"
     if scattered is not None:
-        freedom, chosen = np.full(len(freedom), scattered.shape[1] / 2), "bootstrap"  # of pairs
+        dof, chosen = np.full(len(dof), scattered.shape[1] / 2), "bootstrap"  # of pairs
         judged = replace(judged, twins=judged.counts[:, None] * scattered)
     variances, by_start = np.full(len(free), np.inf), np.zeros((2, len(free)))
     variances[free] = np.diag(found[chosen])
@@ -204,7 +204,7 @@ def inferred(of: FitSearch) -> FitInference:
         chosen=chosen,
         covariances=covariances,
         variances=variances,
-        parameters=_parameters(of.unknowns, physical, held, covariances, chosen, freedom),
+        parameters=_parameters(of.unknowns, physical, held, covariances, chosen, dof),
         held=held,
         not_shown=not_shown,
         influence=influence,
@@ -303,17 +303,17 @@ def _covariances(
     """
     weights, influence = of.weighing.weights, sandwich.influence(of.weighing.weights)
     coloured = sandwich.coloured(clustered=of.horizon is not None)
-    found, iid = {"coloured": coloured.matrix}, sandwich.independent()
+    covariances, iid = {"coloured": coloured.matrix}, sandwich.independent()
     if of.horizon is None and twins is not None:
         centred = twins - twins.mean(axis=1, keepdims=True)
         estimates = -influence @ centred
         residuals = weights[:, None] * centred + sandwich.jacobian @ estimates
         by_twins = calibrated_covariance(sandwich, errors, estimates, residuals)
-        found["bootstrap"] = by_twins + sandwich.by_known()
+        covariances["bootstrap"] = by_twins + sandwich.by_known()
     elif of.horizon is not None:
         # Of few windows next to nothing, as a fit makes their sum 0.
         matrix = widened(coloured.matrix, np.diag(iid))
-        coloured, found["coloured"] = replace(coloured, matrix=matrix), matrix
+        coloured, covariances["coloured"] = replace(coloured, matrix=matrix), matrix
         if twins is not None:
             # Of two opposite twins it is what they do alike, which is what is taken off; the mean
             # of so many is unsure.
@@ -321,10 +321,11 @@ def _covariances(
             means = (
                 (influence @ twins[:, : 2 * pairs]).reshape(len(influence), pairs, 2).mean(axis=2)
             )
-            found["coloured"] = matrix + np.atleast_2d(np.cov(means)) / pairs
-    for name, matrix in found.items():  # no error of a record tells what the starts of loops add
+            covariances["coloured"] = matrix + np.atleast_2d(np.cov(means)) / pairs
+    for name, matrix in covariances.items():
+        # No error of a record tells what the starts of loops add.
         by_start, _ = moved_by_start(sandwich, starts, matrix)
-        found[name] = matrix + np.outer(by_start, by_start)
+        covariances[name] = matrix + np.outer(by_start, by_start)
     errors_there = of.best.slopes.errors[:, None]
     doubted = [errors_there[:, :0]]
     for form, predictions in of.doubts:
@@ -335,8 +336,10 @@ def _covariances(
             raise EstimationError(lanes.failures[0], code="simulation")
         doubted.append(lanes.errors - errors_there)
     by_doubts = influence @ np.hstack(doubted)
-    found = {"coloured": found.pop("coloured"), "iid": iid, **found}
-    return coloured, {name: matrix + by_doubts @ by_doubts.T for name, matrix in found.items()}
+    covariances = {"coloured": covariances.pop("coloured"), "iid": iid, **covariances}
+    return coloured, {
+        name: matrix + by_doubts @ by_doubts.T for name, matrix in covariances.items()
+    }
 
 
 def _held(
@@ -354,7 +357,7 @@ def _held(
     Other parameters at bounds may be elsewhere, so that the normal is as wide as without any, and
     as many deviations beyond as with the others at theirs. Arguments as in `inferred`.
     """
-    u, weights, found = of.unknowns, of.weighing.weights, []
+    u, weights, at_bounds = of.unknowns, of.weighing.weights, []
     for j in map(int, np.flatnonzero(sides)):
         free = u.free & (sides == 0)
         free[j] = True
@@ -371,7 +374,7 @@ def _held(
         centre = at + float((sandwich.inverse @ downhill)[place])
         wide = max(math.sqrt(variances[j]), deviation)
         beyond = (centre - at) / deviation if deviation > 0 else 0.0
-        found.append(
+        at_bounds.append(
             ParameterAtBound(
                 name=u.names[j],
                 unit=u.quantities[j].unit,
@@ -382,7 +385,7 @@ def _held(
                 reach=reach_of_cut_normal(at, at + beyond * wide, wide, side),
             )
         )
-    return tuple(found)
+    return tuple(at_bounds)
 
 
 def reach_of_cut_normal(bound: float, centre: float, deviation: float, side: int) -> float:
@@ -409,18 +412,18 @@ def _parameters(
     held: Sequence[ParameterAtBound],
     covariances: Mapping[str, Array],
     chosen: str,
-    freedom: Array,
+    dof: Array,
 ) -> NamedValues:
     """The parameters with unit, deviations and interval, by degrees of freedom (k,) of the free."""
     at_bound = {e.name: (min(e.bound, e.reach), max(e.bound, e.reach)) for e in held}
-    dof, values = np.full(len(physical), np.inf), {}
-    dof[unknowns.free] = freedom
+    dofs, values = np.full(len(physical), np.inf), {}
+    dofs[unknowns.free] = dof
     for j, q in enumerate(unknowns.quantities):
         value = float(physical[j])
         # What is hardly shown may have a variance that rounding made negative.
         variances = {n: float(c[j, j]) for n, c in covariances.items()}
         deviations = {n: math.sqrt(v) if v >= 0 else math.inf for n, v in variances.items()}
-        interval = student_interval(value, deviations[chosen], float(dof[j]))
+        interval = student_interval(value, deviations[chosen], float(dofs[j]))
         values[q.name] = Value(
             value=value,
             unit=q.unit,

@@ -194,7 +194,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     def of_records(self) -> tuple[RecordError, ...]:
         """What is left of each record, and in each of every output."""
         # A chain takes for forces what the model lacks, so that noise is that of the position.
-        weights, outputs, found = self.weighing.weights, self.outputs, []
+        weights, outputs, errors = self.weighing.weights, self.outputs, []
         by_noise = partial(outputs_by_noise, self.loops, disturbed=False, paired=False)
         twins = told_or(
             np.zeros((len(weights), 1)),
@@ -210,7 +210,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
                 error, size = float(np.linalg.norm(e)), float(np.linalg.norm(y))
                 by_twins = (weights[rows][used, None] * twins[rows][used]) ** 2
                 noise = max(variance, float(by_twins.mean()) if len(e) else 0.0, 0.0)
-                found.append(
+                errors.append(
                     RecordError(
                         output=output,
                         unit=unit,
@@ -222,7 +222,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
                         noise=math.sqrt(noise) / (weight or 1.0),
                     )
                 )
-        return tuple(found)
+        return tuple(errors)
 
     @property
     def errors(self) -> tuple[Array, ...]:
@@ -277,8 +277,9 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         axis, loops = self.axes[number], self.loops[number]
         if axis.axis.states:
             return Missing("friction that remembers has no rows in which that could be looked for")
-        locals_ = {name: names[number] for name, names in self.local.items()}
-        names = [locals_.get(q.name, q.name) for q in axis.parameters]
+        names = [
+            self.local[q.name][number] if q.name in self.local else q.name for q in axis.parameters
+        ]
         data = bound_record(axis, self.records[number], Prefilter())
         chosen = set(self.searched) - self.prior.keys()
         free = [j for j, name in enumerate(names) if name in chosen]
@@ -312,10 +313,10 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         law = self.axis.axis.control
         names = () if law is None else tuple(name for name in law.gains if name in self.searched)
         places = [self.names.index(name) for name in names]
-        freedom = min(
+        dof = min(
             (degrees_of_freedom_of(self.parameters[name]) for name in names), default=math.inf
         )
-        return FoundGains(names, self.covariance[np.ix_(places, places)], freedom)
+        return FoundGains(names, self.covariance[np.ix_(places, places)], dof)
 
     @property
     def searched(self) -> tuple[str, ...]:

@@ -127,9 +127,9 @@ class LawAlong:
 
     def slope_by_rest(self, point: LawPoint) -> Array:
         """How that changes with the logarithm of a factor of all that no gain multiplies, (N,)."""
-        made = self._applied(point)
+        output = self._applied(point)
         step = _STEP * self._applied(replace(point, gains=0.0 * point.gains))
-        return (self.sloped(made + step) - self.sloped(made - step)) / (2 * _STEP)
+        return (self.sloped(output + step) - self.sloped(output - step)) / (2 * _STEP)
 
     def slopes_by_start(self, point: LawPoint) -> Array:
         """How that changes with each memory at the start, (N, m); by 0 where that hardly shows."""
@@ -197,8 +197,8 @@ class LawAlong:
 
     def _run(self, point: LawPoint) -> tuple[Array, Array]:
         """What is remembered after each evaluation, (M, m), and the output there, (M,)."""
-        read = *self.ticks.signals, self._limits
-        return run_law(self.functions["law_step"], point.start, read, point.gains)
+        signals = *self.ticks.signals, self._limits
+        return run_law(self.functions["law_step"], point.start, signals, point.gains)
 
     @cached_property
     def _limits(self) -> Array:

@@ -317,9 +317,8 @@ def with_drive(
 
 def state_at_rest(axis: GeneratedAxis, ticks: LawTicks) -> Array:
     """What the drive remembers of an axis at rest at the first evaluation, (m,)."""
-    first = (values[0] for values in (ticks.reference, ticks.position, *ticks.recorded))
-    start = axis.functions["control_start"](*first)
-    return np.asarray(start.full().ravel()[: law_memory(axis)])
+    read = ticks.reference[0], ticks.position[0], *(values[0] for values in ticks.recorded)
+    return np.asarray(axis.functions["control_start"](*read).full().ravel()[: law_memory(axis)])
 
 
 def law_memory(axis: GeneratedAxis) -> int:

@@ -118,7 +118,7 @@ class Stretch(Piece):
 
     def simulated(
         self,
-        own: Array,
+        theta: Array,
         inputs: LoopInputs,
         wanted: Sequence[str],
         gains: Mapping[str, Array] | None = None,
@@ -126,17 +126,17 @@ class Stretch(Piece):
         """Its loop with parameters (B, p)."""
         return simulate_lanes(
             self.axis,
-            own,
-            replace(inputs, gains=gains_by_lane(self.axis, gains, len(own))),
+            theta,
+            replace(inputs, gains=gains_by_lane(self.axis, gains, len(theta))),
             substeps=self.substeps,
             wanted=wanted,
         )
 
     def rows(
-        self, own: Array, inputs: LoopInputs, gains: Mapping[str, Array] | None = None
+        self, theta: Array, inputs: LoopInputs, gains: Mapping[str, Array] | None = None
     ) -> tuple[Array, Mapping[int, str]]:
         """The outputs of its loop with parameters (B, p), (n, B), and why lanes failed."""
-        batch = self.simulated(own, inputs, self.outputs, gains)
+        batch = self.simulated(theta, inputs, self.outputs, gains)
         return interleaved([batch[name] for name in self.outputs]), batch.failures
 
 
@@ -206,11 +206,11 @@ class LoopPredictions(Predictions):
             such loops are not resolved, and a search would take hours.
         """
         for each in self.stretches:
-            own = self._form.own(physical, each.record)
-            steps = settled_substeps(each.axis, own, each.inputs) or 1
+            theta = self._form.own(physical, each.record)
+            steps = settled_substeps(each.axis, theta, each.inputs) or 1
             if each.axis.states and steps >= most_substeps(len(each.inputs.reference)):
                 raise EstimationError(
-                    f"with {each.axis.describe(own)} the friction of axis "
+                    f"with {each.axis.describe(theta)} the friction of axis "
                     f"{each.axis.axis.name!r} is so stiff that a sample takes {steps} "
                     "steps, the most there are; start from nominal values of the right order, or "
                     "bound the stiffness.",
@@ -224,8 +224,8 @@ class LoopPredictions(Predictions):
         if axis is not stretch.axis:
             inputs = inputs_at(axis, self._records[stretch.record], stretch.segment, inputs)
         inputs = started_at(self._form, physical, stretch.record, stretch.segment, inputs)
-        own = self._form.own(physical, stretch.record)
-        return replace(stretch, axis=axis, inputs=inputs), own
+        theta = self._form.own(physical, stretch.record)
+        return replace(stretch, axis=axis, inputs=inputs), theta
 
     def slopes_by_start(self, physical: Array) -> tuple[tuple[slice, Array], ...]:
         """See `Predictions.slopes_by_start`."""
@@ -267,14 +267,14 @@ class LoopPredictions(Predictions):
     def _errors(self, physical: Array) -> Iterator[tuple[Array, Mapping[int, str]]]:
         gains = gains_in(self._form, physical)
         for stretch in self.stretches:
-            own = np.array([self._form.own(lane, stretch.record) for lane in physical])
+            theta = np.array([self._form.own(lane, stretch.record) for lane in physical])
             inputs = stretch.inputs
             if gains:
                 memories = [self._at(stretch, lane)[0].inputs.start.memory for lane in physical]
                 inputs = replace(inputs, start=replace(inputs.start, memory=np.array(memories)))
             inputs = started_at(self._form, physical, stretch.record, stretch.segment, inputs)
             with np.errstate(all="ignore"):
-                out, failures = stretch.rows(own, inputs, gains)
+                out, failures = stretch.rows(theta, inputs, gains)
             errors = out - stretch.measured[:, None]
             errors[stretch.counted == 0] = 0.0
             yield errors, failures
@@ -301,13 +301,13 @@ def _stretches(
         )
 
 
-def slopes_by_law(stretch: Stretch, own: Array) -> Mapping[str, Array]:
+def slopes_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     """Slopes of a stretch's outputs, (n,), by the gains of the term.
 
     Parameters
     ----------
     stretch : Stretch
-    own : (p,) array
+    theta : (p,) array
         Parameters of its axis.
 
     Returns
@@ -319,7 +319,7 @@ def slopes_by_law(stretch: Stretch, own: Array) -> Mapping[str, Array]:
     if law is None or law.continuous:
         return {}
     wanted = ("position", "velocity")
-    loop = stretch.simulated(own[None, :], replace(inputs, clocks=None), wanted)
+    loop = stretch.simulated(theta[None, :], replace(inputs, clocks=None), wanted)
     if loop.failures:
         return {}
     position, velocity = (loop[name][:, 0] for name in wanted)
@@ -333,7 +333,9 @@ def slopes_by_law(stretch: Stretch, own: Array) -> Mapping[str, Array]:
     lanes = _ADDED_SHARE * np.hstack([terms, -terms])
     if inputs.injected is not None:
         lanes += inputs.injected[:, None]
-    out, failures = stretch.rows(np.tile(own, (lanes.shape[1], 1)), replace(inputs, injected=lanes))
+    out, failures = stretch.rows(
+        np.tile(theta, (lanes.shape[1], 1)), replace(inputs, injected=lanes)
+    )
     if failures:
         return {}
     more, less = np.split(out, 2, axis=1)

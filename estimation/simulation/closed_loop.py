@@ -231,15 +231,15 @@ def settled_loop(
         raise too_stiff(axis, theta, still, period, samples, budget.left)
     settings = inputs.settings(steps)
     while True:
-        left = budget.left
+        steps_left = budget.left
         budget.left -= samples * settings.substeps
         status, stopped, out = _run(axis, theta, settings, inputs, recorded)
         if substeps is None and not constant:
             visited = {name: values[:stopped] if status else values for name, values in out.items()}
             needed, at = substeps_along(axis, theta, visited, period, inputs.signals)
-            most = most_substeps(samples, left)
+            most = most_substeps(samples, steps_left)
             if needed > settings.substeps >= most:
-                raise too_stiff(axis, theta, at, period, samples, left)
+                raise too_stiff(axis, theta, at, period, samples, steps_left)
             if needed > settings.substeps:
                 settings = replace(settings, substeps=min(needed, most))
                 continue
@@ -501,15 +501,15 @@ class _Batch:
         out = out or self._nothing()
         failures: dict[int, str] = {}
         for lane in map(int, np.flatnonzero(~well)):
-            own, given = dict[str, Array](), (self.parameters[lane], self.inputs.lanes(lane))
+            signals, given = dict[str, Array](), (self.parameters[lane], self.inputs.lanes(lane))
             try:
-                own, counts[lane], failures[lane] = settled_loop(
+                signals, counts[lane], failures[lane] = settled_loop(
                     axis, *given, substeps=substeps, bounded=True
                 )
             except AxisidError as error:
                 failures[lane] = str(error)
             for name, values in out.items():
-                values[:, lane] = own.get(name, np.nan)
+                values[:, lane] = signals.get(name, np.nan)
         if self.inputs.clocks is not None:
             sampled = [
                 at_log_samples(
@@ -527,11 +527,13 @@ class _Batch:
     def _first_steps(self, substeps: int | None) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
         """Which lanes can start beside others, and the steps of each at first."""
         axis, start = self.axis, self.inputs.start.position
-        has_mass, held, rates = at_rest(axis, self.parameters, start, self.inputs.first_signals)
+        has_mass, friction_holds, rates = at_rest(
+            axis, self.parameters, start, self.inputs.first_signals
+        )
         low, high = np.array([(p.lower, p.upper) for p in axis.axis.parameters]).T
         inside = ((low <= self.parameters) & (self.parameters <= high)).all(axis=1)
         remembers = [not states_refusal(axis, own) for own in self.parameters]
-        well = inside & has_mass & held & remembers
+        well = inside & has_mass & friction_holds & remembers
         counts = steps_by_rate(axis, np.where(well, rates, 0.0), self.inputs.period)
         return well, np.full_like(counts, substeps) if substeps else counts
 
@@ -554,7 +556,7 @@ class _Batch:
             return np.zeros(len(group), dtype=bool)
         theta = self.parameters[group]
         inputs = inputs if every else inputs.lanes(group)
-        status, _, made = library.simulate_batch(
+        status, _, signals = library.simulate_batch(
             inputs.reference,
             inputs.noise,
             inputs.injected,
@@ -566,10 +568,10 @@ class _Batch:
             lines(self.axis, inputs.signals, inputs.period),
         )
         if every:
-            out.update(made)
+            out.update(signals)
         else:
             out.update({} if out else self._nothing())
-            for name, values in made.items():
+            for name, values in signals.items():
                 out[name][:, group] = values
         return np.asarray(status == 0)
 

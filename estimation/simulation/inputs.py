@@ -188,8 +188,8 @@ def at_log_samples(
     earlier = np.concatenate([force[:1], force[:-1]])
     out = {name: values[last] for name, values in signals.items()}
     out["held"] = np.where(since > 0, force[last], earlier[last])
-    apart = np.flatnonzero(since > 0)
-    if not apart.size:
+    between_ticks = np.flatnonzero(since > 0)
+    if not between_ticks.size:
         return out
     if axis.states:
         raise UsageError(
@@ -198,7 +198,7 @@ def at_log_samples(
             "multiples of it.",
             code="loop-period",
         )
-    begin, span = last[apart], since[apart]
+    begin, span = last[between_ticks], since[between_ticks]
     recorded = lines(axis, inputs.signals, inputs.period)
     between = np.zeros((len(force), 0)) if recorded is None else recorded
     motion = signals["position"][begin], signals["velocity"][begin]
@@ -215,9 +215,9 @@ def at_log_samples(
         "direct_dynamics", position, velocity, force[begin], direction, *then.T, parameters
     )
     sticks = (velocity == 0) & (np.abs(direction) < 1)
-    out["position"][apart], out["velocity"][apart] = position, velocity
-    out["direction"][apart] = out["direction_before"][apart] = direction
-    out["acceleration"][apart] = np.where(sticks, 0.0, acceleration[:, 0])
+    out["position"][between_ticks], out["velocity"][between_ticks] = position, velocity
+    out["direction"][between_ticks] = out["direction_before"][between_ticks] = direction
+    out["acceleration"][between_ticks] = np.where(sticks, 0.0, acceleration[:, 0])
     return out
 
 
@@ -240,8 +240,8 @@ def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array
         return None
     here = np.stack(np.broadcast_arrays(*(s.reshape(len(s), -1) for s in signals)), axis=1)
     following = np.concatenate([here[1:], here[-1:]])
-    held = [declared.is_held for declared in axis.axis.signals]
-    following[:, held] = here[:, held]
+    is_held = [declared.is_held for declared in axis.axis.signals]
+    following[:, is_held] = here[:, is_held]
     pairs = np.stack([here, (following - here) / period], axis=2)
     stacked = pairs.reshape(len(here), -1, here.shape[2])
     shared = all(s.ndim == 1 for s in signals)

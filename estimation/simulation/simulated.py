@@ -174,8 +174,8 @@ def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> Lo
     recorded = tuple(map(float, inputs.first_signals))
     read = (float(inputs.reference[0]), measured, speed, *recorded)
     force, control = axis.functions["inverse_dynamics"], axis.functions["drive_control"]
-    held = force(place, speed, 0.0, np.sign(speed), *recorded, parameters)
-    wanted = float(control(held, place, speed, *recorded))
+    needed = force(place, speed, 0.0, np.sign(speed), *recorded, parameters)
+    wanted = float(control(needed, place, speed, *recorded))
     state = axis.functions["control_start"](*read[:2], *recorded).full().ravel()
     response, path = axis.axis.response, axis.axis.drive.path
     count = len(state) - (0 if response is None else len(response.remembered))
@@ -185,10 +185,10 @@ def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> Lo
     # The drive has what comes of the law's command, which may be rounded or limited.
     command = float(_computed(axis)[0](*read, law))
     acting = path.end(command)
-    made = float(axis.functions["drive_force"](acting, place, speed, *recorded))
+    actual = float(axis.functions["drive_force"](acting, place, speed, *recorded))
     last = [command] * path.is_limited
-    forces = np.full(len(response.forces), acting if response.holds_control else made)
-    forces[len(forces) - response.keeps_force :] = made
+    forces = np.full(len(response.forces), acting if response.holds_control else actual)
+    forces[len(forces) - response.keeps_force :] = actual
     return replace(start, memory=np.concatenate([law, last, forces]))
 
 

@@ -107,9 +107,9 @@ def _from_rest(
     cases, lanes = len(_PUSHES), len(position)
     forces, directions = np.repeat(_PUSHES, lanes), np.repeat(_DIRECTIONS, lanes)
     motion = np.tile(position, cases), np.zeros(len(forces)), forces, directions
-    beside = (np.tile(np.broadcast_to(s, lanes), cases) for s in recorded)
+    tiled = (np.tile(np.broadcast_to(s, lanes), cases) for s in recorded)
     sets = np.tile(parameters, (cases, 1))
-    accelerations = axis.evaluate("direct_dynamics", *motion, *beside, sets)[0]
+    accelerations = axis.evaluate("direct_dynamics", *motion, *tiled, sets)[0]
     return np.asarray(accelerations.reshape(cases, lanes).T)
 
 
@@ -230,8 +230,8 @@ def _probed(
     sets = parameters if parameters.ndim == 1 else np.tile(parameters, (3, 1))
     with np.errstate(all="ignore"):
         if force is not None and not (law_of(axis).continuous or axis.axis.drives_by_motion):
-            beside = (np.tile(values, 3) for values in signals)
-            arguments = (positions, speeds, np.tile(force, 3), directions, *beside, sets)
+            tiled = (np.tile(values, 3) for values in signals)
+            arguments = (positions, speeds, np.tile(force, 3), directions, *tiled, sets)
             accelerations = axis.evaluate("direct_dynamics", *arguments)[0]
         else:
             held = np.tile(_held(axis, q, signals), (3, 1))  # it stays while positions are probed
@@ -347,7 +347,7 @@ def checked_rate(
     """
     if refusal := states_refusal(axis, parameters):
         raise EstimationError(refusal, code="simulation")
-    has_mass, held, rate = _rest(axis, parameters.tobytes(), position, recorded)
+    has_mass, friction_holds, rate = _rest(axis, parameters.tobytes(), position, recorded)
     if not has_mass:
         raise _no_inertia(axis, parameters, position, recorded)
     for p, value in zip(axis.axis.parameters, parameters, strict=True):
@@ -358,7 +358,7 @@ def checked_rate(
                 f"{p.unit}, so axis {axis.axis.name!r} is not simulated with it: friction beyond "
                 "its bounds drives the axis. Give a value within them, or declare others."
             )
-    if bounded and not held:
+    if bounded and not friction_holds:
         raise EstimationError(
             f"the friction of axis {axis.axis.name!r} drives it with {axis.describe(parameters)}: "
             "it would accelerate the axis in the direction of its motion. Check the signs of the "
@@ -413,8 +413,8 @@ def _rest(
     A loop is often simulated again with other noise or reference.
     """
     lane = np.frombuffer(parameters)[None, :], np.array([position])
-    has_mass, held, rates = at_rest(axis, *lane, np.array(recorded))
-    return bool(has_mass[0]), bool(held[0]), float(rates[0])
+    has_mass, friction_holds, rates = at_rest(axis, *lane, np.array(recorded))
+    return bool(has_mass[0]), bool(friction_holds[0]), float(rates[0])
 
 
 def place_at(signals: Mapping[str, Array], sample: int, recorded: Sequence[Array]) -> Place:
@@ -464,9 +464,9 @@ def failure(
     where = f"at sample {sample} ({sample * period:g} s) with {axis.describe(parameters)}"
     what = f"the simulated closed loop of axis {axis.axis.name!r}"
     if STATUSES[status] == "chatter":
-        beside = ", or the side of a kink or jump over the position," if axis.has_sides else ""
+        or_side = ", or the side of a kink or jump over the position," if axis.has_sides else ""
         return (
-            f"{what} changes the friction direction{beside} without end {where}; check the "
+            f"{what} changes the friction direction{or_side} without end {where}; check the "
             "equation of motion there."
         )
     if STATUSES[status] == "unresolved":

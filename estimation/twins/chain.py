@@ -120,7 +120,7 @@ class Chain:
     @property
     def likeliest(self) -> "Chain":
         """As it is told and written: of one that was measured, what that makes the likeliest."""
-        return self
+        return Chain(**{each.name: getattr(self, each.name) for each in fields(Chain)})
 
     @property
     def is_silent(self) -> bool:
@@ -201,11 +201,6 @@ class MeasuredChain(Chain):
     """
 
     drawn: tuple[Autoregressions, ...] = ()
-
-    @property
-    def likeliest(self) -> Chain:
-        """See `Chain.likeliest`."""
-        return Chain(**{each.name: getattr(self, each.name) for each in fields(Chain)})
 
     def drawn_disturbance(self, rng: Draws, samples: int, period: float) -> Array:
         """See `Chain.drawn_disturbance`."""

@@ -109,10 +109,10 @@ def measured_chain(
         return chain  # rounding alone
     times = [t for t in CORRELATION_TIMES if _LONGEST * t <= data.period * len(data)]
     units = rows.power_of_disturbances(moving, times)
-    beside = np.vstack([known, steps]) if chain.position_step else known[None]
-    variances = likeliest_variances(power, units, beside, rows.counts)
+    backgrounds = np.vstack([known, steps]) if chain.position_step else known[None]
+    variances = likeliest_variances(power, units, backgrounds, rows.counts)
     # A little that is not there biases estimates, and would keep twins from hunting alike.
-    seen = power, units, beside, _independent(rows.counts, steps)
+    seen = power, units, backgrounds, _independent(rows.counts, steps)
     surely = _likelihood(variances, *seen) > _likelihood(0 * variances, *seen) + _SURELY
     variances = variances * surely[:, None]
 
@@ -129,7 +129,7 @@ def measured_chain(
         disturbed = _of_twins(power_of, data, physical, replace(chain, disturbances=listed))
         added = np.maximum(disturbed.mean(axis=0) - known, 0.0)[None]
         if added.any():
-            shares = likeliest_variances(power, added, beside, rows.counts)
+            shares = likeliest_variances(power, added, backgrounds, rows.counts)
             variances = shares * mean * variances.any(axis=1, keepdims=True)
     likeliest, *others = map(disturbances, variances)
     return replace(chain, disturbances=likeliest, drawn=tuple(others))
@@ -238,8 +238,8 @@ def _independent(counts: Array, steps: Array) -> Array:
     if len(steps) == 1:
         return counts
     mean, variance = steps.mean(axis=0), steps.var(axis=0, ddof=1)
-    shown = np.divide(mean**2, variance, out=np.full_like(mean, np.inf), where=variance > 0)
-    return np.asarray(np.minimum(counts, shown))
+    independent = np.divide(mean**2, variance, out=np.full_like(mean, np.inf), where=variance > 0)
+    return np.asarray(np.minimum(counts, independent))
 
 
 def _white(record: Record, quiet: Record, role: str) -> float | None:

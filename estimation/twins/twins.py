@@ -285,8 +285,7 @@ def bootstrap_correction(
     BootstrapCorrection or None
     """
     solved = twins.solutions(form, solver)
-    count = len(solved)
-    if not 0 < twins.count <= 2 * count:
+    if not 0 < twins.count <= 2 * len(solved):
         return None
     jacobian = form.physical(solution.theta)[1]
     regressed = form.regressed(twins.at)
