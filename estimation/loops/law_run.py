@@ -203,8 +203,9 @@ def law_ticks(
     clocks, held = inputs.clocks, np.arange(len(position))
     if clocks is not None:
         rows, held = held.astype(float), clocks.elapsed[0]
-        position = at_times(clocks.times, rows, position, "spline")
-        velocity = at_times(clocks.times, rows, velocity, "spline")
+        position, velocity = (
+            at_times(clocks.times, rows, each, "spline") for each in (position, velocity)
+        )
     return LawTicks(
         reference=inputs.reference,
         position=position,

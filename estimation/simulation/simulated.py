@@ -89,11 +89,9 @@ def signals_about(
     """
     if law_of(axis).continuous:
         return simulation.signals, simulation.signals
-    after, (mean, held) = simulation.signals, forces_about(axis, simulation)
+    after, (mean, before) = simulation.signals, forces_about(axis, simulation)
     if not axis.axis.holds_force:
         after = _under(axis, parameters, after, mean)
-    if simulation.held is not None:
-        held = simulation.held
     earlier = replace(
         simulation.signals,
         direction=simulation.direction_before,
@@ -102,7 +100,8 @@ def signals_about(
             for declared, values in zip(axis.axis.signals, simulation.recorded, strict=True)
         ),
     )
-    return after, _under(axis, parameters, earlier, held)
+    force = before if simulation.held is None else simulation.held
+    return after, _under(axis, parameters, earlier, force)
 
 
 def _under(axis: GeneratedAxis, parameters: Array, signals: Signals, force: Array) -> Signals:

@@ -99,15 +99,16 @@ class Chain:
     disturbances: Autoregressions = ()
 
     def __post_init__(self) -> None:
-        for name in _SIZES:
-            value = getattr(self, name)
-            if not (_is_size(value) or (value is None and name in _SENSORS)):
-                raise _refused(name, value, "a number of 0 or more")
-        for name in _AUTOREGRESSIONS:
-            value = getattr(self, name)
-            if not (isinstance(value, tuple) and all(map(_is_autoregression, value))):
+        for name, value in ((each.name, getattr(self, each.name)) for each in fields(Chain)):
+            allowed, form = _is_size(value), "a number of 0 or more"
+            if name in _AUTOREGRESSIONS:
+                allowed = isinstance(value, tuple) and all(map(_is_autoregression, value))
                 form = "pairs of a correlation time and a deviation, as in ((0.05, 0.1),)"
-                raise _refused(name, value, form)
+            if not (allowed or name in _FLAGS or (value is None and name in _SENSORS)):
+                raise UsageError(
+                    f"the {name.replace('_', ' ')} of the noise is {quoted(value)}; give {form}.",
+                    code="noise",
+                )
 
     @classmethod
     def of_experiment(cls, axis: Axis) -> "Chain":
@@ -209,7 +210,6 @@ class MeasuredChain(Chain):
 
 
 _SENSORS = ("velocity", "acceleration")
-_SIZES = ("position_step", "control_step", "position", "velocity_step", "jitter", *_SENSORS)
 _AUTOREGRESSIONS = ("control", "disturbances")
 _FLAGS = ("anywhere", "is_measured_by_law")
 
@@ -220,13 +220,6 @@ def _is_size(value: object) -> bool:
 
 def _is_autoregression(value: object) -> bool:
     return isinstance(value, tuple) and len(value) == 2 and all(map(_is_size, value))
-
-
-def _refused(name: str, value: object, form: str) -> UsageError:
-    return UsageError(
-        f"the {name.replace('_', ' ')} of the noise is {quoted(value)}; give {form}.",
-        code="noise",
-    )
 
 
 def _rounded(values: Array, step: float, rng: Draws) -> Array:
