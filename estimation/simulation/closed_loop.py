@@ -45,8 +45,6 @@ from .steps import (
     visited_signals,
 )
 
-#: What is needed between the evaluations of a law.
-_OF_THE_LAW = tuple(name for name in SIGNALS if name != "control")
 _MOST_THREADS = 1024
 
 
@@ -422,7 +420,7 @@ def simulate_lanes(
         As in `simulate_batch`.
     """
     looked_at = () if substeps or has_constant_substeps(axis) else visited_signals(axis)
-    between = () if inputs.clocks is None else _OF_THE_LAW
+    between = () if inputs.clocks is None else (name for name in SIGNALS if name != "control")
     by_system = hasattr(os, "sched_getaffinity")
     processors = len(os.sched_getaffinity(0)) if by_system else os.cpu_count() or 1
     batch = _Batch(
@@ -538,7 +536,9 @@ class _Batch:
         return well, np.full_like(counts, substeps) if substeps else counts
 
     def _needed(self, out: Mapping[str, Array], lane: int) -> int:
-        inputs, theta, visited = self.inputs.lanes(lane), self.parameters[lane], _of_lane(out, lane)
+        inputs, names = self.inputs.lanes(lane), visited_signals(self.axis)
+        visited = _of_lane({name: out[name] for name in names}, lane)
+        theta = self.parameters[lane]
         return substeps_along(self.axis, theta, visited, inputs.period, inputs.signals)[0]
 
     def _nothing(self) -> dict[str, Array]:

@@ -37,16 +37,14 @@ _UNIFORM = 2.0  # times longer may steps be where the rates are the same everywh
 _ROUNDING = 1e-9
 _EPSILON = float(np.finfo(float).eps)
 MOST_SUBSTEPS = 1024
-_REMEMBERED = 64  # parameter sets whose start was looked at
 #: Force and friction direction: pushed, left alone, held by friction forward and backward.
 _PUSHES = np.array([1.0, 0.0, 0.0, 0.0])
 _DIRECTIONS = np.array([0.0, 0.0, 1.0, -1.0])
-_VISITED = ("position", "velocity", "force", "direction")
 
 
 def visited_signals(axis: GeneratedAxis) -> tuple[str, ...]:
     """The signals that `substeps_along` looks at."""
-    return (*_VISITED, "acceleration") if axis.states else _VISITED
+    return ("position", "velocity", "force", "direction", *["acceleration"] * bool(axis.states))
 
 
 def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
@@ -404,7 +402,7 @@ def _no_inertia(
     return EstimationError(f"axis {axis.axis.name!r} {why}", code="simulation")
 
 
-@lru_cache(maxsize=_REMEMBERED)
+@lru_cache(maxsize=64)
 def _rest(
     axis: GeneratedAxis, parameters: bytes, position: float, recorded: tuple[float, ...]
 ) -> tuple[bool, bool, float]:
