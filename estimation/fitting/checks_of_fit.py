@@ -66,7 +66,7 @@ def judged(of: OutputFit) -> tuple[Check, ...]:
     return tuple(check for check in checks if check is not None)
 
 
-def _law(of: OutputFit) -> Check | Missing:
+def control_law_check(of: OutputFit) -> Check | Missing:
     """What the declared law is against the recorded control.
 
     What factors of the law tell counts once, by what they move the parameters by.
@@ -91,7 +91,7 @@ def _is_law_nearly_right(of: OutputFit) -> bool:
     return not law.passed and law.is_told_by_factors and small and bool(near.all())
 
 
-def _moved(of: OutputFit) -> Check | Missing | None:
+def law_factors_check(of: OutputFit) -> Check | Missing | None:
     """What the law as it is in the record moves the parameters by."""
     if of.law_shift is None or isinstance(of.law_shift, Missing):
         return of.law_shift
@@ -128,7 +128,7 @@ def _moved(of: OutputFit) -> Check | Missing | None:
     )
 
 
-def _sensitive(of: OutputFit) -> Check | None:
+def exact_law_check(of: OutputFit) -> Check | None:
     """How exact the law has to be."""
     if not of.law_moves:
         return None
@@ -156,7 +156,8 @@ def _sensitive(of: OutputFit) -> Check | None:
     )
 
 
-def _ended(of: OutputFit) -> Check:
+def convergence_check(of: OutputFit) -> Check:
+    """Whether the search came to an end."""
     best = of.best
     said = (
         f"the search stands still after {len(best.steps)} steps"
@@ -175,7 +176,7 @@ def _ended(of: OutputFit) -> Check:
     )
 
 
-def _shaken(of: OutputFit) -> Check | Missing | None:
+def noise_in_loop_check(of: OutputFit) -> Check | Missing | None:
     """What noise in the loop moved, and is taken off."""
     bias = of.moved
     if bias is None:
@@ -200,7 +201,7 @@ def _shaken(of: OutputFit) -> Check | Missing | None:
     )
 
 
-def _begun(of: OutputFit) -> Check | None:
+def loop_start_check(of: OutputFit) -> Check | None:
     """What the first positions and velocities, as the records have them, leave open."""
     moved, far = of.by_start
     if not far.any():
@@ -223,7 +224,8 @@ def _begun(of: OutputFit) -> Check | None:
     )
 
 
-def _starts(of: OutputFit) -> Check | None:
+def starts_check(of: OutputFit) -> Check | None:
+    """Whether several searches end at one place."""
     if len(of.searches) < 2:
         return None
     ended = sum(each.cost <= of.best.cost * (1 + _SAME_END) for each in of.searches)
@@ -533,10 +535,10 @@ def nominal_values_check(of: OutputFit) -> Check | None:
 
 #: By name, in the order in which they are told.
 _CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
-    "control law": _law,
+    "control law": control_law_check,
     "windows": windows_check,
-    _FACTORS: _moved,
-    "exact law": _sensitive,
+    _FACTORS: law_factors_check,
+    "exact law": exact_law_check,
     "simulation": simulation_check,
     "missing terms": missing_terms_check,
     "outliers": partial(joined_check, "outliers"),
@@ -545,14 +547,14 @@ _CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
     "samples near rests": rests_check,
     "repeated records": lambda of: repeated_check(of.records),
     "records alike": records_alike_check,
-    "convergence": _ended,
+    "convergence": convergence_check,
     "parameters shown": shown_check,
     "any parameter shown": none_shown_check,
     "one end": one_end_check,
     "precision": precise_check,
     "bounds": bounds_check,
     NOMINAL_VALUES: nominal_values_check,
-    "starts": _starts,
-    "start of the loop": _begun,
-    "noise in the loop": _shaken,
+    "starts": starts_check,
+    "start of the loop": loop_start_check,
+    "noise in the loop": noise_in_loop_check,
 }
