@@ -528,7 +528,7 @@ class _FitRun:
             return self.scale
         effect = np.linalg.norm(self.weighing.weights[:, None] * slopes.jacobian, axis=0)
         most = np.full(len(effect), np.max(effect * np.abs(begun)))
-        return np.divide(most, effect, out=self.scale.copy(), where=effect > 0)
+        return np.asarray(np.divide(most, effect, out=self.scale.copy(), where=effect > 0))
 
     def _run(self, begun: Array, unknowns: Unknowns) -> SearchResult:
         search = Search(self.predictions, unknowns, self.scale, self.weighing, self.progress)
