@@ -16,13 +16,12 @@ from axisid.estimation.signals import about_samples
 from axisid.estimation.tables import Provenance
 from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, Move
-from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError, UsageError, is_real, is_whole, quoted
 
 from .arguments import checked_loop, optional_array
 from .closed_loop import simulate_loop
-from .inputs import TwoClocks, clocks_of
+from .inputs import TwoClocks, clocks_of, law_of
 from .simulated import Simulation, logged_control, signals_about
 
 _MOST_SAMPLES = 2e6
@@ -181,7 +180,7 @@ def twin_plan(
             "experiment.",
             code="twin",
         )
-    truth = np.array([_true(declared, p) for p in declared.parameters])
+    truth = np.array([*_truth(declared).values()])
     _check_held(generated, truth, float(reference[0]))
     return TwinPlan(
         axis=generated,
@@ -235,11 +234,8 @@ class TwinPlan:
     @property
     def true_values(self) -> dict[str, float]:
         """The twin's parameters by name, as declared and as identified."""
-        declared = self.axis.declared
-        return {
-            **{p.name: _true(declared, p) for p in declared.parameters},
-            **dict(zip(self.axis.names, self.truth.tolist(), strict=True)),
-        }
+        identified = dict(zip(self.axis.names, self.truth.tolist(), strict=True))
+        return {**_truth(self.axis.declared), **identified}
 
     def loop(self, noise: Callable[[int], Array]) -> Simulation:
         """The closed loop under a noise of the measured position, drawn by its length.
@@ -266,7 +262,13 @@ class TwinPlan:
             resolution=self.experiment.resolution,
         )
         if clocks is not None:
-            reference = self._commanded(clocks, added)
+            if law_of(self.axis).reference_between:
+                reference = clocks.reference(commanded)
+            else:  # the set point is made whenever the law is evaluated
+                moves = trajectory(self.experiment.moves, clocks.law_period)
+                reference = moves[np.minimum(np.arange(len(clocks.times)), len(moves) - 1)]
+            if added is not None:
+                reference = reference + clocks.held(added)
             inputs = replace(
                 inputs,
                 reference=reference,
@@ -274,16 +276,6 @@ class TwinPlan:
                 noise=inputs.noise if drawn is logged else drawn,
             )
         return simulate_loop(self.axis, truth, inputs, bounded=True)
-
-    def _commanded(self, clocks: TwoClocks, added: Array | None) -> Array:
-        """What a law with a clock of its own is to follow, at its evaluations."""
-        law = self.axis.axis.control
-        if law is not None and law.reference_between:
-            commanded = clocks.reference(self.reference)
-        else:
-            moves = trajectory(self.experiment.moves, clocks.law_period)
-            commanded = moves[np.minimum(np.arange(len(clocks.times)), len(moves) - 1)]
-        return commanded if added is None else commanded + clocks.held(added)
 
     def record(
         self,
@@ -368,6 +360,6 @@ def _check_held(axis: GeneratedAxis, truth: Array, start: float) -> None:
         )
 
 
-def _true(axis: Axis, parameter: Parameter) -> float:
+def _truth(axis: Axis) -> dict[str, float]:
     truth = axis.experiment.truth if axis.experiment else {}
-    return truth.get(parameter.name, parameter.nominal)
+    return {p.name: truth.get(p.name, p.nominal) for p in axis.parameters}
