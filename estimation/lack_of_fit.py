@@ -33,6 +33,7 @@ References
 cluster jackknife and its t distribution with groups less one.
 """
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -129,8 +130,8 @@ def moves_of(velocity: Array) -> Moves:
     first, last = (moving[0], moving[-1] + 1) if len(moving) else (0, 1)
     starts, stops = np.append(first, starts), np.append(stops, last)
     fastest = [a + int(np.argmax(speed[a:b])) for a, b in zip(starts, stops, strict=True)]
-    own = speed[fastest] > _MIN_MOVE_SPEED * top
-    return Moves(starts=starts[own], stops=stops[own], speeds=velocity[fastest][own])
+    fast = speed[fastest] > _MIN_MOVE_SPEED * top
+    return Moves(starts=starts[fast], stops=stops[fast], speeds=velocity[fastest][fast])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,32 +172,32 @@ def repeats_of(reference: Array, spans: tuple[tuple[int, int], ...]) -> Repeats 
     before = np.where(moves.starts[1:] > moves.stops[:-1], _REST, kinds[:-1])
     # How the record came to the first move of a span is not in it.
     first = np.cumsum([0, *(len(m) for _, m in pieces)])
-    places: dict[tuple[int, int], list[int]] = {}
-    for i in map(int, np.setdiff1d(np.arange(len(moves)), first)):
-        places.setdefault((int(kinds[i]), int(before[i - 1])), []).append(i)
-    repeated = [found for found in places.values() if len(found) > 1]
+    places = defaultdict[tuple[int, int], list[int]](list)
+    for i in np.setdiff1d(np.arange(len(moves)), first).tolist():
+        places[int(kinds[i]), int(before[i - 1])].append(i)
+    repeated = [same for same in places.values() if len(same) > 1]
     if not repeated:
         return None
     size, begins = len(reference), np.maximum(moves.starts + shifts, 0)
     move, offset = np.full(size, _NONE, dtype=np.intp), np.zeros(size, dtype=np.intp)
-    for number, alike in enumerate(repeated):
-        length = min(int(moves.stops[i] - moves.starts[i]) for i in alike)
-        for begin in begins[alike]:
+    for number, same in enumerate(repeated):
+        length = int((moves.stops - moves.starts)[same].min())
+        for begin in begins[same]:
             stop = min(int(begin) + length, size)
             move[begin:stop] = number
             offset[begin:stop] = np.arange(stop - begin)
     used = np.flatnonzero(move != _NONE)
     inside = reference[used[0] : used[-1] + 1]
-    lags = sorted({int(lag) for alike in repeated for lag in np.diff(begins[alike])})
-    off = (
-        (lag, float(np.abs(inside[lag:] - inside[:-lag]).max()))
+    lags = sorted({int(lag) for same in repeated for lag in np.diff(begins[same])})
+    periods = (
+        lag
         for lag in lags
-        if 0 < lag < len(inside)
+        if 0 < lag < len(inside) and np.abs(inside[lag:] - inside[:-lag]).max() <= tolerance
     )
     return Repeats(
         move=move,
         offset=offset,
-        period=next((lag for lag, away in off if away <= tolerance), None),
+        period=next(periods, None),
         times=max(map(len, repeated)),
     )
 
@@ -207,13 +208,13 @@ def _kinds(reference: Array, moves: Moves, tolerance: float) -> tuple[Index, Ind
     lengths = moves.stops - moves.starts
     near = tolerance + max(_SHIFTS) * np.abs(np.diff(reference)).max()
     for i, begin in enumerate(moves.starts):
-        alike = (kinds[:i] == np.arange(i)) & (np.abs(lengths[:i] - lengths[i]) <= max(_SHIFTS))
-        alike &= np.abs(reference[moves.starts[:i]] - reference[begin]) <= near
-        alike &= np.sign(moves.speeds[:i]) == np.sign(moves.speeds[i])
-        for j, shift in product(np.flatnonzero(alike), _SHIFTS):
-            own = reference[moves.starts[j] + _ENDS : moves.stops[j] - _ENDS]
-            other = reference[begin + _ENDS + shift :][: len(own)]
-            if 0 < len(own) == len(other) and np.abs(other - own).max() <= tolerance:
+        similar = (kinds[:i] == np.arange(i)) & (np.abs(lengths[:i] - lengths[i]) <= max(_SHIFTS))
+        similar &= np.abs(reference[moves.starts[:i]] - reference[begin]) <= near
+        similar &= np.sign(moves.speeds[:i]) == np.sign(moves.speeds[i])
+        for j, shift in product(np.flatnonzero(similar), _SHIFTS):
+            first = reference[moves.starts[j] + _ENDS : moves.stops[j] - _ENDS]
+            other = reference[begin + _ENDS + shift :][: len(first)]
+            if 0 < len(first) == len(other) and np.abs(other - first).max() <= tolerance:
                 kinds[i], shifts[i] = j, shift
                 break
     return kinds, shifts
@@ -312,24 +313,24 @@ def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:
     rows, of, first, count = _phases(
         repeats, estimate.rows.astype(np.intp), data.prefilter.decimate
     )
-    left = estimate.net_residuals[rows]
-    total = float(left @ left)
+    residuals = estimate.net_residuals[rows]
+    total = float(residuals @ residuals)
     if len(rows) < _MIN_REPEATED_ROWS or not total > 0:
         return None
-    power, sums = (np.bincount(of, weights=each) for each in (left**2, left))
+    power, sums = (np.bincount(of, weights=each) for each in (residuals**2, residuals))
     common = (sums**2 - power) / (count - 1)  # of all rows of a phase, without bias
     share = float(common.sum()) / total
-    beside = estimate.neighbours[first]
-    scatter = _long_run((common - share * power)[:, None], beside)
+    neighbours = estimate.neighbours[first]
+    scatter = _long_run((common - share * power)[:, None], neighbours)
     deviation = float(np.sqrt(max(scatter.matrix[0, 0], 0.0))) / total
     chance = 0.0 if share > 0 else 1.0
     if deviation > 0:
         chance = float(stdtr(max(float(scatter.freedom[0]), 1.0), -share / deviation))
     mean = sums / count
-    scaled = (left - mean[of]) * np.sqrt(count / (count - 1))[of]
+    noise = (residuals - mean[of]) * np.sqrt(count / (count - 1))[of]
     times = estimate.rows * estimate.period if estimate.times is None else estimate.times
     begin, end = map(float, times[rows][[0, -1]])
-    late, early = beside.pairs(1)
+    late, early = neighbours.pairs(1)
     size = float(np.sqrt(np.sum(mean[late] ** 2) * np.sum(mean[early] ** 2)))
     return LackOfFit(
         period=None if repeats.period is None else repeats.period * estimate.period,
@@ -346,7 +347,7 @@ def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:
         mean=mean,
         count=count,
         smoothness=float(mean[late] @ mean[early]) / size if size > 0 else 0.0,
-        hac_excess=_hac_excess(estimate, rows, left, scaled),
+        hac_excess=_hac_excess(estimate, rows, residuals, noise),
     )
 
 
@@ -370,22 +371,25 @@ def _phases(repeats: Repeats, rows: Index, step: int) -> tuple[Index, Index, Ind
     return inside[kept], number[of[kept]], inside[first[again]], count[again].astype(float)
 
 
-def _hac_excess(estimate: Estimate, rows: Index, left: Array, noise: Array) -> dict[str, float]:
+def _hac_excess(
+    estimate: Estimate, rows: Index, residuals: Array, noise: Array
+) -> dict[str, float]:
     """HAC deviations by residuals as they are, in those by the noise alone, by parameter."""
     Z = estimate.slope_columns.T @ estimate.X
     weights = np.linalg.solve(Z, estimate.score_columns[rows].T).T @ estimate.jacobian.T
-    beside = estimate.neighbours[rows]
-    of_both = (_long_run(weights * each[:, None], beside).matrix for each in (left, noise))
-    whole, alone = (np.sqrt(np.maximum(np.diag(of_one), 0.0)) for of_one in of_both)
+    neighbours = estimate.neighbours[rows]
+    whole, alone = (
+        np.sqrt(np.maximum(np.diag(_long_run(weights * each[:, None], neighbours).matrix), 0.0))
+        for each in (residuals, noise)
+    )
     ratios = np.divide(whole, alone, out=np.full(len(whole), np.inf), where=alone > 0)
-    return {q.name: float(r) for q, r in zip(estimate.quantities, ratios, strict=True)}
+    return dict(zip((q.name for q in estimate.quantities), ratios.tolist(), strict=True))
 
 
 def _long_run(scores: Array, neighbours: RowTimes) -> CovarianceEstimate:
     """Covariance of the sum of scores, (n, k), that may depend on their neighbours."""
     # Held against each other, or of residuals on no regressor: the kernel alone.
-    products = partial(score_products, scores, neighbours)
-    return Hac().long_run(products, len(scores))
+    return Hac().long_run(partial(score_products, scores, neighbours), len(scores))
 
 
 class JackknifeInterval(Struct, frozen=True, kw_only=True, rename={"interval": "interval_95"}):
@@ -431,11 +435,11 @@ def jackknife_intervals(
     dict of str to JackknifeInterval
         Empty where no groups of rows tell all parameters.
     """
-    found = [_bands(estimate, labels, by, noisy=noisy) for by, labels in ways]
-    each = zip(*filter(None, found), strict=True)  # by parameter
+    by_grouping = [_bands(estimate, labels, by, noisy=noisy) for by, labels in ways]
+    by_parameter = zip(*filter(None, by_grouping), strict=True)
     return {
         q.name: max(bands, key=lambda band: band.interval[1] - band.interval[0])
-        for q, bands in zip(estimate.quantities, each, strict=False)
+        for q, bands in zip(estimate.quantities, by_parameter, strict=False)
     }
 
 
@@ -474,22 +478,21 @@ def _bands(estimate: Estimate, labels: Index, by: str, *, noisy: bool) -> list[J
     inflation = (without * mapping).sum(axis=2) / (every * mapping).sum(axis=1)
     if not np.all((inflation > 0) & (inflation < _MAX_DELETED_INFLATION)):
         return []
-    moved = np.einsum("gpk,gk->gp", without, sums.sum(axis=0) - sums) - every @ sums.sum(axis=0)
+    changes = np.einsum("gpk,gk->gp", without, sums.sum(axis=0) - sums) - every @ sums.sum(axis=0)
     shrunk = (count - 1) / count
-    deviations = np.sqrt(shrunk * np.sum(moved**2, axis=0))
+    deviations = np.sqrt(shrunk * np.sum(changes**2, axis=0))
     reach = stdtrit(count - 1, (1 + INTERVAL_LEVEL.value) / 2) * deviations
-    variances, freedom = np.diag(estimate.covariance), estimate.freedom[estimate.chosen]
-    own = stdtrit(freedom, (1 + INTERVAL_LEVEL.value) / 2) * np.sqrt(np.maximum(variances, 0.0))
-    exceeds = reach > _MIN_BAND_EXCESS * own
+    variances, dof = np.diag(estimate.covariance), estimate.freedom[estimate.chosen]
+    half = stdtrit(dof, (1 + INTERVAL_LEVEL.value) / 2) * np.sqrt(np.maximum(variances, 0.0))
+    exceeds = reach > _MIN_BAND_EXCESS * half
     if noisy:
         excess = np.maximum(inflation - 1, 0.0)  # of a parameter by each group
         white = np.sum((scores @ every.T) ** 2, axis=0)
         expected = np.maximum(variances, white) * np.maximum(shrunk * excess.sum(axis=0), 1.0)
-        told = np.maximum(excess.sum(axis=0) ** 2 / np.sum(excess**2, axis=0) - 1, 1.0)
-        left = np.where(white > variances, len(scores) - scores.shape[1], freedom)
-        square = deviations**2
-        ratio = np.divide(square, expected, out=np.zeros_like(square), where=expected > 0)
-        chance = fdtrc(told, left, ratio)
+        groups_dof = np.maximum(excess.sum(axis=0) ** 2 / np.sum(excess**2, axis=0) - 1, 1.0)
+        noise_dof = np.where(white > variances, len(scores) - scores.shape[1], dof)
+        F = np.divide(deviations**2, expected, out=np.zeros_like(expected), where=expected > 0)
+        chance = fdtrc(groups_dof, noise_dof, F)
         exceeds &= (chance < _MAX_BAND_CHANCE) | ~(variances > 0)
     return [
         JackknifeInterval(

@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 
 import numpy as np
 
@@ -62,19 +62,19 @@ _FACTORS = "law's factors"
 
 def judged(of: OutputFit) -> tuple[Check, ...]:
     """The checks, in the order in which they are told."""
-    found = (made(name, partial(check, of)) for name, check in _CHECKS.items())
-    return tuple(check for check in found if check is not None)
+    checks = (made(name, partial(check, of)) for name, check in _CHECKS.items())
+    return tuple(check for check in checks if check is not None)
 
 
-def _law(of: OutputFit) -> Check | Missing:
+def control_law_check(of: OutputFit) -> Check | Missing:
     """What the declared law is against the recorded control.
 
     What factors of the law tell counts once, by what they move the parameters by.
     """
-    found = law_check(of.law)
-    if isinstance(found, Check) and _is_law_nearly_right(of):
-        return replace(found, status="note")
-    return found
+    check = law_check(of.law)
+    if isinstance(check, Check) and _is_law_nearly_right(of):
+        return replace(check, status="note")
+    return check
 
 
 def _is_law_nearly_right(of: OutputFit) -> bool:
@@ -91,20 +91,20 @@ def _is_law_nearly_right(of: OutputFit) -> bool:
     return not law.passed and law.is_told_by_factors and small and bool(near.all())
 
 
-def _moved(of: OutputFit) -> Check | Missing | None:
+def law_factors_check(of: OutputFit) -> Check | Missing | None:
     """What the law as it is in the record moves the parameters by."""
     if of.law_shift is None or isinstance(of.law_shift, Missing):
         return of.law_shift
-    moved, sure = of.law_shift
+    shift, shift_deviations = of.law_shift
     counted = (of.deviations > 0) & ~of.of_start  # a record's own start is no property
     claimed, far = (
-        np.divide(np.abs(moved), sizes, out=np.zeros(len(moved)), where=counted)
-        for sizes in (of.deviations, np.hypot(of.deviations, sure))
+        np.divide(np.abs(shift), sizes, out=np.zeros(len(shift)), where=counted)
+        for sizes in (of.deviations, np.hypot(of.deviations, shift_deviations))
     )
     beyond, nearly_right = bool(np.any(far > _MAX_LAW_SHIFT)), _is_law_nearly_right(of)
     worst = int(np.argmax(np.where(far > _MAX_LAW_SHIFT, claimed, 0.0) if beyond else far))
     name, value = of.names[worst], of.physical[worst]
-    share = 100 * abs(moved[worst] / value) if value else np.inf
+    share = 100 * abs(shift[worst] / value) if value else np.inf
     said = (
         f"the law as its control is recorded, in place of the declared one, moves {name} by "
         f"{share:.2g} % ({far[worst]:.2g} deviations)"
@@ -128,25 +128,22 @@ def _moved(of: OutputFit) -> Check | Missing | None:
     )
 
 
-def _sensitive(of: OutputFit) -> Check | None:
+def exact_law_check(of: OutputFit) -> Check | None:
     """How exact the law has to be."""
     if not of.law_moves:
         return None
-    sizes = np.abs(of.physical)
     # A gain that is found is what the law's error is told by.
-    found = np.isin(of.names, of.found_gains.names)
-    counted = (sizes > 0) & ~of.of_start & ~found
-    sizes = np.where(counted, sizes, np.inf)
-    shares = {name: 100 * np.abs(move) / sizes for name, move in of.law_moves.items()}
-    term = max(shares, key=lambda name: float(shares[name].max()))
-    j = int(np.argmax(shares[term]))
-    share = float(shares[term][j])
+    counted = (of.physical != 0) & ~of.of_start & ~np.isin(of.names, of.found_gains.names)
+    sizes = np.where(counted, np.abs(of.physical), np.inf)
+    shares = {term: 100 * np.abs(move) / sizes for term, move in of.law_moves.items()}
+    every = ((float(each.max()), term, int(each.argmax())) for term, each in shares.items())
+    share, term, j = max(every, key=itemgetter(0))
     said = f"a law whose {term} is 1 % other than declared moves {of.names[j]} by {share:.2g} %"
     if share > _MAX_LAW_SENSITIVITY:
         exact = "the law must be exact" if of.outputs == (POSITION,) else "the law must be right"
-        moved = abs(float(of.law_moves[term][j]))
-        if 0 < of.deviations[j] < moved:
-            enough = float(f"{of.deviations[j] / moved:.2g}")
+        deviations = of.deviations[j] / abs(float(of.law_moves[term][j]))
+        if 0 < deviations < 1:
+            enough = float(f"{deviations:.2g}")
             said += f", and {enough:g} % by its whole deviation, which supposes the declared law"
         said += f": {exact}, or the numbers are its error"
     return Check(
@@ -159,13 +156,15 @@ def _sensitive(of: OutputFit) -> Check | None:
     )
 
 
-def _ended(of: OutputFit) -> Check:
-    best, said = of.best, f"the search stands still after {len(of.best.steps)} steps"
-    if not best.converged:
-        said = (
-            f"the search still moves after {MOST_STEPS} steps; start elsewhere, or leave out what "
-            "the record does not show"
-        )
+def convergence_check(of: OutputFit) -> Check:
+    """Whether the search came to an end."""
+    best = of.best
+    said = (
+        f"the search stands still after {len(best.steps)} steps"
+        if best.converged
+        else f"the search still moves after {MOST_STEPS} steps; start elsewhere, or leave out what "
+        "the record does not show"
+    )
     if best.lost:
         said += f"; {best.lost} parameter sets on the way could not be simulated: {best.why_lost}"
     return Check(
@@ -177,19 +176,19 @@ def _ended(of: OutputFit) -> Check:
     )
 
 
-def _shaken(of: OutputFit) -> Check | Missing | None:
+def noise_in_loop_check(of: OutputFit) -> Check | Missing | None:
     """What noise in the loop moved, and is taken off."""
-    moved = of.moved
-    if moved is None:
+    bias = of.moved
+    if bias is None:
         return None
-    if isinstance(moved, Missing):
-        return Missing(f"what noise makes of the parameters is not known: {moved.reason}")
-    shown = of.deviations > 0
-    far = np.divide(np.abs(moved), of.deviations, out=np.zeros(len(moved)), where=shown)
+    if isinstance(bias, Missing):
+        return Missing(f"what noise makes of the parameters is not known: {bias.reason}")
+    searched = of.deviations > 0
+    far = np.divide(np.abs(bias), of.deviations, out=np.zeros(len(bias)), where=searched)
     worst = int(np.argmax(far))
     if far[worst] <= _MIN_MOVED_BY_NOISE:
         return None
-    value, by = of.physical[worst], float(moved[worst])
+    value, by = of.physical[worst], float(bias[worst])
     share = f" ({100 * by / abs(value):+.2g} %)" if value else ""
     return Check(
         name="noise in the loop",
@@ -202,7 +201,7 @@ def _shaken(of: OutputFit) -> Check | Missing | None:
     )
 
 
-def _begun(of: OutputFit) -> Check | None:
+def loop_start_check(of: OutputFit) -> Check | None:
     """What the first positions and velocities, as the records have them, leave open."""
     moved, far = of.by_start
     if not far.any():
@@ -225,18 +224,19 @@ def _begun(of: OutputFit) -> Check | None:
     )
 
 
-def _starts(of: OutputFit) -> Check | None:
+def starts_check(of: OutputFit) -> Check | None:
+    """Whether several searches end at one place."""
     if len(of.searches) < 2:
         return None
-    alike = sum(each.cost <= of.best.cost * (1 + _SAME_END) for each in of.searches)
-    share = 1 - alike / len(of.searches)
+    ended = sum(each.cost <= of.best.cost * (1 + _SAME_END) for each in of.searches)
+    share = 1 - ended / len(of.searches)
     return Check(
         name="starts",
         status=status_of(share <= _MAX_APART, matters=False),
         figure=share,
         threshold=_MAX_APART,
         source="chosen: the lowest end is then found by few",
-        meaning=f"{alike} of {len(of.searches)} searches ended here, the others higher",
+        meaning=f"{ended} of {len(of.searches)} searches ended here, the others higher",
     )
 
 
@@ -315,16 +315,16 @@ def missing_terms_check(of: OutputFit) -> Check | None:
 
 def joined_check(name: str, of: OutputFit) -> Check | None:
     """What is checked of what the model lacks, over all records."""
-    found = [
+    checks = [
         made(name, partial(lacks_check, lacks, name, axis, record, of.levels))
         for lacks, axis, record in zip(of.lacks, of.axes, of.records, strict=True)
     ]
-    return joined(found, record_labels(of.records))
+    return joined(checks, record_labels(of.records))
 
 
 def rows_check(of: OutputFit) -> Check | None:
     """Whether errors are enough to tell how sure the parameters are."""
-    rows = int(np.count_nonzero(of.judged_scores.counted))
+    rows = int(np.count_nonzero(of.judged_sandwich.counted))
     searched = len(of.names) - len(of.fixed)
     few = few_rows(rows, searched)
     if not few:
@@ -341,19 +341,17 @@ def rows_check(of: OutputFit) -> Check | None:
 
 def rests_check(of: OutputFit) -> Check | None:
     """How many samples have no weight, as they are near rests."""
-    measured = np.count_nonzero(of.predictions.counted)
-    share = 1 - np.count_nonzero(of.judged_scores.counted) / measured
+    counted, measured = of.judged_sandwich.counted, of.predictions.counted
+    share = 1 - np.count_nonzero(counted) / np.count_nonzero(measured)
     if not (share or of.rests_count):
         return None
     said = (
-        "samples near rests and reversals count, as without them a parameter is hardly shown; "
+        f"{100 * share:.2g} % of the samples have no weight: they are near rests or reversals "
+        "of the record or of its loop, where friction takes any force"
+        if share
+        else "samples near rests and reversals count, as without them a parameter is hardly shown; "
         "behind an encoder they mislead: record longer or faster moves"
     )
-    if share:
-        said = (
-            f"{100 * share:.2g} % of the samples have no weight: they are near rests or reversals "
-            "of the record or of its loop, where friction takes any force"
-        )
     return Check(name="samples near rests", status="note", figure=share, meaning=said)
 
 
@@ -363,34 +361,35 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
         return None
     shared = np.isfinite(of.deviations) & (of.deviations > 0) & ~of.of_start
     shared &= ~np.isin(of.names, (*of.found_gains.names, GAIN))
-    scores, places = of.judged_scores, np.flatnonzero(of.unknowns.free & (of.sides == 0))
+    sandwich, places = of.judged_sandwich, np.flatnonzero(of.unknowns.free & (of.sides == 0))
     records = []
-    for spans in scores.spans:
+    for spans in sandwich.spans:
         span = slice(spans[0].start, spans[-1].stop)
-        J = scores.jacobian[span]
-        own = np.flatnonzero(shared[places] & J.any(axis=0))  # others' local ones are nothing here
-        made = np.linalg.norm(J * of.physical[places], axis=0)
+        J = sandwich.jacobian[span]
+        # Others' local ones are nothing here.
+        chosen = np.flatnonzero(shared[places] & J.any(axis=0))
+        effects = np.linalg.norm(J * of.physical[places], axis=0)
         records.append(
             RecordRegressor(
-                names=tuple(of.names[j] for j in places[own]),
-                units=tuple(of.unknowns.quantities[j].unit for j in places[own]),
-                values=of.physical[places[own]],
-                slopes=np.eye(len(places))[own],
+                names=tuple(of.names[j] for j in places[chosen]),
+                units=tuple(of.unknowns.quantities[j].unit for j in places[chosen]),
+                values=of.physical[places[chosen]],
+                slopes=np.eye(len(places))[chosen],
                 span=span,
-                columns=J[:, own],
-                instruments=J[:, own],
-                size=float(made.max(initial=0.0)),
+                columns=J[:, chosen],
+                instruments=J[:, chosen],
+                size=float(effects.max(initial=0.0)),
             )
         )
 
     def extended(_: Array, columns: Array) -> tuple[Array, Array, Array]:
-        return scores.extended(columns, clustered=of.horizon is not None)
+        return sandwich.extended(columns, clustered=of.horizon is not None)
 
-    alike = records_alike(scores.jacobian, records, extended, of.levels)
-    return alike_check(alike, record_labels(of.records), of.levels, "output")
+    comparison = records_alike(sandwich.jacobian, records, extended, of.levels)
+    return alike_check(comparison, record_labels(of.records), of.levels, "output")
 
 
-_SURE = 1e-2  # of a variance: the least by which what was known is moved
+_LEAST_VARIANCE = 1e-2  # of what was known: the least of how far an estimate may be from it
 
 
 def known_check(of: OutputFit) -> Check | None:
@@ -399,12 +398,12 @@ def known_check(of: OutputFit) -> Check | None:
         return None
     far = dict[str, float]()
     for name, (mean, sd) in of.prior.items():
-        place = of.names.index(name)
-        value, both = float(of.physical[place]), sd**2 - float(of.deviations[place]) ** 2
+        value, deviation = of.parameters[name].value, of.parameters[name].deviation
+        variance = sd**2 - deviation**2
         if name in of.without_prior:
             value, deviation = of.without_prior[name]
-            both = sd**2 + deviation**2
-        far[name] = abs(value - mean) / math.sqrt(max(both, _SURE * sd**2))
+            variance = sd**2 + deviation**2
+        far[name] = abs(value - mean) / math.sqrt(max(variance, _LEAST_VARIANCE * sd**2))
     worst, most = max(far, key=far.__getitem__), MIN_DISTANCE_FROM_NOISE.value
     good, (mean, sd), record = far[worst] <= most, of.prior[worst], "the record"
     if worst in of.without_prior:
@@ -425,16 +424,15 @@ def known_check(of: OutputFit) -> Check | None:
 def shown_check(of: OutputFit) -> Check:
     """Whether the outputs show every parameter."""
     several = len(of.outputs) > 1
-    said = f"the {of.output} show{'' if several else 's'} every parameter"
     named = {*re.findall(r"\w+", " ".join(of.unseen))}
     lost = [name for name, d in zip(of.names, of.deviations, strict=True) if np.isinf(d)]
     unseen = [*of.unseen, *(f"{name} at all" for name in lost if name not in named)]
-    if unseen:
-        no = "do not" if several else "does not"
-        said = (
-            f"the {of.output} {no} show {'; nor '.join(unseen)}; hold one with fix "
-            f"{unseen[0].split()[0]}=VALUE, or record another motion."
-        )
+    said = (
+        f"the {of.output} {'do' if several else 'does'} not show {'; nor '.join(unseen)}; hold one "
+        f"with fix {unseen[0].split()[0]}=VALUE, or record another motion."
+        if unseen
+        else f"the {of.output} show{'' if several else 's'} every parameter"
+    )
     return Check(
         name="parameters shown",
         status=status_of(not unseen),
@@ -463,24 +461,24 @@ def none_shown_check(of: OutputFit) -> Check | None:
 
 def one_end_check(of: OutputFit) -> Check | None:
     """Whether the search passed a place as good as its end, which is claimed to be far from it."""
-    found = of.elsewhere
-    if found is None:
+    place = of.elsewhere
+    if place is None:
         return None
-    order = [int(j) for j in np.argsort(-found.away) if found.away[j] > MIN_FAR.value]
+    order = [int(j) for j in np.argsort(-place.away) if place.away[j] > MIN_FAR.value]
     values = (
-        f"{of.names[j]} {found.physical[j]:.4g} {of.unknowns.quantities[j].unit}" for j in order
+        f"{of.names[j]} {place.physical[j]:.4g} {of.unknowns.quantities[j].unit}" for j in order
     )
     listed = ", ".join(map(str.rstrip, values))
     outputs = f"{of.output} leave{'s' * (len(of.outputs) == 1)}"
     return Check(
         name="one end",
         status="fail",
-        figure=found.by_errors,
+        figure=place.by_errors,
         threshold=MAX_FAR.value,
         source=MAX_FAR.source,
         meaning=(
-            f"the errors are as small at {listed}: {found.away[order[0]]:.2g} of the "
-            f"deviations away, and {found.by_errors:.2g} by the errors. The {outputs} these "
+            f"the errors are as small at {listed}: {place.away[order[0]]:.2g} of the "
+            f"deviations away, and {place.by_errors:.2g} by the errors. The {outputs} these "
             "open along a valley, and the deviations are those of one place in it; hold one "
             f"with fix {of.names[order[0]]}=VALUE, or follow another output."
         ),
@@ -528,20 +526,19 @@ def bounds_check(of: OutputFit) -> Check:
 def nominal_values_check(of: OutputFit) -> Check | None:
     """Values of another order of size than declared."""
     declared = {p.name: p for p in of.axes[0].axis.parameters}
-    rows = zip(of.names, of.physical, of.deviations, strict=True)
     return nominal_check(
-        (declared[name], value, student_interval(value, deviation, np.inf))
-        for name, value, deviation in rows
+        (declared[name], each.value, student_interval(each.value, each.deviation, np.inf))
+        for name, each in of.parameters.items()
         if name in declared
     )
 
 
 #: By name, in the order in which they are told.
 _CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
-    "control law": _law,
+    "control law": control_law_check,
     "windows": windows_check,
-    _FACTORS: _moved,
-    "exact law": _sensitive,
+    _FACTORS: law_factors_check,
+    "exact law": exact_law_check,
     "simulation": simulation_check,
     "missing terms": missing_terms_check,
     "outliers": partial(joined_check, "outliers"),
@@ -550,14 +547,14 @@ _CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
     "samples near rests": rests_check,
     "repeated records": lambda of: repeated_check(of.records),
     "records alike": records_alike_check,
-    "convergence": _ended,
+    "convergence": convergence_check,
     "parameters shown": shown_check,
     "any parameter shown": none_shown_check,
     "one end": one_end_check,
     "precision": precise_check,
     "bounds": bounds_check,
     NOMINAL_VALUES: nominal_values_check,
-    "starts": _starts,
-    "start of the loop": _begun,
-    "noise in the loop": _shaken,
+    "starts": starts_check,
+    "start of the loop": loop_start_check,
+    "noise in the loop": noise_in_loop_check,
 }

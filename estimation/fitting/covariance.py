@@ -13,6 +13,7 @@ errors that were under way before a stretch begins, so that short stretches coun
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,14 +77,14 @@ def unseen_in_words(
     moves: Array, parts: NDArray[np.bool_], names: Sequence[str]
 ) -> tuple[str, ...]:
     """Directions that are not shown: ``Fc at all``, ``M and m apart (...)``."""
-    found = []
+    sentences = []
     for move, part in zip(moves, parts, strict=True):
         named = [names[int(j)] for j in np.flatnonzero(part)]
-        share = move[part] / move[part][0]
-        told = ", ".join(f"{m:+.3g} of {n}" for m, n in zip(share, named, strict=True))
-        apart = f"{' and '.join(named)} apart ({told} together change nothing)"
-        found.append(f"{named[0]} at all" if len(named) == 1 else apart)
-    return tuple(found)
+        shares = zip(move[part] / move[part][0], named, strict=True)
+        listed = ", ".join(f"{share:+.3g} of {name}" for share, name in shares)
+        several = f"{' and '.join(named)} apart ({listed} together change nothing)"
+        sentences.append(f"{named[0]} at all" if len(named) == 1 else several)
+    return tuple(sentences)
 
 
 MIN_MOVED_BY_START = 1.0  # deviations by the start of a loop, were that free, which then count
@@ -92,8 +93,8 @@ _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be va
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scores:
-    """What the covariance of an estimate is made of.
+class Sandwich:
+    """What the sandwich covariance of an estimate is made of.
 
     Attributes
     ----------
@@ -169,26 +170,24 @@ class Scores:
 
         Or by the scatter over stretches, which are windows of an open loop. What was known is sure.
         """
-        columns, known, found = self.jacobian @ self.inverse, self.by_known(), []
+        columns, known, parts = self.jacobian @ self.inverse, self.by_known(), []
         if clustered:
-            windows = [rows for spans in self.spans for rows in spans]
-            found.append(clustered_covariance(columns, self.errors, windows))
+            parts.append(clustered_covariance(columns, self.errors, [*chain(*self.spans)]))
         for r, rows in enumerate(() if clustered else map(record_rows, self.spans)):
             curved = self.curvature[rows, None] * self.jacobian[rows]
-            found.append(self._of_record(columns, r, float(np.sum(columns[rows] * curved))))
-        sure = CovarianceEstimate(matrix=known, freedom=np.full(len(known), np.inf))
-        return sum_covariances([*found, sure])
+            parts.append(self._of_record(columns, r, float(np.sum(columns[rows] * curved))))
+        parts.append(CovarianceEstimate(matrix=known, freedom=np.full(len(known), np.inf)))
+        return sum_covariances(parts)
 
     def _of_record(self, columns: Array, r: int, taken: float) -> CovarianceEstimate:
         """Of columns (n, j) and a record's errors, of which a fit took so many degrees."""
-        used = int(self.counted[record_rows(self.spans[r])].sum())
-        model = self.autoregressions[r]
-        return autoregressive_covariance(columns, model, self.spans[r], used, taken)
+        spans = self.spans[r]
+        used = int(self.counted[record_rows(spans)].sum())
+        return autoregressive_covariance(columns, self.autoregressions[r], spans, used, taken)
 
     def independent(self) -> Array:
         """Covariance for independent errors, of each record its own variance, (k, k)."""
-        known = np.asarray(self.known.T @ self.known)
-        return self._sandwich(sum(map(self._independent, self.spans), known))
+        return self._sandwich(sum(map(self._independent, self.spans), self.known.T @ self.known))
 
     def by_known(self) -> Array:
         """What the deviations of what was known before add to a covariance, (k, k)."""
@@ -200,13 +199,12 @@ class Scores:
         Over the variances of what was known: a record whose weights are divided by its square root
         counts beside what was known as its coloured errors allow, for one parameter exactly.
         """
-        reach, found = self.known @ self.inverse, []
-        columns = self.jacobian @ reach.T
+        reach, ratios = self.known @ self.inverse, []
         for r, spans in enumerate(self.spans):
-            told = float(np.trace(self._of_record(columns, r, 0.0).matrix))
+            coloured = float(np.trace(self._of_record(self.jacobian @ reach.T, r, 0.0).matrix))
             white = float(np.einsum("ij,jk,ik", reach, self._independent(spans), reach))
-            found.append(told / white if told > 0 and white > 0 else 1.0)
-        return np.array(found)
+            ratios.append(coloured / white if coloured > 0 and white > 0 else 1.0)
+        return np.array(ratios)
 
     def extended(self, columns: Array, *, clustered: bool) -> tuple[Array, Array, Array]:
         """What further columns (n, q) of weighted errors change, to first order; see `Solved`.
@@ -221,12 +219,12 @@ class Scores:
         )
         change = -wide.inverse[:, k:] @ (columns.T @ self.errors)
         if self.twins is not None:
-            moved = wide.inverse @ (wide.jacobian.T @ self.twins)
-            if (told := covariance_of_twins(moved, columns.shape[1])) is not None:
-                return change, told.matrix + wide.by_known(), told.freedom
-        left = self.errors + self.curvature * (wide.jacobian @ change)
-        found = replace(wide, errors=left).coloured(clustered=clustered)
-        return change, found.matrix, found.freedom
+            of_twins = wide.inverse @ (wide.jacobian.T @ self.twins)
+            if (by_twins := covariance_of_twins(of_twins, columns.shape[1])) is not None:
+                return change, by_twins.matrix + wide.by_known(), by_twins.freedom
+        errors = self.errors + self.curvature * (wide.jacobian @ change)
+        by_errors = replace(wide, errors=errors).coloured(clustered=clustered)
+        return change, by_errors.matrix, by_errors.freedom
 
     def _independent(self, spans: Sequence[slice]) -> Array:
         rows = record_rows(spans)
@@ -234,23 +232,23 @@ class Scores:
         return np.asarray(float(e @ e) / max(used - J.shape[1], 1) * (J.T @ J))
 
     def _sandwich(self, meat: Array) -> Array:
-        found = self.inverse @ meat @ self.inverse
-        return np.asarray((found + found.T) / 2)
+        covariance = self.inverse @ meat @ self.inverse
+        return np.asarray((covariance + covariance.T) / 2)
 
 
-def scores_of(
+def sandwich_of(
     found: SearchResult,
     weighing: WeightedLoss,
     unknowns: Unknowns,
     predictions: Predictions,
     records: Sequence[Record],
     chosen: NDArray[np.bool_],
-) -> Scores:
+) -> Sandwich:
     """Of the chosen parameters, (P,), where a search of the records' outputs ended."""
     weighed = weighing.weights * found.slopes.errors
     z = (weighed / weighing.tuning) ** 2
     _, first, second = weighing.counted(z)
-    return Scores(
+    return Sandwich(
         jacobian=(weighing.weights[:, None] * found.slopes.jacobian)[:, chosen],
         errors=first * weighed,
         curvature=np.maximum(first + 2 * z * second, 0.0),
@@ -263,7 +261,7 @@ def scores_of(
 
 
 def moved_by_start(
-    scores: Scores, starts: Sequence[tuple[slice, Array]], covariance: Array
+    scores: Sandwich, starts: Sequence[tuple[slice, Array]], covariance: Array
 ) -> tuple[Array, Array]:
     """What parameters would move by if first positions and velocities were free with them.
 
@@ -272,7 +270,7 @@ def moved_by_start(
 
     Parameters
     ----------
-    scores : Scores
+    scores : Sandwich
     starts : sequence of (slice, array)
         Rows of a stretch, and slopes of its weighted errors by its start, of one size, (m, 2).
     covariance : (k, k) array

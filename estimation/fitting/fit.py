@@ -57,7 +57,7 @@ from axisid.support.errors import AxisidError, EstimationError, UsageError, is_w
 from axisid.support.progress import Progress
 
 from .checks_of_fit import judged
-from .covariance import scores_of, unseen_directions
+from .covariance import sandwich_of, unseen_directions
 from .inference import FitSearch
 from .result import OutputFit
 from .starting import (
@@ -220,10 +220,10 @@ def fit(
     if time is None:
         first, last = _in_steady_windows(search, generated, start, asked)
     else:
-        in_windows = partial(search, horizon=asked)
-        first, last = _with_time_found(generated, time, start, in_windows, given[0].period)
-    told = replace(last, start=first.start, started=first.started, remarks=first.remarks)
-    return OutputFit.of(told, judged, levels)
+        of_time = partial(search, horizon=asked)
+        first, last = _with_time_found(generated, time, start, of_time, given[0].period)
+    best = replace(last, start=first.start, started=first.started, remarks=first.remarks)
+    return OutputFit.of(best, judged, levels)
 
 
 def _with_time_found(
@@ -247,11 +247,10 @@ def _with_time_found(
     for _ in range(_ROUNDS):
         last = search(at_time(axis, time.name, value), start, time)
         first = first or last
-        moved = float(last.best.physical[-1]) - value
-        moved = float(np.clip(moved, -_FURTHEST * period, _FURTHEST * period))
-        if abs(moved) < _MAX_TIME_STEP * period:
+        step = np.clip(last.best.physical[-1] - value, -_FURTHEST * period, _FURTHEST * period)
+        if abs(step) < _MAX_TIME_STEP * period:
             return first, last
-        start, value = last.ended, max(value + moved, 0.0)
+        start, value = last.ended, max(value + float(step), 0.0)
     raise EstimationError(
         f"the drive's {time.name} does not settle; it is about {value:.3g} s. See whether the law "
         "and the model are right.",
@@ -319,8 +318,8 @@ def _searched(
     horizon = predictions.horizon
     doubts = list[tuple[ExtendedForm, Predictions]]()
     for layout in moved_layouts(generated, shared.own_layout):
-        moved = with_free(searched_form(shared, layout), *asked)
-        doubts.append((moved, _predictions(moved, records, outputs, first_at, horizon)))
+        other = with_free(searched_form(shared, layout), *asked)
+        doubts.append((other, _predictions(other, records, outputs, first_at, horizon)))
     check_enough(predictions.counted, predictions.spans, unknowns)
     check_remembered(generated.axis.states, unknowns, begins)
     if time is not None:
@@ -330,7 +329,7 @@ def _searched(
         others = _predictions(replace(form, axes=axes), records, outputs, first_at, horizon)
         at = unknowns.inside(first_at, unknowns.scale(first_at, begins[0].size))
         predictions.follow_time(others, at, value, step)
-    rests = Rests() if keeps_rests else Rests.of(form, records)
+    rests = {} if keeps_rests else _rests(form, records)
     run = _FitRun(form, records, predictions, unknowns, loss, weights, progress, rests)
     first, begun, lost = run.first(begins)
     ends = run.searches(first, begun, starts, np.random.default_rng(seed))
@@ -353,7 +352,7 @@ def _searched(
         seed=seed,
         known=tuple(known),
         doubts=tuple(doubts),
-        rests_count=rests.count,
+        rests_count=any(d.rows_near_turns.any() for d in rests.values() if not d.excluded),
         alone=run.alone,
     )
 
@@ -377,84 +376,37 @@ def _steady_horizon(form: ExtendedForm, records: Sequence[Record], physical: Arr
 
     None where they cannot be simulated, which the search and the check of the windows tell.
     """
-    longest = default_horizon(records)
+    longest = WindowPredictions(form, form.axes, records, default_horizon(records))
     try:
-        return WindowPredictions(form, form.axes, records, longest).steady_horizon(physical)
+        return longest.steady_horizon(physical)
     except EstimationError:
         return None
 
 
-@dataclass(frozen=True, slots=True)
-class Rests:
-    """What is near a rest or a reversal of records, or of their simulated loops.
+def _rests(form: ExtendedForm, records: Sequence[Record]) -> dict[int, FilteredRecord]:
+    """Records of which a fit leaves out what is near a rest or a reversal, by number.
 
-    A fit leaves it out as regressions leave out rows. At rest friction takes any force, so that
-    such samples tell nothing of the parameters; under a law with an integral the control is
-    undetermined there. Behind an encoder they mislead: it is silent at rest, and record and loop
-    come to rest and leave it at different times.
+    Of these, or of their simulated loops, as regressions leave out rows, under the default filter,
+    which says how near. At rest friction takes any force, so that such samples tell nothing of the
+    parameters; under a law with an integral the control is undetermined there. Behind an encoder
+    they mislead: it is silent at rest, and record and loop come to rest and leave it at different
+    times.
 
-    Attributes
-    ----------
-    data : mapping of int to FilteredRecord
-        By record, under the default filter, which says how near; none of records whose samples are
-        all kept.
+    Nothing is left out of any where they together show too little without it. Friction that
+    remembers is shown near reversals alone, and records that are too short for the filter are kept
+    whole.
     """
-
-    data: Mapping[int, FilteredRecord] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, form: ExtendedForm, records: Sequence[Record]) -> "Rests":
-        """Those of records; none where these together show too little without them.
-
-        Friction that remembers is shown near reversals alone,
-        and records that are too short for the filter are kept whole.
-        """
-        served = list[int]()
-        for i, (axis, record) in enumerate(zip(form.axes, records, strict=True)):
-            if not axis.states:
-                with suppress(AxisidError):
-                    FilteredRecord.bind(axis, record, Prefilter(reversals="keep"))
-                    served.append(i)
-        if not served:
-            return cls()
-        own, of_all = [form.axes[i] for i in served], [form.of_model.slopes(i) for i in served]
-        data = bound_records(own, [records[i] for i in served], Prefilter(), of_all)
-        return cls(dict(zip(served, data, strict=True)))
-
-    @property
-    def count(self) -> bool:
-        """Whether samples near rests count, as without them a parameter is hardly shown."""
-        kept = [data for data in self.data.values() if not data.excluded]
-        return any(data.rows_near_turns.any() for data in kept)
-
-    def counted(self, predictions: Predictions, physical: Array | None = None) -> Array:
-        """1 for rows that count, 0 near rests of the records, and of their loops there, (n,).
-
-        Parameters
-        ----------
-        predictions : Predictions
-        physical : (P,) array, optional
-            Of the loops; without it rests are those of the records. A loop that never moves is none
-            of a record that does.
-        """
-        if not any(data.excluded for data in self.data.values()):
-            return predictions.counted
-        with np.errstate(all="ignore"):
-            loops = () if physical is None else predictions.velocities(physical)
-        every = []
-        for r, samples in enumerate(predictions.samples):
-            near, data = np.zeros(len(samples), dtype=bool), self.data.get(r)
-            if data is not None:
-                near = covered(data.excluded, len(data))[samples]
-            if data is not None and data.excluded and loops:
-                velocity = np.zeros(len(data))
-                velocity[samples] = loops[r]
-                turns = data.excluded + data.sampling.turns(velocity, data.fastest)
-                either = covered(turns, len(data))[samples]
-                near = near if either.all() else either
-            every.append(near)
-        near = np.repeat(np.concatenate(every), len(predictions.units))
-        return np.where(near, 0.0, predictions.counted)
+    served = list[int]()
+    for i, (axis, record) in enumerate(zip(form.axes, records, strict=True)):
+        if not axis.states:
+            with suppress(AxisidError):
+                FilteredRecord.bind(axis, record, Prefilter(reversals="keep"))
+                served.append(i)
+    if not served:
+        return {}
+    axes, of_all = [form.axes[i] for i in served], [form.of_model.slopes(i) for i in served]
+    data = bound_records(axes, [records[i] for i in served], Prefilter(), of_all)
+    return dict(zip(served, data, strict=True))
 
 
 @dataclass
@@ -468,7 +420,7 @@ class _FitRun:
     loss: str
     given: tuple[float, ...]  # weights of the outputs, NaN where they are found
     progress: Progress | None
-    rests: Rests
+    rests: Mapping[int, FilteredRecord]
     scale: Array = field(init=False)
     counted: Array = field(init=False)
     weighing: WeightedLoss = field(init=False)
@@ -487,14 +439,43 @@ class _FitRun:
             else:
                 tried.append((begin, at, lanes.errors[:, 0], scale, [*why]))
         if not tried:
-            said = f"the fit cannot start: {why[0]}{self._suspects(begins[0])}"
-            raise EstimationError(said, code="fit")
-        self.counted = self.rests.counted(self.predictions)
+            raise EstimationError(
+                f"the fit cannot start: {why[0]}{self._suspects(begins[0])}", code="fit"
+            )
+        self.counted = self._counted()
         self._weigh(tried[0][2])
-        costs = [cost_of(at, left, self.unknowns, self.weighing) for _, at, left, *_ in tried]
-        first, at, left, self.scale, before = tried[int(np.argmin(costs))]
-        self._weigh(left)
+        first, at, errors, self.scale, before = min(
+            tried, key=lambda each: cost_of(each[1], each[2], self.unknowns, self.weighing)
+        )
+        self._weigh(errors)
         return first, at, before
+
+    def _counted(self, physical: Array | None = None) -> Array:
+        """1 for rows that count, 0 near rests of the records, and of their loops there, (n,).
+
+        Parameters
+        ----------
+        physical : (P,) array, optional
+            Of the loops; without it rests are those of the records. A loop that never moves is none
+            of a record that does.
+        """
+        counted = self.predictions.counted.copy()
+        if not any(data.excluded for data in self.rests.values()):
+            return counted
+        with np.errstate(all="ignore"):
+            loops = () if physical is None else self.predictions.velocities(physical)
+        for r, data in self.rests.items():
+            samples = self.predictions.samples[r]
+            near = covered(data.excluded, len(data))[samples]
+            if data.excluded and loops:
+                velocity = np.zeros(len(data))
+                velocity[samples] = loops[r]
+                turns = data.excluded + data.sampling.turns(velocity, data.fastest)
+                either = covered(turns, len(data))[samples]
+                near = near if either.all() else either
+            rows = record_rows(self.predictions.spans[r])
+            counted[rows][np.repeat(near, len(self.predictions.units))] = 0.0
+        return counted
 
     def _suspects(self, begin: FitStart) -> str:
         """What may be wrong where no loop can start: what of it is below its bounds, or the law."""
@@ -504,13 +485,11 @@ class _FitRun:
             for q, value, is_low in zip(quantities, begin.physical, low, strict=True)
             if is_low
         )
-        signs = (
+        said = below and (
             f" The {begin.named} estimate itself is {below}, below the bounds: "
             "check the signs of the control, of the positions and of the drive gain."
         )
-        every = zip(self.form.axes, self.records, strict=True)
-        law = first_failing([check_law(*each) for each in every])
-        said = signs if below else ""
+        law = first_failing([*map(check_law, self.form.axes, self.records)])
         if isinstance(law, LawCheck) and not law.passed:
             said += f" The control law: {law.sentence}."
         return said
@@ -519,7 +498,7 @@ class _FitRun:
         self, first: FitStart, begun: Array, count: int, random: np.random.Generator
     ) -> tuple[SearchResult, ...]:
         """The searches that come to an end: from the start, then from about it."""
-        found, lost, u = list[SearchResult](), list[EstimationError](), self.unknowns
+        ends, lost, u = list[SearchResult](), list[EstimationError](), self.unknowns
         sizes = self._sizes(begun) if count > 1 else self.scale
         for k in range(count):
             try:
@@ -527,15 +506,14 @@ class _FitRun:
                     drawn = u.drawn_about(first.physical, sizes, random)
                     drawn = np.where(least_sizes(self.form) > 0, first.physical, drawn)
                     begun = u.inside(drawn, self.scale)
-                found.append(self._run(begun, u) if found else self._search(begun))
+                ends.append(self._run(begun, u) if ends else self._search(begun))
             except EstimationError as error:
                 lost.append(error)
-        if not found:
+        if not ends:
             raise lost[0]
-        left = [(each.physical, each.slopes.errors) for each in found]
         # By the last weights, which are the same for all.
-        costs = [cost_of(*each, u, self.weighing) for each in left]
-        return tuple(replace(e, cost=cost) for e, cost in zip(found, costs, strict=True))
+        cost = partial(cost_of, unknowns=u, weighing=self.weighing)
+        return tuple(replace(e, cost=cost(e.physical, e.slopes.errors)) for e in ends)
 
     def _sizes(self, begun: Array) -> Array:
         """By how much each parameter has to change to change the outputs as much as any does, (P,).
@@ -549,12 +527,12 @@ class _FitRun:
         except EstimationError:
             return self.scale
         effect = np.linalg.norm(self.weighing.weights[:, None] * slopes.jacobian, axis=0)
-        most = float(np.max(effect * np.abs(begun)))
-        return np.where(effect > 0, most / np.where(effect > 0, effect, 1.0), self.scale)
+        most = np.full(len(effect), np.max(effect * np.abs(begun)))
+        return np.asarray(np.divide(most, effect, out=self.scale.copy(), where=effect > 0))
 
     def _run(self, begun: Array, unknowns: Unknowns) -> SearchResult:
-        asked = self.predictions, unknowns, self.scale, self.weighing, self.progress
-        return Search(*asked).run(begun)
+        search = Search(self.predictions, unknowns, self.scale, self.weighing, self.progress)
+        return search.run(begun)
 
     def _search(self, begun: Array) -> SearchResult:
         """Until the weights, by what the fit leaves, are those that it was made with.
@@ -586,10 +564,10 @@ class _FitRun:
         needs_weights = several or self.loss != SQUARES or bool(u.has_prior.any())
         for _ in range(_PASSES):
             before, counted = self.weighing.weights, self.counted
-            self.counted = self.rests.counted(self.predictions, found.physical)
+            self.counted = self._counted(found.physical)
             self._weigh(found.slopes.errors, self._effects(found, u))
-            moved = np.abs(self.weighing.weights - before)
-            settled = not needs_weights or bool(np.all(moved <= _SETTLED * before))
+            changes = np.abs(self.weighing.weights - before)
+            settled = not needs_weights or bool(np.all(changes <= _SETTLED * before))
             if settled and np.array_equal(counted, self.counted):
                 return found
             inside = u.inside(found.physical, self.scale * _SETTLED)
@@ -600,8 +578,8 @@ class _FitRun:
         """By how much each record's errors, as they are coloured, tell less of what was known."""
         if not unknowns.has_prior.any():
             return None
-        known = self.weighing, unknowns, self.predictions, self.records
-        return scores_of(found, *known, unknowns.free).effects()
+        asked = self.weighing, unknowns, self.predictions, self.records
+        return sandwich_of(found, *asked, unknowns.free).effects()
 
     def _weigh(self, errors: Array, effects: Array | None = None) -> None:
         """Weigh the rows of each output of each record by the inverse of what is left of them.
@@ -615,10 +593,10 @@ class _FitRun:
         for r, spans in enumerate(self.predictions.spans):
             for place, given in enumerate(self.given):
                 of_one = record_rows(spans, place, len(self.given))
-                own = errors[of_one][weights[of_one] > 0]
-                noise = float(np.sqrt(np.mean(own**2))) if len(own) else 0.0
+                residuals = errors[of_one][weights[of_one] > 0]
+                noise = float(np.sqrt(np.mean(residuals**2))) if len(residuals) else 0.0
                 if self.loss != SQUARES:
-                    noise = robust_deviation(own) or noise
+                    noise = robust_deviation(residuals) or noise
                 weights[of_one] *= 1 / (noise or 1.0) if np.isnan(given) else given
             shares[record_rows(spans)] = 1.0 if effects is None else 1 / effects[r]
         self.weighing = WeightedLoss(

@@ -28,7 +28,7 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
 
-from .covariance import Scores, moved_by_start, scores_of, unseen_directions
+from .covariance import Sandwich, moved_by_start, sandwich_of, unseen_directions
 from .twins import RecordLoops, calibrated_covariance, outputs_by_noise
 
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
@@ -98,10 +98,10 @@ class FitSearch:
         """Parameters where the best search ended, by name."""
         return dict(zip(self.unknowns.names, map(float, self.best.physical), strict=True))
 
-    def scores(self, chosen: NDArray[np.bool_]) -> Scores:
+    def sandwich(self, chosen: NDArray[np.bool_]) -> Sandwich:
         """Of the chosen parameters, (P,), where the best search ended."""
-        known = self.weighing, self.unknowns, self.predictions, self.records
-        return scores_of(self.best, *known, chosen)
+        asked = self.weighing, self.unknowns, self.predictions, self.records
+        return sandwich_of(self.best, *asked, chosen)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -128,7 +128,7 @@ class FitInference:
         What neither outputs nor what was known before show, see `unseen_directions`.
     influence : (P, n) array
         Of the errors on the parameters.
-    judged_scores : Scores
+    judged_sandwich : Sandwich
         Of the parameters that are free and not at a bound, less what noise makes in the mean.
     loops : tuple of RecordLoops or Missing
         Those of each record there, with its noise.
@@ -148,7 +148,7 @@ class FitInference:
     held: tuple[ParameterAtBound, ...] = field(repr=False)
     not_shown: tuple[Array, NDArray[np.bool_]] = field(repr=False)
     influence: Array = field(repr=False)
-    judged_scores: Scores = field(repr=False, compare=False)
+    judged_sandwich: Sandwich = field(repr=False, compare=False)
     loops: tuple[RecordLoops | Missing, ...] = field(repr=False, compare=False)
     moved: Array | Missing | None = field(repr=False)
     by_start: tuple[Array, Array] = field(repr=False)
@@ -163,29 +163,28 @@ def inferred(of: FitSearch) -> FitInference:
     it are enough.
     """
     end, weights, free = of.best, of.weighing.weights, of.unknowns.free
-    every = zip(of.form.axes, of.records, strict=True)
     loops = tuple(
-        unless_faulty(partial(RecordLoops.at, of.form, end.physical, i, *each))
-        for i, each in enumerate(every)
+        unless_faulty(partial(RecordLoops.at, of.form, end.physical, place, record))
+        for place, record in enumerate(of.records)
     )
-    at_liberty, noise = of.scores(free), _noise(of, loops)
+    at_liberty, noise = of.sandwich(free), _noise(of, loops)
     twins = None if isinstance(noise, Missing) else noise
     common = None if twins is None else twins.mean(axis=1)
     physical, sides = _corrected(of, at_liberty, common)
     inner = free & (sides == 0)
-    judged, influence = of.scores(inner), np.zeros((len(free), len(weights)))
+    judged, influence = of.sandwich(inner), np.zeros((len(free), len(weights)))
     if inner.any():
         influence[inner] = judged.influence(weights)
     if common is not None:
         # What noise makes by its square comes at every reversal alike, so that it scatters nothing.
-        beside = common - end.slopes.jacobian @ (influence @ common)
-        judged = replace(judged, errors=judged.errors + weights * beside)
+        net = common - end.slopes.jacobian @ (influence @ common)
+        judged = replace(judged, errors=judged.errors + weights * net)
     starts = _slopes_by_start(of)
     scattered = twins if of.horizon is None else None
     coloured, found = _covariances(of, at_liberty, twins, judged.errors, starts)
-    freedom, chosen = coloured.freedom, "coloured"
+    dof, chosen = coloured.freedom, "coloured"
     if scattered is not None:
-        freedom, chosen = np.full(len(freedom), scattered.shape[1] / 2), "bootstrap"  # of pairs
+        dof, chosen = np.full(len(dof), scattered.shape[1] / 2), "bootstrap"  # of pairs
         judged = replace(judged, twins=judged.counts[:, None] * scattered)
     variances, by_start = np.full(len(free), np.inf), np.zeros((2, len(free)))
     variances[free] = np.diag(found[chosen])
@@ -205,11 +204,11 @@ def inferred(of: FitSearch) -> FitInference:
         chosen=chosen,
         covariances=covariances,
         variances=variances,
-        parameters=_parameters(of.unknowns, physical, held, covariances, chosen, freedom),
+        parameters=_parameters(of.unknowns, physical, held, covariances, chosen, dof),
         held=held,
         not_shown=not_shown,
         influence=influence,
-        judged_scores=judged,
+        judged_sandwich=judged,
         loops=loops,
         moved=noise if twins is None else end.physical - physical,
         by_start=(by_start[0], by_start[1]),
@@ -239,16 +238,16 @@ def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Mis
     if of.loss != SQUARES:
         return Missing("errors count by their size, and outliers are no noise of a loop")
     there, count, disturbed = (of.best.physical, of.predictions), of.bootstrap, of.horizon is None
-    found = unless_faulty(
+    noise = unless_faulty(
         lambda: outputs_by_noise(loops, *there, count, disturbed=disturbed, paired=True)
     )
-    if isinstance(found, Missing) or found.any():
-        return found
+    if isinstance(noise, Missing) or noise.any():
+        return noise
     return Missing("no noise that is measured reaches what is followed.")
 
 
 def _corrected(
-    of: FitSearch, scores: Scores, common: Array | None
+    of: FitSearch, sandwich: Sandwich, common: Array | None
 ) -> tuple[Array, NDArray[np.int8]]:
     """The parameters less what noise moves them by, and which are at a bound, (P,) each.
 
@@ -258,7 +257,7 @@ def _corrected(
     Parameters
     ----------
     of : FitSearch
-    scores : Scores
+    sandwich : Sandwich
         Of every free parameter.
     common : (n,) array or None
         What noise makes of the errors in the mean.
@@ -266,15 +265,15 @@ def _corrected(
     at, side, u = of.best.physical, of.best.at_bound, of.unknowns
     if common is None:
         return at, side
-    uphill = scores.jacobian.T @ (scores.curvature * of.weighing.weights * common)
+    gradient = sandwich.jacobian.T @ (sandwich.curvature * of.weighing.weights * common)
     # The search stands still but for what a bound holds.
-    held = scores.jacobian.T @ scores.errors + scores.known.T @ u.known_errors(at)
-    downhill = -uphill - np.where(side[u.free] != 0, held, 0.0)
+    at_bounds = sandwich.jacobian.T @ sandwich.errors + sandwich.known.T @ u.known_errors(at)
+    downhill = -gradient - np.where(side[u.free] != 0, at_bounds, 0.0)
     physical = at.copy()
-    physical[u.free] += scores.inverse @ downhill
+    physical[u.free] += sandwich.inverse @ downhill
     if not side.any() and np.all(((u.lower < physical) & (physical < u.upper))[u.free]):
         return physical, side
-    rows = np.vstack([np.sqrt(scores.curvature)[:, None] * scores.jacobian, scores.known])
+    rows = np.vstack([np.sqrt(sandwich.curvature)[:, None] * sandwich.jacobian, sandwich.known])
     physical, side = at.copy(), np.zeros_like(side)
     lower, upper, start = (each[u.free] for each in (u.lower, u.upper, at))
     physical[u.free], side[u.free] = bounded_quadratic_minimum(lower, upper, start, rows, downhill)
@@ -283,7 +282,7 @@ def _corrected(
 
 def _covariances(
     of: FitSearch,
-    scores: Scores,
+    sandwich: Sandwich,
     twins: Array | None,
     errors: Array,
     starts: Sequence[tuple[slice, Array]],
@@ -293,7 +292,7 @@ def _covariances(
     Parameters
     ----------
     of : FitSearch
-    scores : Scores
+    sandwich : Sandwich
         Of every free parameter.
     twins : (n, R) array or None
         What noise makes of the outputs.
@@ -302,40 +301,45 @@ def _covariances(
     starts : sequence of (slice, array)
         Of `_slopes_by_start`.
     """
-    weights, influence = of.weighing.weights, scores.influence(of.weighing.weights)
-    coloured = scores.coloured(clustered=of.horizon is not None)
-    found, iid = {"coloured": coloured.matrix}, scores.independent()
+    weights, influence = of.weighing.weights, sandwich.influence(of.weighing.weights)
+    coloured = sandwich.coloured(clustered=of.horizon is not None)
+    covariances, iid = {"coloured": coloured.matrix}, sandwich.independent()
     if of.horizon is None and twins is not None:
-        apart = twins - twins.mean(axis=1, keepdims=True)
-        moved = -influence @ apart
-        left = weights[:, None] * apart + scores.jacobian @ moved
-        by_twins = calibrated_covariance(scores, errors, moved, left)
-        found["bootstrap"] = by_twins + scores.by_known()
+        centred = twins - twins.mean(axis=1, keepdims=True)
+        estimates = -influence @ centred
+        residuals = weights[:, None] * centred + sandwich.jacobian @ estimates
+        by_twins = calibrated_covariance(sandwich, errors, estimates, residuals)
+        covariances["bootstrap"] = by_twins + sandwich.by_known()
     elif of.horizon is not None:
         # Of few windows next to nothing, as a fit makes their sum 0.
         matrix = widened(coloured.matrix, np.diag(iid))
-        coloured, found["coloured"] = replace(coloured, matrix=matrix), matrix
+        coloured, covariances["coloured"] = replace(coloured, matrix=matrix), matrix
         if twins is not None:
             # Of two opposite twins it is what they do alike, which is what is taken off; the mean
             # of so many is unsure.
-            moved = influence @ twins
-            alike = moved[:, : moved.shape[1] // 2 * 2].reshape(len(moved), -1, 2).mean(axis=2)
-            found["coloured"] = matrix + np.cov(alike).reshape(len(moved), -1) / alike.shape[1]
-    for name, matrix in found.items():  # no error of a record tells what the starts of loops add
-        by_start, _ = moved_by_start(scores, starts, matrix)
-        found[name] = matrix + np.outer(by_start, by_start)
-    errors_there, there = of.best.slopes.errors[:, None], of.ended
+            pairs = twins.shape[1] // 2
+            means = (
+                (influence @ twins[:, : 2 * pairs]).reshape(len(influence), pairs, 2).mean(axis=2)
+            )
+            covariances["coloured"] = matrix + np.atleast_2d(np.cov(means)) / pairs
+    for name, matrix in covariances.items():
+        # No error of a record tells what the starts of loops add.
+        by_start, _ = moved_by_start(sandwich, starts, matrix)
+        covariances[name] = matrix + np.outer(by_start, by_start)
+    errors_there = of.best.slopes.errors[:, None]
     doubted = [of.predictions.doubts_of_memory(of.best.physical)]
     for form, predictions in of.doubts:
-        at = np.array([there.get(q.name, 0.0) for q in form.physical_quantities])
+        at = np.array([of.ended.get(q.name, 0.0) for q in form.physical_quantities])
         predictions.settle(at)
         lanes = predictions(at[None, :])
         if lanes.failures:
             raise EstimationError(lanes.failures[0], code="simulation")
         doubted.append(lanes.errors - errors_there)
     by_doubts = influence @ np.hstack(doubted)
-    every = {"coloured": found.pop("coloured"), "iid": iid, **found}
-    return coloured, {name: matrix + by_doubts @ by_doubts.T for name, matrix in every.items()}
+    covariances = {"coloured": covariances.pop("coloured"), "iid": iid, **covariances}
+    return coloured, {
+        name: matrix + by_doubts @ by_doubts.T for name, matrix in covariances.items()
+    }
 
 
 def _held(
@@ -353,24 +357,24 @@ def _held(
     Other parameters at bounds may be elsewhere, so that the normal is as wide as without any, and
     as many deviations beyond as with the others at theirs. Arguments as in `inferred`.
     """
-    u, weights, found = of.unknowns, of.weighing.weights, []
+    u, weights, at_bounds = of.unknowns, of.weighing.weights, []
     for j in map(int, np.flatnonzero(sides)):
         free = u.free & (sides == 0)
         free[j] = True
-        scores, place = of.scores(free), int(np.count_nonzero(free[:j]))
-        matrix = replace(scores, errors=errors).coloured().matrix
-        by_start, _ = moved_by_start(scores, starts, matrix)
+        sandwich, place = of.sandwich(free), int(np.count_nonzero(free[:j]))
+        matrix = replace(sandwich, errors=errors).coloured().matrix
+        by_start, _ = moved_by_start(sandwich, starts, matrix)
         deviation = float(np.sqrt((matrix + np.outer(by_start, by_start))[place, place]))
-        left = scores.errors
+        residuals = sandwich.errors
         if common is not None:
-            moved = (weights[:, None] * of.best.slopes.jacobian) @ (physical - of.best.physical)
-            left = left + scores.curvature * (weights * common + moved)
-        downhill = -(scores.jacobian.T @ left + scores.known.T @ u.known_errors(physical))
+            change = of.best.slopes.jacobian @ (physical - of.best.physical)
+            residuals = residuals + sandwich.curvature * weights * (common + change)
+        downhill = -(sandwich.jacobian.T @ residuals + sandwich.known.T @ u.known_errors(physical))
         at, side = float(physical[j]), int(sides[j])
-        centre = at + float((scores.inverse @ downhill)[place])
+        centre = at + float((sandwich.inverse @ downhill)[place])
         wide = max(math.sqrt(variances[j]), deviation)
         beyond = (centre - at) / deviation if deviation > 0 else 0.0
-        found.append(
+        at_bounds.append(
             ParameterAtBound(
                 name=u.names[j],
                 unit=u.quantities[j].unit,
@@ -381,7 +385,7 @@ def _held(
                 reach=reach_of_cut_normal(at, at + beyond * wide, wide, side),
             )
         )
-    return tuple(found)
+    return tuple(at_bounds)
 
 
 def reach_of_cut_normal(bound: float, centre: float, deviation: float, side: int) -> float:
@@ -395,13 +399,11 @@ def reach_of_cut_normal(bound: float, centre: float, deviation: float, side: int
     """
     if not deviation > 0:
         return bound
-    reach = side * (bound - centre) / deviation  # what lies beyond it, in deviations
-    outside = np.log(1 - INTERVAL_LEVEL.value)
-    if reach < -_EXPONENTIAL:
-        beside = float(outside) / -reach
-    else:
-        beside = float(ndtri_exp(outside + log_ndtr(reach))) - reach
-    return bound + side * deviation * beside
+    centres = side * (bound - centre) / deviation  # what lies beyond it, in deviations
+    outside = math.log(1 - INTERVAL_LEVEL.value)
+    exponential = centres < -_EXPONENTIAL
+    tail = -outside / centres if exponential else ndtri_exp(outside + log_ndtr(centres)) - centres
+    return bound + side * deviation * float(tail)
 
 
 def _parameters(
@@ -410,23 +412,23 @@ def _parameters(
     held: Sequence[ParameterAtBound],
     covariances: Mapping[str, Array],
     chosen: str,
-    freedom: Array,
+    dof: Array,
 ) -> NamedValues:
     """The parameters with unit, deviations and interval, by degrees of freedom (k,) of the free."""
     at_bound = {e.name: (min(e.bound, e.reach), max(e.bound, e.reach)) for e in held}
-    every, found = np.full(len(physical), np.inf), {}
-    every[unknowns.free] = freedom
+    dofs, values = np.full(len(physical), np.inf), {}
+    dofs[unknowns.free] = dof
     for j, q in enumerate(unknowns.quantities):
         value = float(physical[j])
         # What is hardly shown may have a variance that rounding made negative.
         variances = {n: float(c[j, j]) for n, c in covariances.items()}
         deviations = {n: math.sqrt(v) if v >= 0 else math.inf for n, v in variances.items()}
-        interval = student_interval(value, deviations[chosen], float(every[j]))
-        found[q.name] = Value(
+        interval = student_interval(value, deviations[chosen], float(dofs[j]))
+        values[q.name] = Value(
             value=value,
             unit=q.unit,
             deviations=deviations,
             interval=at_bound.get(q.name, interval),
             chosen=chosen,
         )
-    return NamedValues(found)
+    return NamedValues(values)

@@ -120,35 +120,31 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         levels: Levels,
     ) -> "OutputFit":
         """What the searches of a fit come to."""
-        u, found, without = search.unknowns, inferred(search), dict[str, tuple[float, float]]()
+        u, inference, without = search.unknowns, inferred(search), dict[str, tuple[float, float]]()
         if search.alone is not None:
             alone = inferred(replace(search, unknowns=u.without_prior, best=search.alone))
+            deviations = np.sqrt(np.maximum(alone.variances, 0.0))
             for j in map(int, np.flatnonzero(u.has_prior)):
-                deviation = math.sqrt(max(float(alone.variances[j]), 0.0))
-                without[u.names[j]] = float(alone.physical[j]), deviation
-        told, independent = (np.diag(found.covariances[name]) for name in (found.chosen, "iid"))
+                without[u.names[j]] = float(alone.physical[j]), float(deviations[j])
+        variances = (np.diag(inference.covariances[name]) for name in (inference.chosen, "iid"))
         again = Search(search.predictions, u, search.scale, search.weighing)
         return cls(
             **vars(search),
-            **vars(found),
+            **vars(inference),
             without_prior=without,
-            elsewhere=again.equally_good_point(search.searches, told, independent),
+            elsewhere=again.equally_good_point(search.searches, *variances),
             judge=judge,
             levels=levels,
         )
 
     def __getstate__(self) -> dict[str, Any]:
         """With what twins tell, and without them: many times what the records hold."""
-        names = (
-            *(each.name for each in fields(self)),
-            "law_shift",
-            "lacks",
-            "of_records",
-            "checks",
-        )
-        scores = replace(self.judged_scores, twins=None)
-        without = {"doubts": (), "loops": (), "judged_scores": scores}
-        return {name: getattr(self, name) for name in names} | without
+        names = (each.name for each in fields(self))
+        state = {
+            n: getattr(self, n) for n in (*names, "law_shift", "lacks", "of_records", "checks")
+        }
+        sandwich = replace(self.judged_sandwich, twins=None)
+        return state | {"doubts": (), "loops": (), "judged_sandwich": sandwich}
 
     @cached_property
     def axes(self) -> tuple[GeneratedAxis, ...]:
@@ -166,21 +162,21 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @property
     def bounds(self) -> Mapping[str, tuple[float, float]]:
         """That were in force."""
-        ends = zip(self.unknowns.lower.tolist(), self.unknowns.upper.tolist(), strict=True)
-        return dict(zip(self.names, ends, strict=True))
+        u = self.unknowns
+        return {n: (float(a), float(b)) for n, a, b in zip(u.names, u.lower, u.upper, strict=True)}
 
     @property
     def fixed(self) -> Mapping[str, float]:
         """Values that were held."""
-        held = np.flatnonzero(~self.unknowns.free)
-        return {self.names[j]: float(self.unknowns.fixed[j]) for j in held}
+        u = self.unknowns
+        return {u.names[j]: float(u.fixed[j]) for j in np.flatnonzero(~u.free)}
 
     @property
     def prior(self) -> Mapping[str, tuple[float, float]]:
         """What was known before, with its deviation."""
         u = self.unknowns
         return {
-            self.names[j]: (float(u.prior[j]), float(u.prior_sd[j]))
+            u.names[j]: (float(u.prior[j]), float(u.prior_sd[j]))
             for j in np.flatnonzero(u.has_prior)
         }
 
@@ -194,42 +190,39 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         """Names of each parameter that records have for themselves, by record."""
         return self.form.local
 
-    @property
-    def ends(self) -> tuple[tuple[float, Array], ...]:
-        """Cost and parameters (P,) of each search, where several were asked for."""
-        return tuple((each.cost, each.physical) for each in self.searches)
-
     @cached_property
     def of_records(self) -> tuple[RecordError, ...]:
         """What is left of each record, and in each of every output."""
         # A chain takes for forces what the model lacks, so that noise is that of the position.
-        alone = partial(outputs_by_noise, disturbed=False, paired=False)
-        there = self.best.physical, self.predictions, _OF_POSITION
-        weights, outputs, found = self.weighing.weights, self.outputs, []
-        shaken = told_or(np.zeros((len(weights), 1)), lambda: alone(self.loops, *there))
-        models = self.judged_scores.autoregressions
+        weights, outputs, errors = self.weighing.weights, self.outputs, []
+        by_noise = partial(outputs_by_noise, self.loops, disturbed=False, paired=False)
+        twins = told_or(
+            np.zeros((len(weights), 1)),
+            lambda: by_noise(self.best.physical, self.predictions, _OF_POSITION),
+        )
+        models = self.judged_sandwich.autoregressions
         for spans, model in zip(self.predictions.spans, models, strict=True):
             every = zip(outputs, self.predictions.units, np.diag(model.variance), strict=True)
             for place, (output, unit, variance) in enumerate(every):
                 rows = record_rows(spans, place, len(outputs))
                 used, weight = weights[rows] > 0, float(weights[rows].max())
                 e, y = (x[rows][used] for x in (self.best.slopes.errors, self.predictions.measured))
-                left, size = float(np.linalg.norm(e)), float(np.linalg.norm(y))
-                by_twins = (weights[rows][used, None] * shaken[rows][used]) ** 2
+                error, size = float(np.linalg.norm(e)), float(np.linalg.norm(y))
+                by_twins = (weights[rows][used, None] * twins[rows][used]) ** 2
                 noise = max(variance, float(by_twins.mean()) if len(e) else 0.0, 0.0)
-                found.append(
+                errors.append(
                     RecordError(
                         output=output,
                         unit=unit,
                         weight=weight,
                         rows=len(e),
-                        error=left / max(len(e), 1) ** 0.5,
-                        percent=100 * left / size if size else float("inf") if left else 0.0,
+                        error=error / max(len(e), 1) ** 0.5,
+                        percent=100 * error / size if size else float("inf") if error else 0.0,
                         order=model.order,
                         noise=math.sqrt(noise) / (weight or 1.0),
                     )
                 )
-        return tuple(found)
+        return tuple(errors)
 
     @property
     def errors(self) -> tuple[Array, ...]:
@@ -246,15 +239,13 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @cached_property
     def law_moves(self) -> Mapping[str, Array]:
         """What each term of the law, 1 % larger, would move the parameters by, (P,)."""
-        moves = told_or((), lambda: self._moves_of_records)
-        names = moves[0] if moves else ()
-        return {name: np.asarray(np.sum([of[name] for of in moves], axis=0)) for name in names}
+        moves = told_or(({},), lambda: self._moves_of_records)
+        return {name: np.asarray(np.sum([of[name] for of in moves], axis=0)) for name in moves[0]}
 
     @cached_property
     def law_move(self) -> Array | None:
         """What the law as the records have it would move them by, (P,)."""
-        found = self.law_shift
-        return None if found is None or isinstance(found, Missing) else found[0]
+        return self.law_shift[0] if isinstance(self.law_shift, tuple) else None
 
     @cached_property
     def law_shift(self) -> tuple[Array, Array] | Missing | None:
@@ -286,14 +277,15 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         axis, loops = self.axes[number], self.loops[number]
         if axis.axis.states:
             return Missing("friction that remembers has no rows in which that could be looked for")
-        locals_ = {name: names[number] for name, names in self.local.items()}
-        names = [locals_.get(q.name, q.name) for q in axis.parameters]
+        names = [
+            self.local[q.name][number] if q.name in self.local else q.name for q in axis.parameters
+        ]
         data = bound_record(axis, self.records[number], Prefilter())
-        told = set(self.searched) - self.prior.keys()
-        free = [j for j, name in enumerate(names) if name in told]
+        chosen = set(self.searched) - self.prior.keys()
+        free = [j for j, name in enumerate(names) if name in chosen]
         chain = None if isinstance(loops, Missing) else loops.chain
-        own = self.form.own(self.physical, number)
-        scores = scores_of(data.by_position or data, own, chain, free)
+        physical = self.form.own(self.physical, number)
+        scores = scores_of(data.by_position or data, physical, chain, free)
         half = [
             float(np.ptp(self.parameters[n].interval)) / 2 if n in self.parameters else math.inf
             for n in names
@@ -310,9 +302,8 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         if self.outputs == (OPEN_LOOP,):
             why = Missing("no law is simulated: the control is the recorded one")
             return (why,) * len(self.records)
-        found = self.found_gains
         return tuple(
-            unless_faulty(partial(check_found_law, axis, record, found))
+            unless_faulty(partial(check_found_law, axis, record, self.found_gains))
             for axis, record in zip(self.axes, self.records, strict=True)
         )
 
@@ -322,10 +313,10 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         law = self.axis.axis.control
         names = () if law is None else tuple(name for name in law.gains if name in self.searched)
         places = [self.names.index(name) for name in names]
-        freedom = min(
+        dof = min(
             (degrees_of_freedom_of(self.parameters[name]) for name in names), default=math.inf
         )
-        return FoundGains(names, self.covariance[np.ix_(places, places)], freedom)
+        return FoundGains(names, self.covariance[np.ix_(places, places)], dof)
 
     @property
     def searched(self) -> tuple[str, ...]:
@@ -398,9 +389,9 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @property
     def error(self) -> float:
         """Root mean square of what is left of all records, of the first output, in its unit."""
-        own = self.of_records[:: len(self.outputs)]
-        squares = sum(each.rows * each.error**2 for each in own)
-        return float(np.sqrt(squares / sum(each.rows for each in own)))
+        of_first = self.of_records[:: len(self.outputs)]
+        squares = sum(each.rows * each.error**2 for each in of_first)
+        return float(np.sqrt(squares / sum(each.rows for each in of_first)))
 
     @property
     def error_percent(self) -> float:

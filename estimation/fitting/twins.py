@@ -16,7 +16,6 @@ from operator import is_
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.diagnostics.control_law import FoundGains, LawCheck, check_found_law
 from axisid.estimation.parameters import ExtendedForm, axis_at
 from axisid.estimation.predictions import Predictions, record_rows
@@ -28,7 +27,7 @@ from axisid.estimation.twins import Chain, measured_chain, twins_of
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
 
-from .covariance import Scores
+from .covariance import Sandwich
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,9 +50,7 @@ class RecordLoops:
     quiet: Record
 
     @classmethod
-    def at(
-        cls, form: ExtendedForm, found: Array, place: int, axis: GeneratedAxis, record: Record
-    ) -> "RecordLoops":
+    def at(cls, form: ExtendedForm, physical: Array, place: int, record: Record) -> "RecordLoops":
         """Simulate the loops of the record at a place with parameters (P,), and measure its noise.
 
         Raises
@@ -61,21 +58,21 @@ class RecordLoops:
         EstimationError
             There are too few rows, or its loops cannot be simulated.
         """
-        axis, physical = axis_at(axis, form, found), form.own(found, place)
+        axis, theta = axis_at(form.axes[place], form, physical), form.own(physical, place)
         # Friction that remembers has no rows near turns that others would do without.
         prefilter = Prefilter(reversals="keep" if axis.states else None)
         data = FilteredRecord.bind(axis, record, prefilter)
         data = data.by_position or data
-        loops = recorded_loops(data, physical)
-        chain, quiet = measured_chain(data, physical, loops), noise_free_record(data, loops).record
-        return cls(data=data, physical=physical, chain=chain, quiet=quiet)
+        loops = recorded_loops(data, theta)
+        chain, quiet = measured_chain(data, theta, loops), noise_free_record(data, loops).record
+        return cls(data=data, physical=theta, chain=chain, quiet=quiet)
 
     def twins(self, chain: Chain, count: int, *, paired: bool) -> list[Record]:
         """As many with a chain's noise as can be simulated; of a silent one all are quiet."""
         if chain.is_silent:
             return [self.quiet] * count
-        drawn = twins_of(self.data, self.physical, chain, count, paired=paired)
-        return [each.record for each in drawn]
+        twins = twins_of(self.data, self.physical, chain, count, paired=paired)
+        return [twin.record for twin in twins]
 
 
 def outputs_by_noise(
@@ -130,32 +127,33 @@ def outputs_by_noise(
     return np.reshape(rows, (-1, len(still))).T - still[:, None]
 
 
-def calibrated_covariance(scores: Scores, errors: Array, moved: Array, left: Array) -> Array:
+def calibrated_covariance(
+    sandwich: Sandwich, errors: Array, estimates: Array, residuals: Array
+) -> Array:
     """Covariance of parameters, (k, k), by twins, the HAC covariance of scores as the pivot.
 
     Parameters
     ----------
-    scores : Scores
+    sandwich : Sandwich
     errors : (n,) array
         Weighted, of the records.
-    moved : (k, R) array
-        What noise moves the parameters by.
-    left : (n, R) array
+    estimates : (k, R) array
+        What noise moves the parameters of the twins by.
+    residuals : (n, R) array
         Weighted errors of the twins, less what their parameters make of them.
     """
     every = np.arange(len(errors))
-    pieces = [every[own][scores.counted[own]] for own in map(record_rows, scores.spans)]
-    neighbours = RowTimes.joined([RowTimes(each) for each in pieces])
-    chosen = np.concatenate(pieces)
-    columns = scores.jacobian[chosen] @ scores.inverse
+    pieces = [every[rows][sandwich.counted[rows]] for rows in map(record_rows, sandwich.spans)]
+    neighbours, chosen = RowTimes.joined([*map(RowTimes, pieces)]), np.concatenate(pieces)
+    columns = sandwich.jacobian[chosen] @ sandwich.inverse
 
     def deviations(errors: Array) -> Array:
         products = partial(score_products, columns * errors[chosen, None], neighbours)
         return np.sqrt(np.maximum(np.diag(Hac().of_scores(products, columns.shape).matrix), 0.0))
 
-    own, twins = deviations(errors), np.array([*map(deviations, left.T)])
-    apart = (moved.T - moved.mean(axis=1)) / np.where(twins > 0, twins, np.inf)
-    return np.asarray(np.cov((apart * own).T).reshape(len(own), -1))
+    of_errors, of_twins = deviations(errors), np.array([*map(deviations, residuals.T)])
+    t = (estimates.T - estimates.mean(axis=1)) / np.where(of_twins > 0, of_twins, np.inf)
+    return np.atleast_2d(np.cov((t * of_errors).T))
 
 
 PERCENT = 0.01
@@ -178,13 +176,14 @@ def factors_in_twins(
         Of the record.
     found : FoundGains
     """
-    told = {} if isinstance(law, Missing) else law.factors
-    if not told or isinstance(loops, Missing) or loops.chain.is_silent:
+    if isinstance(law, Missing) or isinstance(loops, Missing):
+        return []
+    if not law.factors or loops.chain.is_silent:
         return []
     twins = loops.twins(loops.chain, _TWINS, paired=False)
     checked = (check_found_law(loops.data.axis, twin, found) for twin in twins)
-    every = [each.factors for each in checked if isinstance(each, LawCheck)]
-    same = [factors for factors in every if factors.keys() == told.keys()]
+    factors = [each.factors for each in checked if isinstance(each, LawCheck)]
+    same = [each for each in factors if each.keys() == law.factors.keys()]
     return same if 2 * len(same) >= _TWINS else []
 
 
@@ -215,26 +214,26 @@ def move_by_record(
         factors, or only those of another sign.
     """
     names = [*of_records[0]]
-    told = [law.factors if isinstance(law, LawCheck) else {} for law in laws]
+    factors = [law.factors if isinstance(law, LawCheck) else {} for law in laws]
     # Of a law with another sign, straight lines from the declared one tell nothing.
-    told = [f if all(f.get(name, 0.0) > 0 for name in names) else {} for f in told]
-    telling = [factors for factors in told if factors]
+    factors = [f if all(f.get(name, 0.0) > 0 for name in names) else {} for f in factors]
+    telling = [each for each in factors if each]
     if not telling or not names:
         return None
     mean = {name: float(np.mean([each[name] for each in telling])) for name in names}
-    moved, variances = [], []
-    for moves, factors, law, loops in zip(of_records, told, laws, every, strict=True):
+    shifts, variances = [], []
+    for moves, of_record, law, loops in zip(of_records, factors, laws, every, strict=True):
         twins = factors_in_twins(law, loops, found)
-        every_factor = np.array([[f[n] for n in names] for f in (factors or mean, *twins)])
+        table = np.array([[f[n] for n in names] for f in (of_record or mean, *twins)])
         slopes = np.array([moves[n] for n in names]) / PERCENT
-        own, *of_twins = (every_factor - 1) @ slopes
+        shift, *of_twins = (table - 1) @ slopes
         if twins:
             count = len(twins)
-            own = own - np.mean(of_twins, axis=0)
+            shift = shift - np.mean(of_twins, axis=0)
             widened = (1 + 1 / count) * (stdtrit(count - 1, _LEVEL) / ndtri(_LEVEL)) ** 2
             variances.append(widened * np.var(of_twins, axis=0, ddof=1))
         elif isinstance(law, LawCheck):
-            sure = np.array([law.deviations.get(n, 0.0) for n in names])
-            variances.append(sure**2 @ slopes**2)
-        moved.append(own)
-    return np.asarray(np.sum(moved, axis=0)), np.sqrt(np.sum(variances, axis=0))
+            deviations = np.array([law.deviations.get(n, 0.0) for n in names])
+            variances.append(deviations**2 @ slopes**2)
+        shifts.append(shift)
+    return np.asarray(np.sum(shifts, axis=0)), np.sqrt(np.sum(variances, axis=0))

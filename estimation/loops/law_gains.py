@@ -34,8 +34,8 @@ _NEAR_LIMIT = 0.1
 
 _STEP = 1e-5  # of a gain and of a memory's size, for slopes
 _ROUNDS, _HALVINGS = 12, 6  # of Gauss-Newton steps, and of each that leads nowhere
-_STILL = 1e-7  # relative change of what is left, at which they end
-_EXACT = 1e-9  # of the control, what may be left at most where they end too
+_STILL = 1e-7  # relative change of the squared residuals, at which they end
+_EXACT = 1e-9  # of the control, the residuals at which they end too
 _LARGEST = 0.5  # step of the logarithm of a gain
 _SETTLED = 10  # samples in which the law's memory fills
 _CLEAR = 1e-8  # singular value of unit columns, by the largest, of what the record shows at all
@@ -90,7 +90,7 @@ class LawAlong:
         cls, axis: GeneratedAxis, law: ControlLaw, ticks: LawTicks, record: Record
     ) -> "LawAlong":
         """A law, which need not be the axis's, along a record of one piece with a control."""
-        own = axis.axis.control
+        declared = axis.axis.control
         control = np.asarray(record.control) - as_logged(axis, ticks.added_at_samples(law.delay))
         # Behind a lag nothing tells where the command was at its limit.
         hidden = axis.axis.response is not None and axis.axis.drive.logged == "current"
@@ -103,7 +103,7 @@ class LawAlong:
             functions=law_functions(law, axis.axis.signal_symbols),
             logged=partial(commands_as_logged, axis),
             sloped=partial(commands_as_logged, axis, steps=False),
-            late=late_in_log(axis) + law.delay - (0 if own is None else own.delay),
+            late=late_in_log(axis) + law.delay - (0 if declared is None else declared.delay),
         )
 
     @property
@@ -123,33 +123,31 @@ class LawAlong:
         """
         places = [*range(len(point.gains))] if free is None else [*free]
         steps = np.diag(_STEP * np.abs(point.gains))[places]
-        ends = [[replace(point, gains=point.gains + s) for s in (step, -step)] for step in steps]
-        return self._slopes(ends) * np.sign(point.gains[places])
+        return self._slopes(point, "gains", steps) * np.sign(point.gains[places])
 
     def slope_by_rest(self, point: LawPoint) -> Array:
         """How that changes with the logarithm of a factor of all that no gain multiplies, (N,)."""
-        made = self._applied(point)
+        output = self._applied(point)
         step = _STEP * self._applied(replace(point, gains=0.0 * point.gains))
-        return (self.sloped(made + step) - self.sloped(made - step)) / (2 * _STEP)
+        return (self.sloped(output + step) - self.sloped(output - step)) / (2 * _STEP)
 
     def slopes_by_start(self, point: LawPoint) -> Array:
         """How that changes with each memory at the start, (N, m); by 0 where that hardly shows."""
         sizes = np.abs(self._run(point)[0]).max(axis=0, initial=0.0)
         sizes = np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
-        steps = np.diag(_STEP * sizes)
-        ends = [[replace(point, start=point.start + s) for s in (step, -step)] for step in steps]
-        slopes = self._slopes(ends) / sizes
-        shown = np.linalg.norm(slopes[_SETTLED:], axis=0) * sizes
-        slopes[:, shown <= MIN_MEMORY_EFFECT * float(np.linalg.norm(self.control))] = 0.0
+        slopes = self._slopes(point, "start", np.diag(_STEP * sizes)) / sizes
+        effect = np.linalg.norm(slopes[_SETTLED:], axis=0) * sizes
+        slopes[:, effect <= MIN_MEMORY_EFFECT * float(np.linalg.norm(self.control))] = 0.0
         return slopes
 
-    def _slopes(self, ends: Sequence[Sequence[LawPoint]]) -> Array:
-        """Slopes of the output between two points each, by steps of `_STEP`, (N, k)."""
-        found = np.empty((len(self.control), len(ends)))
-        for column, pair in zip(found.T, ends, strict=True):
-            more, less = (self.sloped(self._applied(point)) for point in pair)
+    def _slopes(self, point: LawPoint, name: str, steps: Array) -> Array:
+        """Slopes of the output by the gains or the start, by steps (k, g) of `_STEP`, (N, k)."""
+        slopes, at = np.empty((len(self.control), len(steps))), getattr(point, name)
+        for column, step in zip(slopes.T, steps, strict=True):
+            ends = (replace(point, **{name: at + s}) for s in (step, -step))
+            more, less = (self.sloped(self._applied(end)) for end in ends)
             column[:] = (more - less) / (2 * _STEP)
-        return found
+        return slopes
 
     def _applied(self, point: LawPoint) -> Array:
         """The output that is applied at each sample, before the drive, (N,)."""
@@ -176,34 +174,34 @@ class LawAlong:
         if not len(free) + len(point.start):
             return point
         wanted, chosen = compared(self.control), list(free)
-        off = wanted - compared(self.output(point))
+        residuals = wanted - compared(self.output(point))
         enough = (_EXACT * float(np.linalg.norm(wanted))) ** 2
-        left, before = float(off @ off), np.inf
+        cost, before = float(residuals @ residuals), np.inf
         for _ in range(_ROUNDS):
-            if not (left > enough and before - left > _STILL * left):
+            if not (cost > enough and before - cost > _STILL * cost):
                 break
             columns = np.hstack([self.slopes_by_gain(point, chosen), self.slopes_by_start(point)])
-            step = least_step(np.column_stack([*map(compared, columns.T)]), off, _CLEAR)[0]
+            step = least_step(np.column_stack([*map(compared, columns.T)]), residuals, _CLEAR)[0]
             for _ in range(_HALVINGS):  # where the whole step leaves no less
                 gains = point.gains.copy()
                 gains[chosen] *= np.exp(np.clip(step[: len(chosen)], -_LARGEST, _LARGEST))
                 end = LawPoint(gains, point.start + step[len(chosen) :])
-                rest = wanted - compared(self.output(end))
-                if np.all(np.isfinite(rest)) and float(rest @ rest) < left:
+                there = wanted - compared(self.output(end))
+                if np.all(np.isfinite(there)) and float(there @ there) < cost:
                     break
                 step = step / 2
             else:
                 break
-            point, off, before, left = end, rest, left, float(rest @ rest)
+            point, residuals, before, cost = end, there, cost, float(there @ there)
         return point
 
     def _run(self, point: LawPoint) -> tuple[Array, Array]:
         """What is remembered after each evaluation, (M, m), and the output there, (M,)."""
-        read = *self.ticks.signals, self._limits
-        return run_law(self.functions["law_step"], point.start, read, point.gains)
+        signals = *self.ticks.signals, self._limits
+        return run_law(self.functions["law_step"], point.start, signals, point.gains)
 
     @cached_property
     def _limits(self) -> Array:
         """Of the output at each evaluation, (M,)."""
-        shown = np.searchsorted(self.ticks.held, np.arange(len(self.ticks)) + self.late)
-        return np.asarray(self.limit[np.minimum(shown, len(self.control) - 1)])
+        sample = np.searchsorted(self.ticks.held, np.arange(len(self.ticks)) + self.late)
+        return np.asarray(self.limit[np.minimum(sample, len(self.control) - 1)])

@@ -37,19 +37,19 @@ def known_of_record(
 
     What it gives is kept as long as the record is alive.
     """
-    known = dict[int, dict[tuple[object, ...], V]]()
+    cache = dict[int, dict[tuple[object, ...], V]]()
 
     @wraps(function)
-    def found(axis: GeneratedAxis, record: Record, /, *rest: P.args, **named: P.kwargs) -> V:
-        if id(record) not in known:
-            known[id(record)] = {}
-            weakref.finalize(record, known.pop, id(record), None)
-        own, key = known[id(record)], (axis, *rest, *sorted(named.items()))
-        if key not in own:
-            own[key] = function(axis, record, *rest, **named)
-        return own[key]
+    def cached(axis: GeneratedAxis, record: Record, /, *rest: P.args, **named: P.kwargs) -> V:
+        if id(record) not in cache:
+            cache[id(record)] = {}
+            weakref.finalize(record, cache.pop, id(record), None)
+        of_record, key = cache[id(record)], (axis, *rest, *sorted(named.items()))
+        if key not in of_record:
+            of_record[key] = function(axis, record, *rest, **named)
+        return of_record[key]
 
-    return found
+    return cached
 
 
 @known_of_record
@@ -203,8 +203,9 @@ def law_ticks(
     clocks, held = inputs.clocks, np.arange(len(position))
     if clocks is not None:
         rows, held = held.astype(float), clocks.elapsed[0]
-        position = at_times(clocks.times, rows, position, "spline")
-        velocity = at_times(clocks.times, rows, velocity, "spline")
+        position, velocity = (
+            at_times(clocks.times, rows, each, "spline") for each in (position, velocity)
+        )
     return LawTicks(
         reference=inputs.reference,
         position=position,
@@ -266,9 +267,8 @@ def limit_in_log(axis: GeneratedAxis) -> float:
 def late_in_log(axis: GeneratedAxis) -> int:
     """Samples by which the recorded control is later than the law gives it."""
     law, response = axis.axis.control, axis.axis.response
-    late = 0 if law is None else law.delay
-    applied = response is not None and axis.axis.drive.logged == "applied"
-    return late + (response.late if applied and response is not None else 0)
+    late = 0 if response is None or axis.axis.drive.logged != "applied" else response.late
+    return late + (0 if law is None else law.delay)
 
 
 def with_drive(
@@ -299,27 +299,27 @@ def with_drive(
             return replace(start, memory=memory)
         memory = memory[: -len(response.remembered)]
     late = response.late if axis.axis.drive.logged == "applied" else 0
-    pending = len(response.forces) - response.keeps_force
-    # The newest first; those that act before the record are taken for the first that does in it.
-    ahead = [max(late - 1 - i, 0) for i in range(pending)] + [0] * response.keeps_force
-    rows = np.minimum(first + np.array(ahead, dtype=np.intp), span[1] - 1)
+    # The newest first; those that act before the record are taken for the first that does in it,
+    # as is the force that is there.
+    ahead = np.maximum(late - 1 - np.arange(len(response.forces)), 0)
+    ahead[len(ahead) - response.keeps_force :] = 0
+    rows = np.minimum(first + ahead, span[1] - 1)
     controls, path = np.asarray(record.control)[rows], axis.axis.drive.path
     last = float(np.asarray(record.control)[first])
     if axis.axis.drive.logs_what_acts:
         last = path.command(last)
     else:
         controls = np.array([path.end(float(each)) for each in controls])
-    still = np.full(len(rows), start.position), np.full(len(rows), start.velocity)
-    made = drive_force(axis, controls, *still, tuple(values[rows] for values in signals))
-    kept = np.append(controls[:-1], made[-1]) if response.holds_control else made
-    return replace(start, memory=np.concatenate([memory, [last] * path.is_limited, kept]))
+    motion = np.full(len(rows), start.position), np.full(len(rows), start.velocity)
+    forces = drive_force(axis, controls, *motion, tuple(values[rows] for values in signals))
+    pending = np.append(controls[:-1], forces[-1]) if response.holds_control else forces
+    return replace(start, memory=np.concatenate([memory, [last] * path.is_limited, pending]))
 
 
 def state_at_rest(axis: GeneratedAxis, ticks: LawTicks) -> Array:
     """What the drive remembers of an axis at rest at the first evaluation, (m,)."""
-    first = (values[0] for values in (ticks.reference, ticks.position, *ticks.recorded))
-    start = axis.functions["control_start"](*first)
-    return np.asarray(start.full().ravel()[: law_memory(axis)])
+    read = ticks.reference[0], ticks.position[0], *(values[0] for values in ticks.recorded)
+    return np.asarray(axis.functions["control_start"](*read).full().ravel()[: law_memory(axis)])
 
 
 def law_memory(axis: GeneratedAxis) -> int:
@@ -428,8 +428,8 @@ def _along(
     buffer, run = function.buffer()
 
     def along(arguments: Sequence[Array], results: Sequence[Array]) -> None:
-        held = [np.ascontiguousarray(values, dtype=np.float64) for values in arguments]
-        for i, values in enumerate(held):
+        read = [np.ascontiguousarray(values, dtype=np.float64) for values in arguments]
+        for i, values in enumerate(read):
             buffer.set_arg(i, values.data)
         for i, values in enumerate(results):
             buffer.set_res(i, values.data)

@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, pairwise, starmap
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,14 +88,12 @@ class Predictions(ABC):
         self._time = 0.0
         self.measured = np.concatenate([each.measured for each in pieces])
         self.counted = np.concatenate([each.counted for each in pieces])
-        of_records = [[each for each in pieces if each.record == i] for i in range(len(records))]
-        self.samples = tuple(np.concatenate([p.samples for p in own]) for own in of_records)
-        first, spans = 0, list[tuple[slice, ...]]()
-        for own in of_records:
-            ends = np.cumsum([first, *(size for each in own for size in each.spans)]).tolist()
-            spans.append(tuple(slice(*pair) for pair in pairwise(ends)))
-            first = ends[-1]
-        self.spans = tuple(spans)
+        every = [[each for each in pieces if each.record == i] for i in range(len(records))]
+        self.samples = tuple(np.concatenate([p.samples for p in each]) for each in every)
+        ends = np.cumsum([0, *(size for each in pieces for size in each.spans)]).tolist()
+        stretches = starmap(slice, pairwise(ends))
+        counts = (sum(len(p.spans) for p in each) for each in every)
+        self.spans = tuple(tuple(islice(stretches, count)) for count in counts)
 
     @abstractmethod
     def _errors(self, physical: Array) -> Iterator[tuple[Array, Mapping[int, str]]]:
@@ -120,9 +118,9 @@ class Predictions(ABC):
 
     def __call__(self, physical: Array) -> Lanes:
         """Errors of parameters (B, P)."""
-        pieces = [*self._errors(physical)]
-        errors = pieces[0][0] if len(pieces) == 1 else np.concatenate([e for e, _ in pieces])
-        failures = dict(ChainMap(*(dict(failed) for _, failed in pieces)))
+        pieces, failed = zip(*self._errors(physical), strict=True)
+        errors = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+        failures = dict(ChainMap(*map(dict, failed)))
         errors[:, [*failures]] = np.nan
         if self._slope_by_time is not None:
             errors += np.outer(self._slope_by_time, physical[:, -1] - self._time)
@@ -180,11 +178,10 @@ class Predictions(ABC):
         EstimationError
             Not both can be simulated there.
         """
-        found = []
         for each in (self, later):
             each.settle(physical)
-            found.append(each(physical[None, :]))
-        slope = (found[1].errors[:, 0] - found[0].errors[:, 0]) / step
+        here, there = (each(physical[None, :]).errors[:, 0] for each in (self, later))
+        slope = (there - here) / step
         if not np.all(np.isfinite(slope)):
             raise EstimationError(
                 "the loop cannot be simulated about the drive's time, which is to be found.",
@@ -249,28 +246,28 @@ def jacobian_at(
     """
     chosen = range(len(physical)) if free is None else map(int, np.flatnonzero(free))
     steps = np.minimum(STEP * scale, (upper - lower) / _ROOM)
-    left = {j: _steps(steps[j], physical[j] - lower[j], upper[j] - physical[j]) for j in chosen}
+    pending = {j: _steps(steps[j], physical[j] - lower[j], upper[j] - physical[j]) for j in chosen}
     jacobian, why = np.zeros((len(predictions.measured), len(physical))), ""
     while True:
-        pairs = np.array([next(some, (np.nan, np.nan)) for some in left.values()]).reshape(-1, 2)
+        pairs = np.array([next(some, (np.nan, np.nan)) for some in pending.values()]).reshape(-1, 2)
         if np.isnan(pairs).any():
             raise EstimationError(why, code="simulation")
         moves = np.zeros((1 + pairs.size, len(physical)))
-        moves[np.arange(1, len(moves)), np.repeat([*left], 2)] = pairs.ravel()
-        found = predictions(physical + moves)
-        if 0 in found.failures:
-            raise EstimationError(found.failures[0], code="simulation")
-        here, first, second = found.errors[:, :1], found.errors[:, 1::2], found.errors[:, 2::2]
+        moves[np.arange(1, len(moves)), np.repeat([*pending], 2)] = pairs.ravel()
+        lanes = predictions(physical + moves)
+        if 0 in lanes.failures:
+            raise EstimationError(lanes.failures[0], code="simulation")
+        here, first, second = lanes.errors[:, :1], lanes.errors[:, 1::2], lanes.errors[:, 2::2]
         a, b = pairs.T
         # At 0 of the parabolas through the values at 0, a and b.
         slopes = (first * b * b - second * a * a) / (a * b * (b - a)) - here * (a + b) / (a * b)
-        lost = {(lane - 1) // 2: why for lane, why in found.failures.items()}
+        lost = {(lane - 1) // 2: why for lane, why in lanes.failures.items()}
         why = next(iter(lost.values()), "")
-        for k, j in enumerate([*left]):
+        for k, j in enumerate([*pending]):
             if k not in lost:
                 jacobian[:, j] = slopes[:, k]
-                del left[j]
-        if not left:
+                del pending[j]
+        if not pending:
             return ErrorsAndJacobian(errors=here[:, 0], jacobian=jacobian)
 
 

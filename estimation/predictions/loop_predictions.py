@@ -123,7 +123,7 @@ class Stretch(Piece):
 
     def simulated(
         self,
-        own: Array,
+        theta: Array,
         inputs: LoopInputs,
         wanted: Sequence[str],
         gains: Mapping[str, Array] | None = None,
@@ -131,17 +131,17 @@ class Stretch(Piece):
         """Its loop with parameters (B, p)."""
         return simulate_lanes(
             self.axis,
-            own,
-            replace(inputs, gains=gains_by_lane(self.axis, gains, len(own))),
+            theta,
+            replace(inputs, gains=gains_by_lane(self.axis, gains, len(theta))),
             substeps=self.substeps,
             wanted=wanted,
         )
 
     def rows(
-        self, own: Array, inputs: LoopInputs, gains: Mapping[str, Array] | None = None
+        self, theta: Array, inputs: LoopInputs, gains: Mapping[str, Array] | None = None
     ) -> tuple[Array, Mapping[int, str]]:
         """The outputs of its loop with parameters (B, p), (n, B), and why lanes failed."""
-        batch = self.simulated(own, inputs, self.outputs, gains)
+        batch = self.simulated(theta, inputs, self.outputs, gains)
         return interleaved([batch[name] for name in self.outputs]), batch.failures
 
 
@@ -178,17 +178,14 @@ class LoopPredictions(Predictions):
         outputs: str | Sequence[str],
     ) -> None:
         names = (outputs,) if isinstance(outputs, str) else outputs
-        found = [
-            [measured_output(name, *pair) for name in names]
-            for pair in zip(axes, records, strict=True)
-        ]
-        self.units = tuple(each.unit for each in found[0])
-        self._signals = [each.signal for each in found[0]]
-        smooth = [unrounded(axis, native=axis.native.enabled) for axis in axes]
-        every = enumerate(zip(smooth, records, found, strict=True))
-        self.stretches = [stretch for i, each in every for stretch in _stretches(i, *each)]
+        self.stretches: list[Stretch] = []
+        for number, (axis, record) in enumerate(zip(axes, records, strict=True)):
+            measured = [measured_output(name, axis, record) for name in names]
+            smooth = unrounded(axis, native=axis.native.enabled)
+            self.stretches += _stretches(number, smooth, record, measured)
+            self.units = tuple(each.unit for each in measured)
+            self.step = max(self.step, sensor_steps(axis, record)[0])
         super().__init__(form, records, self.stretches)
-        self.step = max(sensor_steps(*pair)[0] for pair in zip(axes, records, strict=True))
 
     def outputs_of(
         self,
@@ -198,7 +195,7 @@ class LoopPredictions(Predictions):
         """See `Predictions.outputs_of`."""
         return np.concatenate(
             [
-                interleaved([getattr(each, signal)[first:last] for signal in self._signals])
+                interleaved([getattr(each, name)[first:last] for name in self.stretches[0].outputs])
                 for each in records
                 for first, last in each.spans
             ]
@@ -214,11 +211,11 @@ class LoopPredictions(Predictions):
             such loops are not resolved, and a search would take hours.
         """
         for each in self.stretches:
-            own = self._form.own(physical, each.record)
-            steps = settled_substeps(each.axis, own, each.inputs) or 1
+            theta = self._form.own(physical, each.record)
+            steps = settled_substeps(each.axis, theta, each.inputs) or 1
             if each.axis.states and steps >= most_substeps(len(each.inputs.reference)):
                 raise EstimationError(
-                    f"with {each.axis.describe(own)} the friction of axis "
+                    f"with {each.axis.describe(theta)} the friction of axis "
                     f"{each.axis.axis.name!r} is so stiff that a sample takes {steps} "
                     "steps, the most there are; start from nominal values of the right order, or "
                     "bound the stiffness.",
@@ -232,8 +229,8 @@ class LoopPredictions(Predictions):
         if axis is not stretch.axis:
             inputs = inputs_at(axis, self._records[stretch.record], stretch.segment, inputs)
         inputs = started_at(self._form, physical, stretch.record, stretch.segment, inputs)
-        own = self._form.own(physical, stretch.record)
-        return replace(stretch, axis=axis, inputs=inputs), own
+        theta = self._form.own(physical, stretch.record)
+        return replace(stretch, axis=axis, inputs=inputs), theta
 
     def slopes_by_start(self, physical: Array) -> tuple[tuple[slice, Array], ...]:
         """See `Predictions.slopes_by_start`."""
@@ -276,32 +273,32 @@ class LoopPredictions(Predictions):
 
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """See `Predictions.slopes_by_law`."""
-        found = [slopes_by_law(*self._at(each, physical)) for each in self.stretches]
-        shared = [name for name in found[0] if all(name in each for each in found)]
-        return {name: np.concatenate([each[name] for each in found]) for name in shared}
+        slopes = [slopes_by_law(*self._at(each, physical)) for each in self.stretches]
+        shared = [name for name in slopes[0] if all(name in each for each in slopes)]
+        return {name: np.concatenate([each[name] for each in slopes]) for name in shared}
 
     def velocities(self, physical: Array) -> tuple[Array, ...]:
         """See `Predictions.velocities`."""
-        found: list[list[Array]] = [[] for _ in self.samples]
+        velocities: list[list[Array]] = [[] for _ in self.samples]
         for each in self.stretches:
-            at, own = self._at(each, physical)
-            loop = at.simulated(own[None, :], at.inputs, ["velocity"])
+            at, theta = self._at(each, physical)
+            loop = at.simulated(theta[None, :], at.inputs, ["velocity"])
             if loop.failures or at.inputs.clocks is not None:
                 return ()
-            found[each.record].append(loop["velocity"][:, 0])
-        return tuple(map(np.concatenate, found))
+            velocities[each.record].append(loop["velocity"][:, 0])
+        return tuple(map(np.concatenate, velocities))
 
     def _errors(self, physical: Array) -> Iterator[tuple[Array, Mapping[int, str]]]:
         gains = gains_in(self._form, physical)
         for stretch in self.stretches:
-            own = np.array([self._form.own(lane, stretch.record) for lane in physical])
+            theta = np.array([self._form.own(lane, stretch.record) for lane in physical])
             inputs = stretch.inputs
             if gains:
                 memories = [self._at(stretch, lane)[0].inputs.start.memory for lane in physical]
                 inputs = replace(inputs, start=replace(inputs.start, memory=np.array(memories)))
             inputs = started_at(self._form, physical, stretch.record, stretch.segment, inputs)
             with np.errstate(all="ignore"):
-                out, failures = stretch.rows(own, inputs, gains)
+                out, failures = stretch.rows(theta, inputs, gains)
             errors = out - stretch.measured[:, None]
             errors[stretch.counted == 0] = 0.0
             yield errors, failures
@@ -358,13 +355,13 @@ def memory_deviations(
     return np.hstack([root, np.zeros((count, len(memory) - count))])
 
 
-def slopes_by_law(stretch: Stretch, own: Array) -> Mapping[str, Array]:
+def slopes_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     """Slopes of a stretch's outputs, (n,), by the gains of the term.
 
     Parameters
     ----------
     stretch : Stretch
-    own : (p,) array
+    theta : (p,) array
         Parameters of its axis.
 
     Returns
@@ -375,16 +372,14 @@ def slopes_by_law(stretch: Stretch, own: Array) -> Mapping[str, Array]:
     law, inputs = stretch.axis.axis.control, stretch.inputs
     if law is None or law.continuous:
         return {}
-    alone = replace(inputs, clocks=None)
     wanted = ("position", "velocity")
-    loop = stretch.simulated(own[None, :], alone, wanted)
+    loop = stretch.simulated(theta[None, :], replace(inputs, clocks=None), wanted)
     if loop.failures:
         return {}
     position, velocity = (loop[name][:, 0] for name in wanted)
     ticks = LawTicks.at_samples(inputs.reference, position, velocity, inputs.signals)
-    memory = inputs.start.memory
     # The loop's memory has the drive's behind the law's, whose terms do not depend on it.
-    count = law_memory(stretch.axis)
+    memory, count = inputs.start.memory, law_memory(stretch.axis)
     start = state_at_rest(stretch.axis, ticks) if memory is None else np.asarray(memory)[:count]
     terms = applied_terms(stretch.axis, ticks, start)
     # They are those that are applied; what is injected is applied as late as they are.
@@ -392,13 +387,14 @@ def slopes_by_law(stretch: Stretch, own: Array) -> Mapping[str, Array]:
     lanes = _ADDED_SHARE * np.hstack([terms, -terms])
     if inputs.injected is not None:
         lanes += inputs.injected[:, None]
-    out, failures = stretch.rows(np.tile(own, (lanes.shape[1], 1)), replace(inputs, injected=lanes))
+    out, failures = stretch.rows(
+        np.tile(theta, (lanes.shape[1], 1)), replace(inputs, injected=lanes)
+    )
     if failures:
         return {}
     more, less = np.split(out, 2, axis=1)
     slopes = stretch.counted[:, None] * (more - less) / (2 * _ADDED_SHARE)
-    names = [str(product) for product, _ in law.terms]
-    return dict(zip(names, slopes.T, strict=True))
+    return {str(gains): each for (gains, _), each in zip(law.terms, slopes.T, strict=True)}
 
 
 # The records of a fit have one axis, or few, and to build one may compile its loop. Of two that are

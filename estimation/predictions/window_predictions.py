@@ -93,8 +93,8 @@ class _Windows:
 
     def cut(self, values: Array) -> Array:
         """Values of the record's samples, (N,), as windows have them, (N, w)."""
-        own = values[self.first : self.first + self.position.size]
-        return np.ascontiguousarray(own.reshape(self.count, -1).T)
+        inside = values[self.first : self.first + self.position.size]
+        return np.ascontiguousarray(inside.reshape(self.count, -1).T)
 
     def inputs(self, states: Array) -> LoopInputs:
         """Of the windows, once or several times, from states (2, B w)."""
@@ -108,17 +108,17 @@ class _Windows:
             signals=tuple(wide[2:]),
         )
 
-    def errors(self, own: Array, states: Array | None = None) -> tuple[Array, dict[int, str]]:
+    def errors(self, theta: Array, states: Array | None = None) -> tuple[Array, dict[int, str]]:
         """Of parameters (B, p): (N, B, w), and what failed by set.
 
         From where the windows start, or from states (2, B w).
         """
-        sets = len(own)
+        sets = len(theta)
         first = np.tile(self.first_states, (1, sets)) if states is None else states
         with np.errstate(all="ignore"):
             batch = simulate_lanes(
                 self.axis,
-                np.repeat(own, self.count, axis=0),
+                np.repeat(theta, self.count, axis=0),
                 self.inputs(first),
                 substeps=self.substeps,
                 wanted=["position"],
@@ -131,8 +131,8 @@ class _Windows:
     def rows(self, errors: Array) -> Array:
         """Errors (N, B, w) as rows, window after window, (w N, B), less what first states make."""
         inner = np.einsum("wnk,nbw->wkb", self.basis, errors)
-        left = errors - np.einsum("wnk,wkb->nbw", self.basis, inner)
-        return np.asarray(left.transpose(2, 0, 1).reshape(-1, errors.shape[1]))
+        net = errors - np.einsum("wnk,wkb->nbw", self.basis, inner)
+        return np.asarray(net.transpose(2, 0, 1).reshape(-1, errors.shape[1]))
 
 
 class WindowPredictions(Predictions):
@@ -190,25 +190,23 @@ class WindowPredictions(Predictions):
     def settle(self, physical: Array) -> None:
         """See `Predictions.settle`: steps of a sample, and where the windows start."""
         for w in self._windows:
-            own = np.asarray(self._form.own(physical, w.record))
+            theta = np.asarray(self._form.own(physical, w.record))
             inputs = w.inputs(w.first_states)
-            asked = (settled_substeps(w.axis, own, inputs.lanes(k)) for k in range(w.count))
+            asked = (settled_substeps(w.axis, theta, inputs.lanes(k)) for k in range(w.count))
             w.substeps = max(w.substeps or 1, *(steps or 1 for steps in asked))
-            _begin(w, own)
+            _begin(w, theta)
 
     def _errors(self, physical: Array) -> Iterator[tuple[Array, dict[int, str]]]:
         """Errors of windows; those of a trial alone start where its own errors are least."""
-        for windows in self._windows:
-            own = np.array([self._form.own(lane, windows.record) for lane in physical])
-            w = windows
-            if len(own) == 1:
-                w = replace(windows)
+        for w in map(replace, self._windows):
+            theta = np.array([self._form.own(lane, w.record) for lane in physical])
+            if len(theta) == 1:
                 try:
-                    _follow(w, own[0])
+                    _follow(w, theta[0])
                 except EstimationError as error:
                     yield np.full((w.position.size, 1), np.nan), {0: str(error)}
                     continue
-            errors, failed = w.errors(own)
+            errors, failed = w.errors(theta)
             yield w.rows(errors), failed
 
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
@@ -219,17 +217,16 @@ class WindowPredictions(Predictions):
         EstimationError
             A window cannot be simulated.
         """
-        controls = [_control(*pair) for pair in zip(self._axes, records, strict=True)]
-        pieces = []
-        for w in self._windows:
-            position = w.cut(records[w.record].position)
-            other = replace(w, position=position, control=w.cut(controls[w.record]))
-            own = np.asarray(self._form.own(physical, w.record))
-            _begin(other, own)
-            errors, failed = other.errors(own[None])
+        controls, pieces = [*map(_control, self._axes, records)], []
+        for each in self._windows:
+            position = each.cut(records[each.record].position)
+            w = replace(each, position=position, control=each.cut(controls[each.record]))
+            theta = np.asarray(self._form.own(physical, w.record))
+            _begin(w, theta)
+            errors, failed = w.errors(theta[None])
             if failed:
                 raise EstimationError(failed[0], code="simulation")
-            pieces.append(other.rows(errors))
+            pieces.append(w.rows(errors))
         return -np.concatenate(pieces)[:, 0]
 
     def steady_horizon(self, physical: Array) -> float:
@@ -247,27 +244,27 @@ class WindowPredictions(Predictions):
         halvings = max(math.ceil(math.log2(longest / _SHORTEST)), 0)
         # What grows no faster in the shortest may last through the longest: sinh(x)/x is below e^x.
         slow = math.log(MAX_GROWTH.value) * 0.5**halvings
-        found = 0.5 * longest * 0.5**halvings
+        steady = 0.5 * longest * 0.5**halvings
         for k in reversed(range(halvings + 1)):
             asked = longest * 0.5**k
             windows = WindowPredictions(self._form, self._axes, self._records, asked)
             windows.settle(physical)
             grown = max(_growth(w, self._form.own(physical, w.record)) for w in windows._windows)
             if grown > MAX_GROWTH.value:
-                return found
+                return steady
             if k == halvings and grown <= math.sinh(slow) / slow:
                 break
-            found = asked
+            steady = asked
         return self.horizon
 
 
-def _growth(w: _Windows, own: Array) -> float:
+def _growth(w: _Windows, theta: Array) -> float:
     """How far a first velocity carries an axis by parameters (p,), over a free one's way.
 
     Of all windows the furthest. More than 1 is a motion that no loop holds: friction that falls
     with the velocity, or a force away from a place.
     """
-    errors, (_, step) = _moved(w, own), w.steps
+    errors, (_, step) = _moved(w, theta), w.steps
     reach = float(np.abs(errors[:, 3] - errors[:, 4]).max()) / 2
     return float(reach / (step * len(w.position) * w.period))
 
@@ -288,18 +285,18 @@ def _size(horizon: float, period: float) -> int:
     return max(round(horizon / period), FEWEST_IN_WINDOW)
 
 
-def _follow(w: _Windows, own: Array) -> None:
+def _follow(w: _Windows, theta: Array) -> None:
     """Let windows start where their errors are least, with parameters (p,).
 
     Each step is by slopes, and as much of it is taken as lessens the window's errors: friction that
     holds an axis forgets its first velocity, and what a slope then asks for may be anything.
     """
     for _ in range(_ROUNDS):
-        errors, back = _step_back(w, own)
+        errors, back = _step_back(w, theta)
         tried = w.first_states[:, None, :] - _SHARES[:, None] * (back * w.steps).T[:, None, :]
         here = np.einsum("nw,nw->w", errors, errors)
-        found, failed = w.errors(np.tile(own, (len(_SHARES), 1)), tried.reshape(2, -1))
-        there = np.einsum("nbw,nbw->bw", found, found)
+        errors, failed = w.errors(np.tile(theta, (len(_SHARES), 1)), tried.reshape(2, -1))
+        there = np.einsum("nbw,nbw->bw", errors, errors)
         there[[*failed]] = np.inf
         best, every = there.argmin(axis=0), np.arange(w.count)
         less = there[best, every] < here
@@ -308,54 +305,53 @@ def _follow(w: _Windows, own: Array) -> None:
             break
 
 
-def _begin(w: _Windows, own: Array) -> None:
+def _begin(w: _Windows, theta: Array) -> None:
     """Start windows where their errors are least, not only less than near by.
 
     Near rest the errors have several least values: another velocity is tried about each window's.
     """
-    _follow(w, own)
-    lines = [  # through fewer samples
+    _follow(w, theta)
+    slopes = [  # of lines through fewer samples
         polyfit(w.period * np.arange(n), w.position[:n], 1)[1]
         for n in _OF_FEW
         if n <= len(w.position)
     ]
-    other = np.vstack([*lines, np.zeros(w.count)])
-    sets = 1 + len(other)
+    sets = 2 + len(slopes)
     tried = np.tile(w.first_states[:, None, :], (1, sets, 1))
-    tried[1, 1:] = other
-    errors, failed = w.errors(np.tile(own, (sets, 1)), tried.reshape(2, -1))
-    off = errors.sum(axis=0) / np.maximum(w.counted.sum(axis=0), 1.0)  # as another position leaves
-    errors -= off * w.counted[:, None, :]
+    tried[1, 1:] = [*slopes, np.zeros(w.count)]
+    errors, failed = w.errors(np.tile(theta, (sets, 1)), tried.reshape(2, -1))
+    mean = errors.sum(axis=0) / np.maximum(w.counted.sum(axis=0), 1.0)  # as another position leaves
+    errors -= mean * w.counted[:, None, :]
     squares = np.einsum("nbw,nbw->bw", errors, errors)
     squares[[*failed]] = np.inf
     best, every = squares.argmin(axis=0), np.arange(w.count)
     less = squares[best, every] < _OTHER * squares[0]
-    tried[0] -= off
+    tried[0] -= mean
     w.first_states = np.where(less, tried[:, best, every], w.first_states)
     if less.any():
-        _follow(w, own)
+        _follow(w, theta)
 
 
-def _moved(w: _Windows, own: Array) -> Array:
+def _moved(w: _Windows, theta: Array) -> Array:
     """Errors (N, 5, w) from where windows start, and from a step to either side of each."""
     shifts = np.array([[0, 1, -1, 0, 0], [0, 0, 0, 1, -1]], dtype=float) * w.steps[:, None]
     states = (w.first_states[:, None, :] + shifts[:, :, None]).reshape(2, -1)
-    errors, failed = w.errors(np.tile(own, (5, 1)), states)
+    errors, failed = w.errors(np.tile(theta, (5, 1)), states)
     if failed:
         raise EstimationError(next(iter(failed.values())), code="simulation")
     return errors
 
 
-def _step_back(w: _Windows, own: Array) -> tuple[Array, Array]:
+def _step_back(w: _Windows, theta: Array) -> tuple[Array, Array]:
     """Errors (N, w) from where windows start, and which steps of the start lead to the least."""
-    errors = _moved(w, own)
+    errors = _moved(w, theta)
     slopes = (errors[:, [1, 3]] - errors[:, [2, 4]]) / 2  # (N, 2, w), a step each
     basis, triangle = np.linalg.qr(slopes.transpose(2, 0, 1))
     size = np.abs(np.einsum("wkk->wk", triangle))
-    shown = size > _SHOWN * size.max(axis=1, keepdims=True)
-    w.basis = basis * shown[:, None, :]
+    is_seen = size > _SHOWN * size.max(axis=1, keepdims=True)
+    w.basis = basis * is_seen[:, None, :]
     wanted = np.einsum("wnk,nw->wk", w.basis, errors[:, 0])
-    back = np.linalg.pinv(triangle * shown[:, :, None]) @ wanted[:, :, None]
+    back = np.linalg.pinv(triangle * is_seen[:, :, None]) @ wanted[:, :, None]
     return errors[:, 0], back[:, :, 0]
 
 

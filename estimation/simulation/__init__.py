@@ -8,13 +8,14 @@ from .arguments import (
     gains_by_lane as gains_by_lane,
     no_control_law as no_control_law,
 )
-from .batch import (
+from .closed_loop import (
     BatchSimulation as BatchSimulation,
     settled_substeps as settled_substeps,
+    simulate as simulate,
     simulate_batch as simulate_batch,
     simulate_lanes as simulate_lanes,
+    simulate_loop as simulate_loop,
 )
-from .closed_loop import simulate as simulate, simulate_loop as simulate_loop
 from .inputs import (
     LoopInputs as LoopInputs,
     TwoClocks as TwoClocks,

@@ -84,11 +84,7 @@ def checked_loop(
             code="simulation-input",
         )
     check_whole("the substeps", substeps, MOST_SUBSTEPS)
-    begin, moving = ref[0], np.zeros(lanes)
-    if start is not None:
-        begin = checked_array(start, "the start", lanes)
-    if start_velocity is not None:
-        moving = checked_array(start_velocity, "the start velocity", lanes)
+    begin = ref[0] if start is None else checked_array(start, "the start", lanes)
     if memory is not None:
         response = axis.axis.response
         drive = () if response is None else response.remembered
@@ -100,7 +96,9 @@ def checked_loop(
         period=period,
         start=LoopStart(
             position=np.broadcast_to(begin, lanes)[()],
-            velocity=moving[()],
+            velocity=np.zeros(lanes)[()]
+            if start_velocity is None
+            else checked_array(start_velocity, "the start velocity", lanes)[()],
             memory=memory,
         ),
         noise=optional_array(position_noise, "the noise", (samples, *lanes)),
@@ -159,24 +157,24 @@ def checked_signals(
     UsageError
         One is missing, is not declared, or has another length.
     """
-    found = {} if signals is None else signals
-    if not isinstance(found, Mapping):
+    given = {} if signals is None else signals
+    if not isinstance(given, Mapping):
         raise UsageError(
-            f"the signals are {quoted(found)}; give arrays by name, such as "
+            f"the signals are {quoted(given)}; give arrays by name, such as "
             "{'pressure': values}.",
             code="simulation-input",
         )
     names = [signal.name for signal in axis.axis.signals]
-    if {*found} != {*names}:
-        missing = ", ".join(name for name in names if name not in found)
-        unknown = ", ".join(str(name) for name in found if name not in names)
+    if {*given} != {*names}:
+        missing = ", ".join(name for name in names if name not in given)
+        unknown = ", ".join(str(name) for name in given if name not in names)
         raise UsageError(
             f"axis {axis.axis.name!r} has the recorded signals {', '.join(names) or 'none'}; "
             f"{missing and f'not given: {missing}. '}{unknown and f'not declared: {unknown}. '}"
             "Give signals={'name': values} with one value for each sample of the reference.",
             code="simulation-input",
         )
-    return tuple(checked_array(found[name], f"the signal {name!r}", *shapes) for name in names)
+    return tuple(checked_array(given[name], f"the signal {name!r}", *shapes) for name in names)
 
 
 def gains_by_lane(
@@ -194,7 +192,7 @@ def gains_by_lane(
     if not gains:
         return None
     _, law = axis.loop_with(gains)
-    found, names = np.tile([*law.gains.values()], (lanes, 1)), [*law.gains]
+    by_lane, names = np.tile([*law.gains.values()], (lanes, 1)), [*law.gains]
     for name, given in gains.items():
         values = real_array(given, f"the gain {name}")
         positive = name in law.positive
@@ -208,8 +206,8 @@ def gains_by_lane(
                 f"each of {lanes} lanes.",
                 code="simulation-input",
             )
-        found[:, names.index(name)] = values
-    return found
+        by_lane[:, names.index(name)] = values
+    return by_lane
 
 
 def in_order(
@@ -238,11 +236,10 @@ def in_order(
     if {*parameters} != {*names}:
         unknown = [quoted(name) for name in parameters if name not in names]
         missing = [name for name in names if name not in parameters]
-        told = [f"{first_of(unknown)} is no parameter"] if unknown else []
-        told += [f"{first_of(missing)} is missing"] if missing else []
+        faults = ((unknown, "is no parameter"), (missing, "is missing"))
+        said = " and ".join(f"{first_of(each)} {what}" for each, what in faults if each)
         raise UsageError(
-            f"the parameters of axis {axis.axis.name!r} by name: "
-            f"{' and '.join(told)}; give a value of each of "
+            f"the parameters of axis {axis.axis.name!r} by name: {said}; give a value of each of "
             f"{', '.join(names)}.",
             code="simulation-input",
         )

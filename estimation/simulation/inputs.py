@@ -95,10 +95,10 @@ class TwoClocks:
         until = np.concatenate([0 * values[:1], np.cumsum(values, axis=0)])
         edges = np.append(self.times, self.times[-1] + self.law_period / self.log_period)
         inside = np.clip(edges, 0, len(values))
-        spent, apart = np.diff(_straight(inside, until), axis=0), np.diff(inside)
-        found = self.held(values)  # beyond the log it stays
-        found[apart > 0] = (spent[apart > 0].T / apart[apart > 0]).T
-        return found
+        integrals, spans = np.diff(_straight(inside, until), axis=0), np.diff(inside)
+        mean = self.held(values)  # beyond the log it stays
+        mean[spans > 0] = (integrals[spans > 0].T / spans[spans > 0]).T
+        return mean
 
     def held(self, values: Array) -> Array:
         """What is held from a sample of the log to the next, where the law is evaluated, (M,)."""
@@ -109,8 +109,7 @@ class TwoClocks:
 def _straight(times: Array, values: Array) -> Array:
     """What runs straight between samples, (N, ...), at times in samples, (M, ...)."""
     rows = np.arange(len(values))
-    found = np.apply_along_axis(lambda column: np.interp(times, rows, column), 0, values)
-    return np.asarray(found)
+    return np.asarray(np.apply_along_axis(lambda column: np.interp(times, rows, column), 0, values))
 
 
 def law_of(axis: GeneratedAxis) -> ControlLaw:
@@ -159,11 +158,10 @@ def at_log_samples(
     axis: GeneratedAxis,
     parameters: Array,
     signals: dict[str, Array],
-    clocks: TwoClocks,
-    recorded: Array | None,
+    inputs: "LoopInputs",
     substeps: int,
 ) -> dict[str, Array]:
-    """Signals of a simulation at the law's evaluations, (M,), at the samples of the log, (N,).
+    """Signals of a loop at the law's evaluations, (M,), at the samples of the log, (N,).
 
     Parameters
     ----------
@@ -171,24 +169,27 @@ def at_log_samples(
     parameters : (p,) array
     signals : dict of str to (M,) array
         By the names of `SIGNALS`; NaN from where the simulation ended early.
-    clocks : TwoClocks
-    recorded : (M, 2 s) array or None
-        Value and rate of each recorded signal.
+    inputs : LoopInputs
+        Of the loop.
     substeps : int
         That the simulation took in a sample.
 
     Returns
     -------
     dict of str to (N,) array
-        The same, and ``held``: the force just before a sample.
+        The same, and ``held``: the force just before a sample. Signals as they are where the law
+        has the clock of the log.
     """
+    clocks = inputs.clocks
+    if clocks is None:
+        return signals
     last, since = clocks.elapsed
     force = signals["force"]
     earlier = np.concatenate([force[:1], force[:-1]])
     out = {name: values[last] for name, values in signals.items()}
     out["held"] = np.where(since > 0, force[last], earlier[last])
-    apart = np.flatnonzero(since > 0)
-    if not apart.size:
+    between_ticks = np.flatnonzero(since > 0)
+    if not between_ticks.size:
         return out
     if axis.states:
         raise UsageError(
@@ -197,7 +198,8 @@ def at_log_samples(
             "multiples of it.",
             code="loop-period",
         )
-    begin, span = last[apart], since[apart]
+    begin, span = last[between_ticks], since[between_ticks]
+    recorded = lines(axis, inputs.signals, inputs.period)
     between = np.zeros((len(force), 0)) if recorded is None else recorded
     motion = signals["position"][begin], signals["velocity"][begin]
     held, step = np.column_stack([force, between])[begin], clocks.law_period / substeps
@@ -213,9 +215,9 @@ def at_log_samples(
         "direct_dynamics", position, velocity, force[begin], direction, *then.T, parameters
     )
     sticks = (velocity == 0) & (np.abs(direction) < 1)
-    out["position"][apart], out["velocity"][apart] = position, velocity
-    out["direction"][apart] = out["direction_before"][apart] = direction
-    out["acceleration"][apart] = np.where(sticks, 0.0, acceleration[:, 0])
+    out["position"][between_ticks], out["velocity"][between_ticks] = position, velocity
+    out["direction"][between_ticks] = out["direction_before"][between_ticks] = direction
+    out["acceleration"][between_ticks] = np.where(sticks, 0.0, acceleration[:, 0])
     return out
 
 
@@ -238,8 +240,8 @@ def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array
         return None
     here = np.stack(np.broadcast_arrays(*(s.reshape(len(s), -1) for s in signals)), axis=1)
     following = np.concatenate([here[1:], here[-1:]])
-    held = [declared.is_held for declared in axis.axis.signals]
-    following[:, held] = here[:, held]
+    is_held = [declared.is_held for declared in axis.axis.signals]
+    following[:, is_held] = here[:, is_held]
     pairs = np.stack([here, (following - here) / period], axis=2)
     stacked = pairs.reshape(len(here), -1, here.shape[2])
     shared = all(s.ndim == 1 for s in signals)
@@ -326,11 +328,6 @@ class LoopInputs:
         )
 
     @property
-    def logged(self) -> "LoopInputs":
-        """The same at the samples at which the loops are given back."""
-        return self.log or self
-
-    @property
     def first_signals(self) -> tuple[Array, ...]:
         """The recorded signals at the first sample, () or (B,) each."""
         return tuple(values[0] for values in self.signals)
@@ -339,13 +336,12 @@ class LoopInputs:
         """Those of some lanes, or of one, where the start has a value for each."""
         start = self.start
         memory = None if start.memory is None else np.ascontiguousarray(start.memory[chosen])
-        own = LoopStart(
-            position=start.position[chosen], velocity=start.velocity[chosen], memory=memory
-        )
         return replace(
             self,
             reference=_of_lanes(self.reference, chosen),
-            start=own,
+            start=LoopStart(
+                position=start.position[chosen], velocity=start.velocity[chosen], memory=memory
+            ),
             noise=None if self.noise is None else _of_lanes(self.noise, chosen),
             injected=None if self.injected is None else _of_lanes(self.injected, chosen),
             signals=tuple(_of_lanes(values, chosen) for values in self.signals),
@@ -405,10 +401,10 @@ def _controls(axis: GeneratedAxis, position: float, *recorded: float) -> tuple[f
     size = axis.functions["control_law"].size1_in("state")
     begin = axis.functions["control_start"](position, position, *recorded).full().ravel()
     read = position + np.array([[0.0, _OFF], [0.0, 0.0]])
-    beside = (np.zeros(2), *np.broadcast_to(np.array(recorded)[:, None], (len(recorded), 2)))
+    signals = np.repeat([[0.0], *([value] for value in recorded)], 2, axis=1)  # velocity first
     memory, answers = np.tile(begin[:size], (2, 1)), list[Array]()
     for _ in range(size + 2):  # a delay answers late
-        control, memory = axis.evaluate("control_law", *read, *beside, memory)
+        control, memory = axis.evaluate("control_law", *read, *signals, memory)
         answers.append(control[:, 0])
     still, behind = max(answers, key=lambda pair: float(abs(pair[1] - pair[0])))
     return float(still), float(behind)

@@ -89,11 +89,9 @@ def signals_about(
     """
     if law_of(axis).continuous:
         return simulation.signals, simulation.signals
-    after, (mean, held) = simulation.signals, forces_about(axis, simulation)
+    after, (mean, before) = simulation.signals, forces_about(axis, simulation)
     if not axis.axis.holds_force:
         after = _under(axis, parameters, after, mean)
-    if simulation.held is not None:
-        held = simulation.held
     earlier = replace(
         simulation.signals,
         direction=simulation.direction_before,
@@ -102,7 +100,8 @@ def signals_about(
             for declared, values in zip(axis.axis.signals, simulation.recorded, strict=True)
         ),
     )
-    return after, _under(axis, parameters, earlier, held)
+    force = before if simulation.held is None else simulation.held
+    return after, _under(axis, parameters, earlier, force)
 
 
 def _under(axis: GeneratedAxis, parameters: Array, signals: Signals, force: Array) -> Signals:
@@ -134,8 +133,8 @@ def forces_about(axis: GeneratedAxis, simulation: Simulation) -> tuple[Array, Ar
     if response.by_motion:
         half = response.period / 2
         position, velocity = position + half * velocity, velocity + half * s.acceleration
-    made = drive_force(axis, acting, position, velocity, s.recorded)
-    mean = acting_along(made, response, start=float(s.force[0])).mean
+    force = drive_force(axis, acting, position, velocity, s.recorded)
+    mean = acting_along(force, response, start=float(s.force[0])).mean
     return mean, _one_later(s.force if axis.axis.holds_force else mean)
 
 
@@ -174,8 +173,8 @@ def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> Lo
     recorded = tuple(map(float, inputs.first_signals))
     read = (float(inputs.reference[0]), measured, speed, *recorded)
     force, control = axis.functions["inverse_dynamics"], axis.functions["drive_control"]
-    held = force(place, speed, 0.0, np.sign(speed), *recorded, parameters)
-    wanted = float(control(held, place, speed, *recorded))
+    needed = force(place, speed, 0.0, np.sign(speed), *recorded, parameters)
+    wanted = float(control(needed, place, speed, *recorded))
     state = axis.functions["control_start"](*read[:2], *recorded).full().ravel()
     response, path = axis.axis.response, axis.axis.drive.path
     count = len(state) - (0 if response is None else len(response.remembered))
@@ -185,10 +184,10 @@ def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> Lo
     # The drive has what comes of the law's command, which may be rounded or limited.
     command = float(_computed(axis)[0](*read, law))
     acting = path.end(command)
-    made = float(axis.functions["drive_force"](acting, place, speed, *recorded))
+    actual = float(axis.functions["drive_force"](acting, place, speed, *recorded))
     last = [command] * path.is_limited
-    forces = np.full(len(response.forces), acting if response.holds_control else made)
-    forces[len(forces) - response.keeps_force :] = made
+    forces = np.full(len(response.forces), acting if response.holds_control else actual)
+    forces[len(forces) - response.keeps_force :] = actual
     return replace(start, memory=np.concatenate([law, last, forces]))
 
 
@@ -207,8 +206,8 @@ def lane_starts(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> L
         return starts
     every = replace(inputs, start=starts, log=None)
     alone = zip(map(every.lanes, range(lanes)), parameters, strict=True)
-    found = [loop_start(axis_of(axis, own), theta, own).memory for own, theta in alone]
-    return replace(starts, memory=np.array(found))
+    memories = [loop_start(axis_of(axis, lane), theta, lane).memory for lane, theta in alone]
+    return replace(starts, memory=np.array(memories))
 
 
 def _balance(
@@ -224,14 +223,14 @@ def _balance(
     computed, slopes = _computed(axis)
     state = state.copy()
     for _ in range(_STEPS):
-        off = control - float(computed(*signals, state))
-        if abs(off) <= _CLOSE * abs(control):
+        residual = control - float(computed(*signals, state))
+        if abs(residual) <= _CLOSE * abs(control):
             break
-        along = slopes(*signals, state).full().ravel()[free]
-        size = float(along @ along)
+        gradient = slopes(*signals, state).full().ravel()[free]
+        size = float(gradient @ gradient)
         if not 0 < size < math.inf:
             break
-        state[free] += off / size * along
+        state[free] += residual / size * gradient
     if law.delay:
         state[count:] = float(computed(*signals, state))
     return state
@@ -242,10 +241,7 @@ def _computed(axis: GeneratedAxis) -> tuple[Any, Any]:
     """The control that the law computes, whatever its delay, and its slopes by the state."""
     law, function = law_of(axis), axis.functions["control_law"]
     names = function.name_in()
-    if not law.delay:
-        output, row = "control", 0
-    else:
-        output, row = "next_state", len(law.memory)
+    output, row = ("next_state", len(law.memory)) if law.delay else ("control", 0)
     pair = function.factory("computed", names, [output, f"jac:{output}:state"])
     return (lambda *arguments: pair(*arguments)[0][row]), (
         lambda *arguments: pair(*arguments)[1][row, :]

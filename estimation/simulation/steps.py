@@ -37,16 +37,14 @@ _UNIFORM = 2.0  # times longer may steps be where the rates are the same everywh
 _ROUNDING = 1e-9
 _EPSILON = float(np.finfo(float).eps)
 MOST_SUBSTEPS = 1024
-_REMEMBERED = 64  # parameter sets whose start was looked at
 #: Force and friction direction: pushed, left alone, held by friction forward and backward.
 _PUSHES = np.array([1.0, 0.0, 0.0, 0.0])
 _DIRECTIONS = np.array([0.0, 0.0, 1.0, -1.0])
-_VISITED = ("position", "velocity", "force", "direction")
 
 
 def visited_signals(axis: GeneratedAxis) -> tuple[str, ...]:
     """The signals that `substeps_along` looks at."""
-    return (*_VISITED, "acceleration") if axis.states else _VISITED
+    return ("position", "velocity", "force", "direction", *["acceleration"] * bool(axis.states))
 
 
 def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
@@ -79,20 +77,19 @@ def at_rest(
     """
     library = axis.native.evaluator("from_rest")
     if library is None:
-        cases = _from_rest(axis, parameters, position, recorded)
+        accelerations = _from_rest(axis, parameters, position, recorded)
     else:
-        beside = [np.broadcast_to(values, len(position)) for values in recorded]
-        signals = np.array(beside, dtype=float).reshape(-1, len(position)).T
-        found, rates = library.from_rest(
+        lanes = [np.broadcast_to(values, len(position)) for values in recorded]
+        signals = np.array(lanes, dtype=float).reshape(-1, len(position)).T
+        accelerations, rates = library.from_rest(
             *map(np.ascontiguousarray, (position, signals, parameters))
         )
-        cases = found.T
     if axis.has_sides:
         rates = np.zeros((len(position), 1))
     elif library is None or axis.states:  # the compiled start has no rates of internal states
         rates = _rates_at_start(axis, parameters, position, recorded)
     with np.errstate(invalid="ignore"):
-        push, rest, forward, backward = cases
+        push, rest, forward, backward = accelerations.T
         pushed, rounding = push - rest, _ROUNDING * (abs(forward) + abs(backward))
         has_mass = (pushed > 0) & (pushed < np.inf) & np.isfinite(parameters).all(axis=1)
         return has_mass, ~(forward - backward > rounding), rates.max(axis=1)
@@ -104,14 +101,14 @@ def _from_rest(
     position: Array,
     recorded: Recorded,
 ) -> Array:
-    """Accelerations at rest for each of the cases, (4, B)."""
+    """Accelerations at rest for each of the cases, (B, 4)."""
     cases, lanes = len(_PUSHES), len(position)
     forces, directions = np.repeat(_PUSHES, lanes), np.repeat(_DIRECTIONS, lanes)
     motion = np.tile(position, cases), np.zeros(len(forces)), forces, directions
-    beside = (np.tile(np.broadcast_to(s, lanes), cases) for s in recorded)
+    tiled = (np.tile(np.broadcast_to(s, lanes), cases) for s in recorded)
     sets = np.tile(parameters, (cases, 1))
-    accelerations = axis.evaluate("direct_dynamics", *motion, *beside, sets)[0]
-    return np.asarray(accelerations.reshape(cases, lanes))
+    accelerations = axis.evaluate("direct_dynamics", *motion, *tiled, sets)[0]
+    return np.asarray(accelerations.reshape(cases, lanes).T)
 
 
 def has_constant_substeps(axis: GeneratedAxis) -> bool:
@@ -183,9 +180,8 @@ def substeps_along(
             force[looked_at],
             [v[looked_at] for v in signals],
         )
-        waves, passing = _wave_numbers(axis, q, parameters, signals), np.zeros(len(rates))
-        if waves is not None:
-            passing[: len(q)] = waves * np.abs(dq)
+        passing = np.zeros(len(rates))
+        passing[: len(q)] = _wave_numbers(axis, q, parameters, signals) * np.abs(dq)
     shortest = np.maximum(_by_rate(axis, rates, period), passing * period / PASSED).argmax()
     at = place_at(visited, int(looked_at[shortest]), recorded)
     steps = steps_by_rate(axis, rates.max(keepdims=True), period, float(passing.max()))
@@ -207,10 +203,10 @@ def _between(dq: Array) -> tuple[NDArray[np.intp], Array]:
 
 def _wave_numbers(
     axis: GeneratedAxis, q: Array, parameters: Array, signals: Sequence[Array]
-) -> Array | None:
-    """Reciprocals of the way on which the acceleration may vary, if it is no polynomial there."""
+) -> Array:
+    """Reciprocals of the way on which the acceleration may vary; 0 where it is a polynomial."""
     if "wave_number" not in axis.functions:
-        return None
+        return np.zeros(len(q))
     return axis.evaluate("wave_number", q, *signals, parameters)[0][:, 0]
 
 
@@ -225,15 +221,15 @@ def _probed(
 ) -> Array:
     """Rates of damping and stiffness, from how the acceleration changes over a probe, (n,)."""
     waves = _wave_numbers(axis, q, parameters, signals)
-    way = np.full(len(q), PROBE) if waves is None else PROBE / (1 + PROBE / PROBED * waves)
+    way = PROBE / (1 + PROBE / PROBED * waves)
     positions = np.concatenate([q, q, q + way])
     speeds = np.concatenate([dq, dq + PROBE, dq])
     directions = np.tile(s, 3)
     sets = parameters if parameters.ndim == 1 else np.tile(parameters, (3, 1))
     with np.errstate(all="ignore"):
         if force is not None and not (law_of(axis).continuous or axis.axis.drives_by_motion):
-            beside = (np.tile(values, 3) for values in signals)
-            arguments = (positions, speeds, np.tile(force, 3), directions, *beside, sets)
+            tiled = (np.tile(values, 3) for values in signals)
+            arguments = (positions, speeds, np.tile(force, 3), directions, *tiled, sets)
             accelerations = axis.evaluate("direct_dynamics", *arguments)[0]
         else:
             held = np.tile(_held(axis, q, signals), (3, 1))  # it stays while positions are probed
@@ -270,8 +266,7 @@ def _held(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Arr
     """No force, or the reference of a continuous law at the positions, and signals, (n, size)."""
     size = _held_values(axis)
     held = np.zeros((len(position), size))
-    for i, values in enumerate(signals):
-        held[:, size - 2 * len(signals) + 2 * i] = values
+    held[:, size - 2 * len(signals) :: 2] = np.transpose(signals)
     if law_of(axis).continuous:
         held[:, 0] = position
     return held
@@ -350,7 +345,7 @@ def checked_rate(
     """
     if refusal := states_refusal(axis, parameters):
         raise EstimationError(refusal, code="simulation")
-    has_mass, held, rate = _rest(axis, parameters.tobytes(), position, recorded)
+    has_mass, friction_holds, rate = _rest(axis, parameters.tobytes(), position, recorded)
     if not has_mass:
         raise _no_inertia(axis, parameters, position, recorded)
     for p, value in zip(axis.axis.parameters, parameters, strict=True):
@@ -361,7 +356,7 @@ def checked_rate(
                 f"{p.unit}, so axis {axis.axis.name!r} is not simulated with it: friction beyond "
                 "its bounds drives the axis. Give a value within them, or declare others."
             )
-    if bounded and not held:
+    if bounded and not friction_holds:
         raise EstimationError(
             f"the friction of axis {axis.axis.name!r} drives it with {axis.describe(parameters)}: "
             "it would accelerate the axis in the direction of its motion. Check the signs of the "
@@ -379,30 +374,35 @@ def _no_inertia(
     # What is no number is the largest.
     term, force = max(forces, key=lambda pair: (math.isnan(pair[1]), abs(pair[1])))
     where = f"at rest at {q.name} = {position:g} {q.unit} with {given}"
-    if not np.isfinite(parameters).all():
-        why, todo = f"cannot be simulated with {given}", "Give finite parameters"
-    elif math.isnan(force):
-        why, todo = (
-            f"cannot be simulated: its force has no finite value {where}; see the term {term}",
+    reasons = (
+        (
+            not np.isfinite(parameters).all(),
+            f"cannot be simulated with {given}. Give finite parameters.",
+        ),
+        (
+            math.isnan(force),
+            f"cannot be simulated: its force has no finite value {where}; see the term {term}. "
             "Write one that is finite wherever the axis can be and at rest: "
-            "b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive",
-        )
-    elif abs(force) * _EPSILON > 1:
-        why, todo = (
+            "b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive.",
+        ),
+        (
+            abs(force) * _EPSILON > 1,
             f"cannot be simulated: its force is {force:.3g} {q.force_unit} {where}, beside "
-            f"which no drive counts; see the term {term}",
-            "Correct its factor, its units, or the parameters in it",
-        )
-    else:
-        why, todo = (
-            f"has no positive inertia with {given}, so it cannot be simulated",
-            "Give its inertial parameters a positive nominal value, or check the signs of force "
-            "and position in the record",
-        )
-    return EstimationError(f"axis {axis.axis.name!r} {why}. {todo}.", code="simulation")
+            f"which no drive counts; see the term {term}. Correct its factor, its units, or the "
+            "parameters in it.",
+        ),
+        (
+            True,
+            f"has no positive inertia with {given}, so it cannot be simulated. Give its inertial "
+            "parameters a positive nominal value, or check the signs of force and position in the "
+            "record.",
+        ),
+    )
+    why = next(sentence for applies, sentence in reasons if applies)
+    return EstimationError(f"axis {axis.axis.name!r} {why}", code="simulation")
 
 
-@lru_cache(maxsize=_REMEMBERED)
+@lru_cache(maxsize=64)
 def _rest(
     axis: GeneratedAxis, parameters: bytes, position: float, recorded: tuple[float, ...]
 ) -> tuple[bool, bool, float]:
@@ -411,8 +411,8 @@ def _rest(
     A loop is often simulated again with other noise or reference.
     """
     lane = np.frombuffer(parameters)[None, :], np.array([position])
-    has_mass, held, rates = at_rest(axis, *lane, np.array(recorded))
-    return bool(has_mass[0]), bool(held[0]), float(rates[0])
+    has_mass, friction_holds, rates = at_rest(axis, *lane, np.array(recorded))
+    return bool(has_mass[0]), bool(friction_holds[0]), float(rates[0])
 
 
 def place_at(signals: Mapping[str, Array], sample: int, recorded: Sequence[Array]) -> Place:
@@ -462,9 +462,9 @@ def failure(
     where = f"at sample {sample} ({sample * period:g} s) with {axis.describe(parameters)}"
     what = f"the simulated closed loop of axis {axis.axis.name!r}"
     if STATUSES[status] == "chatter":
-        beside = ", or the side of a kink or jump over the position," if axis.has_sides else ""
+        or_side = ", or the side of a kink or jump over the position," if axis.has_sides else ""
         return (
-            f"{what} changes the friction direction{beside} without end {where}; check the "
+            f"{what} changes the friction direction{or_side} without end {where}; check the "
             "equation of motion there."
         )
     if STATUSES[status] == "unresolved":

@@ -16,13 +16,12 @@ from axisid.estimation.signals import about_samples
 from axisid.estimation.tables import Provenance
 from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, Move
-from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError, UsageError, is_real, is_whole, quoted
 
 from .arguments import checked_loop, optional_array
 from .closed_loop import simulate_loop
-from .inputs import TwoClocks, clocks_of
+from .inputs import TwoClocks, clocks_of, law_of
 from .simulated import Simulation, logged_control, signals_about
 
 _MOST_SAMPLES = 2e6
@@ -46,17 +45,21 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
     pieces = [np.zeros(1)]
     begin, start, taken = 0.0, 0.0, 0  # time and position where the move begins, samples so far
     for move in moves:
-        ramp, cruise, speed = _phases(move)
+        distance = abs(move.distance)
+        # A short move never cruises.
+        speed = min(move.speed, math.sqrt(distance * move.acceleration))
+        ramp = speed / move.acceleration
+        cruise = distance / speed - ramp if speed else 0.0
         end = begin + 2 * ramp + cruise + move.dwell
         count = int(np.floor(end / period + 1e-9))
         time = period * np.arange(taken + 1, count + 1, dtype=np.float64) - begin
         travelled = np.zeros_like(time)
         if speed:
-            left = np.maximum(2 * ramp + cruise - time, 0)
+            remaining = np.maximum(2 * ramp + cruise - time, 0)
             travelled = np.select(
                 [time < ramp, time < ramp + cruise],
                 [speed / ramp * time**2 / 2, speed * (time - ramp / 2)],
-                speed * (ramp + cruise) - speed / ramp * left**2 / 2,
+                speed * (ramp + cruise) - speed / ramp * remaining**2 / 2,
             )
         pieces.append(start + np.sign(move.distance) * travelled)
         begin, start, taken = end, start + move.distance, count
@@ -117,15 +120,12 @@ def twin_record(
     experiment = plan.experiment
     deviation = experiment.position_noise if position_noise is None else position_noise
     chosen = experiment.seed if seed is None else seed
-    if not is_whole(chosen) or chosen < 0:
-        raise UsageError(
-            f"the seed is {quoted(chosen)}; give a whole number of 0 or more.", code="twin"
-        )
-    if not (is_real(deviation) and 0 <= deviation < math.inf):
-        raise UsageError(
-            f"the position noise is {quoted(deviation)}; give its deviation, 0 or more.",
-            code="twin",
-        )
+    for what, value, is_allowed, wanted in (
+        ("seed", chosen, is_whole(chosen), "a whole number of 0 or more"),
+        ("position noise", deviation, is_real(deviation), "its deviation, 0 or more"),
+    ):
+        if not (is_allowed and 0 <= value < math.inf):
+            raise UsageError(f"the {what} is {quoted(value)}; give {wanted}.", code="twin")
     generator = np.random.default_rng(chosen)
     loop = plan.loop(lambda count: generator.normal(0.0, deviation, count))
     rng = np.random.default_rng([chosen, 1])  # the position's noise stays what it is without them
@@ -160,8 +160,7 @@ def twin_plan(
     """
     generated = as_generated(axis)
     declared = generated.axis
-    experiment, law = _planned(declared, sample_period)
-    period = law.period if sample_period is None else sample_period
+    experiment, law, period = _planned(declared, sample_period)
     reference = trajectory(experiment.moves, period)
     if len(reference) < MIN_RECORD_SAMPLES.value:
         raise UsageError(
@@ -174,14 +173,14 @@ def twin_plan(
     added = optional_array(injected, "the injected signal", reference.shape)
     of_time = generated.experiment_signals(period * np.arange(float(len(reference))))
     recorded = {**of_time, **(signals or {})}
-    if untold := [s.name for s in declared.signals if s.name not in recorded]:
+    if missing := [s.name for s in declared.signals if s.name not in recorded]:
         raise UsageError(
-            f"axis {declared.name!r} has the recorded signals {', '.join(untold)}, and nothing "
+            f"axis {declared.name!r} has the recorded signals {', '.join(missing)}, and nothing "
             "says what they are in its twin; give a record, signals=..., or declare them in the "
             "experiment.",
             code="twin",
         )
-    truth = np.array([_true(declared, p) for p in declared.parameters])
+    truth = np.array([*_truth(declared).values()])
     _check_held(generated, truth, float(reference[0]))
     return TwinPlan(
         axis=generated,
@@ -235,11 +234,8 @@ class TwinPlan:
     @property
     def true_values(self) -> dict[str, float]:
         """The twin's parameters by name, as declared and as identified."""
-        declared = self.axis.declared
-        return {
-            **{p.name: _true(declared, p) for p in declared.parameters},
-            **dict(zip(self.axis.names, self.truth.tolist(), strict=True)),
-        }
+        identified = dict(zip(self.axis.names, self.truth.tolist(), strict=True))
+        return {**_truth(self.axis.declared), **identified}
 
     def loop(self, noise: Callable[[int], Array]) -> Simulation:
         """The closed loop under a noise of the measured position, drawn by its length.
@@ -266,7 +262,13 @@ class TwinPlan:
             resolution=self.experiment.resolution,
         )
         if clocks is not None:
-            reference = self._commanded(clocks, added)
+            if law_of(self.axis).reference_between:
+                reference = clocks.reference(commanded)
+            else:  # the set point is made whenever the law is evaluated
+                moves = trajectory(self.experiment.moves, clocks.law_period)
+                reference = moves[np.minimum(np.arange(len(clocks.times)), len(moves) - 1)]
+            if added is not None:
+                reference = reference + clocks.held(added)
             inputs = replace(
                 inputs,
                 reference=reference,
@@ -274,16 +276,6 @@ class TwinPlan:
                 noise=inputs.noise if drawn is logged else drawn,
             )
         return simulate_loop(self.axis, truth, inputs, bounded=True)
-
-    def _commanded(self, clocks: TwoClocks, added: Array | None) -> Array:
-        """What a law with a clock of its own is to follow, at its evaluations."""
-        law = self.axis.axis.control
-        if law is not None and law.reference_between:
-            commanded = clocks.reference(self.reference)
-        else:
-            made = trajectory(self.experiment.moves, clocks.law_period)
-            commanded = made[np.minimum(np.arange(len(clocks.times)), len(made) - 1)]
-        return commanded if added is None else commanded + clocks.held(added)
 
     def record(
         self,
@@ -317,8 +309,8 @@ class TwinPlan:
         return about_samples(loop.acceleration, [0]) if axis.jumps else loop.acceleration
 
 
-def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, ControlLaw]:
-    """The axis's experiment and law; refused where one is missing, or it takes too long."""
+def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, ControlLaw, float]:
+    """Experiment, law and period of the log, s; refused where one is missing, or takes too long."""
     experiment, law = axis.experiment, axis.control
     if experiment is None or law is None:
         missing = "experiment" if experiment is None else "control law"
@@ -327,9 +319,9 @@ def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, Contr
             f"declare {'experiment' if experiment is None else 'control'}=...",
             code="twin",
         )
-    period = law.period
-    if sample_period is not None and is_real(sample_period) and sample_period > 0:
-        period = min(period, sample_period)
+    logged = law.period if sample_period is None else sample_period
+    check_sample_period(logged)
+    period = min(law.period, logged)
     samples = sum(move.duration for move in experiment.moves) / period
     if not samples <= _MOST_SAMPLES:
         raise ModelError(
@@ -338,7 +330,7 @@ def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, Contr
             "the drive in seconds).",
             code="twin",
         )
-    return experiment, law
+    return experiment, law, logged
 
 
 def _check_held(axis: GeneratedAxis, truth: Array, start: float) -> None:
@@ -368,14 +360,6 @@ def _check_held(axis: GeneratedAxis, truth: Array, start: float) -> None:
         )
 
 
-def _true(axis: Axis, parameter: Parameter) -> float:
+def _truth(axis: Axis) -> dict[str, float]:
     truth = axis.experiment.truth if axis.experiment else {}
-    return truth.get(parameter.name, parameter.nominal)
-
-
-def _phases(move: Move) -> tuple[float, float, float]:
-    """Duration of a ramp and of the cruise, s, and the cruise speed; short moves never cruise."""
-    distance = abs(move.distance)
-    speed = min(move.speed, float(np.sqrt(distance * move.acceleration)))
-    ramp = speed / move.acceleration
-    return ramp, (distance / speed - ramp if speed else 0.0), speed
+    return {p.name: truth.get(p.name, p.nominal) for p in axis.parameters}

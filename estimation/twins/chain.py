@@ -99,15 +99,16 @@ class Chain:
     disturbances: Autoregressions = ()
 
     def __post_init__(self) -> None:
-        for name in _SIZES:
-            value = getattr(self, name)
-            if not (_is_size(value) or (value is None and name in _SENSORS)):
-                raise _refused(name, value, "a number of 0 or more")
-        for name in _AUTOREGRESSIONS:
-            value = getattr(self, name)
-            if not (isinstance(value, tuple) and all(map(_is_autoregression, value))):
+        for name, value in ((each.name, getattr(self, each.name)) for each in fields(Chain)):
+            allowed, form = _is_size(value), "a number of 0 or more"
+            if name in _AUTOREGRESSIONS:
+                allowed = isinstance(value, tuple) and all(map(_is_autoregression, value))
                 form = "pairs of a correlation time and a deviation, as in ((0.05, 0.1),)"
-                raise _refused(name, value, form)
+            if not (allowed or name in _FLAGS or (value is None and name in _SENSORS)):
+                raise UsageError(
+                    f"the {name.replace('_', ' ')} of the noise is {quoted(value)}; give {form}.",
+                    code="noise",
+                )
 
     @classmethod
     def of_experiment(cls, axis: Axis) -> "Chain":
@@ -120,12 +121,12 @@ class Chain:
     @property
     def likeliest(self) -> "Chain":
         """As it is told and written: of one that was measured, what that makes the likeliest."""
-        return self
+        return Chain(**{each.name: getattr(self, each.name) for each in fields(Chain)})
 
     @property
     def is_silent(self) -> bool:
         """Whether a twin with it would be the loop without noise."""
-        return not any(getattr(self, name) for name in (*_SIZES, *_AUTOREGRESSIONS))
+        return not any(getattr(self, each.name) for each in fields(self) if each.name not in _FLAGS)
 
     def told(self, unit: str, of_control: str) -> str:
         """In words, by the units of the coordinate and of the drive's control."""
@@ -150,8 +151,8 @@ class Chain:
             )
             for time, sd in each
         ]
-        told = ", ".join(parts) or "no noise"
-        return told if self.is_measured_by_law else f"{told}; the law measures another position"
+        noise = ", ".join(parts) or "no noise"
+        return noise if self.is_measured_by_law else f"{noise}; the law measures another position"
 
     def drawn_offset(self, rng: Draws) -> float:
         """How far from the middle of a count a motion begins."""
@@ -186,8 +187,7 @@ class Chain:
             columns["acceleration"] = record.acceleration + noise
         if self.control or self.control_step:
             role = "control" if record.force is None else "force"
-            values = getattr(record, role)
-            columns[role] = self.logged_control(of_control, values, record.period)
+            columns[role] = self.logged_control(of_control, getattr(record, role), record.period)
         return replace(record, **columns) if columns else record
 
 
@@ -203,26 +203,15 @@ class MeasuredChain(Chain):
 
     drawn: tuple[Autoregressions, ...] = ()
 
-    @property
-    def likeliest(self) -> Chain:
-        """See `Chain.likeliest`."""
-        return Chain(**{each.name: getattr(self, each.name) for each in fields(Chain)})
-
-    @property
-    def is_silent(self) -> bool:
-        """See `Chain.is_silent`."""
-        return not self.drawn and self.likeliest.is_silent
-
     def drawn_disturbance(self, rng: Draws, samples: int, period: float) -> Array:
         """See `Chain.drawn_disturbance`."""
-        if not self.drawn:
-            return self.likeliest.drawn_disturbance(rng, samples, period)
-        return _drawn(self.drawn[rng.place(len(self.drawn))], rng, samples, period)
+        chosen = self.drawn[rng.place(len(self.drawn))] if self.drawn else self.disturbances
+        return _drawn(chosen, rng, samples, period)
 
 
 _SENSORS = ("velocity", "acceleration")
-_SIZES = ("position_step", "control_step", "position", "velocity_step", "jitter", *_SENSORS)
 _AUTOREGRESSIONS = ("control", "disturbances")
+_FLAGS = ("anywhere", "is_measured_by_law")
 
 
 def _is_size(value: object) -> bool:
@@ -233,19 +222,12 @@ def _is_autoregression(value: object) -> bool:
     return isinstance(value, tuple) and len(value) == 2 and all(map(_is_size, value))
 
 
-def _refused(name: str, value: object, form: str) -> UsageError:
-    return UsageError(
-        f"the {name.replace('_', ' ')} of the noise is {quoted(value)}; give {form}.",
-        code="noise",
-    )
-
-
 def _rounded(values: Array, step: float, rng: Draws) -> Array:
     """Values in steps, which begin anywhere; as they are without."""
     if not step:
         return values
-    away = rng.of_a_step()
-    return np.asarray((np.round(values / step + away) - away) * step)
+    offset = rng.of_a_step()
+    return np.asarray((np.round(values / step + offset) - offset) * step)
 
 
 def _drawn(parts: Autoregressions, rng: Draws, samples: int, period: float) -> Array:

@@ -1,8 +1,9 @@
 """The chain of a record, from what it is beside its loop at an estimate."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,7 @@ _ROUNDING = 1e-12  # of the position, or the force
 _MOST_LEVERAGE = 0.8  # of a frequency: where columns take nearly all, nothing is told
 _RANK = 1e-6
 _ROWS_A_COLUMN = 4
-_LEAST_FOUND = 0.1  # of what white noise of the position would make in the rows
+_LEAST_POWER = 0.1  # of what white noise of the position would make in the rows
 _HIGHEST = 0.6  # of the frequencies of rows: what the filter leaves as it is
 _LONGEST = 8.0  # times that a correlation time has to fit into a record
 
@@ -90,58 +91,60 @@ def measured_chain(
     # Near turns of either the equation has errors that are no noise of a given colour.
     moving = data.turning_as(quiet.record.position, also=True)
     rows = _RowBands.of(moving, quiet)
-    if rows is None:
-        raise EstimationError("its rows are too few to tell their noise.", code="too-short")
     by_filter = _residuals(quiet, physical, moving)
-    left = _residuals(data, physical, moving) - by_filter
-    found = rows.power(left)
-    chain = replace(
-        chain, control=_control_noise(data, rows.without_basis(left), moving, rows, chain)
-    )
+    residuals = _residuals(data, physical, moving) - by_filter
+    power = rows.power(residuals)
+    in_control = _control_noise(data, rows.without_basis(residuals), moving, rows, chain)
+    chain = replace(chain, control=in_control)
 
-    def power_of_twins(noise: Chain) -> Array:
-        """Of each, (m, b)."""
-        twins = twins_of(data, physical, noise, _TWINS)
-        made = [rows.power(_residuals(each, physical, moving) - by_filter) for each in twins]
-        return np.reshape(made, (-1, len(found))) if made else np.zeros((1, len(found)))
+    def power_of(twin: FilteredRecord) -> Array:
+        return rows.power(_residuals(twin, physical, moving) - by_filter)
 
-    steps = power_of_twins(chain)
+    steps = _of_twins(power_of, data, physical, chain)
     known = steps.mean(axis=0)
-    if rows.counts @ found < _LEAST_FOUND * (rows.counts @ known):
+    if rows.counts @ power < _LEAST_POWER * (rows.counts @ known):
         raise EstimationError(
             "its position has noise at the highest frequencies that is not white: there is less "
             "in its rows.",
             code="noise",
         )
-    if np.linalg.norm(left) <= _ROUNDING * np.linalg.norm(moving.reduce(moving.signals.force)):
+    if np.linalg.norm(residuals) <= _ROUNDING * np.linalg.norm(moving.reduce(moving.signals.force)):
         return chain  # rounding alone
     times = [t for t in CORRELATION_TIMES if _LONGEST * t <= data.period * len(data)]
     units = rows.power_of_disturbances(moving, times)
-    beside = np.vstack([known, steps]) if chain.position_step else known[None]
-    every = likeliest_variances(found, units, beside, rows.counts)
+    backgrounds = np.vstack([known, steps]) if chain.position_step else known[None]
+    variances = likeliest_variances(power, units, backgrounds, rows.counts)
     # A little that is not there biases estimates, and would keep twins from hunting alike.
-    seen = found, units, beside, _independent(rows.counts, steps)
-    surely = _likelihood(every, *seen) > _likelihood(0 * every, *seen) + _SURELY
-    every = every * surely[:, None]
+    seen = power, units, backgrounds, _independent(rows.counts, steps)
+    surely = _likelihood(variances, *seen) > _likelihood(0 * variances, *seen) + _SURELY
+    variances = variances * surely[:, None]
 
-    def disturbances(variances: Array) -> Autoregressions:
-        return _autoregressions(times, variances, units, found)
+    def disturbances(of_one: Array) -> Autoregressions:
+        return _autoregressions(times, of_one, units, power)
 
-    mean = every.mean(axis=0)
+    mean = variances.mean(axis=0)
     if chain.position_step and (listed := disturbances(mean)):
         # It hunts the more, the more it is disturbed: not in proportion, so that of what was found
         # it takes less to leave the same in the rows.
-        whole = power_of_twins(replace(chain, disturbances=listed)).mean(axis=0)
-        added = np.maximum(whole - known, 0.0)[None]
+        disturbed = _of_twins(power_of, data, physical, replace(chain, disturbances=listed))
+        added = np.maximum(disturbed.mean(axis=0) - known, 0.0)[None]
         if added.any():
-            shares = likeliest_variances(found, added, beside, rows.counts)
-            every = shares * mean * every.any(axis=1, keepdims=True)
-    told, *others = map(disturbances, every)
-    return replace(chain, disturbances=told, drawn=tuple(others))
+            shares = likeliest_variances(power, added, backgrounds, rows.counts)
+            variances = shares * mean * variances.any(axis=1, keepdims=True)
+    likeliest, *others = map(disturbances, variances)
+    return replace(chain, disturbances=likeliest, drawn=tuple(others))
+
+
+def _of_twins(
+    power_of: Callable[[FilteredRecord], Array], data: FilteredRecord, physical: Array, chain: Chain
+) -> Array:
+    """Powers of twins with a chain's noise, (m, b); 0 without noise, or where none is simulated."""
+    powers = [power_of(twin) for twin in twins_of(data, physical, chain, _TWINS)]
+    return np.array(powers) if powers else np.zeros((1, len(power_of(data))))
 
 
 def _control_noise(
-    data: FilteredRecord, left: Array, moving: FilteredRecord, rows: "_RowBands", chain: Chain
+    data: FilteredRecord, residuals: Array, moving: FilteredRecord, rows: "_RowBands", chain: Chain
 ) -> Autoregressions:
     """What the recorded control has beside the one that acts, as the law gives that.
 
@@ -150,7 +153,7 @@ def _control_noise(
     Parameters
     ----------
     data : FilteredRecord
-    left : (n,) array
+    residuals : (n,) array
         What neither the inverse model nor the basis of the rows explains.
     moving : FilteredRecord
         The record without rows near turns.
@@ -165,34 +168,34 @@ def _control_noise(
     if record.control is None or record.force is not None or not exact or any(clocks):
         return ()
     segments = [law_residual(data.axis, record, span) for span in record.spans]
-    residual, counted = map(np.concatenate, zip(*segments, strict=True))
-    if np.linalg.norm(residual) <= _ROUNDING * np.linalg.norm(record.control):
+    noise, counted = map(np.concatenate, zip(*segments, strict=True))
+    if np.linalg.norm(noise) <= _ROUNDING * np.linalg.norm(record.control):
         return ()
-    in_rows = rows.without_basis(moving.reduce(moving.force_by(residual)))
-    share = float(np.clip(left @ in_rows / (in_rows @ in_rows), 0.0, 1.0))
-    times = [t for t in CORRELATION_TIMES if _LONGEST * t <= record.period * len(residual)]
-    bands = np.unique(np.geomspace(1.0, len(residual) / 2, _BANDS + 1).astype(np.int64))
+    in_rows = rows.without_basis(moving.reduce(moving.force_by(noise)))
+    share = float(np.clip(residuals @ in_rows / (in_rows @ in_rows), 0.0, 1.0))
+    times = [t for t in CORRELATION_TIMES if _LONGEST * t <= record.period * len(noise)]
+    bands = np.unique(np.geomspace(1.0, len(noise) / 2, _BANDS + 1).astype(np.int64))
     counts = np.diff(bands).astype(float)
 
     def by_band(values: Array) -> Array:
         return np.asarray(np.add.reduceat(values, bands)[:-1] / counts)
 
-    found = by_band(np.abs(np.fft.rfft(residual)) ** 2 / np.count_nonzero(counted))
-    units = np.array([by_band(spectrum(time / record.period, len(residual))) for time in times])
-    powers = found, units, np.full(len(found), chain.control_step**2 / 12), counts
+    power = by_band(np.abs(np.fft.rfft(noise)) ** 2 / np.count_nonzero(counted))
+    units = np.array([by_band(spectrum(time / record.period, len(noise))) for time in times])
+    powers = power, units, np.full(len(power), chain.control_step**2 / 12), counts
     variances = likeliest_variances(*powers)
     if _likelihood(variances, *powers) <= _likelihood(0 * variances, *powers) + _SURELY:
         return ()
-    return _autoregressions(times, share**2 * variances, units, share**2 * found)
+    return _autoregressions(times, share**2 * variances, units, share**2 * power)
 
 
 def _autoregressions(
-    times: Sequence[float], variances: Array, units: Array, found: Array
+    times: Sequence[float], variances: Array, units: Array, power: Array
 ) -> Autoregressions:
     """Those of variances (m,) that make more than a thousandth of the power of a band."""
-    there = np.any(variances[:, None] * units > _SMALLEST * found, axis=1)
-    sizes = map(float, np.sqrt(variances))
-    return tuple((t, sd) for t, sd, is_ in zip(times, sizes, there, strict=True) if is_)
+    counts = np.any(variances[:, None] * units > _SMALLEST * power, axis=1)
+    every = zip(times, map(float, np.sqrt(variances)), strict=True)
+    return tuple(compress(every, counts))
 
 
 def control_step(record: Record) -> float:
@@ -203,13 +206,13 @@ def control_step(record: Record) -> float:
     return quantisation_step(values, int(MIN_STEP_DIFFERENCES.value))
 
 
-def likeliest_variances(found: Array, units: Array, known: Array, counts: Array) -> Array:
+def likeliest_variances(power: Array, units: Array, known: Array, counts: Array) -> Array:
     """Variances, (..., m), for which powers by band are the likeliest, by Whittle.
 
     Parameters
     ----------
-    found : (b,) array
-        Mean power by band.
+    power : (b,) array
+        Mean by band.
     units : (m, b) array
         What is expected of each variance of 1.
     known : (..., b) array
@@ -221,24 +224,24 @@ def likeliest_variances(found: Array, units: Array, known: Array, counts: Array)
     -----
     By multiplicative updates, which keep what is not negative so.
     """
-    if not (found.any() and len(units)):
+    if not (power.any() and len(units)):
         return np.zeros((*known.shape[:-1], len(units)))
-    variances: Array = found.mean() / units.mean(axis=1) / len(units)
+    variances: Array = power.mean() / units.mean(axis=1) / len(units)
     for _ in range(_ROUNDS):
-        expected = _expected(variances, found, units, known)
-        up, down = counts * found / expected**2, counts / expected
+        expected = _expected(variances, power, units, known)
+        up, down = counts * power / expected**2, counts / expected
         variances = variances * (up @ units.T) / (down @ units.T)
     return variances
 
 
-def _expected(variances: Array, found: Array, units: Array, known: Array) -> Array:
-    return np.asarray(variances @ units + known + _LEAST * found.max(), dtype=float)
+def _expected(variances: Array, power: Array, units: Array, known: Array) -> Array:
+    return np.asarray(variances @ units + known + _LEAST * power.max(), dtype=float)
 
 
-def _likelihood(variances: Array, found: Array, units: Array, known: Array, counts: Array) -> Array:
+def _likelihood(variances: Array, power: Array, units: Array, known: Array, counts: Array) -> Array:
     """Logarithm of Whittle's likelihood, (...)."""
-    expected = _expected(variances, found, units, known)
-    return np.asarray(-(np.log(expected) + found / expected) @ counts)
+    expected = _expected(variances, power, units, known)
+    return np.asarray(-(np.log(expected) + power / expected) @ counts)
 
 
 def _position_noise(
@@ -256,36 +259,30 @@ def _position_noise(
     order = inner[np.argsort(speed[inner], kind="stable")]
     classes = [each for each in np.array_split(order, _CLASSES) if len(each)]
 
-    def power(other: FilteredRecord) -> Array:
-        apart = other.record.position - quiet.record.position
-        second = np.zeros(len(apart))
-        second[1:-1] = np.diff(apart, 2) ** 2
-        return np.array([second[each].mean() for each in classes])
+    def power_of(other: FilteredRecord) -> Array:
+        second = np.diff(other.record.position - quiet.record.position, 2) ** 2
+        return np.array([second[each - 1].mean() for each in classes])
 
-    several = _TWINS if chain.position_step else 0
-    steps = [power(each) for each in twins_of(data, physical, chain, several)]
-    known = np.mean(steps, axis=0) if steps else np.zeros(len(classes))
+    # Without steps of the encoder nothing is measured of the position but its noise.
+    steps = _of_twins(power_of, data, physical, chain if chain.position_step else Chain())
+    power, known = power_of(data), steps.mean(axis=0)
     squares = np.array([np.mean(speed[each] ** 2) for each in classes])
     units = 6 * np.stack([np.ones(len(classes)), squares])  # 1, -2, 1
-    counts = np.array([len(each) for each in classes]) / _CORRELATED
-    if steps:
-        counts = _independent(counts, np.array(steps))
-    seen = power(data), units, known, counts
+    counts = _independent(np.array([*map(len, classes)]) / _CORRELATED, steps)
+    seen = power, units, known, counts
     both = likeliest_variances(*seen)
-    alone = likeliest_variances(seen[0], units[:1], known, counts)
-    without = np.append(alone, 0.0)
+    without = np.append(likeliest_variances(power, units[:1], known, counts), 0.0)
     # A little jitter is mostly noise in how it is measured, and biases estimates.
     likelier = _likelihood(both, *seen) > _likelihood(without, *seen) + _SURELY
     position, jitter = map(float, np.sqrt(both if likelier else without))
     rounding = _ROUNDING * float(np.abs(data.record.position).max())
-    fast = float(speed.max())
     # Noise dithers the steps, and the law feeds it back: not in proportion, as above.
     noisy = replace(chain, position=position, jitter=jitter)
-    if made := [power(each) for each in twins_of(data, physical, noisy, _TWINS)]:
-        more, found = (float(counts @ (each - known)) for each in (np.mean(made, axis=0), seen[0]))
-        share = math.sqrt(max(found, 0.0) / more) if more > 0 else 1.0
-        position, jitter = share * position, share * jitter
-    return position * (position > rounding), jitter * (jitter * fast > rounding)
+    of_noisy = _of_twins(power_of, data, physical, noisy).mean(axis=0)
+    added, measured = (float(counts @ (each - known)) for each in (of_noisy, power))
+    share = math.sqrt(max(measured, 0.0) / added) if added > 0 else 1.0
+    position, jitter = share * position, share * jitter
+    return position * (position > rounding), jitter * (jitter * float(speed.max()) > rounding)
 
 
 def _independent(counts: Array, steps: Array) -> Array:
@@ -295,18 +292,17 @@ def _independent(counts: Array, steps: Array) -> Array:
     """
     if len(steps) == 1:
         return counts
-    known = steps.mean(axis=0)
-    scatter = np.var(steps, axis=0, ddof=1)
-    told = np.divide(known**2, scatter, out=np.full_like(known, np.inf), where=scatter > 0)
-    return np.asarray(np.minimum(counts, told))
+    mean, variance = steps.mean(axis=0), steps.var(axis=0, ddof=1)
+    independent = np.divide(mean**2, variance, out=np.full_like(mean, np.inf), where=variance > 0)
+    return np.asarray(np.minimum(counts, independent))
 
 
 def _white(record: Record, quiet: Record, role: str) -> float | None:
     """Deviation of white noise of a role, by its second differences; None if not measured."""
     if getattr(record, role) is None:
         return None
-    apart = getattr(record, role) - getattr(quiet, role)
-    second = np.concatenate([np.diff(apart[a:b], 2) for a, b in record.spans])
+    noise = getattr(record, role) - getattr(quiet, role)
+    second = np.concatenate([np.diff(noise[a:b], 2) for a, b in record.spans])
     return float(np.sqrt(np.mean(second**2) / 6)) if len(second) else 0.0
 
 
@@ -342,14 +338,19 @@ class _RowBands:
     counts: Array
 
     @classmethod
-    def of(cls, data: FilteredRecord, quiet: FilteredRecord) -> "_RowBands | None":
-        """Of a record, with the columns of its loop; None of too few rows for a band."""
-        every = data.prefilter.decimate
+    def of(cls, data: FilteredRecord, quiet: FilteredRecord) -> "_RowBands":
+        """Of a record, with the columns of its loop.
+
+        Raises
+        ------
+        EstimationError
+            There are too few rows for a band.
+        """
         numbers = np.round(data.sampling.rows).astype(np.int64)
-        places = (numbers - numbers[:1]) // every
+        places = (numbers - numbers[:1]) // data.prefilter.decimate
         count = int(places.max(initial=0)) + 1
         if _HIGHEST * count / 2 < _BANDS:
-            return None
+            raise EstimationError("its rows are too few to tell their noise.", code="too-short")
         bands = np.unique(np.geomspace(1.0, _HIGHEST * count / 2, _BANDS + 1).astype(np.int64))
         rows = cls(
             places=places,
@@ -388,10 +389,8 @@ class _RowBands:
         White ones pass the record's filter; others have their colour put on the rows.
         """
         whole, rng = data.without(()), np.random.default_rng(0)
-        places = np.round(whole.sampling.rows).astype(np.int64) - round(
-            float(data.sampling.rows[0])
-        )
-        places //= data.prefilter.decimate
+        first, every = round(float(data.sampling.rows[0])), data.prefilter.decimate
+        places = (np.round(whole.sampling.rows).astype(np.int64) - first) // every
         white = np.zeros((int(places[-1] - places[0]) + 1, _DRAWS))
         for draw in range(_DRAWS):
             noise = rng.standard_normal(len(data))
@@ -399,12 +398,12 @@ class _RowBands:
         here = self.places - places[0]
         weights = data.sampling.weights / whole.sampling.weights.max()
         transformed = np.fft.rfft(white, axis=0)
-        found = []
+        powers = []
         for time in times:
-            colour = spectrum(time / data.period, len(white), data.prefilter.decimate)
+            colour = spectrum(time / data.period, len(white), every)
             rows = np.fft.irfft(transformed * np.sqrt(colour)[:, None], len(white), axis=0)
-            found.append(self.power(weights[:, None] * rows[here]))
-        return np.array(found)
+            powers.append(self.power(weights[:, None] * rows[here]))
+        return np.array(powers)
 
 
 def _basis(data: FilteredRecord, quiet: FilteredRecord) -> Array:
@@ -417,9 +416,8 @@ def _basis(data: FilteredRecord, quiet: FilteredRecord) -> Array:
     declared = InverseForm(data.axis).equations(signals).regressor
     columns = np.column_stack([declared, *lacking])
     changing = [np.ones_like(time), time, np.sign(time), signals.position, speed, signals.direction]
-    most = len(data.sampling.rows) // (_ROWS_A_COLUMN * columns.shape[1])
-    changing = changing[: max(most, 1)]
-    every = data.reduce(np.hstack([columns * each[:, None] for each in changing]))
+    most = max(len(data.sampling.rows) // (_ROWS_A_COLUMN * columns.shape[1]), 1)
+    every = data.reduce(np.hstack([columns * each[:, None] for each in changing[:most]]))
     norms = np.linalg.norm(every, axis=0)
     basis, sizes, _ = np.linalg.svd(every[:, norms > 0] / norms[norms > 0], full_matrices=False)
     return np.asarray(basis[:, sizes > _RANK * sizes[0]])

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from zlib import crc32
 
 import numpy as np
@@ -19,7 +20,7 @@ from axisid.estimation.regression import (
     recorded_loops,
 )
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.simulation import Simulation, measured_positions
+from axisid.estimation.simulation import measured_positions
 from axisid.support.arrays import Array, in_few_digits
 from axisid.support.errors import DataError, EstimationError, UsageError, is_whole, quoted
 
@@ -83,41 +84,41 @@ class Twins:
 
     def solutions(self, form: Form, solver: Solver) -> list[Solution]:
         """What a solver makes of each: one step from an estimate, with its own instruments."""
-        found = []
+        solutions = []
         for rows in self.rows(form):
             with suppress(EstimationError):
                 solution = solver(form, rows)
                 if np.isfinite(solution.theta).all():
-                    found.append(replace(solution, neighbours=self.problem.neighbours))
-        return found
+                    solutions.append(replace(solution, neighbours=self.problem.neighbours))
+        return solutions
 
     def rows(self, form: Form) -> Iterable[Equations]:
         """Their rows, one after the other."""
         if not form.is_linear:
             return (rows for (rows,) in self._drawn([form]))
         if type(form) not in self._linear:
-            others = [kind for kind in self.kinds if kind is not type(form)]
-            forms = [form, *(self.problem.form(kind) for kind in others)]
-            made = list(self._drawn(forms))
+            others = (self.problem.form(kind) for kind in self.kinds if kind is not type(form))
+            forms = [form, *others]
+            drawn = [*self._drawn(forms)]
             for place, each in enumerate(forms):
-                self._linear[type(each)] = [rows[place] for rows in made]
+                self._linear[type(each)] = [rows[place] for rows in drawn]
         return self._linear[type(form)]
 
     def _drawn(self, forms: Sequence[Form]) -> Iterator[list[Equations]]:
         data = self.problem.data
-        own = [self.form.own(self.at, place) for place in range(len(data))]
+        physical = [self.form.own(self.at, place) for place in range(len(data))]
         for runs in _paired(self.count):
-            made = []
+            pair = []
             try:
                 for run in runs:
                     twins = [
                         twin_of(each, theta, chain, _draws(each.record, run)).signals
-                        for each, theta, chain in zip(data, own, self.chains, strict=True)
+                        for each, theta, chain in zip(data, physical, self.chains, strict=True)
                     ]
-                    made.append([self.problem.reduced(form, twins) for form in forms])
+                    pair.append([self.problem.reduced(form, twins) for form in forms])
             except (DataError, EstimationError):
                 continue  # one alone would not cancel
-            yield from made
+            yield from pair
 
 
 def _draws(record: Record, run: int) -> Draws:
@@ -145,11 +146,11 @@ def twins_of(
     """
     if chain.is_silent:
         return []
-    made: list[FilteredRecord] = []
+    twins: list[FilteredRecord] = []
     for runs in _paired(count) if paired else [range(2 * run, 2 * run + 1) for run in range(count)]:
         with suppress(DataError, EstimationError):
-            made += [twin_of(data, physical, chain, _draws(data.record, run)) for run in runs]
-    return made
+            twins += [twin_of(data, physical, chain, _draws(data.record, run)) for run in runs]
+    return twins
 
 
 def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> FilteredRecord:
@@ -171,30 +172,33 @@ def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> 
         Its loop cannot be simulated.
     """
     record, samples = data.record, len(data.record)
-    away = chain.drawn_offset(rng)
-    noise = chain.position * rng.normal(samples) + away
+    by_law, step = chain.is_measured_by_law, chain.position_step
+    offset = chain.drawn_offset(rng)
+    noise = chain.position * rng.normal(samples) + offset
     disturbance = chain.drawn_disturbance(rng, samples, record.period)
+    simulated = partial(recorded_loops, data, in_few_digits(physical))
+    if by_law:
+        simulated = partial(simulated, resolution=step, away=offset, position_noise=noise)
     if chain.jitter:
         late = chain.jitter * rng.normal(samples + 1)
         noise += data.motion[1] * late[:-1]
-        if chain.is_measured_by_law:
+        if by_law:
             # Each control is held for longer or shorter than a period.
-            loops = _noisy_loops(data, physical, chain, noise, away, disturbance)
+            loops = simulated(disturbance=disturbance)
             control = np.concatenate([loop.control for loop in loops]) - disturbance
             disturbance = disturbance + control * np.diff(late) / record.period
-    loops = _noisy_loops(data, physical, chain, noise, away, disturbance)
+    loops = simulated(disturbance=disturbance)
     control = np.concatenate([loop.control for loop in loops]) - disturbance
     disturbed, alone = (
         data.drive.force(each, data.motion, data.recorded)
         for each in (control + disturbance, control)
     )
-    by_law, step = chain.is_measured_by_law, chain.position_step
     logged = [
         replace(
             loop,
-            position=loop.measured_position - away
+            position=loop.measured_position - offset
             if by_law
-            else measured_positions(loop.position, noise[a:b], step) - away,
+            else measured_positions(loop.position, noise[a:b], step) - offset,
             control=control[a:b],
             force=loop.force - (disturbed - alone)[a:b],
         )
@@ -202,26 +206,6 @@ def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> 
     ]
     twin = noise_free_record(data, logged)
     return replace(twin, record=chain.logged(twin.record, rng, rng))
-
-
-def _noisy_loops(
-    data: FilteredRecord,
-    physical: Array,
-    chain: Chain,
-    noise: Array,
-    away: float,
-    disturbance: Array,
-) -> tuple[Simulation, ...]:
-    if not chain.is_measured_by_law:
-        return recorded_loops(data, in_few_digits(physical), disturbance=disturbance)
-    return recorded_loops(
-        data,
-        in_few_digits(physical),
-        resolution=chain.position_step,
-        away=away,
-        position_noise=noise,
-        disturbance=disturbance,
-    )
 
 
 _ROUNDING = 1e-9  # of a parameter: what simulated loops that reverse make of the last digit
@@ -301,54 +285,49 @@ def bootstrap_correction(
     BootstrapCorrection or None
     """
     solved = twins.solutions(form, solver)
-    count = len(solved)
-    if not 0 < twins.count <= 2 * count:
+    if not 0 < twins.count <= 2 * len(solved):
         return None
     jacobian = form.physical(solution.theta)[1]
-    own = np.array([each.theta for each in solved]) - form.regressed(twins.at)
+    regressed = form.regressed(twins.at)
+    own_off = np.array([each.theta for each in solved]) - regressed
     off = np.array([form.physical(each.theta)[0] for each in solved]) - twins.at
-    shown = covariance.matrix(solution)
-    spreads = [covariance.matrix(each) for each in solved]
-    mapped = [delta_method(each, jacobian) for each in spreads]
-    scale, alike = _pivot(off, mapped, twins.at, delta_method(shown, jacobian))
-    own_scale, own_alike = _pivot(own, spreads, form.regressed(twins.at), shown)
+    # Of the records, and then of each twin.
+    own_covariances = [covariance.matrix(each) for each in (solution, *solved)]
+    covariances = [delta_method(each, jacobian) for each in own_covariances]
+    scale, correlations = _pivot(off, covariances, twins.at)
+    own_scale, own_correlations = _pivot(own_off, own_covariances, regressed)
     return BootstrapCorrection(
         twins=twins,
         off=off,
-        own_off=own,
+        own_off=own_off,
         scale=scale,
         own_scale=own_scale,
-        correlation=alike,
-        own_correlation=own_alike,
+        correlation=correlations,
+        own_correlation=own_correlations,
         residuals=np.column_stack([each.residuals for each in solved]),
     )
 
 
-def _pivot(off: Array, covariances: list[Array], at: Array, shown: Array) -> tuple[Array, Array]:
+def _pivot(off: Array, covariances: Sequence[Array], at: Array) -> tuple[Array, Array]:
     """Deviation of what twins are off by beside their bias, in their own; and its correlation.
 
     Parameters
     ----------
     off : (R, p) array
-    covariances : list of (p, p) arrays
-        Each twin's own.
+    covariances : sequence of (p, p) arrays
+        Of the estimate, whose deviations are no less than rounding of a loop, and each twin's own.
     at : (p,) array
         Parameters of their loops.
-    shown : (p, p) array
-        Covariance of the estimate: a deviation is no less than rounding of a loop.
     """
     if len(off) == 1:
-        return np.ones(len(at)), np.nan_to_num(correlation(shown))
-    off = off - off.mean(axis=0)
-    own = np.sqrt(np.maximum([np.diag(each) for each in covariances], 0.0))
-    apart = np.divide(off, own, out=np.zeros_like(off), where=own > 0)
-    deviations = np.sqrt(np.maximum(np.diag(shown), 0.0))
-    least = np.divide(
-        _ROUNDING * np.abs(at), deviations, out=np.zeros_like(at), where=deviations > 0
-    )
-    scale = np.maximum(np.std(apart, axis=0, ddof=1), least)
+        return np.ones(len(at)), np.nan_to_num(correlation(covariances[0]))
+    deviations = np.sqrt(np.maximum([np.diag(each) for each in covariances], 0.0))
+    centred = np.vstack([_ROUNDING * np.abs(at), off - off.mean(axis=0)])
+    least, *t = np.divide(centred, deviations, out=np.zeros_like(centred), where=deviations > 0)
+    scale = np.maximum(np.std(t, axis=0, ddof=1), least)
     # Opposite twins are one sample of a straight line.
     tells = len(off) // 2 > len(at)
-    alike = np.nan_to_num(correlation(np.atleast_2d(np.cov(off.T)) if tells else shown))
-    np.fill_diagonal(alike, 1.0)
-    return scale, alike
+    matrix = np.atleast_2d(np.cov(centred[1:].T)) if tells else covariances[0]
+    correlations = np.nan_to_num(correlation(matrix))
+    np.fill_diagonal(correlations, 1.0)
+    return scale, correlations

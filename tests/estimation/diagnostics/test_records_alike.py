@@ -17,7 +17,7 @@ from axisid.estimation.diagnostics.records_alike import (
     records_alike,
     repeated_check,
 )
-from axisid.estimation.fitting.covariance import Scores
+from axisid.estimation.fitting.covariance import Sandwich
 from axisid.estimation.records import Record, Repairs, read_record
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
@@ -123,7 +123,7 @@ def _asked(
     long, firsts = 400 // windows, range(0, len(J), 400)
     spans = tuple(tuple(slice(i, i + long) for i in range(a, a + 400, long)) for a in firsts)
     theta = -np.linalg.lstsq(J, errors)[0]
-    scores = Scores(
+    sandwich = Sandwich(
         jacobian=J,
         errors=errors + J @ theta,
         curvature=np.ones(len(J)),
@@ -147,7 +147,7 @@ def _asked(
     ]
 
     def extended(_: Array, columns: Array) -> tuple[Array, Array, Array]:
-        return scores.extended(columns, clustered=clustered)
+        return sandwich.extended(columns, clustered=clustered)
 
     return records_alike(J, records, extended, levels)
 

@@ -324,7 +324,7 @@ def test_several_starts_leave_what_is_0_and_signs_that_are_allowed() -> None:
     assert several.believed
     assert several["Fb"].value == pytest.approx(-12.0, abs=0.5)
     assert several["at"].value == pytest.approx(0.02, abs=2e-4)
-    assert several.ends[0][0] > 1.2 * several.best.cost
+    assert several.searches[0].cost > 1.2 * several.best.cost
     again = fit(axis, record, start=start, starts=8)
     np.testing.assert_array_equal(again.physical, several.physical)
 

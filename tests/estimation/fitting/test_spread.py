@@ -11,7 +11,7 @@ from scipy.stats import binom
 
 from axisid import build, fit, load_axis, twin_record
 from axisid.estimation.estimates import student_interval
-from axisid.estimation.fitting.covariance import Scores, unseen_directions, unseen_in_words
+from axisid.estimation.fitting.covariance import Sandwich, unseen_directions, unseen_in_words
 from axisid.estimation.fitting.inference import reach_of_cut_normal
 from axisid.estimation.twins import Chain
 from axisid.estimation.twins.chain import Draws
@@ -20,10 +20,10 @@ from axisid.support.arrays import Array
 SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"
 
 
-def _scores(J: Array, e: Array) -> Scores:
+def _sandwich(J: Array, e: Array) -> Sandwich:
     rows = slice(0, len(e))
     nothing = np.zeros((0, J.shape[1]))
-    return Scores(
+    return Sandwich(
         jacobian=J,
         errors=e,
         curvature=np.ones(len(e)),
@@ -46,10 +46,10 @@ def test_the_sandwich_is_the_scatter_of_estimates_with_coloured_errors(
     whole = toeplitz(a ** np.arange(n) / (1 - a**2))
     expected = np.sqrt(np.diag(influence @ whole @ influence.T))
     errors = lfilter([1.0], [1.0, -a], rng.standard_normal((20, n)), axis=1) * counted
-    scores = [replace(_scores(J, e), counts=counted.astype(float)) for e in errors]
-    claimed = np.mean([np.sqrt(np.diag(each.coloured().matrix)) for each in scores], axis=0)
+    every = [replace(_sandwich(J, e), counts=counted.astype(float)) for e in errors]
+    claimed = np.mean([np.sqrt(np.diag(each.coloured().matrix)) for each in every], axis=0)
     np.testing.assert_allclose(claimed, expected, rtol=0.2 if masked else 0.1)
-    independent = np.sqrt(np.diag(scores[0].independent()))
+    independent = np.sqrt(np.diag(every[0].independent()))
     assert np.all((independent > 1.5 * expected) if a < 0 else (independent < 0.7 * expected))
 
 
@@ -59,8 +59,8 @@ def test_coloured_errors_count_beside_what_was_known_as_they_tell_of_it(
 ) -> None:
     """Of a mean, its variance is (1 + a) / (1 - a) times that of independent errors."""
     e = lfilter([1.0], [1.0, -a], rng.standard_normal(20_000))
-    scores = replace(_scores(np.ones((len(e), 1)), e), known=np.array([[3.0]]))
-    assert scores.effects() == pytest.approx((1 + a) / (1 - a), rel=0.2)
+    sandwich = replace(_sandwich(np.ones((len(e), 1)), e), known=np.array([[3.0]]))
+    assert sandwich.effects() == pytest.approx((1 + a) / (1 - a), rel=0.2)
 
 
 def test_an_interval_at_a_bound_is_on_the_side_that_is_allowed(rng: np.random.Generator) -> None:
@@ -136,8 +136,8 @@ def test_intervals_hold_the_truth_in_short_records_of_slow_errors(count: int, po
     for _ in range(draws):
         errors = lfilter([1.0], [1.0, -pole], rng.standard_normal(count + 500))[500:]
         theta = found @ errors
-        scores = _scores(J, errors - J @ theta)
-        told = scores.coloured()
+        sandwich = _sandwich(J, errors - J @ theta)
+        told = sandwich.coloured()
         for i, variance in enumerate(np.diag(told.matrix)):
             low, high = student_interval(theta[i], np.sqrt(variance), told.freedom[i])
             held[i] += low <= 0 <= high

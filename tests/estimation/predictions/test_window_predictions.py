@@ -10,6 +10,7 @@ from axisid import Record, build, fit, load_axis, twin_record
 from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.predictions import WindowPredictions
 from axisid.estimation.regression import InverseForm
+from axisid.support.arrays import Array
 from tests.refusals import refuses
 
 SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"
@@ -20,13 +21,17 @@ def _predictions(axis: GeneratedAxis, record: Record, horizon: float = 0.5) -> W
     return WindowPredictions(InverseForm(axis), [axis], [record], horizon)
 
 
+def _errors(axis: GeneratedAxis, record: Record, *sets: Array, horizon: float = 0.5) -> Array:
+    predictions = _predictions(axis, record, horizon)
+    predictions.settle(THETA)
+    return predictions(np.array(sets)).errors
+
+
 def test_with_the_truth_nothing_is_left_wherever_a_window_starts(emps2015: GeneratedAxis) -> None:
     quiet = twin_record(emps2015, position_noise=0.0)
-    predictions = _predictions(emps2015, quiet)
-    predictions.settle(THETA)
-    found = predictions(np.array([THETA, 1.1 * THETA]))
-    assert np.abs(found.errors[:, 0]).max() < 1e-7
-    assert np.abs(found.errors[:, 1]).max() > 1e-5
+    right, wrong = np.abs(_errors(emps2015, quiet, THETA, 1.1 * THETA)).max(axis=0)
+    assert right < 1e-7
+    assert wrong > 1e-5
 
 
 def test_what_a_first_position_or_velocity_makes_is_no_error(
@@ -34,12 +39,8 @@ def test_what_a_first_position_or_velocity_makes_is_no_error(
 ) -> None:
     """A record that is moved, and a clock of an encoder that creeps, leave the same errors."""
     there = replace(twin, position=twin.position + 0.3)
-    found = []
-    for record in (twin, there):
-        predictions = _predictions(emps2015, record)
-        predictions.settle(THETA)
-        found.append(predictions(THETA[None, :]).errors[:, 0])
-    np.testing.assert_allclose(found[0], found[1], atol=1e-9)
+    errors, others = (_errors(emps2015, record, THETA) for record in (twin, there))
+    np.testing.assert_allclose(errors, others, atol=1e-9)
 
 
 @pytest.mark.parametrize("horizon", [0.25, 1.0, 100.0])
@@ -71,19 +72,16 @@ def test_windows_that_begin_at_rest_stay_there(emps2015: GeneratedAxis, twin: Re
         control=0.02 + 0.01 * np.sin(0.1 * np.arange(100)),
         provenance=twin.provenance,
     )
-    predictions = _predictions(emps2015, still, 0.1)
-    predictions.settle(THETA)
-    assert np.abs(predictions(THETA[None, :]).errors).max() < 5e-6
+    assert np.abs(_errors(emps2015, still, THETA, horizon=0.1)).max() < 5e-6
 
 
 def test_windows_are_shorter_where_friction_drives_the_motion_away() -> None:
     """Falling friction lets errors grow a hundredfold in a quarter of a second."""
     axis = build(load_axis(SLOW_SCREW))
     record = twin_record(axis, seed=3)
-    experiment = axis.declared.experiment
-    given = experiment.truth
+    given = axis.declared.experiment.truth
     truth = np.array([*given.values()])
-    smooth = np.where(np.array([*given]) == "fs", 0.0, truth)
+    smooth = np.array([*{**given, "fs": 0.0}.values()])
     for horizon, steady in ((0.05, 0.05), (1.0, 0.0625), (4.0, 0.0625)):
         predictions = _predictions(axis, record, horizon)
         assert predictions.steady_horizon(truth) == steady

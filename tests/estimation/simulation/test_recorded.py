@@ -252,13 +252,11 @@ def theta(*, friction: float = 0.0, **sizes: float) -> list[float]:
     return [MASS, friction, *(sizes.get(name, 0.0) for name in ("stop", "jump", "slip", "gate"))]
 
 
-def moved(parameters: list[float], place: Array, push: Array, **others: Any) -> Array:
-    signals = {"place": place, "belt": 0.03 * np.cos(17 * TIMES)}
-    native = others.pop("native", True)
-    start = {"start": 0.0, **others}
-    return simulate(
-        placed_axis(native=native), parameters, push, T, signals=signals, **start
-    ).position
+def moved(
+    parameters: list[float], place: Array, push: Array, *, native: bool = True, **others: Any
+) -> Array:
+    given = {"start": 0.0, "signals": {"place": place, "belt": 0.03 * np.cos(17 * TIMES)}}
+    return simulate(placed_axis(native=native), parameters, push, T, **given, **others).position
 
 
 @pytest.mark.parametrize("native", [pytest.param(True, marks=pytest.mark.slow), False])

@@ -238,24 +238,20 @@ WRONG = [
     ({"lanes": TWO, "start": [0.0]}, ""),
     ({"lanes": TWO, "start_velocity": [np.nan, 0.0]}, "all finite"),
     ({"lanes": TWO, "memory": [[1.0]]}, "all finite"),
+    ({"code": "time", "period": 0.0}, "0.0"),
+    ({"code": "time", "period": np.nan}, "nan"),
 ]
 
 
 @pytest.mark.parametrize(("arguments", "says"), WRONG)
 def test_bad_arguments_are_explained(arguments: dict[str, Any], says: str) -> None:
-    given: dict[str, Any] = {"reference": [0.0, 1e-3, 0.0], **arguments}
+    given: dict[str, Any] = {"reference": [0.0, 1e-3, 0.0], "period": PERIOD, **arguments}
     axis, lanes = built(given.pop("axis", "offset")), given.pop("lanes", None)
-    with refuses("simulation-input", says):
+    with refuses(given.pop("code", "simulation-input"), says):
         if lanes is None:
-            simulate(axis, period=PERIOD, **{"parameters": axis.nominal, **given})
+            simulate(axis, **{"parameters": axis.nominal, **given})
         else:
-            simulate_batch(axis, lanes, period=PERIOD, **given)
-
-
-@pytest.mark.parametrize("period", [0.0, np.nan])
-def test_a_period_that_is_none_is_refused(period: float) -> None:
-    with refuses("time", str(period)):
-        simulate(built("offset"), built("offset").nominal, np.zeros(3), period)
+            simulate_batch(axis, lanes, **given)
 
 
 def test_axis_without_law_cannot_be_simulated() -> None:

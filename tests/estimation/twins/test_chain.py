@@ -12,7 +12,6 @@ from axisid import (
     Record,
     build,
     identify,
-    load_axis,
     simulate,
     twin_record,
 )
@@ -31,7 +30,6 @@ from axisid.estimation.twins.chain import (
 )
 from axisid.estimation.twins.measured_chain import control_step, likeliest_variances
 from axisid.estimation.twins.twins import twin_of, twins_of
-from axisid.support.arrays import Array
 from benchmarks.machines import Machine, autoregressive, white
 from tests.axes.bodies import body, force_law
 from tests.refusals import refuses
@@ -121,18 +119,20 @@ def problem(emps2015: GeneratedAxis, twin: Record) -> Problem:
     return identify(emps2015, twin, methods="idm-iv").problem
 
 
-def test_a_twin_without_noise_is_the_loop(problem: Problem) -> None:
-    (data,) = problem.data
+@pytest.fixture(scope="module")
+def data(problem: Problem) -> FilteredRecord:
+    return problem.data[0]
+
+
+def test_a_twin_without_noise_is_the_loop(problem: Problem, data: FilteredRecord) -> None:
     silent = twin_of(data, TRUTH, Chain(), Draws(np.random.default_rng(0)))
     loops = problem.loops(METHODS["idm-iv"].fit(problem).form, TRUTH)
     np.testing.assert_allclose(silent.record.position, loops[0].position, atol=1e-9)
     assert twins_of(data, TRUTH, Chain(), 3) == []
 
 
-def test_what_disturbs_a_twin_is_not_in_its_log_but_in_its_motion(problem: Problem) -> None:
-    (data,) = problem.data
-    chain, law = Chain(disturbances=((0.1, 0.05),)), problem.axis.axis.control
-    assert law is not None
+def test_what_disturbs_a_twin_is_not_in_its_log_but_in_its_motion(data: FilteredRecord) -> None:
+    chain = Chain(disturbances=((0.1, 0.05),))
     rng = np.random.default_rng(5)
     rng.uniform()  # where the encoder stands, which has no steps
     rng.standard_normal(len(data))  # of the position, of no size
@@ -145,8 +145,7 @@ def test_what_disturbs_a_twin_is_not_in_its_log_but_in_its_motion(problem: Probl
     assert np.abs(record.position - silent.position).max() > 1e-6
 
 
-def test_steps_of_an_encoder_are_those_of_the_twin(problem: Problem) -> None:
-    (data,) = problem.data
+def test_steps_of_an_encoder_are_those_of_the_twin(data: FilteredRecord) -> None:
     record = twin_of(data, TRUTH, Chain(position_step=1e-5), Draws(np.random.default_rng(2))).record
     whole = record.position / 1e-5
     np.testing.assert_allclose(whole - np.round(whole - whole[0]) - whole[0], 0.0, atol=1e-6)
@@ -154,9 +153,8 @@ def test_steps_of_an_encoder_are_those_of_the_twin(problem: Problem) -> None:
 
 @pytest.mark.slow
 def test_one_step_from_the_estimate_is_a_whole_estimate(
-    emps2015: GeneratedAxis, problem: Problem
+    emps2015: GeneratedAxis, problem: Problem, data: FilteredRecord
 ) -> None:
-    (data,) = problem.data
     for method in ("idm-iv", "didim"):
         fit = METHODS[method].fit(problem)
         twins = Twins(problem=problem, form=fit.form, at=TRUTH, chains=(NOISE,), count=6)
@@ -201,11 +199,8 @@ def test_variances_are_those_that_the_powers_are_made_of() -> None:
     np.testing.assert_allclose(found @ units, truth @ units, rtol=0.03)
     np.testing.assert_allclose(found[:2], truth[:2], rtol=0.1)
     assert found[2] < 0.05
-
-
-def test_nothing_is_measured_where_nothing_is() -> None:
-    units = np.ones((2, 5))
-    none = likeliest_variances(np.zeros(5), units, np.zeros(5), np.ones(5))
+    # Nothing is measured where nothing is.
+    none = likeliest_variances(np.zeros(20), units, np.zeros(20), np.ones(20))
     np.testing.assert_array_equal(none, 0.0)
 
 
@@ -222,12 +217,12 @@ def test_nothing_is_measured_where_nothing_is() -> None:
     ],
     ids=["noise", "steps", "dithered steps", "jitter", "white force", "coloured force"],
 )
-def test_the_chain_of_a_twin_is_its_chain(chain: Chain, slack: float) -> None:
-    axis = build(load_axis("emps2015"))
-    (plain,) = identify(axis, twin_record(axis), methods="didim").problem.data
-    truth: Array = np.array([100.0, 237.0, 25.0])
-    twin: FilteredRecord = twin_of(plain, truth, chain, Draws(np.random.default_rng(3)))
-    found = chain_of(axis, twin.record)
+def test_the_chain_of_a_twin_is_its_chain(
+    emps2015: GeneratedAxis, data: FilteredRecord, chain: Chain, slack: float
+) -> None:
+    truth = np.array([100.0, 237.0, 25.0])
+    twin = twin_of(data, truth, chain, Draws(np.random.default_rng(3)))
+    found = chain_of(emps2015, twin.record)
     assert found.position_step == pytest.approx(chain.position_step, rel=1e-6)
     assert found.position == pytest.approx(chain.position, rel=slack, abs=3e-7)
     assert found.jitter == pytest.approx(chain.jitter, rel=slack, abs=3e-6)
@@ -271,24 +266,23 @@ def test_the_chain_of_a_machine_that_is_simulated_apart_is_measured() -> None:
     assert np.sqrt(sum(sd**2 for _, sd in slow)) * 35.15 == pytest.approx(1.5, rel=0.35)
 
 
-def test_a_short_record_has_a_chain_too() -> None:
-    axis = build(load_axis("emps2015"))
-    record = twin_record(axis).windowed((0.3, 0.9))
+def test_a_short_record_has_a_chain_too(emps2015: GeneratedAxis, twin: Record) -> None:
     filtering = Prefilter(cutoff=60.0, decimate=4)
-    result = identify(axis, record, filtering, "idm-ls", bootstrap=8)["idm-ls"]
+    short = twin.windowed((0.3, 0.9))
+    result = identify(emps2015, short, filtering, "idm-ls", bootstrap=8)["idm-ls"]
     assert np.all(np.isfinite(np.sqrt(np.diag(result.covariance))))
 
 
-def test_noise_of_the_position_that_is_not_white_has_no_chain() -> None:
+def test_noise_of_the_position_that_is_not_white_has_no_chain(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
     """All of it at half the sampling rate: rows behind a filter have nothing of it."""
-    axis = build(load_axis("emps2015"))
-    record = twin_record(axis)
-    shaken = replace(record, position=record.position + 1e-4 * (-1.0) ** np.arange(len(record)))
-    result = identify(axis, shaken, methods="didim")
+    shaken = replace(twin, position=twin.position + 1e-4 * (-1.0) ** np.arange(len(twin)))
+    result = identify(emps2015, shaken, methods="didim")
     assert result["didim"].inference.chains == ()
     assert "not white" in result["didim"].covariance_names["hac"]
     for name, value in result["didim"].parameters.items():
-        assert abs(value.corrected - record.provenance.truth[name]) < 3 * value.deviation
+        assert abs(value.corrected - twin.provenance.truth[name]) < 3 * value.deviation
 
 
 @pytest.fixture(scope="module")

@@ -179,7 +179,7 @@ def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
             dict(zip(fit.names, map(float, step.physical), strict=True)) for step in fit.best.steps
         ),
         iteration_errors=tuple(step.error for step in fit.best.steps),
-        costs=tuple(cost for cost, _ in fit.ends),
+        costs=tuple(each.cost for each in fit.searches),
         law_check=written_law(fit.law),
         verdict=fit.checks,
     )
