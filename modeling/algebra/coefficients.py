@@ -5,12 +5,14 @@ of numbers get their reduced row echelon form, where rounding tells what is noth
 """
 
 import math
-from collections.abc import ItemsView, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set as AbstractSet
 from fractions import Fraction
+from functools import reduce
 from typing import Any, TypeAlias
 
 import sympy
-from sympy.ntheory.multinomial import multinomial_coefficients
+from sympy import EXRAW
+from sympy.polys.rings import PolyElement, PolyRing
 
 from axisid.modeling.quantities import check_size
 from axisid.support.errors import ModelError
@@ -34,7 +36,6 @@ _MOST_PRODUCTS = 100_000
 
 #: Powers of the parameters, whole ones of either sign.
 Exponents = tuple[int, ...]
-_Polynomial = dict[Exponents, sympy.Expr]
 
 
 class Coefficients:
@@ -45,6 +46,13 @@ class Coefficients:
     expression : sympy.Expr
     parameters : sequence of sympy.Symbol
         Those that it is a polynomial of, once everything that cancels is left out.
+    motion : set of sympy.Symbol
+        Those of them that count as motion, and have no powers.
+
+    Attributes
+    ----------
+    terms : dict
+        The weights by the products of powers; what no parameter multiplies too.
 
     Raises
     ------
@@ -52,65 +60,60 @@ class Coefficients:
         It has too many terms, or too large ones.
     """
 
-    def __init__(self, expression: sympy.Expr, parameters: Sequence[sympy.Symbol]) -> None:
+    def __init__(
+        self,
+        expression: sympy.Expr,
+        parameters: Sequence[sympy.Symbol],
+        motion: AbstractSet[sympy.Symbol] = frozenset(),
+    ) -> None:
         self._one = (0,) * len(parameters)
-        self._places = {p: j for j, p in enumerate(parameters)}
-        self._zero = dict.fromkeys(parameters, sympy.S.Zero)
-        self._made: dict[sympy.Basic, _Polynomial] = {}
+        self._places = {p: j for j, p in enumerate(parameters) if p not in motion}
+        self._zero = dict.fromkeys(self._places, sympy.S.Zero)
+        # Of polynomials whose weights are expressions, which SymPy leaves as they are written.
+        self._ring = PolyRing(parameters, EXRAW)
+        self._made: dict[sympy.Basic, PolyElement] = {}
         self._left = _MOST_PRODUCTS
         self._hidden: set[sympy.Symbol] = set()
-        self._polynomial = self._of(expression)
-        for weight in self._polynomial.values():
+        self.terms: dict[Exponents, sympy.Expr] = dict(self._of(expression))
+        for weight in self.terms.values():
             check_size(weight, "the equation of motion, multiplied out,")
-
-    @property
-    def terms(self) -> ItemsView[Exponents, sympy.Expr]:
-        """The weights by the products of powers."""
-        return self._polynomial.items()
 
     @property
     def nonlinear(self) -> set[sympy.Symbol]:
         """The parameters that the expression is no polynomial of."""
         divisors = {
             p
-            for exponents, weight in self.terms
-            for p, exponent in zip(self._places, exponents, strict=True)
-            if exponent < 0 and not vanishes(weight)
+            for exponents, weight in self.terms.items()
+            for p, j in self._places.items()
+            if exponents[j] < 0 and not vanishes(weight)
         }
         return self._hidden | divisors
 
-    def __getitem__(self, exponents: Exponents) -> sympy.Expr:
-        """The weight of a product of powers."""
-        return self._polynomial.get(exponents, sympy.S.Zero)
-
-    @property
-    def rest(self) -> sympy.Expr:
-        """What no parameter multiplies."""
-        return self[self._one]
-
-    def _of(self, node: sympy.Expr) -> _Polynomial:
+    def _of(self, node: sympy.Expr) -> PolyElement:
         if node not in self._made:
             self._made[node] = self._worked_out(node)
         return self._made[node]
 
-    def _worked_out(self, node: sympy.Expr) -> _Polynomial:
+    def _worked_out(self, node: sympy.Expr) -> PolyElement:
         if not node.free_symbols & self._places.keys():
-            return {self._one: node}
+            return self._ring.ground_new(node)
         base, power = node.as_base_exp()
         whole = int(power) if power.is_Number and int(power) == float(power) else None
         if base in self._places and whole is not None:
             exponents = list(self._one)
             exponents[self._places[base]] = whole
-            return {tuple(exponents): sympy.S.One}
+            return self._ring.from_dict({tuple(exponents): sympy.S.One})
         if node.is_Add:
-            return _sum(map(self._of, node.args))
+            return sum(map(self._of, node.args), self._ring.zero)
         if node.is_Mul:
-            return self._product(map(self._of, node.args))
+            return reduce(self._product, map(self._of, node.args))
         if node.is_Pow and whole is not None and whole > 0:
-            return self._power(self._of(base), whole)
+            inner = self._of(base)
+            self._take(math.comb(whole + len(inner) - 1, whole))
+            return inner**whole
         if isinstance(node, sympy.Piecewise):
             return self._chosen(node)
-        return {self._one: self._opaque(node).xreplace(self._zero)}
+        return self._ring.ground_new(self._opaque(node).xreplace(self._zero))
 
     def _opaque(self, node: sympy.Basic) -> sympy.Basic:
         """A node that is taken as a whole; some of the parameters in it may cancel."""
@@ -119,11 +122,11 @@ class Coefficients:
         self._hidden |= {p for (p,) in dependences(shown, [{p} for p in inside])}
         return node
 
-    def _chosen(self, node: sympy.Piecewise) -> _Polynomial:
+    def _chosen(self, node: sympy.Piecewise) -> PolyElement:
         """The weights of what is chosen by conditions, chosen by the same."""
         values = [self._of(value) for value, _ in node.args]
         conditions = [self._opaque(c).xreplace(self._zero) for _, c in node.args]
-        return {
+        weights = {
             exponents: sympy.Piecewise(
                 *(
                     (value.get(exponents, sympy.S.Zero), condition)
@@ -132,22 +135,8 @@ class Coefficients:
                 evaluate=False,  # its evaluation compares all conditions with all
             )
             for exponents in dict.fromkeys(e for value in values for e in value)
-            if any(value.get(exponents, 0) != 0 for value in values)
         }
-
-    def _power(self, base: _Polynomial, whole: int) -> _Polynomial:
-        """By the multinomial theorem: a product after another nests sums in sums."""
-        self._take(math.comb(whole + len(base) - 1, whole))
-        shares = multinomial_coefficients(len(base), whole)
-        return _sum(
-            {
-                tuple(
-                    sum(k * e for k, e in zip(powers, each, strict=True))
-                    for each in zip(*base, strict=True)
-                ): (sympy.Mul(count, *(w**k for w, k in zip(base.values(), powers, strict=True))))
-            }
-            for powers, count in shares.items()
-        )
+        return self._ring.from_dict(weights)
 
     def _take(self, terms: int) -> None:
         self._left -= terms
@@ -157,24 +146,9 @@ class Coefficients:
                 code="equation",
             )
 
-    def _product(self, factors: Iterable[_Polynomial]) -> _Polynomial:
-        made: _Polynomial = {self._one: sympy.S.One}
-        for factor in factors:
-            self._take(len(made) * len(factor))
-            made = _sum(
-                {tuple(map(sum, zip(a, b, strict=True))): x * y}
-                for a, x in made.items()
-                for b, y in factor.items()
-            )
-        return made
-
-
-def _sum(polynomials: Iterable[_Polynomial]) -> _Polynomial:
-    terms: dict[Exponents, list[sympy.Expr]] = {}
-    for polynomial in polynomials:
-        for exponents, weight in polynomial.items():
-            terms.setdefault(exponents, []).append(weight)
-    return {exponents: sympy.Add(*weights) for exponents, weights in terms.items()}
+    def _product(self, one: PolyElement, other: PolyElement) -> PolyElement:
+        self._take(len(one) * len(other))
+        return one * other
 
 
 #: Exact, or all digits that there are.
