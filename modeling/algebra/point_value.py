@@ -188,7 +188,7 @@ class Points:
         self._edges = sorted(edges, key=sympy.default_sort_key)
         self.count = _SIDES + 4 * len(edges) if decisive else _POINTS
         self._bits = numbers.prec
-        self._made: dict[int, _Drawn] = {}
+        self._made: dict[int, _Values] = {}
         with contextlib.suppress(*CANNOT):
             for expression in expressions:
                 self.at(0)(expression)
@@ -206,45 +206,72 @@ class Points:
         """In as many digits as what stands in the expressions needs."""
         return numbers.workprec(self._bits)
 
-    def at(self, turn: int) -> "_Drawn":
+    def at(self, turn: int) -> "_Values":
         """Values at one of the points."""
         if turn not in self._made:
-            made = _Drawn(self, turn)
+            made = _Values(self.given, self, turn)
             size = len(self._edges)
             if size:
-                made.place(self._edges[turn % size], 1 - 2 * (turn // size % 2))
-                other = int(1000 * made.drawn("edge"))
-                made.place(self._edges[other % size], (-1) ** other)
+                self._place(made, turn, self._edges[turn % size], 1 - 2 * (turn // size % 2))
+                other = int(1000 * drawn(turn, "edge"))
+                self._place(made, turn, self._edges[other % size], (-1) ** other)
             self._made = {turn: made}
         return self._made[turn]
 
-    def beside(self, turn: int, symbols: AbstractSet[sympy.Symbol]) -> "_Drawn":
+    def _place(self, made: "_Values", turn: int, decisive: sympy.Expr, side: int) -> None:
+        """Give a symbol a number on a side of the place where a sign changes, if there is one."""
+        free = decisive.free_symbols - self.given.keys() - made.placed.keys()
+        for symbol in sorted(free, key=lambda s: drawn(turn, "moved", s.name)):
+
+            def value(place: Any, symbol: sympy.Symbol = symbol) -> Any:
+                there = _Values(self.given, self, turn)
+                there.values |= {**made.placed, symbol: exactly(place)}
+                return numbers.re(there(decisive)[0])
+
+            with contextlib.suppress(*CANNOT):
+                place = zero(value, drawn(turn, "symbol", symbol.name))
+                step = side * (abs(place) + 1) * _BESIDE * drawn(turn, "beside", symbol.name)
+                if value(place - step) * value(place + step) < 0:
+                    made.placed[symbol] = exactly(place + step)
+                    made.values = {**self.given, **made.placed}
+                    return
+
+    def beside(self, turn: int, symbols: AbstractSet[sympy.Symbol]) -> "_Values":
         """Values where some symbols are others than at a point."""
         here = self.at(turn)
-        there = _Drawn(self, turn)
+        there = _Values(self.given, self, turn)
         there.values |= here.placed
         for symbol in symbols:
-            there.values[symbol] = exactly(here.drawn("other", symbol.name))
+            there.values[symbol] = exactly(drawn(turn, "other", symbol.name))
         return there
 
 
 class _Values:
-    """Real values, where symbols have numbers.
+    """Real values where symbols have numbers; at one of several points all others have some, too.
 
     Attributes
     ----------
     values : dict
         By expression.
+    placed : dict
+        Symbols that are close to an edge.
     span : int
         Binary digits between the largest and the smallest term of a sum.
     off : callable
         Moves a number as rounding does.
     """
 
-    def __init__(self, given: Mapping[sympy.Symbol, Value], turn: int = 0) -> None:
+    def __init__(
+        self,
+        given: Mapping[sympy.Symbol, Value],
+        points: "Points | None" = None,
+        turn: int = 0,
+    ) -> None:
         self.values: dict[sympy.Basic, Value] = dict(given)
+        self.placed: dict[sympy.Symbol, Value] = {}
         self.span = 0
         self.off = rounding(turn)
+        self._points, self._turn = points, turn
 
     def __call__(self, node: sympy.Basic) -> Value:
         if node not in self.values:
@@ -279,18 +306,32 @@ class _Values:
         return self._opaque(node, [number for number, _ in inner])
 
     def _real(self, number: Any) -> Any:
-        return _real(number)
+        # What is not real at one of several points may be elsewhere.
+        return _real(number) if self._points is None else numbers.re(number)
 
     def _side(self, value: Value) -> Any:
-        return numbers.sign(_real(value[0]))
+        if self._points is not None and is_nothing(value):
+            return numbers.zero
+        return numbers.sign(self._real(value[0]))
 
     def _symbol(self, symbol: sympy.Symbol) -> Value:
-        raise ValueError(f"{symbol} has no value")
+        if self._points is None:
+            raise ValueError(f"{symbol} has no value")
+        if symbol == DIRECTION and self._points.velocity is not None:
+            return exactly(self._side(self(self._points.velocity)))
+        times = int(_SPREAD * drawn(self._turn, "size", symbol.name)) - _SPREAD
+        size = numbers.ldexp(drawn(self._turn, "symbol", symbol.name), times)
+        turned = symbol in self._points.signed and drawn(self._turn, "turned", symbol.name) < 1
+        return exactly(-size if turned else size)
 
     def _opaque(self, node: sympy.Basic, inner: Iterable[Any]) -> Value:
+        name = type(node).__name__
+        if self._points is not None:
+            told = (str(numbers.nstr(number, _TOLD)) for number in inner)
+            return exactly(drawn(self._turn, name, *told))
         if isinstance(node, sympy.atan2):
             return exactly(numbers.atan2(*map(_real, inner)))
-        raise TypeError(f"{type(node).__name__} has no value")
+        raise TypeError(f"{name} has no value")
 
     def _chosen(self, node: sympy.Basic) -> sympy.Basic:
         for value, condition in node.args:
@@ -307,62 +348,6 @@ class _Values:
         if isinstance(condition, sympy.ITE):
             return held[1] if held[0] else held[2]
         return bool(condition.func(*held))
-
-
-class _Drawn(_Values):
-    """Values at a point that is drawn.
-
-    Attributes
-    ----------
-    placed : dict
-        Symbols that are close to an edge.
-    """
-
-    def __init__(self, points: Points, turn: int) -> None:
-        super().__init__(points.given, turn)
-        self.placed: dict[sympy.Symbol, Value] = {}
-        self._points, self._turn = points, turn
-
-    def drawn(self, *about: str) -> Any:
-        """A number of its own for what has a name, between 1/2 and 3/2."""
-        return drawn(self._turn, *about)
-
-    def _symbol(self, symbol: sympy.Symbol) -> Value:
-        if symbol == DIRECTION and self._points.velocity is not None:
-            return exactly(self._side(self(self._points.velocity)))
-        times = int(_SPREAD * self.drawn("size", symbol.name)) - _SPREAD
-        size = numbers.ldexp(self.drawn("symbol", symbol.name), times)
-        turned = symbol in self._points.signed and self.drawn("turned", symbol.name) < 1
-        return exactly(-size if turned else size)
-
-    def _real(self, number: Any) -> Any:
-        return numbers.re(number)  # what is not real there may be elsewhere
-
-    def _side(self, value: Value) -> Any:
-        return numbers.zero if is_nothing(value) else numbers.sign(numbers.re(value[0]))
-
-    def _opaque(self, node: sympy.Basic, inner: Iterable[Any]) -> Value:
-        return exactly(
-            self.drawn(type(node).__name__, *(str(numbers.nstr(number, _TOLD)) for number in inner))
-        )
-
-    def place(self, decisive: sympy.Expr, side: int) -> None:
-        """Give a symbol a number on a side of the place where a sign changes, if there is one."""
-        free = decisive.free_symbols - self._points.given.keys() - self.placed.keys()
-        for symbol in sorted(free, key=lambda s: self.drawn("moved", s.name)):
-
-            def value(place: Any, symbol: sympy.Symbol = symbol) -> Any:
-                there = _Drawn(self._points, self._turn)
-                there.values |= {**self.placed, symbol: exactly(place)}
-                return numbers.re(there(decisive)[0])
-
-            with contextlib.suppress(*CANNOT):
-                place = zero(value, self.drawn("symbol", symbol.name))
-                step = side * (abs(place) + 1) * _BESIDE * self.drawn("beside", symbol.name)
-                if value(place - step) * value(place + step) < 0:
-                    self.placed[symbol] = exactly(place + step)
-                    self.values = {**self._points.given, **self.placed}
-                    return
 
 
 def _decisive(kink: sympy.Basic) -> Iterator[sympy.Expr]:
