@@ -24,10 +24,10 @@ from .point_value import (
     Value,
     dependences,
     exactly,
-    is_nothing,
+    is_zero,
     numbers,
-    off_as_decimal,
-    rounding,
+    perturbation,
+    perturbed_decimal,
     vanishes,
 )
 
@@ -71,8 +71,8 @@ class Coefficients:
         self._zero = dict.fromkeys(self._places, sympy.S.Zero)
         # Of polynomials whose weights are expressions, which SymPy leaves as they are written.
         self._ring = PolyRing(parameters, EXRAW)
-        self._made: dict[sympy.Basic, PolyElement] = {}
-        self._left = _MOST_PRODUCTS
+        self._polynomials: dict[sympy.Basic, PolyElement] = {}
+        self._budget = _MOST_PRODUCTS
         self._hidden: set[sympy.Symbol] = set()
         self.terms: dict[Exponents, sympy.Expr] = dict(self._of(expression))
         for weight in self.terms.values():
@@ -90,9 +90,9 @@ class Coefficients:
         return self._hidden | divisors
 
     def _of(self, node: sympy.Expr) -> PolyElement:
-        if node not in self._made:
-            self._made[node] = self._worked_out(node)
-        return self._made[node]
+        if node not in self._polynomials:
+            self._polynomials[node] = self._worked_out(node)
+        return self._polynomials[node]
 
     def _worked_out(self, node: sympy.Expr) -> PolyElement:
         if not node.free_symbols & self._places.keys():
@@ -139,8 +139,8 @@ class Coefficients:
         return self._ring.from_dict(weights)
 
     def _take(self, terms: int) -> None:
-        self._left -= terms
-        if self._left < 0:
+        self._budget -= terms
+        if self._budget < 0:
             raise ModelError(
                 "the equation of motion has too many products of parameters.",
                 code="equation",
@@ -181,7 +181,7 @@ def reduced_rows(rows: Sequence[Row]) -> tuple[list[Row], list[int]]:
         There are too many weights to be worked out.
     """
     _check_size(len(rows), max(map(len, rows), default=0))
-    return _finished(_echelon(([off_as_decimal(x) for x in row] for row in rows), len(rows)))
+    return _finished(_echelon(([perturbed_decimal(x) for x in row] for row in rows), len(rows)))
 
 
 def reduced_functions(
@@ -206,10 +206,10 @@ def reduced_functions(
     rank = -1
     while True:
         with points.digits():
-            found = _echelon(_rows_at(points, functions), points.count)
-            if len(found) in (rank, len(functions)):
-                return _finished(found)
-        rank = len(found)
+            echelon = _echelon(_rows_at(points, functions), points.count)
+            if len(echelon) in (rank, len(functions)):
+                return _finished(echelon)
+        rank = len(echelon)
         points.look_closer()
 
 
@@ -235,54 +235,54 @@ def _rows_at(points: Points, functions: Sequence[sympy.Expr]) -> Iterator[_Row]:
             failures += 1
             continue
         failures = 0
-        yield [(numbers.re(x), values.off(numbers.re(y))) for x, y in row]
+        yield [(numbers.re(x), values.perturb(numbers.re(y))) for x, y in row]
         if any(numbers.im(x) for x, _ in row):
-            yield [(numbers.im(x), values.off(numbers.im(y))) for x, y in row]
+            yield [(numbers.im(x), values.perturb(numbers.im(y))) for x, y in row]
     raise NotRealError(f"a part of {', '.join(map(str, functions))} has no finite real value.")
 
 
 def _echelon(rows: Iterable[_Row], idle: int) -> _Echelon:
     """Reduce rows until there is one for each column, or so many in a row have nothing new."""
-    found: _Echelon = {}
-    without, off = 0, rounding(0)
+    echelon: _Echelon = {}
+    without, perturb = 0, perturbation(0)
     for row in rows:
         lead, pivot = row, _first(row)
-        while pivot in found:
-            lead = _less(lead, found[pivot], pivot)
+        while pivot in echelon:
+            lead = _less(lead, echelon[pivot], pivot)
             pivot = _first(lead, pivot + 1)
         without = without + 1 if pivot is None else 0
         if pivot is not None:
-            number, moved = lead[pivot]
+            number, perturbed = lead[pivot]
             # Off once more: what a row brings into others cancels alike in both numbers.
-            found[pivot] = [(x / number, off(y / moved)) for x, y in lead]
-        if len(found) == len(row):
-            return {j: [exactly(numbers.mpf(i == j)) for i in range(len(row))] for j in found}
+            echelon[pivot] = [(x / number, perturb(y / perturbed)) for x, y in lead]
+        if len(echelon) == len(row):
+            return {j: [exactly(numbers.mpf(i == j)) for i in range(len(row))] for j in echelon}
         if without == idle:
             break
-    for j in sorted(found, reverse=True):
-        for i in sorted(i for i in found if i > j):
-            found[j] = _less(found[j], found[i], i)
-        found[j] = [NOTHING if is_nothing(value) else value for value in found[j]]
-    return found
+    for j in sorted(echelon, reverse=True):
+        for i in sorted(i for i in echelon if i > j):
+            echelon[j] = _less(echelon[j], echelon[i], i)
+        echelon[j] = [NOTHING if is_zero(value) else value for value in echelon[j]]
+    return echelon
 
 
 def _first(row: _Row, start: int = 0) -> int | None:
     """The first column from one on in which something is."""
-    return next((j for j in range(start, len(row)) if not is_nothing(row[j])), None)
+    return next((j for j in range(start, len(row)) if not is_zero(row[j])), None)
 
 
 def _less(row: _Row, lead: _Row, j: int) -> _Row:
     """A row less what it has in column j of another, whose number there is 1."""
-    share, moved = row[j]
+    share, perturbed = row[j]
     left = [
-        (x - share * a, y - moved * b) for (x, y), (a, b) in zip(row[j:], lead[j:], strict=True)
+        (x - share * a, y - perturbed * b) for (x, y), (a, b) in zip(row[j:], lead[j:], strict=True)
     ]
     return [*row[:j], *left]
 
 
-def _finished(found: _Echelon) -> tuple[list[Row], list[int]]:
-    pivots = sorted(found)
-    return [[_fraction(x) if x else Fraction(0) for x, _ in found[j]] for j in pivots], pivots
+def _finished(echelon: _Echelon) -> tuple[list[Row], list[int]]:
+    pivots = sorted(echelon)
+    return [[_fraction(x) if x else Fraction(0) for x, _ in echelon[j]] for j in pivots], pivots
 
 
 def _fraction(number: Any) -> Fraction:

@@ -22,7 +22,7 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 from axisid.modeling.quantities import DIRECTION, extreme
 from axisid.support.errors import ModelError
 
-from .point_value import CANNOT, drawn, numbers, value_at, zero
+from .point_value import CANNOT, draw, numbers, value_at, zero
 
 _POINTS = 6
 _STARTS = (-1.5, 0.5)  # velocities from which an edge is looked for, also one of either sign
@@ -79,8 +79,8 @@ def _is_continuous(force: sympy.Expr, velocity: sympy.Symbol, edge: sympy.Expr) 
 
 def _number(symbol: sympy.Symbol, turn: int) -> Any:
     """In place of a symbol, first positive, then of either sign."""
-    turned = turn > 1 and drawn(turn, "turned", symbol.name) < 1
-    return -drawn(turn, symbol.name) if turned else drawn(turn, symbol.name)
+    turned = turn > 1 and draw(turn, "turned", symbol.name) < 1
+    return -draw(turn, symbol.name) if turned else draw(turn, symbol.name)
 
 
 def _places(edge: sympy.Expr, velocity: sympy.Symbol, point: _Point) -> list[Any]:
