@@ -72,7 +72,7 @@ class Motion(NamedTuple):
         return self._replace(sides=(*self.sides[:index], side, *self.sides[index + 1 :]))
 
 
-class Step(NamedTuple):
+class StepResult(NamedTuple):
     """The motion after a step, and the acceleration at both ends."""
 
     end: Motion
@@ -302,7 +302,7 @@ class VirtualLoop:
         left, event = whole, 0
         while event < _MOST_EVENTS[self._sides > 0]:
             if at.sticks:
-                span, step = self._breakaway(at, left), Step(at, 0.0, 0.0)
+                span, step = self._breakaway(at, left), StepResult(at, 0.0, 0.0)
             else:
                 span, step = self._attempt(at, left, whole)
             changed, span, step = self._changed(at, span, step)
@@ -329,7 +329,7 @@ class VirtualLoop:
             at = end
         raise _StoppedError(_CHATTER)
 
-    def _attempt(self, at: Motion, span: float, whole: float) -> tuple[float, Step]:
+    def _attempt(self, at: Motion, span: float, whole: float) -> tuple[float, StepResult]:
         """A step as long as the rates at its ends allow, at most `span`."""
         if not self._sides:
             return span, self._move(at, span)
@@ -363,7 +363,9 @@ class VirtualLoop:
             rates.append((by[0] * at.dq + by[1] * acceleration + by[2]) * side)
         return margins, rates
 
-    def _changed(self, at: Motion, span: float, step: Step) -> tuple[int | None, float, Step]:
+    def _changed(
+        self, at: Motion, span: float, step: StepResult
+    ) -> tuple[int | None, float, StepResult]:
         """What changes first in a step, which then ends there: 0 for the velocity's sign, 1 on."""
         if not (math.isfinite(step.end.q) and math.isfinite(step.end.dq)):
             raise _StoppedError(_NOT_FINITE)
@@ -456,10 +458,10 @@ class VirtualLoop:
             lines = self._held[-self._recorded :]
             lines[::2] += lines[1::2] * span
 
-    def _move(self, at: Motion, span: float) -> Step:
+    def _move(self, at: Motion, span: float) -> StepResult:
         """Take one step in a mode."""
         if self._moving and at.sticks:
-            return Step(at, 0.0, 0.0)
+            return StepResult(at, 0.0, 0.0)
         return _moved(at, *self._call("plant_step", at, step=span))
 
     def _rate(self, at: Motion) -> float:
@@ -544,8 +546,10 @@ class VirtualLoop:
         return self._functions[name]({**motion, "sides": at.sides, "states": at.states, **others})
 
 
-def _moved(at: Motion, q: Array, dq: Array, first: Array, last: Array, *states: Array) -> Step:
+def _moved(
+    at: Motion, q: Array, dq: Array, first: Array, last: Array, *states: Array
+) -> StepResult:
     """A step by the results of a function."""
     remembered = tuple(states[0].tolist()) if states else ()
     end = at._replace(q=float(q[0]), dq=float(dq[0]), states=remembered)
-    return Step(end, float(first[0]), float(last[0]))
+    return StepResult(end, float(first[0]), float(last[0]))
