@@ -146,8 +146,8 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "the virtual machine sees no dip": (
         _VIRTUAL,
-        "if not (dq and end.first * direction < 0 < end.last * direction):",
-        "if not (dq and end.first * direction < 0 < end.last * direction * 0):",
+        "if not first < 0 < lasts[i] or not (i or at.dq):",
+        "if not first < 0 < lasts[i] or not i:",
         (f"{_PULSE}[any-signal-False]",),
     ),
     "the virtual machine's step bends unnoticed": (
@@ -163,7 +163,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         (f"{_PLACE}an_axis_that_two_forces_push_back_into_a_jump_rests_there[False]",),
     ),
     "sliders of the virtual machine go on slipping": (
-        "codegen/runtime/virtual_plant.py",
+        _VIRTUAL,
         "-1.0 if found.values[i] <= 0 and outwards else 1.0",
         "-1.0 if found.values[i] <= 0 else 1.0 + 0.0 * outwards",
         (f"{_SWING}[False]",),

@@ -318,11 +318,11 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
     combined = {p.name: p.description for p, _ in model.base.combined}
     texts = axis_artefacts(model)
     functions = execute(texts[FUNCTIONS], axis.name)
-    loop, law = LoopByGains.of(model, enabled=native), axis.control
-    if not native or loop is None or law is None:
+    loop = LoopByGains.of(model, enabled=native)
+    if not native or loop is None:
         run = Native(texts[NATIVE], functions, enabled=native)
     else:
-        run = loop.native_at(law.gains)
+        run = loop.native_at(loop.law.gains)
     return GeneratedAxis(
         axis=axis,
         base=model.base,

@@ -16,13 +16,12 @@ import sympy
 
 from axisid.codegen.lowering import law_by_gains
 from axisid.codegen.native import Native
-from axisid.codegen.printers import print_function
 from axisid.codegen.runtime import execute
 from axisid.modeling.declaration import ControlLaw
 from axisid.modeling.derivation import AxisModel
 from axisid.support.arrays import Array
 
-from .texts import by_gains_artefacts
+from .texts import by_gains_artefacts, functions_text
 
 
 def law_functions(law: ControlLaw, signals: tuple[sympy.Symbol, ...]) -> Mapping[str, Any]:
@@ -38,10 +37,7 @@ def law_functions(law: ControlLaw, signals: tuple[sympy.Symbol, ...]) -> Mapping
     -------
     mapping of str to casadi.Function
     """
-    programs = law_by_gains(law, signals)
-    names = "".join(f'    "{program.name}": {program.name},\n' for program in programs)
-    texts = "\n\n".join(map(print_function, programs))
-    return execute(f"import casadi\n\n\n{texts}\n\nFUNCTIONS = {{\n{names}}}\n", "law")
+    return execute(functions_text("law", "", law_by_gains(law, signals)), "law")
 
 
 _OF_THE_LAW = ("control_start", "control_law", "control_terms")
@@ -55,11 +51,14 @@ class LoopByGains:
     Attributes
     ----------
     model : AxisModel
+    law : ControlLaw
+        The model's.
     enabled : bool
         Whether native code may be compiled and run.
     """
 
     model: AxisModel
+    law: ControlLaw
     enabled: bool
 
     @classmethod
@@ -71,14 +70,7 @@ class LoopByGains:
         law = model.axis.control
         if law is None or law.continuous or not law.gains:
             return None
-        return cls(model=model, enabled=enabled)
-
-    @property
-    def law(self) -> ControlLaw:
-        """The law, with the gains that it was declared with."""
-        law = self.model.axis.control
-        assert law is not None  # noqa: S101  # a loop without one is not made
-        return law
+        return cls(model=model, law=law, enabled=enabled)
 
     @cached_property
     def _texts(self) -> tuple[str, str]:
@@ -112,7 +104,7 @@ class LoopByGains:
     def with_law(self, law: ControlLaw) -> "LoopByGains":
         """The same loop under a law that differs by its gains alone."""
         axis = replace(self.model.axis, control=law)
-        changed = LoopByGains(model=replace(self.model, axis=axis), enabled=self.enabled)
+        changed = replace(self, model=replace(self.model, axis=axis), law=law)
         # Neither text knows the numbers.
         for name in ("_texts", "native"):
             if name in self.__dict__:

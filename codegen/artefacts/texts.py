@@ -131,7 +131,7 @@ def axis_artefacts(model: AxisModel) -> dict[str, str]:
     mark = signature(model)
     header = _header(model.axis.name, mark)
     texts = {
-        FUNCTIONS: _functions(model.axis.name, header, programs),
+        FUNCTIONS: functions_text(model.axis.name, header, programs),
         NATIVE: _native(model, header, programs),
         EQUATIONS: _equations(model, mark),
     }
@@ -146,7 +146,7 @@ def by_gains_artefacts(model: AxisModel) -> tuple[str, str]:
     """
     programs = axis_programs(model, by_gains=True)
     about = "The gains of its control law are arguments.\n"
-    functions = _functions(model.axis.name, about, programs)
+    functions = functions_text(model.axis.name, about, programs)
     return functions, _native(model, about, programs, by_gains=True)
 
 
@@ -214,7 +214,8 @@ def _header(name: str, mark: str) -> str:
     )
 
 
-def _functions(name: str, header: str, programs: tuple[Program, ...]) -> str:
+def functions_text(name: str, header: str, programs: tuple[Program, ...]) -> str:
+    """A module whose ``FUNCTIONS`` are those of CasADi by name."""
     operations = sum(program.operation_count for program in programs)
     about = f"CasADi functions of the axis {name}.\n\n{header}{operations} operations"
     names = "".join(f'    "{program.name}": {program.name},\n' for program in programs)

@@ -29,6 +29,9 @@ from .lower import Arguments, Lowering
 from .plant import GAINS, closed_loop_step, plant_programs
 from .program import Builder, Program
 
+#: A test signal that is added to the law's output.
+_INJECTED = sympy.Symbol("injected", real=True)
+
 
 def axis_programs(model: AxisModel, *, by_gains: bool = False) -> tuple[Program, ...]:
     """Build every function the model allows.
@@ -179,18 +182,13 @@ def _control_law(
     injected: bool = False,
 ) -> Program:
     """The law by itself, or as the loop has it: with a test signal that is added to its output."""
-    arguments = _measured(model)
-    builder = arguments.builder
-    added = builder.scalar("injected") if injected else None
-    state = builder.vector("state", _state(law))
-    values = _with_gains(arguments, gains).values
-    memory = {m.symbol: index for m, index in zip(law.memory, state, strict=False)}
-    line = state[len(law.memory) :]
-    control = _output(model, law, builder, {**values, **memory}, added)
+    arguments, line = _measured(model, law, gains, injected=injected)
+    builder, values = arguments.builder, arguments.values
+    control = _output(model, law, builder, values, values.get(_INJECTED))
     if any(each.following.has(LIMITED_OUTPUT) for each in law.memory):
         # Without a test signal, which no integral of the law knows of.
-        memory[LIMITED_OUTPUT] = _output(model, law, builder, {**values, **memory})
-    following = _law_lowering(law, builder, {**values, **memory})
+        values[LIMITED_OUTPUT] = _output(model, law, builder, values)
+    following = _law_lowering(law, builder, values)
     queue = (control, *line)
     builder.output("control", [[queue[-1]]])
     builder.output(
@@ -201,20 +199,24 @@ def _control_law(
     return builder.program("control_law", "Control that the drive applies, within its limit.")
 
 
-def _measured(model: AxisModel) -> Arguments:
-    recorded = model.axis.signal_symbols
-    return Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *recorded)
+def _measured(
+    model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol, ...], *, injected: bool = False
+) -> tuple[Arguments, tuple[int, ...]]:
+    """What a law reads and remembers at a sample, and its delay line."""
+    motion = (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *model.axis.signal_symbols)
+    arguments = Arguments().scalars(*motion, *(_INJECTED,) * injected)
+    state = arguments.builder.vector("state", _state(law))
+    _with_gains(arguments, gains)
+    arguments.values.update((m.symbol, i) for m, i in zip(law.memory, state, strict=False))
+    return arguments, state[len(law.memory) :]
 
 
 def _control_terms(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol, ...]) -> Program:
-    arguments = _measured(model)
-    builder = arguments.builder
-    state = builder.vector("state", _state(law))
-    values = _with_gains(arguments, gains).values
-    memory = {m.symbol: index for m, index in zip(law.memory, state, strict=False)}
-    lower = _law_lowering(law, builder, {**values, **memory})
-    builder.output("row", [[lower(with_numbers(factor * signal)) for factor, signal in law.terms]])
-    return builder.program(
+    arguments, _ = _measured(model, law, gains)
+    lower = _law_lowering(law, arguments.builder, arguments.values)
+    terms = [lower(with_numbers(factor * signal)) for factor, signal in law.terms]
+    arguments.builder.output("row", [terms])
+    return arguments.builder.program(
         "control_terms", "What the law adds up, one number for each product of gains."
     )
 

@@ -105,7 +105,8 @@ class Lowering:
             if kind in _APPLIED:
                 return self._builder.apply(_APPLIED[kind], *map(self, node.args))
             if kind in _FOLDED:
-                return self._fold(_FOLDED[kind], node)
+                ordered = sorted(node.args, key=sympy.default_sort_key)
+                return self._chain(_FOLDED[kind], [self(argument) for argument in ordered])
             if kind in _RELATIONS:
                 return self._relation(*_RELATIONS[kind], node)
             if kind in _MAPPED:
@@ -218,11 +219,6 @@ class Lowering:
                 code="generated-code",
             )
         return self._builder.apply("div", above, below)
-
-    def _fold(self, operation: str, node: sympy.Basic) -> int:
-        return self._chain(
-            operation, [self(a) for a in sorted(node.args, key=sympy.default_sort_key)]
-        )
 
     def _relation(self, operation: str, swapped: bool, node: sympy.Basic) -> int:
         left, right = self(node.args[0]), self(node.args[1])

@@ -257,29 +257,24 @@ def _plant(
 
 
 def _plant_step(plant: _Plant) -> Program:
-    names = plant.model.axis.coordinate
-    step = plant.builder.scalar("step")
+    names, builder = plant.model.axis.coordinate, plant.builder
+    step, states = builder.scalar("step"), list[int]()
     if plant.states:
-        builder = plant.builder
         q, dq, *states = _remembering(plant).step((*plant.motion, *plant.states), step)
-        ended = replace(plant, states=tuple(states))
-        builder.output(f"{names.name}_next", [[q]])
-        builder.output(f"{names.velocity}_next", [[dq]])
-        builder.output("first_slope", [[plant.accelerate(*plant.motion, None)]])
-        builder.output("last_slope", [[ended.accelerate(q, dq, None)]])
+        first = plant.accelerate(*plant.motion, None)
+        last = replace(plant, states=tuple(states)).accelerate(q, dq, None)
+    else:
+        q, dq, first, last = _runge_kutta(plant, step)
+    builder.output(f"{names.name}_next", [[q]])
+    builder.output(f"{names.velocity}_next", [[dq]])
+    builder.output("first_slope", [[first]])
+    builder.output("last_slope", [[last]])
+    what, how = "Motion", "RK4"
+    if states:
         builder.output(f"next_{STATES}", [[z] for z in states])
-        return builder.program(
-            "plant_step",
-            "Motion and states `step` seconds later in one friction mode (Rodas4), and its slopes.",
-        )
-    end_q, end_dq, first, last = _runge_kutta(plant, step)
-    plant.builder.output(f"{names.name}_next", [[end_q]])
-    plant.builder.output(f"{names.velocity}_next", [[end_dq]])
-    plant.builder.output("first_slope", [[first]])
-    plant.builder.output("last_slope", [[last]])
-    return plant.builder.program(
-        "plant_step", "Motion `step` seconds later in one friction mode (RK4), and its slopes."
-    )
+        what, how = "Motion and states", "Rodas4"
+    about = f"{what} `step` seconds later in one friction mode ({how}), and its slopes."
+    return builder.program("plant_step", about)
 
 
 def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:

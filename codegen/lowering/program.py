@@ -203,11 +203,6 @@ class Builder:
         return self._index[operation]
 
 
-def _select(condition: Array, value: Array, otherwise: Array) -> Array:
-    chosen: Array = np.where(condition != 0, value, otherwise)
-    return chosen
-
-
 _FUNCTIONS: dict[str, Callable[..., Array]] = {
     "neg": np.negative,
     "add": np.add,
@@ -227,7 +222,7 @@ _FUNCTIONS: dict[str, Callable[..., Array]] = {
     "not": lambda a: (a == 0).astype(float),
     "and": lambda a, b: ((a != 0) & (b != 0)).astype(float),
     "or": lambda a, b: ((a != 0) | (b != 0)).astype(float),
-    "select": _select,
+    "select": lambda condition, *values: np.select([condition != 0], values[:1], values[1]),
 }
 
 

@@ -98,7 +98,7 @@ class LoadedLibrary:
 
     def __init__(self, path: Path, having: str = "direct_dynamics_rows") -> None:
         self._library = ctypes.CDLL(str(path))
-        self._typed: dict[str, Callable[..., int]] = {}
+        self._typed: dict[str, Any] = {}
         self._own = local()
         if not hasattr(self._library, having):
             raise OSError(f"{path} is not the library of an axis")
@@ -107,8 +107,11 @@ class LoadedLibrary:
         """Call a function; the interpreter's lock is released."""
         call = self._typed.get(function)
         if call is None:
-            call = self._typed[function] = self._of_types(function, arguments)
-        return call(*[_address(each) if type(each) is np.ndarray else each for each in arguments])
+            # A new object each time, of types of its own: a place has always the same type.
+            call = self._typed[function] = self._library[function]
+            call.argtypes = [_type_in_c(each) for each in arguments]
+        given = [_address(each) if type(each) is np.ndarray else each for each in arguments]
+        return int(call(*given))
 
     def memory(self, size: int, most: int | None = None) -> Array:
         """Floats to work in; each thread has its own, and keeps as many as that."""
@@ -122,12 +125,6 @@ class LoadedLibrary:
     def has(self, function: str) -> bool:
         """Whether it evaluates a function at many samples."""
         return hasattr(self._library, f"{function}_rows")
-
-    def _of_types(self, function: str, arguments: Sequence[Any]) -> Callable[..., int]:
-        """A function that takes what its first call gives: a place has always the same type."""
-        found = self._library[function]  # a new object each time, of types of its own
-        found.argtypes = [_type_in_c(each) for each in arguments]
-        return found
 
 
 class NativeLibrary(LoadedLibrary):

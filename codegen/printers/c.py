@@ -16,7 +16,6 @@ from axisid.codegen.lowering import (
     STEPS_OF_EACH,
     FeedForward,
     Input,
-    Output,
     Program,
 )
 
@@ -77,7 +76,10 @@ def print_c_function(program: Program) -> str:
     texts, body = print_operations(program, C)
     used = {op.symbol for op in program.operations if op.name == "input"}
     lines = [f"/* {program.summary} {program.operation_count} operations. */"]
-    arguments = [_argument(port) for port in program.inputs]
+    arguments = [
+        f"double {port.name}_" if _is_scalar(port) else f"const double *{port.name}_"
+        for port in program.inputs
+    ]
     arguments += [f"double *{port.name}_out" for port in program.outputs]
     listed = ",\n    ".join(arguments)
     lines.append(f"static inline void {program.name}(\n    {listed})\n{{")
@@ -106,7 +108,7 @@ def print_c_rows(program: Program) -> str:
         )
         arguments += [] if _is_scalar(port) else [f"ptrdiff_t {port.name}_step"]
     arguments += [f"double *{port.name}_out" for port in program.outputs]
-    call += [f"{port.name}_out + k * {_size(port)}" for port in program.outputs]
+    call += [f"{port.name}_out + k * {sum(map(len, port.rows))}" for port in program.outputs]
     return (
         f"void {program.name}_rows(\n    ptrdiff_t samples, {', '.join(arguments)})\n"
         "{\n    for (ptrdiff_t k = 0; k < samples; ++k)\n"
@@ -175,10 +177,6 @@ def _start_of(signals: int, *, by_gains: bool) -> str:
     )
 
 
-def _argument(port: Input) -> str:
-    return f"double {port.name}_" if _is_scalar(port) else f"const double *{port.name}_"
-
-
 def _unpacked(port: Input, used: set[str]) -> list[str]:
     if _is_scalar(port):
         return [] if port.name in used else [f"    (void){port.name}_;"]
@@ -192,10 +190,6 @@ def _unpacked(port: Input, used: set[str]) -> list[str]:
 
 def _is_scalar(port: Input) -> bool:
     return port.elements == (port.name,)
-
-
-def _size(port: Output) -> int:
-    return sum(len(row) for row in port.rows)
 
 
 def print_c99(export: FeedForward) -> str:

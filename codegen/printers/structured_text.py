@@ -113,7 +113,10 @@ def _language(names: dict[str, str]) -> Language:
             **{name: _RENAMED.get(name, name.upper()) for name in OPERATIONS},
             "sinh": lambda a: f"((EXP({a}) - EXP(-({a}))) / {_TWO})",
             "cosh": lambda a: f"((EXP({a}) + EXP(-({a}))) / {_TWO})",
-            "tanh": _tanh,
+            # The standard has none. Beyond 20 it is 1 to the last digit, and EXP must not overflow.
+            "tanh": lambda a: (
+                f"({_ONE} - {_TWO} / (EXP({_TWO} * LIMIT(LREAL#-20.0, {a}, LREAL#20.0)) + {_ONE}))"
+            ),
             "sign": lambda a: (
                 f"SEL({a} > {_ZERO}, SEL({a} < {_ZERO}, {_ZERO}, LREAL#-1.0), {_ONE})"
             ),
@@ -130,11 +133,6 @@ def _language(names: dict[str, str]) -> Language:
         constant=_literal,
         temporary=prefix,
     )
-
-
-def _tanh(a: str) -> str:
-    """The standard has none. Beyond 20 it is 1 to the last digit, and EXP must not overflow."""
-    return f"({_ONE} - {_TWO} / (EXP({_TWO} * LIMIT(LREAL#-20.0, {a}, LREAL#20.0)) + {_ONE}))"
 
 
 def _if(text: str) -> str:

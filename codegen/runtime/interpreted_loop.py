@@ -5,8 +5,8 @@ same steps, so that their results agree to rounding.
 """
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from axisid.codegen.lowering import (
 )
 from axisid.support.arrays import Array
 
-from .virtual_plant import BufferedFunction, Mode, StepResult, VirtualPlant
+from .casadi_functions import held_values, is_continuous, recorded_values
 
 _MOST_EVENTS = (20, 4096)  # in a step, without sides and with; more is chatter (Zeno)
 _MOST_STEPS = 16384  # that a step may be divided into
@@ -39,6 +39,78 @@ class _StoppedError(Exception):
     def __init__(self, status: int) -> None:
         super().__init__(STATUSES[status])
         self.status = status
+
+
+class Motion(NamedTuple):
+    """Where an axis is, and its mode.
+
+    Attributes
+    ----------
+    q, dq : float
+    direction : float
+        Of friction; strictly between -1 and 1 if the axis sticks.
+    sides : tuple of float
+        -1 or 1 for each place where the acceleration has a kink or jumps; 0 if the axis rests in
+        the place itself.
+    states : tuple of float
+        What friction remembers.
+    """
+
+    q: float
+    dq: float
+    direction: float
+    sides: tuple[float, ...] = ()
+    states: tuple[float, ...] = ()
+
+    @property
+    def sticks(self) -> bool:
+        """Whether the axis sticks."""
+        return abs(self.direction) < 1
+
+    def beside(self, index: int, side: float) -> "Motion":
+        """The same on another side of one place."""
+        return self._replace(sides=(*self.sides[:index], side, *self.sides[index + 1 :]))
+
+
+class StepResult(NamedTuple):
+    """The motion after a step, and the acceleration at both ends."""
+
+    end: Motion
+    first: float
+    last: float
+
+
+class Places(NamedTuple):
+    """What decides the sides, and how it changes: by the motion, and as recorded signals run."""
+
+    values: tuple[float, ...]
+    by_position: tuple[float, ...]
+    by_velocity: tuple[float, ...]
+    by_time: tuple[float, ...]
+
+
+class BufferedFunction:
+    """A CasADi function on fixed memory: arguments and results without conversion."""
+
+    def __init__(self, function: Any, parameters: Array) -> None:
+        arguments = [np.zeros(function.size1_in(i)) for i in range(function.n_in())]
+        self.arguments = dict(zip(function.name_in(), arguments, strict=True))
+        self.results = [np.zeros(function.numel_out(i)) for i in range(function.n_out())]
+        self._buffer, self._run = function.buffer()
+        for i, array in enumerate(arguments):
+            self._buffer.set_arg(i, memoryview(array.data))
+        for i, array in enumerate(self.results):
+            self._buffer.set_res(i, memoryview(array.data))
+        taken = self.arguments["parameters"]
+        taken[:] = parameters[: len(taken)]
+
+    def __call__(self, values: Mapping[str, Any]) -> list[Array]:
+        """Set those of the arguments that there are, evaluate, and return the results' memory."""
+        for name, array in self.arguments.items():
+            if name in values:
+                array[:] = values[name]
+        self._run()
+        return self.results
 
 
 class VirtualLoop:
@@ -58,21 +130,40 @@ class VirtualLoop:
         parameters: Array,
         settings: LoopSettings,
     ) -> None:
-        self._q, self._dq = functions["closed_loop_step"].name_in()[:2]
-        self._settings = settings
+        names = ("closed_loop_step", "plant_step", "held_acceleration", "switching", "plant_rate")
+        self._functions = {
+            name: BufferedFunction(functions[name], parameters)
+            for name in names
+            if name in functions
+        }
+        self._q, self._dq = functions["plant_step"].name_in()[:2]
+        self._settings, self._left = settings, 0
         own = functions["plant_step"].size1_in("parameters")
-        self._plant = VirtualPlant(functions, parameters[:own])
         self._gains = () if own == len(parameters) else (parameters[own:],)
-        self._most_events = _MOST_EVENTS[self._plant.sides > 0]
-        self._left = 0
         self._law_start = functions["control_start"]
-        self._loop_step = BufferedFunction(functions["closed_loop_step"])
-        self._loop_step.arguments["parameters"][:] = parameters
-        self._cut = self._plant.until > 0
-        # The place of the oldest command's force in the state, where it is needed.
-        late = self._cut or self._plant.lagged
-        self._oldest = -1 - self._plant.lagged if late else None
-        self._loop_step.arguments["step"][0] = settings.period * (self._plant.until or 1.0)
+        #: What is held between samples, last value and rate of each recorded signal.
+        self._held = np.zeros(functions["held_acceleration"].size1_in("held"))
+        self._recorded = recorded_values(functions)
+        self._continuous = is_continuous(functions)
+        arguments = self._functions["switching"].arguments if "switching" in functions else {}
+        self._sides = len(arguments.get("sides", ()))
+        # Whether recorded signals move the places in which sides change.
+        self._moving = "held" in arguments
+        self._start_states: tuple[float, ...] = ()
+        self._limits = range(0)  # the sides that are those of states' limits
+        if "state_start" in functions:
+            start, first = functions["state_start"](parameters[:own])
+            self._start_states = tuple(start.full().ravel().tolist())
+            self._limits = range(int(first), self._sides)
+        self._response = functions.get("drive_response")
+        # Whether the force goes to another, which is held too.
+        self._lagged = held_values(functions) == len(("tau", "target"))
+        # Whether what is held changes between samples, so that an axis may leave rest there.
+        self._drifts = self._continuous or self._lagged or self._recorded > 0
+        # Part of a sample after which the last command begins to act; 0 at the sample.
+        self._until = 0.0 if self._response is None else float(self._response(0.0, 0.0, 1.0)[1])
+        step = self._functions["closed_loop_step"].arguments["step"]
+        step[0] = settings.period * (self._until or 1.0)
 
     @np.errstate(all="ignore")  # what overflows ends as not finite
     def run(
@@ -90,32 +181,29 @@ class VirtualLoop:
         noise = np.zeros(samples) if noise is None else noise
         injected = np.zeros(samples) if injected is None else injected
         recorded = np.zeros((samples, 0)) if recorded is None else recorded
-        q, dq, end = float(start.position), float(start.velocity), 0.0
-        mode = self._first_mode(q, dq, recorded[0])
-        state = start.memory
-        if state is None:
-            measured = q + self._encoder(q, noise[0])
+        at, end = self._first(float(start.position), float(start.velocity), recorded[0]), 0.0
+        memory = start.memory
+        if memory is None:
+            measured = at.q + self._encoder(at.q, noise[0])
             read = (*recorded[0, ::2], *self._gains)
-            state = self._law_start(reference[0], measured, *read).full().ravel()
-        self._loop_step.arguments["state"][:] = state
+            memory = self._law_start(reference[0], measured, *read).full().ravel()
+        self._functions["closed_loop_step"].arguments["state"][:] = memory
         for k in range(samples):
-            if not abs(q - reference[k]) <= settings.allowed:
-                return (_OUT_OF_RANGE if np.isfinite(q) else _NOT_FINITE), k, signals
-            signals["position"][k], signals["velocity"][k] = q, dq
+            if not abs(at.q - reference[k]) <= settings.allowed:
+                return (_OUT_OF_RANGE if np.isfinite(at.q) else _NOT_FINITE), k, signals
+            signals["position"][k], signals["velocity"][k] = at.q, at.dq
             signals["direction_before"][k] = end
-            if self._plant.moving and k:
-                mode = self._plant.shifted(q, dq, mode, recorded[k])
+            if self._moving and k:
+                at = self._shifted(at, recorded[k])
             rate = 0.0
-            if self._plant.continuous and k + 1 < samples:
+            if self._continuous and k + 1 < samples:
                 rate = (reference[k + 1] - reference[k]) / settings.period
-            error = self._encoder(q, noise[k])
+            given = (reference[k], rate, self._encoder(at.q, noise[k]), injected[k])
             try:
-                q, dq, mode, row = self._sample(
-                    q, dq, mode, (reference[k], rate, error, injected[k]), recorded[k]
-                )
+                at, row = self._sample(at, given, recorded[k])
             except _StoppedError as stop:
                 return stop.status, k, signals
-            end = mode.direction
+            end = at.direction
             for name, value in zip(SIGNALS[2:6], row, strict=True):
                 signals[name][k] = value
             if k == 0:  # nothing was held before
@@ -134,26 +222,24 @@ class VirtualLoop:
     def _later(
         self, q: float, dq: float, held: Array, span: float, step: float
     ) -> tuple[float, float, float]:
-        mode = self._first_mode(q, dq, held[1:])
-        self._plant.hold((held[0],), held[1:])
+        at = self._first(q, dq, held[1:])
+        self._hold((held[0],), held[1:])
         self._left = STEPS_IN_ALL
         steps = math.ceil(span / step)
         try:
             for _ in range(steps):
-                if dq == 0:
-                    mode = self._plant.chosen_at_rest(q, mode)
-                q, dq, mode = self._advance(q, dq, mode, span / steps)
+                at = self._advance(self._chosen_at_rest(at) if at.dq == 0 else at, span / steps)
         except _StoppedError:
             return math.nan, math.nan, math.nan
-        return q, dq, mode.direction
+        return at.q, at.dq, at.direction
 
-    def _first_mode(self, q: float, dq: float, recorded: Array) -> Mode:
-        """The mode of a motion that begins, beside value and rate of each signal."""
-        mode = Mode(float(np.sign(dq)), (0.0,) * self._plant.sides, self._plant.start_states)
-        if self._plant.moving:
-            self._plant.hold((0.0,), np.zeros(len(recorded)))
-            mode = self._plant.shifted(q, dq, mode, recorded)
-        return self._plant.slipping(q, self._plant.beyond(q, dq, mode, 0))
+    def _first(self, q: float, dq: float, recorded: Array) -> Motion:
+        """A motion that begins, beside value and rate of each signal."""
+        at = Motion(q, dq, float(np.sign(dq)), (0.0,) * self._sides, self._start_states)
+        if self._moving:
+            self._hold((0.0,), np.zeros(len(recorded)))
+            at = self._shifted(at, recorded)
+        return self._slipping(self._beyond(at, 0))
 
     def _encoder(self, q: float, noise: float) -> float:
         """Error of the measurement: noise, and rounding to the encoder's counts."""
@@ -163,249 +249,307 @@ class VirtualLoop:
         return float(np.floor((q + noise) / resolution + 0.5) * resolution - q)
 
     def _sample(
-        self,
-        q: float,
-        dq: float,
-        mode: Mode,
-        held: tuple[float, float, float, float],
-        recorded: Array,
-    ) -> tuple[float, float, Mode, tuple[float, float, float, float]]:
-        """Motion and mode at the next sample; acceleration, force, control, direction now.
+        self, at: Motion, given: tuple[float, float, float, float], recorded: Array
+    ) -> tuple[Motion, tuple[float, float, float, float]]:
+        """The motion at the next sample; acceleration, force, control, direction now.
 
-        `held` is the reference, its rate, the error of the measurement, and what is added to the
+        `given` is the reference, its rate, the error of the measurement, and what is added to the
         control; `recorded` has value and rate of each signal.
         """
-        mode = mode.directed(float(np.sign(dq)))
-        moved, (force, control), targets = self._law(q, dq, mode, held, recorded)
-        plant, substeps = self._plant, self._settings.substeps
-        direction = mode.direction
+        direction, substeps = float(np.sign(at.dq)), self._settings.substeps
+        at = at._replace(direction=direction)
+        memory = self._functions["closed_loop_step"].arguments["state"]
+        names = ("reference", "reference_rate", "measurement_error", "injected")
+        values = dict(zip(names, given, strict=True))
+        before = memory.copy()
+        q, dq, memory[:], ddq, tau, command, last, *states = self._call(
+            "closed_loop_step", at, signals=recorded, **values
+        )
+        moved = _moved(at, q, dq, ddq, last, *states)
+        force, control = float(tau[0]), float(command[0])
         bends = moved.first * direction < 0 < moved.last * direction
-        several = substeps > 1 or self._cut
-        if direction and moved.dq * direction >= 0 and not (bends or plant.sides or several):
-            return moved.q, moved.dq, mode.after(moved), (moved.first, force, control, direction)
-        of_law = (force, targets[0]) if plant.lagged else (force,)
-        plant.hold(held if plant.continuous else of_law, recorded)
-        if not dq:
-            mode = plant.chosen_at_rest(q, mode)
-        ddq = 0.0 if mode.sticks else plant.accelerate(q, dq, mode)
-        force = plant.force(q, dq, mode) if plant.lagged else force
-        row = (ddq, force, control, mode.direction)
+        several = substeps > 1 or self._until or self._sides
+        if direction and moved.end.dq * direction >= 0 and not (bends or several):
+            return moved.end, (moved.first, force, control, direction)
+        # Of what the drive remembers, the force of the oldest command.
+        oldest = -1 - self._lagged
+        if self._continuous:
+            self._hold(given, recorded)
+        elif self._lagged:
+            self._hold((force, (before if self._until else memory)[oldest]), recorded)
+        else:
+            self._hold((force,), recorded)
+        if not at.dq:
+            at = self._chosen_at_rest(at)
+        ddq, tau = self._call("held_acceleration", at)
+        row = (
+            0.0 if at.sticks else float(ddq[0]),
+            float(tau[0]) if self._lagged else force,
+            control,
+            at.direction,
+        )
         # A command that begins to act within a sample cuts it in two.
-        period, until = self._settings.period, plant.until * self._settings.period
+        period, until = self._settings.period, self._until * self._settings.period
         parts = (until, period - until) if until else (period,)
         for i, step in enumerate(part / substeps for part in parts for _ in range(substeps)):
             if i == substeps:  # the force of another command acts, or what is there goes to it
-                plant.held[int(plant.lagged)] = targets[-1]
-            if i and dq == 0:
-                mode = plant.chosen_at_rest(q, mode)
-            q, dq, mode = self._advance(q, dq, mode, step)
-        return q, dq, mode, row
+                self._held[int(self._lagged)] = memory[oldest]
+            at = self._advance(self._chosen_at_rest(at) if i and at.dq == 0 else at, step)
+        return at, row
 
-    def _law(
-        self,
-        q: float,
-        dq: float,
-        mode: Mode,
-        held: tuple[float, float, float, float],
-        recorded: Array,
-    ) -> tuple[StepResult, tuple[float, float], tuple[float, ...]]:
-        """A step of the sample's first part, force and control, and what the force goes to."""
-        step = self._loop_step
-        if len(recorded):
-            step.arguments["signals"][:] = recorded
-        if mode.sides:
-            step.arguments["sides"][:] = mode.sides
-        if mode.states:
-            step.arguments["states"][:] = mode.states
-        out = step(
-            **{self._q: q, self._dq: dq},
-            reference=held[0],
-            reference_rate=held[1],
-            measurement_error=held[2],
-            injected=held[3],
-            direction=mode.direction,
-        )
-        targets: tuple[float, ...] = ()
-        if self._oldest is not None:
-            last_target = float(out[2][self._oldest])
-            first = float(step.arguments["state"][self._oldest]) if self._cut else last_target
-            targets = (first, last_target)
-        step.arguments["state"][:] = out[2]
-        q_next, dq_next, ddq, force, control, last = (float(out[i][0]) for i in (0, 1, 3, 4, 5, 6))
-        states = tuple(out[7].tolist()) if mode.states else ()
-        return StepResult(q_next, dq_next, ddq, last, states), (force, control), targets
-
-    def _advance(self, q: float, dq: float, mode: Mode, whole: float) -> tuple[float, float, Mode]:
+    def _advance(self, at: Motion, whole: float) -> Motion:
         """Move for `whole` seconds through every change of the mode."""
-        plant, left, event = self._plant, whole, 0
-        while event < self._most_events:
-            if mode.sticks:
-                span = self._breakaway(q, mode, left)
-                still = StepResult(q, 0.0, 0.0, 0.0, mode.states)
-                met, span, _ = self._passing(q, 0.0, mode, span, still)
-                plant.pass_time(span)
-                left -= span
-                if met is not None:
-                    mode = plant.beyond(q, 0.0, mode.beside(met, -mode.sides[met]), met + 1)
-                elif left <= 0:
-                    return q, dq, plant.at_rest(q, mode) if plant.drifts else mode
-                mode = plant.chosen_at_rest(q, mode)
-                event += 1
-                continue
-            span, end = self._attempt(q, dq, mode, left, whole)
-            if not (math.isfinite(end.q) and math.isfinite(end.dq)):
-                raise _StoppedError(_NOT_FINITE)
-            before, from_rest, direction = q, dq == 0, mode.direction
-            reversed_, span, end = self._reversal(q, dq, mode, span, end)
-            passed, span, end = self._passing(q, dq, mode, span, end)
-            q, dq, mode = end.q, end.dq, mode.after(end)
-            plant.pass_time(span)
+        left, event = whole, 0
+        while event < _MOST_EVENTS[self._sides > 0]:
+            if at.sticks:
+                span, step = self._breakaway(at, left), StepResult(at, 0.0, 0.0)
+            else:
+                span, step = self._attempt(at, left, whole)
+            changed, span, step = self._changed(at, span, step)
+            self._pass_time(span)
             left -= span
-            if passed is not None:
-                dq, mode = self._beyond(passed, q, dq, mode, whole)
-            elif reversed_:
-                mode = plant.chosen_at_rest(q, mode)
-                if from_rest and q == before and mode.direction == direction:
+            event += at.sticks or changed is not None
+            end = at if at.sticks else step.end
+            if at.sticks:
+                if changed:
+                    end = self._beyond(at.beside(changed - 1, -at.sides[changed - 1]), changed)
+                elif left <= 0:
+                    return self._at_rest(at) if self._drifts else at
+                end = self._chosen_at_rest(end)
+            elif changed:
+                end = self._passed(changed - 1, end, whole)
+            elif changed == 0:
+                end = self._chosen_at_rest(end)
+                if at.dq == 0 and at.q == end.q and at.direction == end.direction:
                     # It turned back before its position changed: what moves it is rounding.
-                    plant.pass_time(left)
-                    return q, dq, mode.directed(STUCK * direction)
-            event += reversed_ or passed is not None
-            if left <= 0:
-                return q, dq, mode
+                    self._pass_time(left)
+                    return end._replace(direction=STUCK * end.direction)
+            if left <= 0 and not at.sticks:
+                return end
+            at = end
         raise _StoppedError(_CHATTER)
 
-    def _attempt(
-        self, q: float, dq: float, mode: Mode, span: float, whole: float
-    ) -> tuple[float, StepResult]:
+    def _attempt(self, at: Motion, span: float, whole: float) -> tuple[float, StepResult]:
         """A step as long as the rates at its ends allow, at most `span`."""
-        plant = self._plant
-        if not plant.sides:
-            return span, plant.move(q, dq, mode, span)
-        rate = plant.rate(q, dq, mode)
+        if not self._sides:
+            return span, self._move(at, span)
+        rate = self._rate(at)
         if rate * whole > _AT_START * _MOST_STEPS:
             raise _StoppedError(_UNRESOLVED)
         if span * rate > _AT_START:
             span /= math.ceil(span * rate / _AT_START)
         while True:
-            end = plant.move(q, dq, mode, span)
-            if plant.rate(end.q, end.dq, mode.after(end)) * span <= 2 * RESOLVED:
+            step = self._move(at, span)
+            if self._rate(step.end) * span <= 2 * RESOLVED:
                 self._left -= 1
                 if self._left < 0:
                     raise _StoppedError(_UNRESOLVED)
-                return span, end
+                return span, step
             if 2 * _MOST_STEPS * span < whole:
-                finite = math.isfinite(end.q) and math.isfinite(end.dq)
+                finite = math.isfinite(step.end.q) and math.isfinite(step.end.dq)
                 raise _StoppedError(_UNRESOLVED if finite else _NOT_FINITE)
             span *= 0.5
 
-    def _reversal(
-        self, q: float, dq: float, mode: Mode, span: float, end: StepResult
-    ) -> tuple[bool, float, StepResult]:
-        """Whether the velocity reaches zero in a step, which then ends there."""
-        direction = mode.direction
-        if end.dq * direction >= 0:  # it may have dipped below zero in between
-            # From rest it leaves in its direction, whatever rounding says of the first slope.
-            if not (dq and end.first * direction < 0 < end.last * direction):
-                return False, span, end
-            lowest = span * end.first / (end.first - end.last)
-            if not self._plant.move(q, dq, mode, lowest).dq * direction < 0:
-                return False, span, end
-            span = lowest
-        span = self._crossing(q, dq, mode, span)
-        end = self._plant.move(q, dq, mode, span)
-        return True, span, StepResult(end.q, 0.0, end.first, end.last, end.states)
+    def _margins(
+        self, at: Motion, acceleration: float, after: float = 0.0
+    ) -> tuple[list[float], list[float]]:
+        """How far velocity and sides are from where they change, and how fast that goes.
 
-    def _crossing(self, q: float, dq: float, mode: Mode, high: float) -> float:
-        """Time at which the velocity reaches zero; by `high` it has changed its sign."""
-        low, t = 0.0, high * _JUST_LEFT
-        if dq == 0:  # just left rest: it crosses zero again only after a while
-            if self._plant.move(q, dq, mode, t).dq * mode.direction <= 0:
-                return t
-            low = t
+        Both are of the velocity first; what is negative has changed.
+        """
+        margins, rates = [at.dq * at.direction], [acceleration * at.direction]
+        for side, value, *by in zip(at.sides, *self._places(at, after), strict=True):
+            margins.append(value * side)
+            rates.append((by[0] * at.dq + by[1] * acceleration + by[2]) * side)
+        return margins, rates
 
-        def velocity(t: float) -> tuple[float, float]:
-            end = self._plant.move(q, dq, mode, t)
-            return end.dq * mode.direction, end.last * mode.direction
-
-        return _root(velocity, low, high)
-
-    def _passing(
-        self, q: float, dq: float, mode: Mode, span: float, end: StepResult
+    def _changed(
+        self, at: Motion, span: float, step: StepResult
     ) -> tuple[int | None, float, StepResult]:
-        """The first side that changes in a step, which then ends there."""
-        plant, passed = self._plant, None
-        start = plant.switches(q, dq, mode)
-        at_end = plant.switches(end.q, end.dq, mode.after(end), span)
-        for i, side in enumerate(mode.sides):
+        """What changes first in a step, which then ends there: 0 for the velocity's sign, 1 on."""
+        if not (math.isfinite(step.end.q) and math.isfinite(step.end.dq)):
+            raise _StoppedError(_NOT_FINITE)
+        changed = None
+        _, firsts = self._margins(at, step.first)
+        margins, lasts = self._margins(step.end, step.last, span)
+        for i, first in enumerate(firsts):
             high = span
-            if at_end.values[i] * side >= 0:  # it may have been beyond in between
-                first = start.rate(i, dq, end.first) * side
-                last = at_end.rate(i, end.dq, end.last) * side
-                if not first < 0 < last:
+            if margins[i] >= 0:  # it may have been beyond in between
+                # From rest it leaves in its direction, whatever rounding says of the first slope.
+                if not first < 0 < lasts[i] or not (i or at.dq):
                     continue
-                high = span * (first / (first - last))
-                lowest = plant.move(q, dq, mode, high)
-                after = mode.after(lowest)
-                if plant.switches(lowest.q, lowest.dq, after, high).values[i] * side >= 0:
+                high = span * (first / (first - lasts[i]))
+                lowest = self._move(at, high)
+                if self._margins(lowest.end, lowest.last, high)[0][i] >= 0:
                     continue
-            passed, span = i, self._change(i, q, dq, mode, high)
-            end = plant.move(q, dq, mode, span)
-            at_end = plant.switches(end.q, end.dq, mode.after(end), span)
-        return passed, span, end
+            changed, span = i, self._root(i, at, high)
+            step = self._move(at, span)
+            if not i:
+                step = step._replace(end=step.end._replace(dq=0.0))
+            margins, lasts = self._margins(step.end, step.last, span)
+        return changed, span, step
 
-    def _change(self, index: int, q: float, dq: float, mode: Mode, high: float) -> float:
-        """Time at which a side changes; by `high` it has changed."""
+    def _root(self, index: int, at: Motion, high: float) -> float:
+        """Time of a change; by `high` it has come. By Newton's method, or halves."""
+        low = 0.0
+        if not (index or at.dq):  # just left rest: it crosses zero again only after a while
+            low = high * _JUST_LEFT
+            if self._move(at, low).end.dq * at.direction <= 0:
+                return low
+        t = 0.5 * (low + high)
+        for _ in range(_MOST_REFINEMENTS):
+            step = self._move(at, t)
+            margin, rate = (x[index] for x in self._margins(step.end, step.last, t))
+            if margin == 0:
+                break
+            low, high = (t, high) if margin > 0 else (low, t)
+            following = t - margin / rate if rate else low
+            following = following if low < following < high else 0.5 * (low + high)
+            if following == t:
+                break
+            t = following
+        return t
 
-        def decides(t: float) -> tuple[float, float]:
-            end = self._plant.move(q, dq, mode, t)
-            switches = self._plant.switches(end.q, end.dq, mode.after(end), t)
-            side = mode.sides[index]
-            return switches.values[index] * side, switches.rate(index, end.dq, end.last) * side
-
-        return _root(decides, 0.0, high)
-
-    def _beyond(
-        self, index: int, q: float, dq: float, mode: Mode, whole: float
-    ) -> tuple[float, Mode]:
-        """Velocity and mode of an axis in a place where a side changes."""
-        plant = self._plant
-        mode = mode.beside(index, -mode.sides[index])
-        mode = plant.beyond(q, dq, mode, index + 1)
+    def _passed(self, index: int, at: Motion, whole: float) -> Motion:
+        """The motion of an axis in a place where a side changes."""
+        at = self._beyond(at.beside(index, -at.sides[index]), index + 1)
         # An axis is held in a place that it passes where its acceleration points to it on both
         # sides, so that it would come back, and pass again, ever sooner. If friction would hold it
         # on each side too, it comes to rest by itself; and nothing rests in a place that moves.
-        if not plant.switches(q, dq, mode).moved(index):
-            forward, backward = plant.leaving(q, mode.beside(index, 0.0))
-            if 2 * abs(dq) < _CAUGHT * whole * min(backward, -forward) and any(
-                abs(plant.at_rest(q, mode.beside(index, side)).direction) >= 1
-                for side in (1.0, -1.0)
+        if not self._places(at).by_time[index]:
+            forward, backward = self._leaving(at.beside(index, 0.0))
+            if 2 * abs(at.dq) < _CAUGHT * whole * min(backward, -forward) and any(
+                abs(self._at_rest(at.beside(index, side)).direction) >= 1 for side in (1.0, -1.0)
             ):
-                dq, mode = 0.0, mode.beside(index, 0.0)
-        return dq, plant.chosen_at_rest(q, mode) if dq == 0 else mode
+                at = at.beside(index, 0.0)._replace(dq=0.0)
+        return self._chosen_at_rest(at) if at.dq == 0 else at
 
-    def _breakaway(self, q: float, mode: Mode, left: float) -> float:
+    def _breakaway(self, at: Motion, left: float) -> float:
         """Time at which a stuck axis leaves rest, at most `left`."""
-        plant = self._plant
-        if not plant.drifts or plant.sticks_after(q, mode, left):
+        if not self._drifts or self._sticks_after(at, left):
             return left
         low, high = 0.0, left
         for _ in range(_MOST_REFINEMENTS):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if plant.sticks_after(q, mode, middle) else (low, middle)
+            low, high = (middle, high) if self._sticks_after(at, middle) else (low, middle)
         return high
 
+    def _sticks_after(self, at: Motion, span: float) -> bool:
+        """Whether an axis at rest sticks `span` seconds later."""
+        held = self._held.copy()
+        self._pass_time(span)
+        sticks = self._at_rest(at).sticks
+        self._held[:] = held
+        return sticks
 
-def _root(at: Callable[[float], tuple[float, float]], low: float, high: float) -> float:
-    """Time at which what is positive before is not any more: by Newton's method, or halves."""
-    t = 0.5 * (low + high)
-    for _ in range(_MOST_REFINEMENTS):
-        value, rate = at(t)
-        if value == 0:
-            break
-        low, high = (t, high) if value > 0 else (low, t)
-        following = t - value / rate if rate else low
-        following = following if low < following < high else 0.5 * (low + high)
-        if following == t:
-            break
-        t = following
-    return t
+    def _hold(self, first: tuple[float, ...], recorded: Array) -> None:
+        """Hold a force or what a continuous law follows, and recorded signals from there on."""
+        until = len(self._held) - self._recorded
+        self._held[:until] = first
+        self._held[until:] = recorded
+
+    def _pass_time(self, span: float) -> None:
+        """What is held, `span` seconds later."""
+        if self._continuous:
+            self._held[0] += self._held[1] * span
+        if self._lagged and self._response is not None:
+            self._held[0] = self._response(self._held[0], self._held[1], span)[0]
+        if self._recorded:
+            lines = self._held[-self._recorded :]
+            lines[::2] += lines[1::2] * span
+
+    def _move(self, at: Motion, span: float) -> StepResult:
+        """Take one step in a mode."""
+        if self._moving and at.sticks:
+            return StepResult(at, 0.0, 0.0)
+        return _moved(at, *self._call("plant_step", at, step=span))
+
+    def _rate(self, at: Motion) -> float:
+        """How fast the motion may change in a mode, 1/s."""
+        return float(self._call("plant_rate", at)[0][0])
+
+    def _places(self, at: Motion, after: float = 0.0) -> Places:
+        """What decides the sides, with recorded signals as they are `after` seconds later."""
+        if not self._sides:
+            return Places((), (), (), ())
+        found = self._call("switching", at, step=after)
+        values, by_position, by_velocity, *by_time = (tuple(out.tolist()) for out in found)
+        return Places(values, by_position, by_velocity, (*by_time, (0.0,) * self._sides)[0])
+
+    def _shifted(self, at: Motion, recorded: Array) -> Motion:
+        """The sides at a sample from which recorded signals go on otherwise than before it."""
+        before = self._places(at)
+        self._held[-self._recorded :] = recorded
+        for i in range(self._sides):
+            now = self._places(at)
+            value, rate = now.values[i], now.by_time[i]
+            if value != before.values[i] or rate:
+                at = at.beside(i, float(np.sign(value)) or at.sides[i] or np.sign(rate))
+        return at
+
+    def _leaving(self, at: Motion) -> tuple[float, float]:
+        """Accelerations with which an axis at rest would leave, forward and backward."""
+        forward, backward = (
+            float(self._call("held_acceleration", self._ahead(at, direction))[0][0])
+            for direction in (1.0, -1.0)
+        )
+        return forward, backward
+
+    def _at_rest(self, at: Motion) -> Motion:
+        """With the direction at zero velocity; strictly between -1 and 1 if the axis sticks."""
+        forward, backward = self._leaving(at)
+        if forward > 0:
+            return at._replace(direction=1.0)
+        if backward < 0:
+            return at._replace(direction=-1.0)
+        # Not a number if the force is not one.
+        share = 0.0 if backward == forward else (backward + forward) / (backward - forward)
+        return at._replace(direction=STUCK if share >= 1 else -STUCK if share <= -1 else share)
+
+    def _chosen_at_rest(self, at: Motion) -> Motion:
+        """The mode of an axis at rest that may leave."""
+        at = self._at_rest(at)
+        return self._slipping(at if at.sticks else self._ahead(at, at.direction))
+
+    def _slipping(self, at: Motion) -> Motion:
+        """The sides of limits of states: one at its limit slips if the motion goes outwards."""
+        if self._limits:
+            found = self._places(at._replace(dq=0.0))
+            for i in self._limits:
+                outwards = found.by_position[i] * at.direction < 0
+                at = at.beside(i, -1.0 if found.values[i] <= 0 and outwards else 1.0)
+        return at
+
+    def _ahead(self, at: Motion, direction: float) -> Motion:
+        """An axis that leaves rest in a direction: where it rested in a place, the side ahead."""
+        at = at._replace(dq=0.0, direction=direction)
+        if all(at.sides):
+            return at
+        slopes = self._places(at).by_position
+        sides = tuple(
+            side or (-1.0 if slope * direction < 0 else 1.0)
+            for side, slope in zip(at.sides, slopes, strict=True)
+        )
+        return at._replace(sides=sides)
+
+    def _beyond(self, at: Motion, first: int) -> Motion:
+        """The sides at a state, from one on; one may depend on those before it."""
+        for i in range(first, self._sides - len(self._limits)):
+            found = self._places(at)
+            # One that begins in a place leaves it as it moves.
+            side = found.values[i] or at.sides[i] or found.by_position[i] * at.dq
+            at = at.beside(i, float(np.sign(side)))
+        return at
+
+    def _call(self, name: str, at: Motion, **others: Any) -> list[Array]:
+        motion = {self._q: at.q, self._dq: at.dq, "held": self._held, "direction": at.direction}
+        return self._functions[name]({**motion, "sides": at.sides, "states": at.states, **others})
+
+
+def _moved(
+    at: Motion, q: Array, dq: Array, first: Array, last: Array, *states: Array
+) -> StepResult:
+    """A step by the results of a function."""
+    remembered = tuple(states[0].tolist()) if states else ()
+    end = at._replace(q=float(q[0]), dq=float(dq[0]), states=remembered)
+    return StepResult(end, float(first[0]), float(last[0]))

@@ -3,9 +3,8 @@
 Figures of a data sheet are numbers, or constants whose units are checked along the gear.
 """
 
-import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any, TypeAlias
 
 import sympy
@@ -36,50 +35,33 @@ from axisid.support.errors import ModelError, quoted
 Figure: TypeAlias = float | Constant | ConstantSymbol
 
 
+#: Units that figures of a motor and its gear may have.
+KT_UNITS, KE_UNITS, RATIO_UNITS = ("N m/A", "N/A"), ("V/(rad/s)", "V/(m/s)"), ("1", "rad/m")
+
+
 def figure(
-    value: Figure, what: str, unit: str = "", *, positive: bool = True, finite: bool = True
+    value: Figure,
+    what: str,
+    *units: str,
+    positive: bool = True,
+    finite: bool = True,
+    signed: bool = False,
 ) -> float:
-    """The number of a figure.
+    """The number of a figure; a gear ratio is negative for a motor that turns the other way.
 
     Raises
     ------
     ModelError
         It is none, or negative, or 0 where that is no figure, or a constant in another unit.
     """
-    if unit:
-        _check_dimension(value, what, unit)
+    own = own_unit(value)
+    if own is not None and units and not any(own.same_dimension(parse_unit(u)) for u in units):
+        raise ModelError(f"{what} is in {own}; give it in {' or '.join(units)}.", code="drive")
     found = number(_number(value), what, finite=finite)
-    if found < 0 or (positive and not found):
+    if (found < 0 and not signed) or (positive and not found):
         said = "a positive number" if positive else "0 or more"
         raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="drive")
     return found
-
-
-def gear_ratio(value: Figure) -> float:
-    """The number of a gear ratio, negative for a motor that turns the other way.
-
-    Raises
-    ------
-    ModelError
-        It is none, or 0.
-    """
-    found = number(_number(value), "the gear ratio")
-    return math.copysign(figure(abs(found), "the gear ratio"), found)
-
-
-def _check_dimension(value: Figure | None, what: str, *units: str) -> None:
-    """Refuse a constant in another unit than those.
-
-    Raises
-    ------
-    ModelError
-        It is in another.
-    """
-    own = own_unit(value)
-    if own is None:
-        return
-    if not any(own.same_dimension(parse_unit(unit)) for unit in units):
-        raise ModelError(f"{what} is in {own}; give it in {' or '.join(units)}.", code="drive")
 
 
 def check_others(made_by: str, others: Mapping[str, Any]) -> None:
@@ -99,68 +81,34 @@ def check_others(made_by: str, others: Mapping[str, Any]) -> None:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GearedUnits:
-    """Whether figures of a motor and its gear fit an axis.
+def check_gear(coordinate: Coordinate, kt: Figure, ke: Figure | None, ratio: Figure) -> None:
+    """Refuse figures of a motor that count the gear twice, or not at all; plain numbers fit.
 
-    Attributes
-    ----------
-    kt, ke : Unit or None
-        Of the constants; None for plain numbers, which fit any axis.
-    ratio : Unit or None
-        Of the gear ratio; None for a plain number.
-    is_geared : bool
-        Whether there is a ratio other than 1.
+    Raises
+    ------
+    ModelError
+        The figures are the coordinate's already and there is a ratio, or they are not and
+        there is none.
     """
-
-    kt: Unit | None = None
-    ke: Unit | None = None
-    ratio: Unit | None = None
-    is_geared: bool = False
-
-    @classmethod
-    def of(cls, kt: Figure, ke: Figure | None, ratio: Figure) -> "GearedUnits":
-        """Of the figures themselves.
-
-        Raises
-        ------
-        ModelError
-            One is in a unit that none of them has.
-        """
-        _check_dimension(kt, "kt", "N m/A", "N/A")
-        _check_dimension(ke, "ke", "V/(rad/s)", "V/(m/s)")
-        _check_dimension(ratio, "the gear ratio", "1", "rad/m")
-        return cls(
-            kt=own_unit(kt), ke=own_unit(ke), ratio=own_unit(ratio), is_geared=_number(ratio) != 1
-        )
-
-    def check_on(self, coordinate: Coordinate) -> None:
-        """Refuse what counts the gear twice, or not at all.
-
-        Raises
-        ------
-        ModelError
-            The figures are the coordinate's already and there is a ratio, or they are not and
-            there is none.
-        """
-        kt, ratio = coordinate.force_unit / parse_unit("A"), f"rad/{coordinate.unit}"
-        ke = parse_unit("V") / coordinate.velocity_unit
-        wrong = self.ratio is not None and not self.ratio.same_dimension(parse_unit(ratio))
-        for name, unit, own in (("kt", self.kt, kt), ("ke", self.ke, ke)):
-            if unit is None:
-                continue
-            is_own = unit.same_dimension(own)
-            twice = is_own and self.is_geared and coordinate.unit == "m"
-            if wrong or twice or not (is_own or self.is_geared):
-                geared = (
-                    f"a gear ratio in {self.ratio or 'no unit'}" if self.is_geared else "no gear"
-                )
-                raise ModelError(
-                    f"{name} is in {unit}, with {geared} on a coordinate in {coordinate.unit}; "
-                    f"give the motor's own {name} and ratio=..., the motor's angle over the "
-                    f"coordinate, in {ratio}, or {name} in {own} without a ratio.",
-                    code="drive",
-                )
+    is_geared, of_ratio, wanted = _number(ratio) != 1, own_unit(ratio), f"rad/{coordinate.unit}"
+    wrong = of_ratio is not None and not of_ratio.same_dimension(parse_unit(wanted))
+    for name, figure_, own in (
+        ("kt", kt, coordinate.force_unit / parse_unit("A")),
+        ("ke", ke, parse_unit("V") / coordinate.velocity_unit),
+    ):
+        unit = own_unit(figure_)
+        if unit is None:
+            continue
+        is_own = unit.same_dimension(own)
+        twice = is_own and is_geared and coordinate.unit == "m"
+        if wrong or twice or not (is_own or is_geared):
+            geared = f"a gear ratio in {of_ratio or 'no unit'}" if is_geared else "no gear"
+            raise ModelError(
+                f"{name} is in {unit}, with {geared} on a coordinate in {coordinate.unit}; "
+                f"give the motor's own {name} and ratio=..., the motor's angle over the "
+                f"coordinate, in {wanted}, or {name} in {own} without a ratio.",
+                code="drive",
+            )
 
 
 def own_unit(value: Figure | None) -> Unit | None:
@@ -220,8 +168,8 @@ class MotorDrive(Drive):
         force; where the load drives the motor, its force over `efficiency`.
     unknown_back_emf : bool
         Whether the motor has a back-EMF that is not declared here.
-    geared : GearedUnits
-        Units of the figures that it was made of.
+    figures : tuple of Figure
+        kt, ke and the gear ratio that it was made of, whose units are those of an axis.
 
     Notes
     -----
@@ -235,7 +183,7 @@ class MotorDrive(Drive):
     reach: sympy.Expr = sympy.oo
     efficiency: float = 1.0
     unknown_back_emf: bool = False
-    geared: GearedUnits = field(default_factory=GearedUnits)
+    figures: tuple[Figure, Figure | None, Figure] = (1.0, None, 1.0)
 
     def __post_init__(self) -> None:
         settle(
@@ -329,7 +277,7 @@ class MotorDrive(Drive):
 
     def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
         """Refuse figures that do not fit the axis, and a reach that is no force."""
-        self.geared.check_on(coordinate)
+        check_gear(coordinate, *self.figures)
         if self.reach != sympy.oo:
             units = unit_table(coordinate, signals)
             units[VELOCITY] = units[coordinate.velocity]

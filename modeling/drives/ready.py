@@ -23,13 +23,14 @@ from axisid.modeling.quantities import (
 from axisid.support.errors import ModelError
 
 from .motor import (
+    KE_UNITS,
+    KT_UNITS,
+    RATIO_UNITS,
     Figure,
-    GearedUnits,
     MotorDrive,
     check_formula,
     check_others,
     figure,
-    gear_ratio,
     own_unit,
 )
 
@@ -209,17 +210,19 @@ def voltage_drive(
             "current_drive(...).",
             code="drive",
         )
-    geared = GearedUnits.of(kt, ke, ratio)
-    n, ohms = gear_ratio(ratio), figure(resistance, "the resistance", "V/A")
-    scale = figure(volts, "volts")
+    motor, n = (
+        figure(kt, "kt", *KT_UNITS),
+        figure(ratio, "the gear ratio", *RATIO_UNITS, signed=True),
+    )
+    ohms, scale = figure(resistance, "the resistance", "V/A"), figure(volts, "volts")
     return MotorDrive(
-        gain=figure(kt, "kt") * n * scale / ohms,
+        gain=motor * n * scale / ohms,
         unit=unit,
-        back_emf=0.0 if ke is None else figure(ke, "ke") * n / scale,
+        back_emf=0.0 if ke is None else figure(ke, "ke", *KE_UNITS) * n / scale,
         efficiency=efficiency,
         unknown_back_emf=ke is None,
         lag=figure(inductance, "the inductance", "V s/A", positive=False) / ohms,
-        geared=geared,
+        figures=(kt, ke, ratio),
         **others,
     )
 
@@ -277,9 +280,8 @@ def current_drive(
             "Drive(gain=..., unit=...) with the force for a control of 1.",
             code="drive",
         )
-    geared = GearedUnits.of(kt, ke, ratio)
-    n = gear_ratio(ratio)
-    gain = figure(kt, "kt") * n
+    n = figure(ratio, "the gear ratio", *RATIO_UNITS, signed=True)
+    gain = figure(kt, "kt", *KT_UNITS) * n
     volts = figure(supply, "the supply", "V", finite=False)
     has_supply, has_reach = math.isfinite(volts), reach is not None
     of_supply = (has_supply, resistance is not None)
@@ -293,10 +295,10 @@ def current_drive(
     most = sympy.oo if reach is None else expression(reach, "the drive's reach")
     if resistance is not None:
         ohms = figure(resistance, "the resistance", "V/A")
-        emf = n * figure(kt if ke is None else ke, "kt" if ke is None else "ke")
+        emf = gain if ke is None else n * figure(ke, "ke", *KE_UNITS)
         most = sympy.Float(abs(gain) / ohms * volts) - sympy.Float(gain / ohms * emf) * VELOCITY
     return MotorDrive(
-        gain=gain, unit=unit, reach=most, efficiency=efficiency, geared=geared, **others
+        gain=gain, unit=unit, reach=most, efficiency=efficiency, figures=(kt, ke, ratio), **others
     )
 
 

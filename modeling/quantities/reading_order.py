@@ -56,12 +56,12 @@ class Readable:
 
         A positive term comes first if there is one, also among its like.
         """
-        terms = sorted(total.as_ordered_terms(), key=self._rank)
+        terms = sorted(
+            total.as_ordered_terms(),
+            key=lambda term: (self._kind(term), term.could_extract_minus_sign()),
+        )
         first = next((t for t in terms if not t.could_extract_minus_sign()), terms[0])
         return [first, *(t for t in terms if t is not first)]
-
-    def _rank(self, term: sympy.Expr) -> tuple[int, bool]:
-        return self._kind(term), term.could_extract_minus_sign()
 
     def _kind(self, term: sympy.Expr) -> int:
         smooth = term

@@ -63,10 +63,6 @@ class StatePart:
     unit: str
     least: Literal["positive", "0 or more", ""] = ""
 
-    def with_replaced(self, new: Mapping[sympy.Symbol, sympy.Expr]) -> "StatePart":
-        """The same with others in place of symbols."""
-        return replace(self, value=self.value.xreplace(dict(new)))
-
     def allows(self, value: float) -> bool:
         """Whether it may be a number."""
         return not self.least or value > 0 or (value == 0 and self.least == "0 or more")
@@ -154,7 +150,7 @@ class State(Symbolic):
             limit=limit[0] if limit else None,
             start=start,
             description=self.description,
-            parts=tuple(part.with_replaced(new) for part in self.parts),
+            parts=tuple(replace(p, value=p.value.xreplace(dict(new))) for p in self.parts),
         )
 
     @property

@@ -37,7 +37,7 @@ from .grammar import (
 _LARGEST_POWER = 20
 _DEEPEST_CALLS = 6
 _EXACT = 10**9
-_SMALLEST = math.ulp(0.0)
+_SMALLEST, _LARGEST_FLOAT = math.ulp(0.0), sys.float_info.max
 _SHOWN = 60  # characters of a name or piece
 
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
@@ -113,7 +113,8 @@ class ExpressionReader:
                 raise TextError("it is too large; write it shorter.", self._text, 0)
             if node.is_Mul and joined_exponential(node) is not None:
                 in_exponents.add(node.args[0])
-            if node.is_Number and node not in in_exponents and not _is_held(node):
+            is_held = not node.is_Number or node == 0 or _SMALLEST <= abs(node) <= _LARGEST_FLOAT
+            if node not in in_exponents and not is_held:
                 raise TextError(
                     "a number in it is too large or too small for a float.", self._text, 0
                 )
@@ -308,10 +309,6 @@ class ExpressionReader:
 
 def _shortened(name: str) -> str:
     return name if len(name) < _SHOWN else f"{name[:_SHOWN]}..."
-
-
-def _is_held(number: sympy.Expr) -> bool:
-    return bool(number == 0 or _SMALLEST <= abs(number) <= sys.float_info.max)
 
 
 # Of any text a number that runs into a name, such as ``2x``; and what no expression has.

@@ -1,6 +1,8 @@
 """What a declaration refuses, and laws as sums of products of gains."""
 
 import math
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -41,26 +43,21 @@ def declare(name: str = "test", **changes: Any) -> object:
     return newton(name, **{**declaration, **changes})
 
 
-@pytest.mark.parametrize(
-    ("name", "says"),
-    [
-        ("double", "keyword of C"),
-        ("lambda", "keyword of Python"),
-        ("null", "reserved"),
-        ("parameters", "reserved"),
-        ("sin", "mathematical function"),
-        ("theta1", "which the program uses"),
-        ("pi", "the number pi in every expression"),
-        ("G", "gravity in every expression"),
-        ("_M", ""),
-        ("M" * 32, ""),
-        ("x); import os #", ""),
-        ("", ""),
-    ],
-)
-def test_names_that_mean_something_or_text_cannot_carry_are_refused(name: str, says: str) -> None:
-    with refuses("axis", says):
-        Parameter(name, "kg")
+#: Names that mean something, or that text cannot carry, and what is said of them.
+NAMES = [
+    ("double", "keyword of C"),
+    ("lambda", "keyword of Python"),
+    ("null", "reserved"),
+    ("parameters", "reserved"),
+    ("sin", "mathematical function"),
+    ("theta1", "which the program uses"),
+    ("pi", "the number pi in every expression"),
+    ("G", "gravity in every expression"),
+    ("_M", ""),
+    ("M" * 32, ""),
+    ("x); import os #", ""),
+    ("", ""),
+]
 
 
 def test_a_gain_may_be_g_but_not_pi() -> None:
@@ -78,79 +75,90 @@ def test_what_is_not_real_is_refused(factor: sympy.Expr) -> None:
         derive(declare(resistance=(Fv * factor * q.velocity,)))  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(
-    ("changes", "code"),
-    [
-        ({"resistance": (sympy.Symbol("b") * q.velocity,)}, "axis"),
-        ({"parameters": (M, Fv, Parameter("k", "N/m"))}, "axis"),
-        ({"parameters": ()}, "axis"),
-        (
-            {"parameters": (M, Parameter("m", "N")), "resistance": (Parameter("m", "N").symbol,)},
-            "axis",
-        ),
-        (
-            {
-                "control": ControlLaw(
-                    name="p",
-                    period=1e-3,
-                    output=sympy.Symbol("M", real=True),
-                    gains={"M": 1.0},
-                )
-            },
-            "axis",
-        ),
-        ({"inertia": M * q}, "equation"),
-        ({"inertia": "M"}, "formula"),
-        ({"drive": 18.0}, "axis"),
-        ({"coordinate": q, "parameters": ("M",)}, "axis"),
-        ({"resistance": (Fv * sympy.zoo,)}, "equation"),
-        ({"title": "two\nlines"}, "axis"),
-        ({"columns": {"speed": "v"}}, "axis"),
-        ({"experiment": Experiment(moves=(Move(1, 1, 1),), truth={"m": 1.0})}, "twin"),
-        (
-            {"experiment": Experiment(moves=(Move(1, 1, 1),), truth={"M": math.nan})},
-            "axis",
-        ),
-    ],
-)
-def test_contradictory_declarations_are_refused(changes: dict[str, Any], code: str) -> None:
-    with refuses(code):
-        declare(**changes)
+#: Contradictory declarations, and the code of what is said of each.
+CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
+    ({"resistance": (sympy.Symbol("b") * q.velocity,)}, "axis"),
+    ({"parameters": (M, Fv, Parameter("k", "N/m"))}, "axis"),
+    ({"parameters": ()}, "axis"),
+    (
+        {"parameters": (M, Parameter("m", "N")), "resistance": (Parameter("m", "N").symbol,)},
+        "axis",
+    ),
+    (
+        {
+            "control": ControlLaw(
+                name="p",
+                period=1e-3,
+                output=sympy.Symbol("M", real=True),
+                gains={"M": 1.0},
+            )
+        },
+        "axis",
+    ),
+    ({"inertia": M * q}, "equation"),
+    ({"inertia": "M"}, "formula"),
+    ({"drive": 18.0}, "axis"),
+    ({"coordinate": q, "parameters": ("M",)}, "axis"),
+    ({"resistance": (Fv * sympy.zoo,)}, "equation"),
+    ({"title": "two\nlines"}, "axis"),
+    ({"columns": {"speed": "v"}}, "axis"),
+    ({"experiment": Experiment(moves=(Move(1, 1, 1),), truth={"m": 1.0})}, "twin"),
+    (
+        {"experiment": Experiment(moves=(Move(1, 1, 1),), truth={"M": math.nan})},
+        "axis",
+    ),
+]
 
 
 @pytest.mark.parametrize(
-    "make",
+    ("code", "says", "make"),
     [
-        lambda: Parameter("M", "kg", nominal=math.inf),
-        lambda: Parameter("M", "kg", nominal=-1.0, lower=0.0),
-        lambda: Parameter("M", "furlong"),
-        lambda: Coordinate("q", unit="mm"),
-        lambda: Coordinate("do"),
-        lambda: Drive(gain=0.0),
-        lambda: Drive(gain=1.0, limit=-1.0),
-        lambda: Drive(gain=1.0, unit="bananas"),
-        lambda: Move(math.nan, 1.0, 1.0),
-        lambda: Move(1.0, 1.0, 1.0, dwell=-0.1),
-        lambda: Move(1.0, 0.0, 1.0),
-        lambda: Experiment(moves=()),
-        lambda: Experiment(moves=(Move(1, 1, 1),), seed=-1),
-        lambda: Move(0.1, 1e-12, 1.0),
-        lambda: Coordinate("row"),
-        lambda: Coordinate("known"),
-        lambda: Experiment(moves=(Move(1, 1, 1),), position_noise=-1.0),
-        lambda: ControlLaw(name="p", period=0.0, output=REFERENCE),
-        lambda: ControlLaw(name="p", period=1.0, output=sympy.Symbol("kp", real=True)),
-        lambda: ControlLaw(name="p", period=1.0, output=REFERENCE, gains={"kp": math.nan}),
-        lambda: ControlLaw(
-            name="p",
-            period=1.0,
-            output=REFERENCE,
-            memory=(Memory("z", REFERENCE, sympy.Symbol("w", real=True)),),
+        *(("axis", says, partial(Parameter, name, "kg")) for name, says in NAMES),
+        *((code, "", partial(declare, **changes)) for changes, code in CONTRADICTIONS),
+        ("axis", "", lambda: Parameter("M", "kg", nominal=math.inf)),
+        ("axis", "", lambda: Parameter("M", "kg", nominal=-1.0, lower=0.0)),
+        ("units", "", lambda: Parameter("M", "furlong")),
+        ("units", "", lambda: Coordinate("q", unit="mm")),
+        ("axis", "", lambda: Coordinate("do")),
+        ("model", "", lambda: Drive(gain=0.0)),
+        ("model", "", lambda: Drive(gain=1.0, limit=-1.0)),
+        ("units", "", lambda: Drive(gain=1.0, unit="bananas")),
+        ("axis", "", lambda: Move(math.nan, 1.0, 1.0)),
+        ("twin", "", lambda: Move(1.0, 1.0, 1.0, dwell=-0.1)),
+        ("model", "", lambda: Move(1.0, 0.0, 1.0)),
+        ("model", "", lambda: Experiment(moves=())),
+        ("model", "", lambda: Experiment(moves=(Move(1, 1, 1),), seed=-1)),
+        ("model", "", lambda: Move(0.1, 1e-12, 1.0)),
+        ("axis", "", lambda: Coordinate("row")),
+        ("axis", "", lambda: Coordinate("known")),
+        ("model", "", lambda: Experiment(moves=(Move(1, 1, 1),), position_noise=-1.0)),
+        ("model", "", lambda: ControlLaw(name="p", period=0.0, output=REFERENCE)),
+        (
+            "model",
+            "",
+            lambda: ControlLaw(name="p", period=1.0, output=sympy.Symbol("kp", real=True)),
+        ),
+        (
+            "axis",
+            "",
+            lambda: ControlLaw(name="p", period=1.0, output=REFERENCE, gains={"kp": math.nan}),
+        ),
+        (
+            "model",
+            "",
+            lambda: ControlLaw(
+                name="p",
+                period=1.0,
+                output=REFERENCE,
+                memory=(Memory("z", REFERENCE, sympy.Symbol("w", real=True)),),
+            ),
         ),
     ],
 )
-def test_impossible_parts_are_refused(make: Any) -> None:
-    with pytest.raises(ModelError):
+def test_names_parts_and_declarations_that_cannot_be_are_refused(
+    code: str, says: str, make: Callable[[], object]
+) -> None:
+    with refuses(code, says):
         make()
 
 

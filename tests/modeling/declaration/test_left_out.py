@@ -1,5 +1,7 @@
 """Parameters that are left out: which value stands for each, and what is refused."""
 
+from typing import Any
+
 import pytest
 import sympy
 
@@ -77,12 +79,17 @@ def test_the_twin_keeps_what_is_left_of_its_truth() -> None:
     assert set(plain.experiment.truth) == set(axis.experiment.truth) - {"tau0"}
 
 
-def test_what_cannot_be_left_out_is_refused() -> None:
-    with refuses("parameters", says="'z' to leave out; axis 'stage' has m, b"):
-        leave_out(stage(), "z")
-    with refuses("parameters", says="m, b, c, s"):
-        leave_out(stage(), "m", "b", "c", "s")
-    with refuses("axis"):
-        leave_out(stage(), "m")
-    with refuses("axis", says="stands for 's' is 'much'"):
-        leave_out(stage(), s="much")  # type: ignore[arg-type]
+@pytest.mark.parametrize(
+    ("code", "says", "names", "values"),
+    [
+        ("parameters", "'z' to leave out; axis 'stage' has m, b", ("z",), {}),
+        ("parameters", "m, b, c, s", ("m", "b", "c", "s"), {}),
+        ("axis", "", ("m",), {}),
+        ("axis", "stands for 's' is 'much'", (), {"s": "much"}),
+    ],
+)
+def test_what_cannot_be_left_out_is_refused(
+    code: str, says: str, names: tuple[str, ...], values: dict[str, Any]
+) -> None:
+    with refuses(code, says):
+        leave_out(stage(), *names, **values)

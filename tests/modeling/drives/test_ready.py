@@ -120,37 +120,23 @@ _J = Parameter("J", "kg m^2", nominal=1.0)
 _KT, _N = Constant(0.05, "N m/A"), Constant(1257.0, "rad/m")
 
 
-@pytest.mark.parametrize(
-    ("code", "figures"),
-    [
-        ("drive", {**WINDING, "efficiency": 1.2}),
-        ("drive", {**WINDING, "efficiency": 0.0}),
-        ("drive", {**WINDING, "resistance": 0.0}),
-        ("drive", {**WINDING, "kt": -1.0}),
-        ("drive", {**WINDING, "inductance": -1e-3}),
-        ("drive", {**WINDING, "kt": Constant(1.0, "N")}),
-        ("drive", {**WINDING, "resistance": Constant(1.0, "A")}),
-        ("drive", {**WINDING, "gain": 2.0}),
-        ("drive", {**WINDING, "lag": 1e-3}),
-        ("drive", {**WINDING, "ke": 0.05, "inductance": 1e-3, "logged": "current"}),
-        ("drive", {**WINDING, "kt": Constant(10.0, "N/A")}),
-        ("drive", {**WINDING, "ke": Constant(10.0, "V/(m/s)")}),
-        ("drive", {**WINDING, "kt": _KT, "ratio": 1.0}),
-        ("drive", {**WINDING, "kt": _KT, "ratio": Constant(50.0, "1")}),
-    ],
-)
-def test_figures_that_contradict_are_refused(code: str, figures: dict[str, Any]) -> None:
-    with refuses(code):
-        linear(voltage_drive(**figures))
-
-
-@pytest.mark.parametrize(
-    "figures",
-    [{"supply": 10.0}, {"resistance": 1.0}, {"supply": 1.0, "resistance": 1.0, "reach": 2}],
-)
-def test_a_limit_of_the_supply_is_given_once_and_whole(figures: dict[str, Any]) -> None:
-    with refuses("drive"):
-        current_drive(**MOTOR, **figures)
+#: Figures of a voltage drive that contradict, and the code of what is said of them.
+CONTRADICTING: list[tuple[str, dict[str, Any]]] = [
+    ("drive", {**WINDING, "efficiency": 1.2}),
+    ("drive", {**WINDING, "efficiency": 0.0}),
+    ("drive", {**WINDING, "resistance": 0.0}),
+    ("drive", {**WINDING, "kt": -1.0}),
+    ("drive", {**WINDING, "inductance": -1e-3}),
+    ("drive", {**WINDING, "kt": Constant(1.0, "N")}),
+    ("drive", {**WINDING, "resistance": Constant(1.0, "A")}),
+    ("drive", {**WINDING, "gain": 2.0}),
+    ("drive", {**WINDING, "lag": 1e-3}),
+    ("drive", {**WINDING, "ke": 0.05, "inductance": 1e-3, "logged": "current"}),
+    ("drive", {**WINDING, "kt": Constant(10.0, "N/A")}),
+    ("drive", {**WINDING, "ke": Constant(10.0, "V/(m/s)")}),
+    ("drive", {**WINDING, "kt": _KT, "ratio": 1.0}),
+    ("drive", {**WINDING, "kt": _KT, "ratio": Constant(50.0, "1")}),
+]
 
 
 def test_figures_with_units_fit_where_the_gear_turns_one_into_the_other() -> None:
@@ -176,11 +162,6 @@ def test_the_motion_is_the_axiss_own_or_that_of_any() -> None:
         assert "2*dx" in axis.drive.force_text(x).replace("dot x", "dx")
 
 
-def test_what_no_inverse_follows_from_is_refused() -> None:
-    with refuses("drive"):
-        formula_drive(CONTROL**3)
-
-
 def test_symbols_and_units_of_the_formulas_are_checked() -> None:
     with refuses("drive", says="heat"):
         body(drive=formula_drive(sympy.Symbol("heat") * CONTROL))
@@ -203,6 +184,11 @@ def _timed(name: str = "Tc", **declared: float) -> Axis:
 @pytest.mark.parametrize(
     ("code", "make"),
     [
+        *((code, lambda own=own: linear(voltage_drive(**own))) for code, own in CONTRADICTING),
+        ("drive", lambda: current_drive(**MOTOR, supply=10.0)),
+        ("drive", lambda: current_drive(**MOTOR, resistance=1.0)),
+        ("drive", lambda: current_drive(**MOTOR, supply=1.0, resistance=1.0, reach=2)),
+        ("drive", lambda: formula_drive(CONTROL**3)),
         ("drive", lambda: lagging(delay=1e6)),
         ("drive", lambda: _timed(upper=0.6e-3)),
         ("drive", lambda: _timed(lower=1e-4)),
