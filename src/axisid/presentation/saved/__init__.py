@@ -5,12 +5,17 @@ and exported like live ones; the JSON schema. Knows nothing of how statistics ar
 """
 
 from .diagnosis import written_diagnosis as written_diagnosis
-from .estimate import SavedEstimate as SavedEstimate, estimate_facts as estimate_facts
+from .estimate import (
+    SavedEstimate as SavedEstimate,
+    estimate_facts as estimate_facts,
+    written_estimate as written_estimate,
+)
 from .file import load_result as load_result
 from .fitted_axis import FittedAxis as FittedAxis, fitted_axis as fitted_axis
 from .identification import (
     SavedIdentification as SavedIdentification,
     identification_facts as identification_facts,
+    written_identification as written_identification,
 )
 from .monte_carlo import (
     SavedMonteCarlo as SavedMonteCarlo,
@@ -44,5 +49,3 @@ from .values import (
     plain as plain,
     schema_of as schema_of,
 )
-from .written_estimate import written_estimate as written_estimate
-from .written_identification import written_identification as written_identification

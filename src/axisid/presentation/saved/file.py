@@ -21,7 +21,7 @@ from axisid.support.arrays import from_json
 from axisid.support.errors import AxisidError, DataError, UsageError, quoted
 from axisid.support.files import AS_WRITTEN, GIVE_RESULT, WRITE_AGAIN, is_unchanged, read_result
 
-from .identification import SavedIdentification
+from .identification import SavedIdentification, WrittenIdentification
 from .monte_carlo import SavedMonteCarlo, WrittenMonteCarlo
 from .output_fit import (
     SavedFitValidation,
@@ -30,7 +30,6 @@ from .output_fit import (
 )
 from .record import WrittenDriveTime, WrittenResponse, written_drive
 from .values import JsonObject, WrittenKnown, schema_of
-from .written_identification import WrittenIdentification
 
 T = TypeVar("T")
 Expected = TypeVar("Expected", bound=JsonObject)

@@ -26,9 +26,9 @@ from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
 
 from .diagnosis import WrittenLawCheck, written_law
+from .estimate import left_out
 from .record import WrittenRecord, written_record
 from .values import JsonObject, WrittenKnown, WrittenResult, about, number, read_as, written_as
-from .written_estimate import left_out
 
 
 class WrittenFitted(JsonObject, frozen=True, kw_only=True):

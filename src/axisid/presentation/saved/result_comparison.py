@@ -20,11 +20,10 @@ from axisid.presentation.blocks import (
 from axisid.support.errors import or_dash
 from axisid.support.presentable import Presentable
 
+from .estimate import WrittenValue
 from .file import read_identification
-from .identification import SavedIdentification
+from .identification import SavedIdentification, WrittenIdentification, written_identification
 from .values import JsonObject, WrittenKnown, about, plain
-from .written_estimate import WrittenValue
-from .written_identification import WrittenIdentification, written_identification
 
 
 class WrittenDifference(JsonObject, frozen=True, kw_only=True):

@@ -8,11 +8,11 @@ from msgspec import json
 
 from axisid.support.arrays import schema_of_kind
 
+from .identification import WrittenIdentification
 from .monte_carlo import WrittenMonteCarlo
 from .output_fit import SavedFitValidation, WrittenOutputFit
 from .result_comparison import ResultComparison
 from .studies import WrittenComparison, WrittenLawSearch, WrittenSweep
-from .written_identification import WrittenIdentification
 
 _DOCUMENTS = (
     WrittenIdentification,

@@ -17,15 +17,15 @@ from axisid.estimation.studies import (
 from axisid.support.arrays import finite
 
 from .diagnosis import written_law
-from .record import WrittenPrefilter, WrittenRecord, written_prefilter, written_record
-from .values import JsonObject, WrittenKnown, WrittenResult, about, written_as
-from .written_estimate import WrittenEstimate, left_out, written_estimate
-from .written_identification import (
+from .estimate import WrittenEstimate, left_out, written_estimate
+from .identification import (
     WrittenIdentification,
     WrittenMethodValidation,
     WrittenValidation,
     written_identification,
 )
+from .record import WrittenPrefilter, WrittenRecord, written_prefilter, written_record
+from .values import JsonObject, WrittenKnown, WrittenResult, about, written_as
 
 
 class WrittenExplainedLaw(JsonObject, frozen=True, kw_only=True):
