@@ -1,7 +1,9 @@
 """Pages of axes, and numbers, signs and units as they are printed."""
 
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 import sympy
@@ -125,36 +127,34 @@ def test_velocity_and_acceleration_wear_dots_and_names_are_one_symbol() -> None:
 
 
 @pytest.mark.parametrize(
-    ("plain", "printed"),
+    ("write", "plain", "printed"),
     [
-        ("Ljung-Box 1.777e+04, less than 47.4", "Ljung-Box 17\u202f770, less than 47.4"),
-        ("J by +1.2e-06 kg m^2", "J by +1.2 \u00d7 10⁻⁶ kg m²"),
-        ("by -1.9e-05 N m/(rad/s)", "by \u22121.9 \u00d7 10⁻⁵ N m/(rad/s)"),
-        ("(-0.25), 6.4e-03 m/s^2", "(\u22120.25), 0.0064 m/s²"),
-        ("0.46 +- 0.04 or +-0.1", "0.46 ± 0.04 or ±0.1"),
-        ("4.27e+07 %", "4.27 \u00d7 10⁷ %"),
+        *(
+            (readable_text, plain, printed)
+            for plain, printed in (
+                ("Ljung-Box 1.777e+04, less than 47.4", "Ljung-Box 17\u202f770, less than 47.4"),
+                ("J by +1.2e-06 kg m^2", "J by +1.2 \u00d7 10⁻⁶ kg m²"),
+                ("by -1.9e-05 N m/(rad/s)", "by \u22121.9 \u00d7 10⁻⁵ N m/(rad/s)"),
+                ("(-0.25), 6.4e-03 m/s^2", "(\u22120.25), 0.0064 m/s²"),
+                ("0.46 +- 0.04 or +-0.1", "0.46 ± 0.04 or ±0.1"),
+                ("4.27e+07 %", "4.27 \u00d7 10⁷ %"),
+            )
+        ),
         # Names, options and formulas stay as they are.
         *(
-            (text, text)
+            (readable_text, text, text)
             for text in (
                 *("log-2.csv", "run_1e5", "--fix m=1.2+-0.01", "n/(n - k)"),
                 *("IDM-IV", "1.2e3x", "2-3"),
             )
         ),
+        (figure_text, 101.4, "101"),
+        (figure_text, 99.96, "100"),
+        (figure_text, 1034.0, "1034"),
+        (figure_text, 2.34e7, "2.34e+07"),
     ],
 )
-def test_numbers_in_sentences_are_printed_as_in_tables(plain: str, printed: str) -> None:
-    assert readable_text(plain) == printed
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (101.4, "101"),
-        (99.96, "100"),
-        (1034.0, "1034"),
-        (2.34e7, "2.34e+07"),
-    ],
-)
-def test_figures_have_the_digits_that_they_should(value: float, text: str) -> None:
-    assert figure_text(value) == text
+def test_numbers_are_printed_as_in_tables_with_the_digits_that_they_should_have(
+    write: Callable[[Any], str], plain: object, printed: str
+) -> None:
+    assert write(plain) == printed

@@ -42,16 +42,17 @@ SIGNALS = {
     PERIOD: "period",
     BALANCED: "balanced",
 }
-_SPECIAL = {
-    **{c: f"\\{c}" for c in "#$%&_{}"},
-    "\\": r"\textbackslash{}",
-    "^": r"\textasciicircum{}",
-    "~": r"\textasciitilde{}",
-    "<": r"\textless{}",
-    ">": r"\textgreater{}",
-    "|": r"\textbar{}",
-}
-_SPECIALS = str.maketrans(_SPECIAL)
+_SPECIALS = str.maketrans(
+    {
+        **{c: f"\\{c}" for c in "#$%&_{}"},
+        "\\": r"\textbackslash{}",
+        "^": r"\textasciicircum{}",
+        "~": r"\textasciitilde{}",
+        "<": r"\textless{}",
+        ">": r"\textgreater{}",
+        "|": r"\textbar{}",
+    }
+)
 _INDEXED = re.compile(r"([A-Z])([a-z]{1,2})")  # friction Fv is F with the index v
 _MOST_TERMS = 4  # of a line
 _LONGEST = 280  # characters of a line, unless one term has more

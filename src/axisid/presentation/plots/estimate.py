@@ -19,7 +19,6 @@ from axisid.support.errors import Missing
 from .plot import TITLES, Panel, Plot, Series, broken, labelled, line, paired, squared
 
 _GAP = 1.5  # rows
-_NAME = "friction"
 _WIDE = 2.0  # standard deviations of the mean
 
 
@@ -213,8 +212,8 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
         else ""
     )
     return Plot(
-        name=_NAME,
-        title=TITLES[_NAME],
+        name="friction",
+        title=TITLES["friction"],
         caption=f"The recorded force less the model's parts without velocity, by "
         f"{estimate.method.upper()}: its rows, their mean and standard deviation by bins of "
         "velocity, and the fitted law. Bins that leave the law together show friction that the "
@@ -255,7 +254,8 @@ def repeats_plot(
 
     A file has it of the judged estimate, and no unit of what is on the left of the regression.
     """
-    found, unit, left = result.diagnosis.lack_of_fit, "", estimate.form.left
+    found, unit = result.diagnosis.lack_of_fit, ""
+    left = "acceleration" if estimate.is_direct else "force"
     if isinstance(result, Identification) and isinstance(estimate, Estimate):
         unit = left_unit(estimate)
         found = found if estimate is result.preferred else lack_of_fit(estimate, result.data)

@@ -260,9 +260,8 @@ def _span(curves: Sequence[Series]) -> tuple[float, float] | None:
 
 def _bounds(curves: Sequence[Series]) -> tuple[float, float]:
     """The least and the largest of what bands reach."""
-    lows = [curve.low for curve in curves if curve.low is not None]
-    highs = [curve.high for curve in curves if curve.high is not None]
-    return float(np.nanmin(np.concatenate(lows))), float(np.nanmax(np.concatenate(highs)))
+    ends = [end for curve in curves for end in (curve.low, curve.high) if end is not None]
+    return float(np.nanmin(np.concatenate(ends))), float(np.nanmax(np.concatenate(ends)))
 
 
 def _swept(sweep: Sweep, *, cut: bool) -> str:

@@ -41,31 +41,22 @@ def script_json(value: Any) -> str:
 
 def figures_data(plots: Iterable[Plot]) -> dict[str, Any]:
     """What the page's script draws: ``arrays`` in base64, and ``plots`` that refer to them."""
-    pool = _Pool()
-    listed = []
-    for plot in plots:
-        panels = (replace(p, series=tuple(map(_thinned_series, p.series))) for p in plot.panels)
-        listed.append(msgspec.to_builtins(replace(plot, panels=tuple(panels)), enc_hook=pool.put))
-    return {
-        "arrays": list(pool.numbers),
-        "plots": [{**plot, "shade": SHADED} for plot in listed],
-    }
+    numbers: dict[str, int] = {}  # of arrays, by content
 
-
-class _Pool:
-    """Arrays by content; insertion order is their number."""
-
-    def __init__(self) -> None:
-        self.numbers: dict[str, int] = {}
-
-    def put(self, values: Any) -> Any:
+    def put(values: Any) -> Any:
         if not np.ndim(values):
             return float(values)
         step = float(values[-1] - values[0]) / max(len(values) - 1, 1)
         if len(values) > 2 and step and np.allclose(np.diff(values), step, _EVEN, 0.0):
             return {"start": float(values[0]), "step": step, "count": len(values)}
         content = base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")
-        return self.numbers.setdefault(content, len(self.numbers))
+        return numbers.setdefault(content, len(numbers))
+
+    listed = []
+    for plot in plots:
+        panels = (replace(p, series=tuple(map(_thinned_series, p.series))) for p in plot.panels)
+        listed.append(msgspec.to_builtins(replace(plot, panels=tuple(panels)), enc_hook=put))
+    return {"arrays": list(numbers), "plots": [{**plot, "shade": SHADED} for plot in listed]}
 
 
 def _thinned_series(series: Series) -> Series:

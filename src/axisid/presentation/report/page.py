@@ -40,7 +40,7 @@ from axisid.presentation.plots import (
     output_plot,
     plots_by_record,
 )
-from axisid.presentation.saved import identification_facts, study_facts
+from axisid.presentation.saved import identification_facts, written_study
 from axisid.presentation.text import (
     checks_table,
     details_document,
@@ -77,7 +77,7 @@ def monte_carlo_page(result: MonteCarlo, *, command: str = "", made: datetime | 
         When it was made; not told where it is not given, so that the same result gives the same
         page.
     """
-    plan, study = result.plan, study_facts(result)
+    plan, study = result.plan, written_study(result)
     facts, axis, twin = heading_facts(study), plan.axis.axis, plan.twin.axis
     other = f"<h3>Identified</h3>{_model_html(axis)}<h3>Simulated</h3>{_model_html(twin)}"
     return _page(

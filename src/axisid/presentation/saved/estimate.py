@@ -198,11 +198,8 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
     ]
 
 
-T = TypeVar("T")
-
+_Number = TypeVar("_Number", bound=WrittenValue)
 _NAMED = frozenset({"iid", "robust", "hac"})  # covariances that have members of their own
-_NAMED_DIRECT = frozenset({"iid", "hac"})  # the same of the direct model's parameters
-_NAMED_PHYSICAL = frozenset({"hac"})  # and of those that follow from known values
 
 
 def written_estimate(
@@ -215,15 +212,12 @@ def written_estimate(
     return written_as(
         WrittenEstimate,
         estimate,
-        parameters={name: written_value(v) for name, v in estimate.parameters.items()},
+        parameters={n: _written(WrittenValue, v) for n, v in estimate.parameters.items()},
         theta_ddm={
-            q.name: written_as(
-                WrittenDirectValue,
-                estimate.ddm_parameters[q.name],
-                deviations=_others(estimate.ddm_parameters[q.name].deviations) or UNSET,
-                expression=q.expression,
+            q.name: _written(WrittenDirectValue, value, expression=q.expression)
+            for q, value in zip(
+                estimate.ddm_quantities, estimate.ddm_parameters.values(), strict=True
             )
-            for q in estimate.ddm_quantities
         }
         or None,
         covariance=matrix(estimate.covariances["iid"]),
@@ -232,7 +226,7 @@ def written_estimate(
         covariances=_further(estimate.covariances, estimate.chosen, _NAMED),
         theta_ddm_covariance=matrix(estimate.ddm_covariances["iid"]) if direct else None,
         theta_ddm_covariance_hac=matrix(estimate.ddm_covariances["hac"]) if direct else None,
-        theta_ddm_covariances=_further(estimate.ddm_covariances, estimate.chosen, _NAMED_DIRECT),
+        theta_ddm_covariances=_further(estimate.ddm_covariances, estimate.chosen, {"iid", "hac"}),
         chains=tuple(each.likeliest for each in estimate.inference.chains) or UNSET,
         chosen_covariance=estimate.chosen,
         rows=len(estimate.y),
@@ -261,22 +255,14 @@ def _slopes(quantities: Iterable[Quantity], slopes: Array | None) -> dict[str, f
     return None if slopes is None else _named(quantities, slopes)
 
 
-def drawn_parameters(estimate: Estimate, draws: int) -> dict[str, Drawn]:
-    """Every parameter over draws; None where no draw gave an axis."""
-    return {
-        name: written_as(Drawn, estimate.propagate(name, draws=draws))
-        for name in estimate.parameters
-    }
-
-
 def written_physical(physical: Physical, chosen: str) -> WrittenPhysical:
     """Declared parameters that follow from the base parameters and from what is known."""
     return written_as(
         WrittenPhysical,
         physical,
-        parameters={name: written_value(v) for name, v in physical.parameters.items()},
+        parameters={n: _written(WrittenValue, v) for n, v in physical.parameters.items()},
         covariance_hac=matrix(physical.covariances["hac"]),
-        covariances=_further(physical.covariances, chosen, _NAMED_PHYSICAL),
+        covariances=_further(physical.covariances, chosen, {"hac"}),
         base={p.name: p.description for p in physical.combined},
         fixed={
             p.name: written_as(WrittenKnown, p, value=p.known, sd=p.known_sd)
@@ -290,25 +276,21 @@ def left_out(axis: GeneratedAxis) -> dict[str, float]:
     return {p.name: p.known for p in axis.declared.left_out if p.known is not None}
 
 
-def _others(by_covariance: Mapping[str, T]) -> dict[str, T]:
-    """What is of covariances that have no member of their own."""
-    return {name: each for name, each in by_covariance.items() if name not in _NAMED}
-
-
 def _further(
-    covariances: Mapping[str, Array], chosen: str, written: Set[str]
+    covariances: Mapping[str, Array], chosen: str, written_elsewhere: Set[str]
 ) -> dict[str, Matrix] | UnsetType:
     """Covariances that are not written elsewhere: the chosen one, and those of later rows.
 
     Robust and i.i.d. ones that no interval is of are left out, as in every file so far.
     """
-    wanted = {chosen, *_others(covariances)} - written
+    wanted = {chosen, *(covariances.keys() - _NAMED)} - written_elsewhere
     return {name: matrix(c) for name, c in covariances.items() if name in wanted} or UNSET
 
 
-def written_value(value: Value) -> WrittenValue:
+def _written(kind: type[_Number], value: Value, **others: Any) -> _Number:
     """A number with unit, deviations and interval."""
-    return written_as(WrittenValue, value, deviations=_others(value.deviations) or UNSET)
+    deviations = {name: sd for name, sd in value.deviations.items() if name not in _NAMED}
+    return written_as(kind, value, deviations=deviations or UNSET, **others)
 
 
 def matrix(values: Array) -> Matrix:
@@ -318,14 +300,6 @@ def matrix(values: Array) -> Matrix:
 
 def _named(quantities: Iterable[Quantity], values: Array) -> dict[str, float]:
     return {q.name: float(value) for q, value in zip(quantities, values, strict=True)}
-
-
-@dataclass(frozen=True, kw_only=True)
-class SavedForm:
-    """What a regression estimated, and what stood on its left."""
-
-    quantities: tuple[Quantity, ...]
-    left: str
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -473,14 +447,6 @@ class SavedEstimate(Presentable, Exact):
         return bool(self.ddm_quantities)
 
     @property
-    def form(self) -> SavedForm:
-        """What the regression estimated."""
-        return SavedForm(
-            quantities=self.ddm_quantities or self.quantities,
-            left="acceleration" if self.is_direct else "force",
-        )
-
-    @property
     def by_output_error(self) -> bool:
         """Whether the simulated loop's columns were regressed, not the measured motion's."""
         return is_output_error(self.method)
@@ -571,19 +537,9 @@ class SavedEstimate(Presentable, Exact):
         return float(max([own, *self.curvatures[gradient != 0]]))
 
 
-def estimate_facts(estimate: Estimate) -> SavedEstimate:
-    """What an estimate tells without its rows, which is all that tables show."""
-    return SavedEstimate.of(written_estimate(estimate), estimate.row_period)
-
-
 def arrays(written: Mapping[str, Matrix]) -> dict[str, Array]:
     """Matrices of a file, by name."""
     return {name: np.array(matrix) for name, matrix in written.items()}
-
-
-def written_physical_covariances(physical: WrittenPhysical) -> dict[str, Matrix]:
-    """Of the declared parameters that follow, by name."""
-    return {**(physical.covariances or {}), "hac": physical.covariance_hac}
 
 
 def named(written: Mapping[str, WrittenValue], chosen: str = "hac") -> NamedValues:

@@ -40,14 +40,14 @@ from axisid.estimation.identification import (
 from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
 from axisid.estimation.parameters import known_of, layout_of
 from axisid.estimation.records import Record
-from axisid.estimation.regression import InverseForm
+from axisid.estimation.regression import Drawn, InverseForm
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.estimation.studies import Validation, validate
 from axisid.modeling.declaration import Axis, Drive, left_out_text
 from axisid.modeling.quantities import Parameter, Signal
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing, UsageError, is_nothing
-from axisid.support.presentable import Presentable, view_of
+from axisid.support.presentable import Presentable
 
 from .diagnosis import (
     NOT_EVALUATED,
@@ -61,12 +61,10 @@ from .estimate import (
     SavedEstimate,
     WrittenEstimate,
     arrays,
-    drawn_parameters,
     left_out,
     named,
     written_estimate,
     written_physical,
-    written_physical_covariances,
 )
 from .record import (
     WrittenDriveTime,
@@ -324,7 +322,9 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
         estimates=tuple(
             written_estimate(
                 e,
-                drawn=None if is_nothing(draws) else drawn_parameters(e, draws),
+                drawn=None
+                if is_nothing(draws)
+                else {n: written_as(Drawn, e.propagate(n, draws=draws)) for n in e.parameters},
                 physical=written_physical(physical[name], e.chosen) if name in physical else UNSET,
             )
             for name, e in result.estimates.items()
@@ -539,18 +539,6 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         """The estimate that is judged."""
         return self[self.document.judged]
 
-    def summary(self, draws: int = 0, *, every: bool = False, full: bool = False) -> str:
-        """The same text as `Identification.summary`, of what the file holds.
-
-        Parameters
-        ----------
-        draws : int
-            As many as were drawn when the file was written, for their table; 0 for none.
-        every, full : bool
-            As there.
-        """
-        return str(view_of("as_text", self, draws=draws, every=every, full=full))
-
     def part(self, number: int) -> "SavedIdentification":
         """The result as one of several records has it, by its number from 1.
 
@@ -601,8 +589,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
 
 def identification_facts(result: Identification, draws: int) -> SavedIdentification:
     """What an identification tells without its rows, which is all that tables show."""
-    document = written_identification(result, draws)
-    return SavedIdentification.of("", document, result.axis.declared)
+    return SavedIdentification.of("", written_identification(result, draws), result.axis.declared)
 
 
 def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
@@ -670,13 +657,12 @@ def _measured(
 def _read_alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment | Missing:
     if written.best is None:
         return Missing(written.reason or "")
-    sensitivity = np.array([*(written.sensitivity or {}).values()])
     return read_as(
         Alignment,
         written,
         at_the_end=bool(written.at_the_end),
         by_instruments=bool(written.by_instruments),
-        sensitivity=sensitivity,
+        sensitivity=_numbers(written.sensitivity or {}),
         names=tuple(written.sensitivity or {}),
         units=tuple(units.get(name, "") for name in written.sensitivity or {}),
     )
@@ -697,7 +683,7 @@ def _physical(estimate: SavedEstimate) -> Physical | None:
         method=estimate.method,
         own=tuple(estimate.parameters),
         parameters=parameters,
-        covariances=arrays(written_physical_covariances(written)),
+        covariances=arrays({**(written.covariances or {}), "hac": written.covariance_hac}),
         known=tuple(
             Parameter(
                 name,

@@ -9,7 +9,7 @@ from msgspec import json
 from axisid.support.arrays import schema_of_kind
 
 from .identification import WrittenIdentification
-from .monte_carlo import WrittenMonteCarlo
+from .monte_carlo import SavedMonteCarlo
 from .output_fit import SavedFitValidation, WrittenOutputFit
 from .result_comparison import ResultComparison
 from .studies import WrittenComparison, WrittenLawSearch, WrittenSweep
@@ -22,7 +22,7 @@ _DOCUMENTS = (
     WrittenLawSearch,
     WrittenOutputFit,
     SavedFitValidation,
-    WrittenMonteCarlo,
+    SavedMonteCarlo,
 )
 
 

@@ -54,9 +54,8 @@ _OF_NONLINEAR = MappingProxyType(
 )
 
 
-def comparison_document(comparison: Comparison) -> Document:
+def comparison_document(c: Comparison) -> Document:
     """Heading, estimates, errors, tests, the recommendation and notes."""
-    c = comparison
     text = f"{c.recommended or 'none'}; {c.reason}."
     return (
         _heading(c),
@@ -129,8 +128,10 @@ def _short(value: Value | None) -> Cell:
 
 
 def _errors(candidates: Sequence[Candidate]) -> Table:
-    heads = ["candidate", "k [2]", "equation %", "held out %", "simul. %", "held out %"]
-    heads += ["dAIC [3]", "dBIC [3]", "dTIC [4]"]
+    heads = (
+        *("candidate", "k [2]", "equation %", "held out %", "simul. %", "held out %"),
+        *("dAIC [3]", "dBIC [3]", "dTIC [4]"),
+    )
     least = {
         name: min(getattr(c.criteria, name) for c in candidates) for name in ("aic", "bic", "tic")
     }
@@ -246,8 +247,7 @@ def _remarks(c: Comparison) -> list[Sentence]:
         if e.axis.axis.control != first.axis.axis.control
     ]
     simulated = [(e.simulation.error_percent, e.name) for e in c.candidates if e.simulation]
-    if simulated and min(simulated)[1] not in (c.recommended, *c.tied):
-        least = min(simulated)[1]
+    if simulated and (least := min(simulated)[1]) not in (c.recommended, *c.tied):
         sentences.append(Sentence(text=f"The held-out simulation error is smallest for {least}."))
     return sentences
 

@@ -1,7 +1,7 @@
 """A study as tables: bias, scatter and intervals, and what checks say."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from axisid.estimation.choices import fitted_output
 from axisid.estimation.estimates import COVARIANCES
@@ -20,7 +20,6 @@ from axisid.estimation.monte_carlo import (
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.presentation.blocks import (
     Block,
-    Cell,
     Column,
     Document,
     Heading,
@@ -36,7 +35,6 @@ from axisid.presentation.saved import SavedMonteCarlo
 
 _PLAIN = (1e-6, 1e6)  # errors between which figures have no power of ten
 
-
 _TITLES = {
     PARAMETER: "Estimates",
     DIRECT: "Parameters of the direct model",
@@ -46,42 +44,43 @@ _TITLES = {
 
 def study_document(result: SavedMonteCarlo) -> Document:
     """What was done, the estimates by method, the checks, and what came to nothing."""
-    blocks: list[Block] = [Heading(facts=tuple(heading_facts(result).items()))]
-    blocks += estimand_tables(result)
-    blocks += [study_checks(result)] if result.judged else []
-    return *blocks, legend(result), findings(result)
+    return (
+        Heading(facts=tuple(heading_facts(result).items())),
+        *estimand_tables(result),
+        *([study_checks(result)] if result.judged else []),
+        legend(result),
+        findings(result),
+    )
 
 
 def heading_facts(result: SavedMonteCarlo) -> dict[str, str]:
     """What was done in each run."""
-    written, twins, noise = result.document, result.document.twins, result.noise
+    twins, noise = result.twins, result.noise
     begun = ", begun anywhere in a count" if noise.anywhere else ""
-    done = f"{len(result)}" if len(result) == written.runs else f"{len(result)} of {written.runs}"
+    done = f"{len(result)}" if len(result) == result.runs else f"{len(result)} of {result.runs}"
     return {
         "axis": result.name,
-        "twins": f"{done} twins of {twins.axis}, seed {written.seed}",
+        "twins": f"{done} twins of {twins.axis}, seed {result.seed}",
         "noise": noise.told(twins.unit, twins.drive_unit) + begun,
         "model": "the twins' own" if twins.right else "another than the twins'",
-        "methods": ", ".join(map(method_title, written.methods)),
+        "methods": ", ".join(map(method_title, result.methods)),
         "intervals": f"{100 * INTERVAL_LEVEL.value:g} %, {_stated_labels(result)}",
     }
 
 
 def estimand_tables(result: SavedMonteCarlo, of: str = "") -> list[Block]:
     """One table for each kind of parameter; `of` is what their titles begin with."""
-    lead = f"{of}: " if of else ""
-    tables: list[Block] = []
-    for kind, title in {**_TITLES, PARAMETER: _of_filters(result)}.items():
-        of_kind = [each for each in result.figures if each.kind == kind]
-        if of_kind:
-            said = f"{lead}{title[0].lower()}{title[1:]}" if lead else title
-            tables.append(_estimands(result, of_kind, said))
-    return tables
+    titles = {**_TITLES, PARAMETER: _of_filters(result)}
+    return [
+        _estimands(result, of_kind, f"{of}: {title[0].lower()}{title[1:]}" if of else title)
+        for kind, title in titles.items()
+        if (of_kind := [each for each in result.figures if each.kind == kind])
+    ]
 
 
 def _of_filters(result: SavedMonteCarlo) -> str:
     """What estimates of parameters are called: a fit has no filter."""
-    methods = result.document.methods
+    methods = result.methods
     fits = [method for method in methods if fitted_output(method)]
     if len(fits) == len(methods):
         return _TITLES[PARAMETER]
@@ -106,25 +105,18 @@ def _estimands(result: SavedMonteCarlo, figures: Iterable[EstimandFigures], titl
         Column("95 % interval", "%", group="holds"),
         *(Column(_label(of), "%") for of in others),
     )
-    rows: list[tuple[Cell, ...]] = []
-    for each in listed:
-        stated = stated_by(each.method, chosen)
-        shares = ("" if of == stated else share_texts(each.coverage.get(of))[0] for of in others)
-        rows.append(
-            (
-                *(method_title(each.method), each.name, each.unit, _number(each.truth, 6)),
-                *(mean_cell(each.bias), mean_cell(each.scatter)),
-                _number(each.deviations.get(stated, math.nan), 2),
-                *share_texts(each.coverage.get(stated)),
-                *shares,
-            )
+    rows: Iterator[tuple[Cell, ...]] = (
+        (
+            *(method_title(each.method), each.name, each.unit, _number(each.truth, 6)),
+            *(mean_cell(each.bias), mean_cell(each.scatter)),
+            _number(each.deviations.get(stated, math.nan), 2),
+            *share_texts(each.coverage.get(stated)),
+            *("" if of == stated else share_texts(each.coverage.get(of))[0] for of in others),
         )
-    return Table(
-        columns=columns,
-        rows=tuple(rows),
-        labels=2,
-        title=title,
+        for each in listed
+        for stated in [stated_by(each.method, chosen)]
     )
+    return Table(columns=columns, rows=tuple(rows), labels=2, title=title)
 
 
 def _label(of: str) -> str:
@@ -135,9 +127,7 @@ def _label(of: str) -> str:
 def _stated_labels(result: SavedMonteCarlo) -> str:
     """What the printed intervals are of, by all methods."""
     return " and ".join(
-        dict.fromkeys(
-            _label(stated_by(method, result.chosen)) for method in result.document.methods
-        )
+        dict.fromkeys(_label(stated_by(method, result.chosen)) for method in result.methods)
     )
 
 
@@ -218,6 +208,6 @@ def findings(result: SavedMonteCarlo) -> Paragraph:
         share, interval = share_texts(result.objected)
         said.append(
             f"A check fails in {share} % ({interval} %) of {result.judged} verdicts "
-            f"{'on the right model' if result.document.twins.right else 'on a wrong model'}."
+            f"{'on the right model' if result.twins.right else 'on a wrong model'}."
         )
     return paragraph(*said)

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 from axisid.estimation.choices import LOSSES, OUTPUTS, SQUARES
 from axisid.estimation.control_law_search import LawSearch
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.studies import FitValidation, Sweep, Validation
 from axisid.modeling.declaration import Axis, left_out_text
@@ -28,11 +29,7 @@ from axisid.support.errors import Missing, range_text
 
 from .estimate import quantity
 from .identification import verdict_block
-from .record import (
-    record_facts,
-    records_facts,
-    set_aside_facts,
-)
+from .record import local_notes, record_facts, records_facts, set_aside_facts
 
 #: What each covariance is, for notes.
 _COVARIANCES = {
@@ -44,8 +41,9 @@ _COVARIANCES = {
 
 def output_fit_document(fit: OutputFit) -> Document:
     """Heading, parameters, what is left of each record, the verdict and notes."""
-    facts = SavedOutputFit.of("", written_output_fit(fit))
-    return saved_fit_document(facts, declared=fit.axis.declared)
+    return saved_fit_document(
+        SavedOutputFit.of("", written_output_fit(fit)), declared=fit.axis.declared
+    )
 
 
 def saved_fit_document(fit: SavedOutputFit, *, declared: Axis | None = None) -> Document:
@@ -150,9 +148,7 @@ def _notes(fit: SavedOutputFit) -> Iterator[str]:
         else f"Simulated less recorded {fit.output} at every sample that is measured and counts; "
         "no filter, no decimation. The loop starts as the record does."
     )
-    for name, own in (written.local or {}).items():
-        listed = ", ".join(dict.fromkeys(filter(None, own)))
-        yield f"{listed}: {name} of each record, in their order."
+    yield from local_notes(written.local or {})
     # Instruments and least squares may be refused for one reason.
     said = dict.fromkeys(written.remarks)
     yield from (f"It starts from {written.started} values: {each}" for each in said)
@@ -236,19 +232,24 @@ def sweep_document(sweep: Sweep) -> Document:
 
 
 def _sweep_table(sweep: Sweep, name: str, unit: str) -> Table:
-    methods = sweep.methods
-    of_methods = (Column(f"{method.upper()} {name}", unit, parts=("sd",)) for method in methods)
-    rows: list[tuple[Cell, ...]] = []
-    for result in sweep.results:
-        row: list[Cell] = [f"{result.prefilter.cutoff:g}", str(result.prefilter.decimate)]
-        for method in methods:
-            estimate = result.estimates.get(method)
-            value = estimate and estimate.parameters[name]
-            texts = (f"{value.corrected:.5g}", f"{value.deviation:.2g}") if value else ("-", "-")
-            row.append(Quantity(*texts))
-        rows.append(tuple(row))
+    of_methods = (Column(f"{each.upper()} {name}", unit, parts=("sd",)) for each in sweep.methods)
+
+    def cell(estimate: Estimate | None) -> Quantity:
+        if estimate is None:
+            return Quantity("-", "-")
+        value = estimate.parameters[name]
+        return Quantity(f"{value.corrected:.5g}", f"{value.deviation:.2g}")
+
     return Table(
-        columns=(Column("cut-off", "Hz", "left"), Column("1 of"), *of_methods), rows=tuple(rows)
+        columns=(Column("cut-off", "Hz", "left"), Column("1 of"), *of_methods),
+        rows=tuple(
+            (
+                f"{result.prefilter.cutoff:g}",
+                str(result.prefilter.decimate),
+                *(cell(result.estimates.get(method)) for method in sweep.methods),
+            )
+            for result in sweep.results
+        ),
     )
 
 
@@ -266,8 +267,8 @@ def validation_document(validation: Validation) -> Document:
     """What was repaired of the record, and the errors."""
     record = validation.record
     title = f"Frozen estimates on {record.provenance.source}, {len(record)} samples:"
-    repaired = ("repaired", record_facts(record)["repaired"])
-    return Heading(facts=(repaired,), title=title), validation_table(validation)
+    facts = (("repaired", record_facts(record)["repaired"]),)
+    return Heading(facts=facts, title=title), validation_table(validation)
 
 
 def fit_validation_document(validation: FitValidation) -> Document:
