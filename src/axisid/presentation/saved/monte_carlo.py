@@ -55,12 +55,10 @@ class SavedMonteCarlo(
     tag="axisid.monte_carlo/1",
     rename={"name": "axis", "figures": "estimands", "check_figures": "checks"},
 ):
-    """What `axisid study --json` writes, with the names of `MonteCarlo`; see `load_result`.
+    """What `axisid study --json` writes."""
 
-    The numbers of each run are in the file of ``--output`` alone.
-    """
-
-    name: Annotated[str, about("Of the axis.")]
+    # With the names of `MonteCarlo`, but for the numbers of each run, which ``--output`` has.
+    name: str
     signature: str
     twins: WrittenTwins
     runs: Annotated[int, about("Asked for.")]

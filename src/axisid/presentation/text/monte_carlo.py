@@ -20,6 +20,7 @@ from axisid.estimation.monte_carlo import (
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.presentation.blocks import (
     Block,
+    Cell,
     Column,
     Document,
     Heading,
