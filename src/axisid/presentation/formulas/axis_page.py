@@ -143,34 +143,37 @@ def _around(axis: Axis) -> list[Section]:
 def _law(law: ControlLaw | None, unit: str) -> Section:
     if law is None:
         return Section(title="Control law", lines=("none: least squares only, no instruments",))
-    lines: list[Formula | str] = [Formula(name="control", value=law.output, unit=unit)]
-    for memory in law.memory:
-        lines += [
-            Formula(name=f"{memory.name} next", value=memory.following),
-            Formula(name=f"{memory.name} first", value=memory.start),
-        ]
-    lines += [f"{name} = {value:.10g}" for name, value in law.gains.items()]
+    lines = (
+        Formula(name="control", value=law.output, unit=unit),
+        *(
+            Formula(name=f"{memory.name} {when}", value=value)
+            for memory in law.memory
+            for when, value in (("next", memory.following), ("first", memory.start))
+        ),
+        *(f"{name} = {value:.10g}" for name, value in law.gains.items()),
+    )
     held = "evaluated all the time" if law.continuous else f"every {law.period:g} s, and held"
     late = f"; applied {law.delay} samples late" if law.delay else ""
     if law.reference_between:
         late += f"; at a clock of its own, the reference {law.reference_between} between samples"
-    return Section(title="Control law", lines=tuple(lines), note=f"{law.name}; {held}{late}")
+    return Section(title="Control law", lines=lines, note=f"{law.name}; {held}{late}")
 
 
 def _experiment(axis: Axis, experiment: Experiment) -> Section:
     seconds = sum(move.duration for move in experiment.moves)
     truth = [f"{p.name} = {experiment.truth.get(p.name, p.nominal):g}" for p in axis.parameters]
-    noise = f"{experiment.position_noise:g} {axis.coordinate.unit}"
-    if experiment.resolution:
-        noise += f", counts of {experiment.resolution:g} {axis.coordinate.unit}"
-    signals = tuple(Formula(name=name, value=x) for name, x in experiment.signals.items())
+    noise, counts = (
+        f"{size:g} {axis.coordinate.unit}"
+        for size in (experiment.position_noise, experiment.resolution)
+    )
+    noise += f", counts of {counts}" * bool(experiment.resolution)
     return Section(
         title="Experiment of the twin",
         lines=(
             f"{len(experiment.moves)} moves in {seconds:.4g} s; position noise {noise}, seed "
             f"{experiment.seed}",
             f"truth {', '.join(truth)}",
-            *signals,
+            *(Formula(name=name, value=x) for name, x in experiment.signals.items()),
         ),
     )
 

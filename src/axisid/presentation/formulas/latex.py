@@ -75,8 +75,7 @@ def formula_mathml(formula: Formula, coordinate: Coordinate) -> str:
     else:
         named = readable(formula.name, coordinate)
         left = _Printer(named, {}, coordinate)._print(named.value)
-    head = [left, printer.leaf("mo", "=")]
-    pieces = [head]
+    pieces = [[left, printer.leaf("mo", "=")]]
     value = prepared.value
     for i, term in enumerate(prepared.terms(value) if value.is_Add else [value]):
         negative = term.could_extract_minus_sign()

@@ -1,6 +1,7 @@
 """Figures of one estimate or fit: force, residuals, convergence, friction, repeats, outputs."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -32,42 +33,38 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
         Others of the same form and rows, shown on request.
     """
     left, unit, time = estimate.form.left, left_unit(estimate), row_times(estimate)
-    name = estimate.method.upper()
-    measured = line("measured", time, estimate.y, "measured")
+    name, light = estimate.method.upper(), estimate.light_rows
     error = line(f"error, {name}", time, estimate.residuals, "error")
-    fitted = Series(
-        label=f"reconstructed, {name}", x=time, y=estimate.y - estimate.residuals, broad=True
-    )
-    upper = [measured, fitted, error]
-    lower = [error]
-    for other in beside:
-        label, other_fitted = other.method.upper(), other.y - other.residuals
-        upper.append(
-            Series(
-                label=f"reconstructed, {label}", x=time, y=other_fitted, tone="other", aside=True
-            )
-        )
-        lower.append(
-            Series(label=f"error, {label}", x=time, y=other.residuals, tone="other", aside=True)
-        )
-    light = estimate.light_rows
-    if light.any():
-        lower.append(
-            Series(
-                label="rows of little weight",
-                x=time[light],
-                y=estimate.residuals[light],
-                kind="points",
-                tone="warm",
-            )
-        )
     of_loop = estimate.by_output_error  # whose fit is the simulated loop
     of = "simulation" if of_loop else "equation"
-    if not (of_loop or isinstance(estimate.simulated, Missing)):
-        loop = Series(label="simulated loop", x=time, y=estimate.simulated, tone="warm", aside=True)
-        upper.append(loop)
-    steps = np.diff(time)
-    between = time[:-1][steps > _GAP * estimate.row_period]
+    loop = (
+        ()
+        if of_loop or isinstance(estimate.simulated, Missing)
+        else (line("simulated loop", time, estimate.simulated, "warm"),)
+    )
+    little = replace(
+        line("rows of little weight", time[light], estimate.residuals[light], "warm"),
+        kind="points",
+    )
+    others = [
+        line(f"reconstructed, {each.method.upper()}", time, each.y - each.residuals, "other")
+        for each in beside
+    ]
+    errors = [
+        line(f"error, {each.method.upper()}", time, each.residuals, "other") for each in beside
+    ]
+    upper = (
+        line("measured", time, estimate.y, "measured"),
+        replace(line(f"reconstructed, {name}", time, estimate.y - estimate.residuals), broad=True),
+        error,
+        *(replace(each, aside=True) for each in (*others, *loop)),
+    )
+    lower = (
+        error,
+        *(replace(each, aside=True) for each in errors),
+        *((little,) if light.any() else ()),
+    )
+    gaps = time[:-1][np.diff(time) > _GAP * estimate.row_period]
     plot = Plot(
         name=left,
         title=f"Measured and reconstructed {left}",
@@ -76,11 +73,11 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
         f"{left}'s scale; below, its own.",
         x_label="time [s]",
         panels=(
-            Panel(label=labelled(left, unit), series=tuple(upper), weight=2.0),
-            Panel(label=labelled("error", unit), series=tuple(lower)),
+            Panel(label=labelled(left, unit), series=upper, weight=2.0),
+            Panel(label=labelled("error", unit), series=lower),
         ),
     )
-    return broken(plot, list(between + estimate.row_period / 2))
+    return broken(plot, list(gaps + estimate.row_period / 2))
 
 
 def autocorrelation_plot(estimate: Estimate | SavedEstimate) -> Plot:

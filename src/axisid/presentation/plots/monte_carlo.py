@@ -70,16 +70,20 @@ def _panels(
 ) -> tuple[Panel, ...]:
     """A panel for each parameter with a curve for each method; the legend is in the first."""
     tones = dict(paired(result.plan.methods))
-    panels = []
-    for i, (name, unit, places) in enumerate(_by_parameter(result)):
-        drawn = [
-            series(place, "" if i else method_title(method), tones[method])
-            for method, place in places.items()
-        ]
-        if beside is not None:
-            drawn.append(beside())
-        panels.append(Panel(label=label(name, unit), series=tuple(drawn), levels=levels))
-    return tuple(panels)
+    return tuple(
+        Panel(
+            label=label(name, unit),
+            series=(
+                *(
+                    series(place, "" if i else method_title(method), tones[method])
+                    for method, place in places.items()
+                ),
+                *(() if beside is None else (beside(),)),
+            ),
+            levels=levels,
+        )
+        for i, (name, unit, places) in enumerate(_by_parameter(result))
+    )
 
 
 def _errors(result: MonteCarlo) -> Plot:

@@ -82,13 +82,11 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     )
     kept = result.data.sampling.kept
     off = float(np.sqrt(np.mean((recorded - simulated)[kept] ** 2)))
-    driven_by = (
-        "the reference alone" if record.injected is None else "reference and test signal alone"
-    )
+    by = "the reference alone" if record.injected is None else "reference and test signal alone"
     plot = Plot(
         name="tracking",
         title=TITLES["tracking"],
-        caption=f"The closed loop simulated with {estimate.method.upper()} from {driven_by}. "
+        caption=f"The closed loop simulated with {estimate.method.upper()} from {by}. "
         f"The tracking error is reference less position; the simulated position is "
         f"{off:.3g} {unit} (rms) from the recorded one.",
         x_label=_time_label(record),
@@ -121,11 +119,10 @@ def record_plot(result: Identification) -> Plot:
     recorded = "integral of the velocity" if record.integrated else "position"
     position = [line(recorded, *drawn("position", record.position), "measured")]
     if record.reference is not None:
-        x, y = drawn("reference", record.reference)
-        position.append(Series(label="reference", x=x, y=y, broad=True))
+        reference = line("reference", *drawn("reference", record.reference))
+        position.append(replace(reference, broad=True))
     outside = _outside(record)
     lost = [place for place in _gaps(record) if not any(a <= place <= b for a, b in outside)]
-    panels = [Panel(label=labelled("position", q.unit), series=tuple(position), weight=1.5)]
     columns: tuple[tuple[str, str, Array | None, Tone], ...] = (
         ("velocity", str(q.velocity_unit), record.velocity, "measured"),
         ("acceleration", str(q.acceleration_unit), record.acceleration, "measured"),
@@ -138,28 +135,26 @@ def record_plot(result: Identification) -> Plot:
             "other",
         ),
     )
-    panels += [
-        Panel(
-            label=labelled(name, unit),
-            series=(line("", *drawn(name.partition(",")[0], values), tone),),
-        )
-        for name, unit, values, tone in columns
-        if values is not None
-    ]
-    panels += [
-        Panel(
-            label=labelled(signal.name, signal.unit),
-            series=(line("", *drawn(signal.name, record.signals[signal.name]), "violet"),),
-        )
+    columns += tuple(
+        (signal.name, signal.unit, record.signals.get(signal.name), "violet")
         for signal in result.axis.axis.signals
-        if signal.name in record.signals
-    ]
+    )
     plot = Plot(
         name="record",
         title="The record",
         caption=_record_caption(result),
         x_label=_time_label(record),
-        panels=tuple(panels),
+        panels=(
+            Panel(label=labelled("position", q.unit), series=tuple(position), weight=1.5),
+            *(
+                Panel(
+                    label=labelled(name, unit),
+                    series=(line("", *drawn(name.partition(",")[0], values), tone),),
+                )
+                for name, unit, values, tone in columns
+                if values is not None
+            ),
+        ),
         shaded=_joined(outside + _dropped(result)),
         marks=tuple((place, "gap") for place in lost),
     )
@@ -170,22 +165,20 @@ def _record_caption(result: Identification) -> str:
     """Samples, where the force comes from, and what is shaded."""
     record, drive = result.record, result.axis.axis.drive
     unused = len(record) - int(result.data.sampling.used.sum())
-    dropped = (
-        f" Shaded: {unused} samples that have no weight in the fit; rows that reach into them "
-        "keep the weight of the others."
-        if unused
-        else ""
-    )
-    if record.windows:
-        dropped += (
-            f" The rest of the log is shaded too; only {windows_text(record.windows)} is taken."
-        )
     times = "the drive's gain times" if drive.is_gain else "what the drive makes of"
     source = "as recorded" if record.force is not None else f"{times} the control"
-    return (
-        f"{len(record)} samples of {1e3 * record.period:.6g} ms, before any filter; the "
-        f"force is {source}.{dropped}"
+    sentences = (
+        f"{len(record)} samples of {1e3 * record.period:.6g} ms, before any filter; the force is "
+        f"{source}.",
+        f"Shaded: {unused} samples that have no weight in the fit; rows that reach into them keep "
+        "the weight of the others."
+        if unused
+        else "",
+        f"The rest of the log is shaded too; only {windows_text(record.windows)} is taken."
+        if record.windows
+        else "",
     )
+    return " ".join(filter(None, sentences))
 
 
 def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
@@ -197,11 +190,11 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
     used : float, optional
         Cut-off of the result beside it, Hz.
     """
-    panels = []
-    for quantity in sweep.results[0].preferred.quantities:
-        curves = _curves(sweep, quantity.name)
-        label = labelled(quantity.name, quantity.unit)
-        panels.append(Panel(label=label, series=curves, span=_span(curves)))
+    panels = tuple(
+        Panel(label=labelled(quantity.name, quantity.unit), series=curves, span=_span(curves))
+        for quantity in sweep.results[0].preferred.quantities
+        for curves in [_curves(sweep, quantity.name)]
+    )
     marks = [] if sweep.recommended is None else [(sweep.recommended, "recommended")]
     if used is not None and used != sweep.recommended:
         marks.append((used, "used"))
@@ -210,7 +203,7 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
         title="Estimates over the cut-off",
         caption=_swept(sweep, cut=any(panel.span for panel in panels)),
         x_label="cut-off [Hz]",
-        panels=tuple(panels),
+        panels=panels,
         log=True,
         marks=tuple(marks),
     )
@@ -228,22 +221,19 @@ def _curves(sweep: Sweep, name: str) -> tuple[Series, ...]:
     }
     by_loop = {m: next(iter(of.values())).Z is not None for m, of in found.items()}
     tones = dict(paired(sorted(found, key=by_loop.__getitem__, reverse=True)))
-    curves = []
-    for method in sorted(found, key=by_loop.__getitem__):
-        values = [estimate.parameters[name] for estimate in found[method].values()]
-        low, high = np.array([value.interval for value in values]).T
-        curves.append(
-            Series(
-                label=method.upper(),
-                x=np.array([*found[method]]),
-                y=np.array([value.corrected for value in values]),
-                low=low,
-                high=high,
-                tone=tones[method],
-                dashed=not by_loop[method],
-            )
+    values = {m: [each.parameters[name] for each in of.values()] for m, of in found.items()}
+    return tuple(
+        Series(
+            label=method.upper(),
+            x=np.array([*found[method]]),
+            y=np.array([value.corrected for value in values[method]]),
+            low=np.array([value.interval[0] for value in values[method]]),
+            high=np.array([value.interval[1] for value in values[method]]),
+            tone=tones[method],
+            dashed=not by_loop[method],
         )
-    return tuple(curves)
+        for method in sorted(found, key=by_loop.__getitem__)
+    )
 
 
 def _span(curves: Sequence[Series]) -> tuple[float, float] | None:
@@ -266,15 +256,15 @@ def _bounds(curves: Sequence[Series]) -> tuple[float, float]:
 
 def _swept(sweep: Sweep, *, cut: bool) -> str:
     """What to see in a figure of a sweep."""
-    sentences = [
+    same = {k: v for r in sweep.results for k, v in same_estimates([*r.estimates]).items()}
+    sentences = (
         "Less the bias of filter and noise, with 95 % intervals.",
         "Least squares drifts where noise begins to bias it, instruments stay.",
-    ]
-    if cut:
-        sentences.append("The scale is the instruments', so that least squares may leave a panel.")
-    same = {k: v for r in sweep.results for k, v in same_estimates([*r.estimates]).items()}
-    sentences += [f"{k.upper()} is the same estimate as {v.upper()}." for k, v in same.items()]
-    return " ".join([*sentences, f"Recommended: {sweep.recommendation}."])
+        "The scale is the instruments', so that least squares may leave a panel." if cut else "",
+        *(f"{k.upper()} is the same estimate as {v.upper()}." for k, v in same.items()),
+        f"Recommended: {sweep.recommendation}.",
+    )
+    return " ".join(filter(None, sentences))
 
 
 def _times(record: Record) -> Array:

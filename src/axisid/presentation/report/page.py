@@ -145,10 +145,13 @@ def report_html(
     facts, diagnosis = identification_facts(result, 0), result.diagnosis
     checked = (validation,) if isinstance(validation, Validation) else tuple(validation or ())
     details = details_document(facts.estimates, diagnosis)[:-1]  # the checks are in the verdict
-    more = f"<details><summary>All that was measured</summary>{_scrolled(details)}</details>"
-    more += "".join(
-        f"<h2>The estimates, frozen, on a second record</h2>{_scrolled(validation_document(each))}"
-        for each in checked
+    more = (
+        f"<details><summary>All that was measured</summary>{_scrolled(details)}</details>",
+        *(
+            "<h2>The estimates, frozen, on a second record</h2>"
+            + _scrolled(validation_document(each))
+            for each in checked
+        ),
     )
     return _page(
         saved_document(facts, every=True),
@@ -157,7 +160,7 @@ def report_html(
         result.records,
         subheading="identified from",
         verdict=_verdict_html(diagnosis.verdict, diagnosis.preferred),
-        more=more,
+        more="".join(more),
         command=command,
         made=made,
     )

@@ -305,5 +305,4 @@ def _short(value: Any) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{role} = {name}" for role, name in value.items()) or "-"
     text = "-" if value is None else str(value)
-    is_digest = len(text) == 64 and " " not in text
-    return text[:12] if is_digest else text
+    return text[:12] if len(text) == 64 and " " not in text else text  # a digest

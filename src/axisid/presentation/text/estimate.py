@@ -134,11 +134,7 @@ def _repeats(found: LackOfFit) -> str:
 
 def physical_notes(found: Mapping[str, Physical]) -> list[str]:
     """Notes of a table; none where the estimates are of the physical parameters already."""
-    if not found:
-        return []
-    notes = []
-    if any(physical.shows_more for physical in found.values()):
-        notes.append(_how(next(iter(found.values()))))
+    shows_more = any(physical.shows_more for physical in found.values())
     said = grouped(
         (sentence, method)
         for method, physical in found.items()
@@ -150,9 +146,12 @@ def physical_notes(found: Mapping[str, Physical]) -> list[str]:
             *physical.remarks,
         )
     )
-    return notes + [
-        f"{sentence}." if len(methods) == len(found) else f"{', '.join(methods)}: {sentence}."
-        for sentence, methods in said.items()
+    return [
+        *([_how(next(iter(found.values())))] if shows_more else []),
+        *(
+            f"{sentence}." if len(methods) == len(found) else f"{', '.join(methods)}: {sentence}."
+            for sentence, methods in said.items()
+        ),
     ]
 
 

@@ -144,25 +144,27 @@ def _judged_table(result: SavedIdentification) -> Table:
     values = {**judged.parameters, **more}
     if all(low <= beside[n].value <= high for n in beside for low, high in [values[n].interval]):
         beside = {}
-    rows = []
-    for name, value in values.items():
-        digits, band = decimals(value.deviation), bands.get(name)
-        low, high = value.interval
-        remarks = [f"{value.value:.{digits}f} with bias"] * value.is_shifted
-        if band is not None and band.exceeds:
-            remarks.append(f"{range_text(*band.interval, ' to ')} over moves")
-        other = [f"{beside[name].value:.{digits}f}" if name in beside else ""] * bool(beside)
-        rows.append(
-            (
-                name,
-                value.unit,
-                f"{value.corrected:.{digits}f}",
-                f"{value.deviation:.{digits}f}",
-                f"{low:.{digits}f} to {high:.{digits}f}",
-                *other,
-                ", ".join(remarks),
-            )
+    rows = (
+        (
+            name,
+            value.unit,
+            *(f"{x:.{digits}f}" for x in (value.corrected, value.deviation)),
+            " to ".join(f"{end:.{digits}f}" for end in value.interval),
+            *([f"{beside[name].value:.{digits}f}" if name in beside else ""] * bool(beside)),
+            ", ".join(
+                [
+                    *([f"{value.value:.{digits}f} with bias"] * value.is_shifted),
+                    *(
+                        [f"{range_text(*bands[name].interval, ' to ')} over moves"]
+                        if name in bands and bands[name].exceeds
+                        else []
+                    ),
+                ]
+            ),
         )
+        for name, value in values.items()
+        for digits in [decimals(value.deviation)]
+    )
     heads = [judged.method.upper(), "sd", "95 % interval", *(["IDM-LS"] if beside else [])]
     last = Column("remark", align="left")
     return Table(columns=(*text_columns(["", "unit", *heads]), last), rows=tuple(rows), labels=2)
@@ -332,36 +334,45 @@ def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
         if COVARIANCES[chosen].allows_autocorrelation
         else "are autocorrelated, which HAC allows for"
     )
-    notes = [
+    return [
         f"sd and 95 % intervals: {name}. Residuals of filtered data {allowed}.",
         f"i.i.d. sd, as in the published tables: {estimates[0].covariance_names['iid']}.",
-    ]
-    notes += _gain_notes(estimates[-1])
-    if any(v.is_shifted for e in estimates for v in e.parameters.values()):
-        notes.append(
-            f"{CORRECTED}: the value above less what filter and noise move it by, which the twins "
-            "of [1] tell. It is the centre of the 95 % interval, and what physical parameters are "
-            "made of."
-        )
-    if any(estimate.is_direct for estimate in estimates):
-        notes.append("sd of physical parameters from a direct model: delta method.")
-    notes.append(
+        *_gain_notes(estimates[-1]),
+        *(
+            [
+                f"{CORRECTED}: the value above less what filter and noise move it by, which the "
+                "twins of [1] tell. It is the centre of the 95 % interval, and what physical "
+                "parameters are made of."
+            ]
+            if any(v.is_shifted for e in estimates for v in e.parameters.values())
+            else []
+        ),
+        *(
+            ["sd of physical parameters from a direct model: delta method."]
+            if any(estimate.is_direct for estimate in estimates)
+            else []
+        ),
         "y is the force (IDM) or the acceleration (DDM). Equation error ||y - X theta||/||y||: no "
         "quality measure of an IV estimate on noisy data. Simulation error "
-        "||y - y_simulated||/||y||: the closed loop simulated with the estimate."
-    )
-    if any(estimate.by_output_error for estimate in estimates):
-        notes.append(
-            "DIDIM: least squares of the measured force by the rows of the loop simulated with the "
-            "estimate, both behind the same filter, so that X is of no measured motion; its "
-            "equation error is its simulation error. It rests on the declared control law."
-        )
-    if {"idm-iv", "ddm-iv"} <= {e.method for e in estimates}:
-        notes.append(
-            "IDM-IV and DDM-IV solve the same equations with the same instruments; their agreement "
-            "is a self-test, not a second opinion."
-        )
-    return notes
+        "||y - y_simulated||/||y||: the closed loop simulated with the estimate.",
+        *(
+            [
+                "DIDIM: least squares of the measured force by the rows of the loop simulated with "
+                "the estimate, both behind the same filter, so that X is of no measured motion; "
+                "its equation error is its simulation error. It rests on the declared control law."
+            ]
+            if any(estimate.by_output_error for estimate in estimates)
+            else []
+        ),
+        *(
+            [
+                "IDM-IV and DDM-IV solve the same equations with the same instruments; their "
+                "agreement is a self-test, not a second opinion."
+            ]
+            if {"idm-iv", "ddm-iv"} <= {e.method for e in estimates}
+            else []
+        ),
+    ]
 
 
 def covariance_name(names: Mapping[str, str]) -> str:

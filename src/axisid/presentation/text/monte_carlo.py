@@ -203,12 +203,10 @@ def legend(result: SavedMonteCarlo) -> Paragraph:
 
 def findings(result: SavedMonteCarlo) -> Paragraph:
     """What is beyond the Monte-Carlo error, and what came to nothing."""
-    told = (check for check in result.checks if check.status != "not evaluated")
-    said = [f"{check.meaning}." for check in told]
-    if result.judged:
-        share, interval = share_texts(result.objected)
-        said.append(
-            f"A check fails in {share} % ({interval} %) of {result.judged} verdicts "
-            f"{'on the right model' if result.twins.right else 'on a wrong model'}."
-        )
-    return paragraph(*said)
+    share, interval = share_texts(result.objected)
+    on = "on the right model" if result.twins.right else "on a wrong model"
+    objected = f"A check fails in {share} % ({interval} %) of {result.judged} verdicts {on}."
+    return paragraph(
+        *(f"{check.meaning}." for check in result.checks if check.status != "not evaluated"),
+        *([objected] if result.judged else []),
+    )

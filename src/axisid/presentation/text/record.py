@@ -201,7 +201,8 @@ def several_notes(result: SavedIdentification) -> list[str]:
     if not result.of_records:
         return []
     weights = ", ".join(f"{of_one.weight:.3g}" for of_one in result.of_records)
-    notes = [
+    gain = result.declared_gain
+    return [
         "One regression of all records, none of whose rows is a neighbour of another record's. "
         f"Rows are weighted by the inverse of each record's noise, weights {weights}: what least "
         "squares of all leaves of each in a first pass (feasible generalised least squares).",
@@ -209,20 +210,25 @@ def several_notes(result: SavedIdentification) -> list[str]:
         "residuals, root mean square, in the unit of the force. Apart: force that the parameters "
         "which the record has alone make otherwise, percent of its force; chance: that noise alone "
         "makes as much.",
+        *local_notes(result.local_names),
+        *(
+            []
+            if gain is None
+            else [
+                f"drive_gain: identified by the known force; {gain:g} "
+                f"{result.preferred.parameters['drive_gain'].unit} is declared. The deviations of "
+                "the other parameters contain its own."
+            ]
+        ),
+        *(
+            [
+                "Deviations contain what those of the known values add; equal values with equal "
+                "deviations are taken as one thing, weighed once."
+            ]
+            if any(sd for of_one in result.of_records for _, sd in of_one.known.values())
+            else []
+        ),
     ]
-    notes += local_notes(result.local_names)
-    if result.declared_gain is not None:
-        unit = result.preferred.parameters["drive_gain"].unit
-        notes.append(
-            f"drive_gain: identified by the known force; {result.declared_gain:g} {unit} is "
-            "declared. The deviations of the other parameters contain its own."
-        )
-    if any(sd for of_one in result.of_records for _, sd in of_one.known.values()):
-        notes.append(
-            "Deviations contain what those of the known values add; equal values with equal "
-            "deviations are taken as one thing, weighed once."
-        )
-    return notes
 
 
 def local_notes(local: Mapping[str, Sequence[str]]) -> list[str]:

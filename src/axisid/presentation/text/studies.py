@@ -10,7 +10,6 @@ from axisid.estimation.fitting import OutputFit
 from axisid.estimation.studies import FitValidation, Sweep, Validation
 from axisid.modeling.declaration import Axis, left_out_text
 from axisid.presentation.blocks import (
-    Block,
     Cell,
     Column,
     Document,
@@ -205,12 +204,14 @@ def _conclusion(search: LawSearch) -> Paragraph:
     if not search.explained:
         return paragraph(f"{search.checks[0].meaning}.", filled=False)
     others = search.as_well - 1
-    more = f"{others} other{'s' * (others > 1)} with more gains" if others else ""
-    lines = [f"The control is explained as well by {more}."] if more else []
-    lines += [f"The same control gives {best.same}."] if best.same else []
-    lines += [f"in TOML:   {best.toml}"]
-    said = Sentence(lead="declare: ", text=best.python, filled=False)
-    return paragraph(*lines, said, filled=False)
+    more = f"{others} other{'s' * (others > 1)} with more gains"
+    return paragraph(
+        *([f"The control is explained as well by {more}."] if others else []),
+        *([f"The same control gives {best.same}."] if best.same else []),
+        f"in TOML:   {best.toml}",
+        Sentence(lead="declare: ", text=best.python, filled=False),
+        filled=False,
+    )
 
 
 def sweep_document(sweep: Sweep) -> Document:
@@ -224,11 +225,11 @@ def sweep_document(sweep: Sweep) -> Document:
         "left out": left_out_text(first.axis.declared),
         **{name: text for name, text in facts.items() if not name.startswith(_NOT_TOLD)},
     }
-    tables: list[Block] = [
-        _sweep_table(sweep, quantity.name, quantity.unit) for quantity in first.preferred.quantities
-    ]
-    facts |= set_aside_facts(first.set_aside)
-    return Heading(facts=tuple(facts.items())), *tables, _sweep_remarks(sweep)
+    return (
+        Heading(facts=tuple({**facts, **set_aside_facts(first.set_aside)}.items())),
+        *(_sweep_table(sweep, each.name, each.unit) for each in first.preferred.quantities),
+        _sweep_remarks(sweep),
+    )
 
 
 def _sweep_table(sweep: Sweep, name: str, unit: str) -> Table:
@@ -254,13 +255,18 @@ def _sweep_table(sweep: Sweep, name: str, unit: str) -> Table:
 
 
 def _sweep_remarks(sweep: Sweep) -> Paragraph:
-    lines = ["Values are without the bias of filter and noise, where that is known."]
-    lines += [f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in sweep.failures.items()]
-    if not isinstance(sweep.law, Missing) and not sweep.law.passed:
-        lines.append(f"believe nothing before this is mended: {sweep.law.sentence}.")
-    said = f"{sweep.recommendation}."
-    recommended = Sentence(lead="recommended: ", text=said, filled=False)
-    return paragraph(*lines, recommended, filled=False)
+    law = sweep.law
+    return paragraph(
+        "Values are without the bias of filter and noise, where that is known.",
+        *(f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in sweep.failures.items()),
+        *(
+            []
+            if isinstance(law, Missing) or law.passed
+            else [f"believe nothing before this is mended: {law.sentence}."]
+        ),
+        Sentence(lead="recommended: ", text=f"{sweep.recommendation}.", filled=False),
+        filled=False,
+    )
 
 
 def validation_document(validation: Validation) -> Document:
