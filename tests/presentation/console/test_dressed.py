@@ -52,12 +52,11 @@ def words(text: str) -> set[str]:
 
 def methods(*heads: str) -> Table:
     """A table of two rows for each of the methods."""
-    rows = {"M": "kg", "long name": "N"}
     return Table(
         columns=(*text_columns(["", "unit"]), *(Column(head, parts=("sd",)) for head in heads)),
         rows=tuple(
             (name, unit, *(Quantity(f"{i}.5", f"0.{i}") for i, _ in enumerate(heads)))
-            for name, unit in rows.items()
+            for name, unit in (("M", "kg"), ("long name", "N"))
         ),
         labels=2,
     )

@@ -290,10 +290,9 @@ def test_a_file_that_is_no_result_is_refused_in_a_sentence(
 
 def test_a_name_of_a_later_version_is_passed_over(written: Path, tmp_path: Path) -> None:
     content = json.loads(written.read_text())
-    content["later"] = {"a": 1}
-    _first(content)["later"] = None
+    _first(content).update(later=None)
     file = tmp_path / "x.json"
-    file.write_text(json.dumps(content))
+    file.write_text(json.dumps({**content, "later": {"a": 1}}))
     assert load_result(file).summary() == load_result(written).summary()
 
 

@@ -143,7 +143,7 @@ def _around(axis: Axis) -> list[Section]:
 def _law(law: ControlLaw | None, unit: str) -> Section:
     if law is None:
         return Section(title="Control law", lines=("none: least squares only, no instruments",))
-    lines = (
+    lines: tuple[Formula | str, ...] = (
         Formula(name="control", value=law.output, unit=unit),
         *(
             Formula(name=f"{memory.name} {when}", value=value)

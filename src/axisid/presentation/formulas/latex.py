@@ -209,10 +209,9 @@ def unit_latex(unit: str) -> str:
 
 def _line(formula: Formula, q: Coordinate) -> str:
     name = formula.name
-    if isinstance(name, str):
-        head = rf"\text{{{escaped_latex(name)}}}"
-    else:
-        head = " ".join(_terms(name, q))
+    head = (
+        rf"\text{{{escaped_latex(name)}}}" if isinstance(name, str) else " ".join(_terms(name, q))
+    )
     unit = rf"\ [{unit_latex(formula.unit)}]" if formula.unit else ""
     if formula.value is None:
         return f"{head}{unit} &:\\ {_sum(formula.column, q)}"

@@ -33,8 +33,10 @@ STATUS_CLASSES = MappingProxyType(
 
 def intervals_html(drawn: Intervals) -> str:
     """One above the other, in their order, the truth dotted; nothing where they have no width."""
-    ends = [end for each in drawn.intervals for end in (each.low, each.high)]
-    ends += [] if drawn.truth is None else [drawn.truth]
+    ends = [
+        *(end for each in drawn.intervals for end in (each.low, each.high)),
+        *([] if drawn.truth is None else [drawn.truth]),
+    ]
     low, span = min(ends), max(ends) - min(ends)
     if not 0 < span < float("inf"):
         return ""

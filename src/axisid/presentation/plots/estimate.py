@@ -135,8 +135,7 @@ def convergence_plot(estimate: Estimate | SavedEstimate) -> Plot | Missing:
     """How far every parameter is from its last value, and the simulation error, by iteration."""
     if not estimate.iterates:
         return Missing(f"{estimate.method} is no iteration; instruments were not used")
-    known = {"least-squares": "least squares", "nominal": "the nominal values"}
-    start = known.get(estimate.started, "its start")
+    starts = {"least-squares": "least squares", "nominal": "the nominal values"}
     steps = np.arange(len(estimate.iterates), dtype=float)
     values = np.array([i.physical for i in estimate.iterates])
     deviations = np.sqrt(np.diag(estimate.covariances["iid"]))
@@ -148,7 +147,8 @@ def convergence_plot(estimate: Estimate | SavedEstimate) -> Plot | Missing:
         title="Convergence of the output error"
         if estimate.by_output_error
         else TITLES["convergence"],
-        caption=f"{estimate.method.upper()} from {start}, iteration 0, in "
+        caption=f"{estimate.method.upper()} from {starts.get(estimate.started, 'its start')}, "
+        "iteration 0, in "
         f"{len(steps) - 1} iterations to the estimate: above, how many standard deviations "
         "(i.i.d.) each parameter is from its last value. The iteration ends when none moves by "
         f"more than {CONVERGED.value:g} of them, the dashed line.",

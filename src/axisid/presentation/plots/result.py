@@ -71,17 +71,7 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     if record.integrated:
         return Missing("no position was recorded, beside which the simulated one could be drawn")
     recorded, simulated = reference - record.position, reference - position
-    positions = (
-        Series(label="reference", x=time, y=reference, tone="other", dashed=True, aside=True),
-        line("recorded", time, record.position, "measured"),
-        Series(label="simulated", x=time, y=position, broad=True),
-    )
-    errors = (
-        line("recorded", time, recorded, "measured"),
-        Series(label="simulated", x=time, y=simulated, broad=True),
-    )
-    kept = result.data.sampling.kept
-    off = float(np.sqrt(np.mean((recorded - simulated)[kept] ** 2)))
+    off = float(np.sqrt(np.mean((recorded - simulated)[result.data.sampling.kept] ** 2)))
     by = "the reference alone" if record.injected is None else "reference and test signal alone"
     plot = Plot(
         name="tracking",
@@ -91,8 +81,22 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
         f"{off:.3g} {unit} (rms) from the recorded one.",
         x_label=_time_label(record),
         panels=(
-            Panel(label=labelled("position", unit), series=positions),
-            Panel(label=labelled("tracking error", unit), series=errors, weight=1.5),
+            Panel(
+                label=labelled("position", unit),
+                series=(
+                    replace(line("reference", time, reference, "other"), dashed=True, aside=True),
+                    line("recorded", time, record.position, "measured"),
+                    replace(line("simulated", time, position), broad=True),
+                ),
+            ),
+            Panel(
+                label=labelled("tracking error", unit),
+                series=(
+                    line("recorded", time, recorded, "measured"),
+                    replace(line("simulated", time, simulated), broad=True),
+                ),
+                weight=1.5,
+            ),
             Panel(
                 label=labelled("difference", unit),
                 series=(line("", time, simulated - recorded, "error"),),
@@ -330,10 +334,10 @@ def plots_by_record(
     """
     if not result.of_records:
         return {0: result_plots(result, sweep)}
-    of_all: dict[str, Plot | Missing] = {"convergence": convergence_plot(result.preferred)}
-    if sweep is not None:
-        of_all["sweep"] = sweep_plot(sweep, result.prefilter.cutoff)
-    found = {0: of_all}
+    of_all = {} if sweep is None else {"sweep": sweep_plot(sweep, result.prefilter.cutoff)}
+    found: dict[int, dict[str, Plot | Missing]] = {
+        0: {"convergence": convergence_plot(result.preferred), **of_all}
+    }
     for i, (part, name) in enumerate(zip(result.parts, result.record_names, strict=True), 1):
         found[i] = {
             f"{key}-{i}": plot if isinstance(plot, Missing) else numbered(plot, i, name)

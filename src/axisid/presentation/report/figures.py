@@ -84,11 +84,11 @@ def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
     """
     length = -(-len(x) // (most // 2))
     starts = np.arange(0, len(x), length)
-    places: list[list[int]] = []
-    for start in starts:
-        part = y[start : start + length]
-        least, largest = int(part.argmin()), int(part.argmax())
-        places.append(sorted((int(start) + least, int(start) + largest)))
+    places = [
+        sorted((start + part.argmin(), start + part.argmax()))
+        for start in starts
+        for part in [y[start : start + length]]
+    ]
     halves = (starts[:, None] + np.array([0.25, 0.75]) * length).ravel()
     step = (x[-1] - x[0]) / (len(x) - 1)
     return x[0] + step * halves, y[np.array(places).ravel()]
@@ -124,8 +124,7 @@ def _figure(name: str, plot: Plot | Missing, of: str, *, half: bool) -> str:
     heading = TITLES[name] if isinstance(plot, Missing) else plot.title
     title = f'<div class="figure-head"><h3>{escape(heading)}</h3></div>'
     if isinstance(plot, Missing):
-        why = prose_html(f"None: {plot}")
-        return f'<figure{wide}>{title}<p class="none">{why}</p></figure>'
+        return f'<figure{wide}>{title}<p class="none">{prose_html(f"None: {plot}")}</p></figure>'
     return (
         f'<figure{wide} id="figure-{plot.name}">{title}'
         f'<div class="plot" id="plot-{plot.name}" aria-label="{escape(plot.title)}"></div>'

@@ -260,12 +260,16 @@ def _verdict_html(checks: Sequence[Check], judged: str) -> str:
 
 def _made_by(axis: GeneratedAxis) -> dict[str, str]:
     """The code and the versions that made a result."""
-    versions = [f"axisid {__version__}", f"Python {platform.python_version()}"]
-    versions += [f"{package} {version(package)}" for package in _PACKAGES]
-    native = axis.native.library() is not None
+    versions = (
+        f"axisid {__version__}",
+        f"Python {platform.python_version()}",
+        *(f"{package} {version(package)}" for package in _PACKAGES),
+    )
     return {
         "generated code": axis.signature,
-        "simulated by": "native code" if native else "the CasADi virtual machine",
+        "simulated by": "the CasADi virtual machine"
+        if axis.native.library() is None
+        else "native code",
         "versions": ", ".join(versions),
         "platform": platform.platform(),
     }
@@ -325,15 +329,15 @@ def _hash(text: str) -> str:
     return f"sha256-{base64.b64encode(digest).decode()}"
 
 
-def fit_plots(fit: OutputFit) -> dict[int, dict[str, Plot | Missing]]:
+def fit_plots(fit: OutputFit) -> Mapping[int, Mapping[str, Plot]]:
     """Figures by the number of the record, from 1, each by its name; of one record under 0."""
     if len(fit.records) == 1:
         return {0: {"output": output_plot(fit)}}
-    found: dict[int, dict[str, Plot | Missing]] = {0: {}}
-    for i, record in enumerate(fit.records, 1):
-        plot = output_plot(fit, i - 1)
-        found[i] = {f"output-{i}": numbered(plot, i, record.provenance.source)}
-    return found
+    found = {
+        i: {f"output-{i}": numbered(output_plot(fit, i - 1), i, record.provenance.source)}
+        for i, record in enumerate(fit.records, 1)
+    }
+    return {0: {}, **found}
 
 
 _PATIENCE = 1.0  # s
@@ -391,8 +395,7 @@ def write_outputs(
             from axisid.presentation.drawing import write_figures
 
             found = plots_by_record(result, cutoffs).values()
-            every = (plot for of_one in found for plot in of_one.values())
-            plots = [plot for plot in every if isinstance(plot, Plot)]
+            plots = [p for of_one in found for p in of_one.values() if isinstance(p, Plot)]
             written += write_figures(plots, Path(figures), "pdf")
     except OSError as error:
         place = error.filename or report or figures

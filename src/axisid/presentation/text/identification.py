@@ -172,7 +172,7 @@ def _judged_table(result: SavedIdentification) -> Table:
 
 def rows_of(result: SavedIdentification) -> str:
     """How the records became rows."""
-    used = next(iter(result.estimates.values())).document.rows
+    first, *_ = result.estimates.values()
     force = force_told(
         result.drive,
         result.document.drive_remark or "",
@@ -182,7 +182,7 @@ def rows_of(result: SavedIdentification) -> str:
     samplings = [of_one.sampling for of_one in result.of_records] or [result.sampling]
     records = [of_one.record for of_one in result.of_records] or [result.record]
     motions = [record.motion or ("position",) for record in records]
-    return rows_text(samplings, used, force, motions)
+    return rows_text(samplings, first.document.rows, force, motions)
 
 
 def _heading(result: SavedIdentification) -> Heading:

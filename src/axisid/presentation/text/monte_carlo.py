@@ -163,7 +163,6 @@ def study_checks(result: SavedMonteCarlo) -> Table:
         for group in ("fails", "notes")
         for head in (group, "95 % interval")
     ]
-    total = ("any of them", *share_texts(result.objected), "", "", "")
     return Table(
         columns=(*text_columns(["check"]), *shares, Column("not evaluated", "%")),
         rows=(
@@ -176,7 +175,7 @@ def study_checks(result: SavedMonteCarlo) -> Table:
                 )
                 for check in beyond
             ),
-            total,
+            ("any of them", *share_texts(result.objected), "", "", ""),
         ),
         title=f"Checks of {result.judged} verdicts",
     )
@@ -189,16 +188,15 @@ def _is_silent(check: CheckFigures) -> bool:
 
 def legend(result: SavedMonteCarlo) -> Paragraph:
     """What the columns are."""
-    said = [
+    silent = ", ".join(each.name for each in result.check_figures if _is_silent(each))
+    unseen = ", ".join(each.name for each in result.check_figures if not each.passes.of)
+    return paragraph(
         "bias, scatter: mean error and standard deviation over the runs, with their standard "
         f"errors. stated: deviation, {_stated_labels(result)}. holds: share of its intervals "
-        "that hold the truth, with Wilson's 95 % interval; after it that of other deviations."
-    ]
-    if silent := [each.name for each in result.check_figures if _is_silent(each)]:
-        said.append(f"Passed in every run: {', '.join(silent)}.")
-    if unseen := [each.name for each in result.check_figures if not each.passes.of]:
-        said.append(f"Evaluated in no run, so that nothing is known of them: {', '.join(unseen)}.")
-    return paragraph(*said)
+        "that hold the truth, with Wilson's 95 % interval; after it that of other deviations.",
+        *([f"Passed in every run: {silent}."] if silent else []),
+        *([f"Evaluated in no run, so that nothing is known of them: {unseen}."] if unseen else []),
+    )
 
 
 def findings(result: SavedMonteCarlo) -> Paragraph:

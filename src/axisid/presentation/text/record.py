@@ -152,10 +152,8 @@ def records_facts(
     facts = {f"record {i}": own["record"] for i, own in enumerate(told, 1)}
     for name in ("columns", "assumed", "repaired"):
         each = [own[name] for own in told]
-        if len(set(each)) == 1:
-            facts[name] = each[0]
-        else:
-            facts |= {f"{name} {i}": text for i, text in enumerate(each, 1)}
+        numbered = {f"{name} {i}": text for i, text in enumerate(each, 1)}
+        facts |= {name: each[0]} if len({*each}) == 1 else numbered
     return facts
 
 

@@ -112,10 +112,12 @@ def _errors(fit: SavedOutputFit) -> Table:
         )
         for place, each in enumerate(fit.document.record_errors)
     )
-    heads = ["left of", "samples", f"error {fit.document.unit}", "error %", "order [1]"]
-    if count > 1:
-        both = ["", "output"] if several else ["left of"]
-        heads = [*both, "samples", "error", "unit", "error %", "order [1]"]
+    heads = (
+        *(("", "output") if several and count > 1 else ("left of",)),
+        "samples",
+        *(("error", "unit") if count > 1 else (f"error {fit.document.unit}",)),
+        *("error %", "order [1]"),
+    )
     return Table(columns=text_columns(heads), rows=rows)
 
 
