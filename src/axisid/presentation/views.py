@@ -162,9 +162,9 @@ def saved_as(result: Presentable, file: object, **how: Any) -> Path:
         )
     known = signature(result.to_dict).parameters
     if foreign := [name for name in how if name not in known]:
-        takes = ", ".join(known) or "nothing"
         raise UsageError(
-            f"the result is not saved by {quoted(foreign[0])}; beside the file it takes {takes}.",
+            f"the result is not saved by {quoted(foreign[0])}; beside the file it takes "
+            f"{', '.join(known) or 'nothing'}.",
             code="result-file",
         )
     return write_file(path, json_text(result.to_dict(**how)))

@@ -157,11 +157,15 @@ def _told(file: str, tell: Callable[[], T]) -> T:
     """
     try:
         return tell()
-    except AxisidError as error:
-        raise contradiction(file, str(error).removesuffix(".")) from error
-    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
-        kind = type(error).__name__
-        raise contradiction(file, f"no summary can be made of it ({kind}: {error})") from error
+    except (AxisidError, ArithmeticError, LookupError, TypeError, ValueError) as error:
+        problem = (
+            str(error).removesuffix(".")
+            if isinstance(error, AxisidError)
+            else f"no summary can be made of it ({type(error).__name__}: {error})"
+        )
+        raise DataError(
+            f"{file} contradicts itself: {problem}. {WRITE_AGAIN}", code="result-file"
+        ) from error
 
 
 @overload
@@ -343,11 +347,6 @@ def _of_drive(document: WrittenIdentification, drive: Drive) -> Iterator[tuple[s
     spread = document.estimates[0].gain_relative_sd  # 0 too where the force was measured
     if spread and not math.isclose(spread, drive.relative_sd, rel_tol=_SAME_DEVIATION):
         yield "the drive's relative_sd", f"{spread:g}", f"{drive.relative_sd:g}"
-
-
-def contradiction(file: str, problem: str) -> DataError:
-    """The refusal of a file, with what is wrong with it and what to do."""
-    return DataError(f"{file} contradicts itself: {problem}. {WRITE_AGAIN}", code="result-file")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
