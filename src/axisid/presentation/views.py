@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from importlib import import_module
 from importlib.util import find_spec
 from inspect import signature
 from operator import attrgetter
@@ -143,8 +142,13 @@ def as_frame(result: Presentable, library: str | None = None) -> Any:
             f"a {type(result).__name__} has no table of numbers; see its to_dict().",
             code="dataframe",
         )
-    made: Callable[..., Any] = import_module(name).DataFrame
-    return made(columns(result), **({"infer_schema_length": None} if name == "polars" else {}))
+    if name == "pandas":
+        import pandas as pd  # type: ignore[import-untyped]
+
+        return pd.DataFrame(columns(result))
+    import polars as pl
+
+    return pl.DataFrame(columns(result), infer_schema_length=None)
 
 
 def as_document(result: Presentable, **how: Any) -> dict[str, Any]:
