@@ -152,6 +152,22 @@ class ByMethod(Checked):
     def __len__(self: _HasEstimates[object]) -> int:
         return len(self.estimates)
 
+    def summary(self, draws: int = 0, *, every: bool = False, full: bool = False) -> str:
+        """The judged estimate as text, with the verdict.
+
+        Parameters
+        ----------
+        draws : int
+            How many to draw from each estimate's distribution, for a table of intervals that do
+            without the delta method; 0 for none. Of a file as many as were drawn when it was
+            written.
+        every : bool
+            Every method's estimate side by side, with numbered notes.
+        full : bool
+            That, and intervals, correlations and every diagnostic with its figures.
+        """
+        return str(view_of("as_text", self, draws=draws, every=every, full=full))
+
 
 class HasRecords:
     """A result from one record or several under their filters."""
@@ -356,21 +372,6 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
         """What the tests of the result measured, computed once."""
         found = diagnose(self.case)
         return replace(found, verdict=(*found.verdict, *self.further))
-
-    def summary(self, draws: int = 0, *, every: bool = False, full: bool = False) -> str:
-        """The judged estimate as text, with the verdict.
-
-        Parameters
-        ----------
-        draws : int
-            How many to draw from each estimate's distribution, for a table of intervals that do
-            without the delta method; 0 for none.
-        every : bool
-            Every method's estimate side by side, with numbered notes.
-        full : bool
-            That, and intervals, correlations and every diagnostic with its figures.
-        """
-        return str(view_of("as_text", self, draws=draws, every=every, full=full))
 
     def to_dict(self, draws: int = 0) -> dict[str, Any]:
         """What ``--json`` writes: plain numbers, texts and lists; `draws` as in `summary`."""

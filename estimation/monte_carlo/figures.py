@@ -7,7 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Protocol
+from typing import Annotated
 
 import numpy as np
 from msgspec import Meta, Struct
@@ -164,21 +164,28 @@ class CheckFigures(Struct, frozen=True, kw_only=True, rename={"missing": "not_ev
     missing: Annotated[Share, Meta(description="Of all that were judged.")]
 
 
-class _HasFigures(Protocol):
-    @property
-    def figures(self) -> tuple[EstimandFigures, ...]: ...
-
-    @property
-    def failures(self) -> tuple[FailedRun, ...]: ...
-
-    @property
-    def chosen(self) -> str: ...
-
-    def __len__(self) -> int: ...
-
-
-class StudyFigures(_HasFigures, Checked):
+class StudyFigures(Checked):
     """What follows from the figures of a study."""
+
+    __slots__ = ()
+
+    @property
+    def figures(self) -> tuple[EstimandFigures, ...]:
+        """What the runs tell of each estimand."""
+        raise NotImplementedError
+
+    @property
+    def failures(self) -> tuple[FailedRun, ...]:
+        """Runs that gave nothing, of a method or at all, with the reason."""
+        raise NotImplementedError
+
+    @property
+    def chosen(self) -> str:
+        """Of `COVARIANCES`, what printed intervals are of."""
+        raise NotImplementedError
+
+    def __len__(self) -> int:
+        raise NotImplementedError
 
     @property
     def checks(self) -> tuple[Check, ...]:

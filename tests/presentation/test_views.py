@@ -20,7 +20,7 @@ from axisid import (
     validate,
 )
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.presentation.frames import frame_of
+from axisid.presentation.views import as_frame
 from axisid.support.presentable import Presentable
 from tests.refusals import refuses
 
@@ -97,8 +97,8 @@ def test_what_is_no_library_or_no_table_is_refused(
     with refuses("dataframe"):
         result.to_frame("excel")
     with refuses("dataframe"):
-        frame_of(Presentable(), "pandas")
-    monkeypatch.setattr("axisid.presentation.frames.find_spec", lambda _: None)
+        as_frame(Presentable(), "pandas")
+    monkeypatch.setattr("axisid.presentation.views.find_spec", lambda _: None)
     for library in (None, "polars"):
         with refuses("missing-library"):
             result.to_frame(library)

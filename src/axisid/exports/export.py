@@ -222,11 +222,11 @@ def export(
         languages = ", ".join(each.name for each in TARGETS if each.language)
         raise UsageError(f"a dead zone is part of {languages}, not of {to}.")
     fitted = fitted_axis(result, axis, record)
-    chosen = fitted.chosen(method)
+    chosen = (fitted.result.preferred if method is None else fitted.result[method]).method
     if target.language:
         return target.write(_feed_forward(fitted, chosen, dead_zone))
     several = method is None and not target.one_method
-    return target.write(fitted, list(fitted.estimates) if several else [chosen])
+    return target.write(fitted, list(fitted.result.estimates) if several else [chosen])
 
 
 def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForward:

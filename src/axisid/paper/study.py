@@ -31,7 +31,7 @@ from axisid.presentation.blocks import (
     plain_text,
     text_columns,
 )
-from axisid.presentation.saved import study_facts
+from axisid.presentation.saved import written_study
 from axisid.presentation.text import estimand_tables, findings, legend
 from axisid.support.files import json_text, write_file
 from axisid.support.progress import Progress, with_progress
@@ -239,7 +239,7 @@ def run_distributions(
 def distributions_document(found: Mapping[str, MonteCarlo]) -> Document:
     """The estimates of every method and filter, and what stands out."""
     blocks: Document = ()
-    studies = {name: study_facts(result) for name, result in found.items()}
+    studies = {name: written_study(result) for name, result in found.items()}
     for name, result in studies.items():
         title = f"{len(result)} twins, {name} filter, {FILTERS[name].cutoff:g} Hz"
         blocks = *blocks, *estimand_tables(result, title), findings(result)

@@ -2,17 +2,19 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from importlib.util import find_spec
 from inspect import signature
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification, record_place
-from axisid.estimation.monte_carlo import MonteCarlo
+from axisid.estimation.monte_carlo import MonteCarlo, run_columns
 from axisid.estimation.records import Record
 from axisid.estimation.studies import Comparison, FitValidation, Sweep, Validation
 from axisid.modeling.declaration import Axis
@@ -43,11 +45,9 @@ from axisid.presentation.saved import (
     SavedIdentification,
     SavedMonteCarlo,
     SavedOutputFit,
-    estimate_facts,
     identification_facts,
     plain,
     result_comparison_document,
-    study_facts,
     written_comparison,
     written_diagnosis,
     written_estimate,
@@ -82,6 +82,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _Figures: TypeAlias = Mapping[str, Callable[..., Plot | Missing]]
+_Row: TypeAlias = dict[str, Any]
+_LIBRARIES = ("pandas", "polars")
+
+
+class _View(NamedTuple):
+    """How results of a type look: in blocks, as plain data, as a dataframe, in figures."""
+
+    document: Callable[..., Document]
+    written: Callable[..., Any]
+    columns: Callable[[Any], list[_Row] | Mapping[str, Any]] | None = None
+    figures: _Figures = MappingProxyType({})
 
 
 def as_blocks(result: Presentable, **how: Any) -> Document:
@@ -93,8 +104,7 @@ def as_blocks(result: Presentable, **how: Any) -> Document:
     **how
         As the result's `summary` takes it.
     """
-    document, _ = _views_of(result)
-    return document(result, **how)
+    return _view_of(result).document(result, **how)
 
 
 def as_text(result: Presentable, **how: Any) -> str:
@@ -115,16 +125,35 @@ def axis_html(axis: Axis) -> str:
 
 
 def as_frame(result: Presentable, library: str | None = None) -> Any:
-    """A result's numbers as a dataframe of pandas or polars."""
-    from .frames import frame_of
+    """A result's numbers as a dataframe of pandas or polars, whichever is named or installed."""
+    name = next(filter(find_spec, _LIBRARIES), "pandas") if library is None else library
+    if not is_among(name, _LIBRARIES):
+        raise UsageError(
+            f"there is no dataframe of {quoted(name)}; give pandas or polars.", code="dataframe"
+        )
+    if find_spec(name) is None:
+        raise UsageError(
+            f"a dataframe needs {name}, which is not installed; run: pip install {name}",
+            code="missing-library",
+        )
+    columns = _view_of(result).columns
+    if columns is None:
+        raise UsageError(
+            f"a {type(result).__name__} has no table of numbers; see its to_dict().",
+            code="dataframe",
+        )
+    if name == "pandas":
+        import pandas as pd  # type: ignore[import-untyped]
 
-    return frame_of(result, library)
+        return pd.DataFrame(columns(result))
+    import polars as pl
+
+    return pl.DataFrame(columns(result), infer_schema_length=None)
 
 
 def as_document(result: Presentable, **how: Any) -> dict[str, Any]:
     """A result as plain numbers, texts and lists; what is not finite is None."""
-    _, written = _views_of(result)
-    return plain(written(result, **how))
+    return plain(_view_of(result).written(result, **how))
 
 
 def saved_as(result: Presentable, file: object, **how: Any) -> Path:
@@ -137,9 +166,9 @@ def saved_as(result: Presentable, file: object, **how: Any) -> Path:
         )
     known = signature(result.to_dict).parameters
     if foreign := [name for name in how if name not in known]:
-        takes = ", ".join(known) or "nothing"
         raise UsageError(
-            f"the result is not saved by {quoted(foreign[0])}; beside the file it takes {takes}.",
+            f"the result is not saved by {quoted(foreign[0])}; beside the file it takes "
+            f"{', '.join(known) or 'nothing'}.",
             code="result-file",
         )
     return write_file(path, json_text(result.to_dict(**how)))
@@ -159,7 +188,7 @@ def plot_of(result: Presentable, what: str, method: str | None = None, **of: Any
     """One of a result's figures as data, by its name, which the only one of a result needs not."""
     if isinstance(result, (Identification, SavedIdentification)):
         return _of_identification(result, what, method, **of)
-    figures = _FIGURES.get(type(result), {})
+    figures = _view_of(result).figures
     if not what and len(figures) == 1:
         (what,) = figures
     if not is_among(what, figures):
@@ -223,11 +252,132 @@ def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageErr
     )
 
 
-def _views_of(result: Presentable) -> tuple[Callable[..., Document], Callable[..., Any]]:
-    for kind in type(result).__mro__:
-        if kind in _VIEWS:
-            return _VIEWS[kind]
+def _of_sweep(result: Sweep) -> list[_Row]:
+    return [
+        {"cutoff": cutoff, **row}
+        for cutoff, found in zip(result.cutoffs, result.results, strict=True)
+        for row in _rows(*found.estimates.values())
+    ]
+
+
+def _of_comparison(result: Comparison) -> list[_Row]:
+    return [
+        {
+            "candidate": each.name,
+            "parameters": each.size,
+            "equation_error_percent": each.estimate.equation_error_percent,
+            "held_out_equation_error_percent": each.equation.error_percent,
+            "held_out_simulation_error_percent": None
+            if each.simulation is None
+            else each.simulation.error_percent,
+            "log_likelihood": each.criteria.log_likelihood,
+            "aic": each.criteria.aic,
+            "bic": each.criteria.bic,
+            "tic": each.criteria.tic,
+            "recommended": each.name == result.recommended,
+        }
+        for each in result.candidates
+    ]
+
+
+def _of_validation(result: Validation) -> list[_Row]:
+    return [
+        {
+            "method": each.method,
+            "equation_error_percent": each.equation_error_percent,
+            "own_equation_error_percent": each.own_equation_error_percent,
+            "simulation_error_percent": each.simulation_error_percent,
+            "position_error_rms": each.position_error_rms,
+            "tracking_error_percent": each.tracking_error_percent,
+            "reestimate_percent": None
+            if each.reestimate is None
+            else each.reestimate.apart.share_percent,
+            "holds": each.holds,
+        }
+        for each in result
+    ]
+
+
+def _of_laws(result: LawSearch) -> list[_Row]:
+    return [
+        {
+            "law": each.title,
+            "gain": name,
+            "value": value,
+            "sd": each.deviations.get(name),
+            "delay": each.law.delay,
+            "held_out_percent": each.held_out_percent,
+            "fitted_percent": each.fitted_percent,
+        }
+        for each in result.laws
+        for name, value in each.law.gains.items()
+    ]
+
+
+def _of_diagnosis(result: Diagnosis) -> list[_Row]:
+    return [
+        {
+            "check": check.name,
+            "status": check.status,
+            "figure": check.figure,
+            "threshold": check.threshold,
+            "p_value": check.p_value,
+            "meaning": check.meaning,
+        }
+        for check in result.verdict
+    ]
+
+
+def _of_fit(result: OutputFit) -> list[_Row]:
+    return [
+        {
+            "parameter": name,
+            "unit": value.unit,
+            "value": value.value,
+            "sd": value.deviation,
+            "lower_95": value.interval[0],
+            "upper_95": value.interval[1],
+            "at_bound": result.at_bound.get(name, ""),
+            "fixed": name in result.fixed,
+        }
+        for name, value in result.parameters.items()
+    ]
+
+
+def _of_methods(result: Identification | SavedIdentification) -> list[_Row]:
+    return _rows(*result.estimates.values())
+
+
+def _rows(*estimates: Estimate | SavedEstimate) -> list[_Row]:
+    """A row for each parameter."""
+    return [
+        {
+            "method": estimate.method,
+            "parameter": name,
+            "unit": value.unit,
+            "value": value.value,
+            "corrected": value.corrected,
+            "sd_hac": value.sd_hac,
+            "lower_95": value.interval[0],
+            "upper_95": value.interval[1],
+            "sd_iid": value.sd,
+            "sd_gain": value.sd_gain,
+            "filter_bias": value.filter_bias,
+            "interval_covariance": value.chosen,
+        }
+        for estimate in estimates
+        for name, value in estimate.parameters.items()
+    ]
+
+
+def _without_view(result: Presentable, **_: Any) -> Document:
     raise UsageError(f"a {type(result).__name__} has no document and no plain data of its own.")
+
+
+def _view_of(result: Presentable) -> _View:
+    """The row of its type."""
+    kinds = (_VIEWS[kind] for kind in type(result).__mro__ if kind in _VIEWS)
+    return next(kinds, _View(_without_view, _without_view))
 
 
 _OF_ESTIMATE: _Figures = {
@@ -236,41 +386,55 @@ _OF_ESTIMATE: _Figures = {
     "spectrum": spectrum_plot,
     "convergence": convergence_plot,
 }
-#: By type of result its figures by name; those of an identification are of an estimate too.
-_FIGURES: Mapping[type, _Figures] = {
-    Estimate: _OF_ESTIMATE,
-    SavedEstimate: {name: _OF_ESTIMATE[name] for name in ("autocorrelation", "convergence")},
-    Sweep: {"sweep": sweep_plot},
-    OutputFit: {
-        "output": lambda fit, record=None: output_plot(
-            fit, record_place(1 if record is None else record, len(fit.records))
-        )
-    },
-    MonteCarlo: {name: partial(monte_carlo_plot, name=name) for name in PLOTS},
-}
 _as_read = attrgetter("document")  # what a result was read from
-#: By type of result its document and its plain data.
-_VIEWS: Mapping[type, tuple[Callable[..., Document], Callable[..., Any]]] = {
-    Record: (record_document, written_record),
-    Diagnosis: (diagnosis_blocks, written_diagnosis),
-    Estimate: (lambda each: saved_estimate_document(estimate_facts(each)), written_estimate),
-    Identification: (
+_VIEWS: Mapping[type, _View] = {
+    Record: _View(record_document, written_record, Record.channels),
+    Diagnosis: _View(diagnosis_blocks, written_diagnosis, _of_diagnosis),
+    Estimate: _View(
+        lambda each: saved_estimate_document(
+            SavedEstimate.of(written_estimate(each), each.row_period)
+        ),
+        written_estimate,
+        _rows,
+        _OF_ESTIMATE,
+    ),
+    SavedEstimate: _View(
+        saved_estimate_document,
+        _as_read,
+        _rows,
+        {name: _OF_ESTIMATE[name] for name in ("autocorrelation", "convergence")},
+    ),
+    Identification: _View(
         lambda each, draws=0, **how: saved_document(
             identification_facts(each, draws), draws, **how
         ),
         written_identification,
+        _of_methods,
     ),
-    Sweep: (sweep_document, written_sweep),
-    LawSearch: (law_search_document, written_law_search),
-    Comparison: (comparison_document, written_comparison),
-    Validation: (validation_document, written_validation),
-    OutputFit: (output_fit_document, written_output_fit),
-    FitValidation: (fit_validation_document, written_fit_validation),
-    MonteCarlo: (lambda study: study_document(study_facts(study)), written_study),
-    ResultComparison: (result_comparison_document, lambda result: result),
-    SavedIdentification: (saved_document, _as_read),
-    SavedEstimate: (saved_estimate_document, _as_read),
-    SavedOutputFit: (saved_fit_document, _as_read),
-    SavedFitValidation: (fit_validation_document, lambda result: result),
-    SavedMonteCarlo: (study_document, _as_read),
+    SavedIdentification: _View(saved_document, _as_read, _of_methods),
+    Sweep: _View(sweep_document, written_sweep, _of_sweep, {"sweep": sweep_plot}),
+    LawSearch: _View(law_search_document, written_law_search, _of_laws),
+    Comparison: _View(comparison_document, written_comparison, _of_comparison),
+    Validation: _View(validation_document, written_validation, _of_validation),
+    OutputFit: _View(
+        output_fit_document,
+        written_output_fit,
+        _of_fit,
+        {
+            "output": lambda fit, record=None: output_plot(
+                fit, record_place(1 if record is None else record, len(fit.records))
+            )
+        },
+    ),
+    SavedOutputFit: _View(saved_fit_document, _as_read),
+    FitValidation: _View(fit_validation_document, written_fit_validation),
+    SavedFitValidation: _View(fit_validation_document, lambda result: result),
+    MonteCarlo: _View(
+        lambda study: study_document(written_study(study)),
+        written_study,
+        run_columns,
+        {name: partial(monte_carlo_plot, name=name) for name in PLOTS},
+    ),
+    SavedMonteCarlo: _View(study_document, lambda result: result),
+    ResultComparison: _View(result_comparison_document, lambda result: result),
 }

@@ -1,5 +1,7 @@
 """Blocks as plain text: every line as a pipe gets it."""
 
+import pytest
+
 from axisid.presentation.blocks import (
     PAGE_WIDTH,
     Block,
@@ -35,44 +37,56 @@ def test_named_facts_hang_and_those_that_say_nothing_are_passed_over() -> None:
     assert lines(Heading(facts=(("nothing", ""),)), paragraph("so")) == ["so"]
 
 
-def test_a_table_has_its_first_column_left_and_a_column_for_each_part() -> None:
-    table = Table(
-        columns=(
-            *text_columns(["", "unit"]),
-            Column("ONE", parts=("sd", "rel.")),
-            Column("v", "m/s"),
+@pytest.mark.parametrize(
+    ("table", "wanted"),
+    [
+        (  # its first column to the left, and a column for each part
+            Table(
+                columns=(
+                    *text_columns(["", "unit"]),
+                    Column("ONE", parts=("sd", "rel.")),
+                    Column("v", "m/s"),
+                ),
+                rows=(
+                    ("M", "kg", Quantity("95.1", "0.2", ("3 %",)), "1"),
+                    ("longer", "", "-", ""),
+                ),
+                title="Title",
+                said=("Said of it.",),
+            ),
+            [
+                "Title",
+                "        unit   ONE   sd  rel.  v [m/s]",
+                "--------------------------------------",
+                "M         kg  95.1  0.2   3 %        1",
+                "longer           -",
+                "Said of it.",
+            ],
         ),
-        rows=(
-            ("M", "kg", Quantity("95.1", "0.2", ("3 %",)), "1"),
-            ("longer", "", "-", ""),
+        (  # without parts a quantity is one text
+            Table(
+                columns=text_columns(["", "value"]),
+                rows=(("a", Quantity("1.5", "0.2")), ("b", Quantity("1", ""))),
+            ),
+            ["        value", "-------------", "a  1.5 +- 0.2", "b           1"],
         ),
-        title="Title",
-        said=("Said of it.",),
-    )
-    assert lines(table) == [
-        "Title",
-        "        unit   ONE   sd  rel.  v [m/s]",
-        "--------------------------------------",
-        "M         kg  95.1  0.2   3 %        1",
-        "longer           -",
-        "Said of it.",
-    ]
-
-
-def test_without_parts_a_quantity_is_one_text() -> None:
-    table = Table(
-        columns=text_columns(["", "value"]),
-        rows=(("a", Quantity("1.5", "0.2")), ("b", Quantity("1", ""))),
-    )
-    assert lines(table)[2:] == ["a  1.5 +- 0.2", "b           1"]
-
-
-def test_what_is_drawn_is_left_out() -> None:
-    drawn = Intervals((Interval(1.0, 2.0, 3.0, "ls"),))
-    heads = (Column("", align="left"), Column("how"), Column("interval", kind="intervals"))
-    assert lines(Table(columns=heads, rows=(("M", "LS", drawn),)))[2:] == ["M   LS"]
-
-
-def test_letters_of_other_scripts_are_counted_as_letters() -> None:
-    table = Table(columns=text_columns(["größe", "µ"]), rows=(("ä", "12"),))
-    assert lines(table) == ["größe   µ", "---------", "ä      12"]
+        (  # what is drawn is left out
+            Table(
+                columns=(
+                    Column("", align="left"),
+                    Column("how"),
+                    Column("interval", kind="intervals"),
+                ),
+                rows=(("M", "LS", Intervals((Interval(1.0, 2.0, 3.0, "ls"),))),),
+            ),
+            ["   how", "------", "M   LS"],
+        ),
+        (  # letters of other scripts are counted as letters
+            Table(columns=text_columns(["größe", "µ"]), rows=(("ä", "12"),)),
+            ["größe   µ", "---------", "ä      12"],
+        ),
+    ],
+    ids=["parts", "one text", "drawn", "letters"],
+)
+def test_a_table_is_as_wide_as_its_texts(table: Table, wanted: list[str]) -> None:
+    assert lines(table) == wanted

@@ -52,12 +52,11 @@ def words(text: str) -> set[str]:
 
 def methods(*heads: str) -> Table:
     """A table of two rows for each of the methods."""
-    rows = {"M": "kg", "long name": "N"}
     return Table(
         columns=(*text_columns(["", "unit"]), *(Column(head, parts=("sd",)) for head in heads)),
         rows=tuple(
             (name, unit, *(Quantity(f"{i}.5", f"0.{i}") for i, _ in enumerate(heads)))
-            for name, unit in rows.items()
+            for name, unit in (("M", "kg"), ("long name", "N"))
         ),
         labels=2,
     )
@@ -99,21 +98,41 @@ def test_a_narrow_terminal_gets_every_word_within_its_width(
         assert words(plain_text(document)) <= words("\n".join(lines))
 
 
-def test_a_table_is_broken_between_the_columns_of_two_methods() -> None:
-    table = methods("FIRST METHOD", "SECOND METHOD")
-    assert fitted((table, paragraph("and so on")), 42) == [
-        "           unit  FIRST METHOD   sd",
-        "----------------------------------",
-        "M            kg           0.5  0.0",
-        "long name     N           0.5  0.0",
-        "",
-        "           unit  SECOND METHOD   sd",
-        "-----------------------------------",
-        "M            kg            1.5  0.1",
-        "long name     N            1.5  0.1",
-        "",
-        "and so on",
-    ]
+@pytest.mark.parametrize(
+    ("document", "width", "lines"),
+    [
+        (  # a table is broken between the columns of two methods
+            (methods("FIRST METHOD", "SECOND METHOD"), paragraph("and so on")),
+            42,
+            [
+                "           unit  FIRST METHOD   sd",
+                "----------------------------------",
+                "M            kg           0.5  0.0",
+                "long name     N           0.5  0.0",
+                "",
+                "           unit  SECOND METHOD   sd",
+                "-----------------------------------",
+                "M            kg            1.5  0.1",
+                "long name     N            1.5  0.1",
+                "",
+                "and so on",
+            ],
+        ),
+        (  # what looks like markup is text
+            (paragraph("[bold]x[/bold] :smile:"),),
+            80,
+            ["[bold]x[/bold] :smile:"],
+        ),
+        (  # wide letters take two columns
+            (Table(columns=text_columns(["", "value"]), rows=(("日本", "1"), ("name", "22"))),),
+            40,
+            ["      value", "-----------", "日本      1", "name     22"],
+        ),
+    ],
+    ids=["broken", "markup", "wide"],
+)
+def test_what_a_terminal_shows(document: Document, width: int, lines: list[str]) -> None:
+    assert fitted(document, width) == lines
 
 
 def test_wide_letters_take_two_columns() -> None:
@@ -123,20 +142,9 @@ def test_wide_letters_take_two_columns() -> None:
         lines = fitted((title, table), width)
         assert max(map(cell_len, lines)) <= width
         assert "".join(lines).count("日本語のタイトル") == 8
-    assert fitted((table,), 40) == [
-        "      value",
-        "-----------",
-        "日本      1",
-        "name     22",
-    ]
 
 
 def test_a_word_that_is_wider_than_the_terminal_is_folded() -> None:
     lines = fitted((paragraph("x" * 70),), 30)
     assert [len(line) for line in lines] == [30, 30, 10]
     assert fitted((methods("ONE"),), 1) == fitted((methods("ONE"),), 20)
-
-
-def test_what_looks_like_markup_is_text() -> None:
-    said = "[bold]x[/bold] :smile:"
-    assert fitted((paragraph(said),), 80) == [said]

@@ -2,7 +2,9 @@
 
 import re
 import warnings
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -29,6 +31,11 @@ def without_superscripts(folder: Path) -> Path:
     return file
 
 
+def plot_of(x: np.ndarray, y: np.ndarray, label: str = "a", **how: Any) -> Plot:
+    panel = Panel(label=label, series=(Series(label="a", x=x, y=y),), **how)
+    return Plot(name="a", title="", caption="", x_label="s⁻¹", panels=(panel,))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("form", ["png", "pdf", "svg"])
 def test_exponents_are_drawn_where_the_chosen_font_lacks_them(
@@ -38,10 +45,7 @@ def test_exponents_are_drawn_where_the_chosen_font_lacks_them(
     monkeypatch.setattr(manager, "ttflist", [f for f in manager.ttflist if "DejaVu" in f.name])
     manager.addfont(without_superscripts(tmp_path))
     x = np.geomspace(1e-7, 1e3, 20)
-    panel = Panel(
-        label="inertia [10⁻³ kg m²] ⁰¹⁴⁵⁶⁷⁸⁹", series=(Series(label="a", x=x, y=1e8 * x),)
-    )
-    plot = Plot(name="all", title="", caption="", x_label="s⁻¹", panels=(panel,), log=True)
+    plot = replace(plot_of(x, 1e8 * x, "inertia [10⁻³ kg m²] ⁰¹⁴⁵⁶⁷⁸⁹"), log=True)
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # a glyph that is missing is one
         figure = draw(plot, "τ and θ̈")
@@ -52,9 +56,7 @@ def test_exponents_are_drawn_where_the_chosen_font_lacks_them(
 
 def test_fonts_that_are_not_there_are_not_asked_for(caplog: pytest.LogCaptureFixture) -> None:
     x = np.arange(5.0)
-    panel = Panel(label="a [mm]", series=(Series(label="a", x=x, y=x),))
-    plot = Plot(name="all", title="", caption="", x_label="t", panels=(panel,))
-    assert rendered(draw(plot), "png")
+    assert rendered(draw(plot_of(x, x, "a [mm]")), "png")
     assert "not found" not in caplog.text
 
 
@@ -71,8 +73,7 @@ def test_ticks_are_round_enough_and_written_as_numbers_are_read(
     reach: tuple[float, float], log: bool, ticks: list[str], taken_out: str
 ) -> None:
     y = np.array(reach)
-    panel = Panel(label="a", series=(Series(label="a", x=y, y=y),), log=log, span=reach)
-    axis = draw(Plot(name="a", title="", caption="", x_label="t", panels=(panel,))).axes[0].yaxis
+    axis = draw(plot_of(y, y, log=log, span=reach)).axes[0].yaxis
     labels = axis.get_major_formatter().format_ticks(axis.get_majorticklocs())
     shown = {re.sub(r"\\mathdefault|[${}]", "", text) for text in labels}
     assert {*ticks} <= shown

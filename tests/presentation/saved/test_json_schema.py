@@ -32,9 +32,9 @@ from axisid import (
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
 from axisid.estimation.control_law_search import LawSearch, find_law
 from axisid.presentation.saved import plain, schema_of
+from axisid.presentation.saved.identification import WrittenIdentification
 from axisid.presentation.saved.output_fit import WrittenOutputFit
 from axisid.presentation.saved.studies import WrittenComparison, WrittenLawSearch, WrittenSweep
-from axisid.presentation.saved.written_identification import WrittenIdentification
 from axisid.support.arrays import from_json
 from tests.refusals import refuses
 

@@ -31,7 +31,11 @@ def files(
     return paths
 
 
-def spoiled(file: Path, folder: Path, change: Callable[[dict[str, Any]], None]) -> Path:
+def _mass(content: dict[str, Any]) -> dict[str, Any]:
+    return dict.__getitem__(content, "estimates")[0]["parameters"]["M"]  # type: ignore[no-any-return]
+
+
+def spoiled(file: Path, folder: Path, change: Callable[[dict[str, Any]], object]) -> Path:
     content = json.loads(file.read_text())
     change(content)
     target = folder / "spoiled.json"
@@ -68,15 +72,12 @@ def test_settings_verdicts_and_methods_that_differ_are_told(files: tuple[Path, P
 def test_another_unit_is_not_compared_and_exact_estimates_have_no_deviations(
     files: tuple[Path, Path], tmp_path: Path
 ) -> None:
-    def rescale(content: dict[str, Any]) -> None:
-        content["estimates"][0]["parameters"]["M"]["unit"] = "kg m"
-
     def exact(content: dict[str, Any]) -> None:
-        estimate = content["estimates"][0]
-        estimate["parameters"]["M"]["sd_hac"] = 0.0
-        estimate["covariance_hac"] = [[0.0] * 3] * 3
+        content["estimates"][0]["covariance_hac"] = [[0.0] * 3] * 3
+        _mass(content).update(sd_hac=0.0)
 
-    result = compare_results(files[0], spoiled(files[0], tmp_path, rescale))
+    rescaled = spoiled(files[0], tmp_path, lambda content: _mass(content).update(unit="kg m"))
+    result = compare_results(files[0], rescaled)
     assert result.alone == WrittenAlone(first=("idm-ls M [kg]",), second=("idm-ls M [kg m]",))
     file = spoiled(files[0], tmp_path, exact)
     result = compare_results(file, file)
@@ -114,8 +115,6 @@ def test_command_prints_or_writes_what_its_schema_says(
 def test_what_is_no_number_is_not_compared(
     files: tuple[Path, Path], tmp_path: Path, value: Any, says: str
 ) -> None:
-    def change(content: dict[str, Any]) -> None:
-        content["estimates"][0]["parameters"]["M"]["value"] = value
-
+    file = spoiled(files[0], tmp_path, lambda content: _mass(content).update(value=value))
     with refuses("result-file", says):
-        compare_results(files[0], spoiled(files[0], tmp_path, change))
+        compare_results(files[0], file)

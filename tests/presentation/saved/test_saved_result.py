@@ -290,10 +290,9 @@ def test_a_file_that_is_no_result_is_refused_in_a_sentence(
 
 def test_a_name_of_a_later_version_is_passed_over(written: Path, tmp_path: Path) -> None:
     content = json.loads(written.read_text())
-    content["later"] = {"a": 1}
-    _first(content)["later"] = None
+    _first(content).update(later=None)
     file = tmp_path / "x.json"
-    file.write_text(json.dumps(content))
+    file.write_text(json.dumps({**content, "later": {"a": 1}}))
     assert load_result(file).summary() == load_result(written).summary()
 
 
@@ -327,18 +326,19 @@ def test_a_validation_of_a_fit_is_printed_saved_and_loaded(
     assert (read.percent, read.error, read.output) == (found.percent, found.error, found.output)
 
 
-@pytest.mark.parametrize("name", ["result.txt", 3])
-def test_other_names_are_refused(result: Identification, name: object, tmp_path: Path) -> None:
-    with refuses("result-file", says="give a name that ends in .json"):
-        result.save(tmp_path / name if isinstance(name, str) else name)  # type: ignore[arg-type]
-    assert not [*tmp_path.iterdir()]
-
-
-def test_what_no_result_is_saved_by_is_refused_with_what_it_takes(
-    result: Identification, tmp_path: Path
+@pytest.mark.parametrize(
+    ("name", "how", "says"),
+    [
+        ("result.txt", {}, "give a name that ends in .json"),
+        (3, {}, "give a name that ends in .json"),
+        ("result.json", {"full": True}, "not saved by 'full'; beside the file it takes draws"),
+    ],
+)
+def test_other_names_and_what_no_result_is_saved_by_are_refused(
+    result: Identification, name: object, how: dict[str, Any], says: str, tmp_path: Path
 ) -> None:
-    with refuses("result-file", says="not saved by 'full'; beside the file it takes draws"):
-        result.save(tmp_path / "result.json", full=True)
+    with refuses("result-file", says=says):
+        result.save(tmp_path / name if isinstance(name, str) else name, **how)  # type: ignore[arg-type]
     assert not [*tmp_path.iterdir()]
 
 
@@ -405,8 +405,9 @@ def test_a_saved_result_knows_its_signals(pressurised: Identification, tmp_path:
     file = tmp_path / "pressurised.json"
     file.write_text(json.dumps(pressurised.to_dict()))
     saved = load_result(file, AXIS)
-    declared = {"name": "pressure", "unit": "Pa", "between": "held"}
-    assert pressurised.to_dict()["signals"] == [declared]
+    assert pressurised.to_dict()["signals"] == [
+        {"name": "pressure", "unit": "Pa", "between": "held"}
+    ]
     assert saved.summary() == pressurised.summary()
     other = twin_record(build(AXIS), signals=recorded_values("pressure", 5), seed=5)
     for held in (validate(saved, other), validate(pressurised, other)):

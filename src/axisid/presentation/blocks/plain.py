@@ -84,28 +84,24 @@ def grid(table: Table) -> Grid:
             for row in table.rows
         ),
         aligns=tuple(column.align for column in columns),
-        groups=tuple(_groups(columns)),
+        groups=tuple(
+            tuple(numbers)
+            for _, numbers in groupby(
+                range(len(columns)), lambda i: columns[i].group or id(columns[i])
+            )
+        ),
         labels=table.labels,
     )
 
 
-def _groups(columns: Sequence[Column]) -> Iterator[tuple[int, ...]]:
-    """Numbers of neighbours that are of one column, or of one group."""
-
-    def key(number: int) -> str | int:
-        return columns[number].group or id(columns[number])
-
-    for _, numbers in groupby(range(len(columns)), key):
-        yield tuple(numbers)
-
-
-def _texts(cell: Cell, column: Column) -> Iterator[str]:
+def _texts(cell: Cell, column: Column) -> tuple[str, ...]:
     """One text for the value and one for each part; what is not told stays empty."""
-    texts: tuple[str, ...] = (joined(cell),)
-    if isinstance(cell, Quantity) and column.parts:
-        texts = (cell.value, cell.deviation, *cell.more)
-    yield from texts
-    yield from ("",) * (1 + len(column.parts) - len(texts))
+    texts = (
+        (cell.value, cell.deviation, *cell.more)
+        if isinstance(cell, Quantity) and column.parts
+        else (joined(cell),)
+    )
+    return *texts, *("",) * (1 + len(column.parts) - len(texts))
 
 
 def joined(cell: Cell) -> str:
@@ -195,8 +191,7 @@ def _sentence(sentence: Sentence) -> Line:
 
 def plain_text(document: Document) -> str:
     """The blocks one under the other, with a blank line between them."""
-    texts = [block_text(block) for block in document]
-    return "\n\n".join(text for text in texts if text) + "\n"
+    return "\n\n".join(filter(None, map(block_text, document))) + "\n"
 
 
 def block_text(block: Block) -> str:

@@ -87,7 +87,7 @@ def _hanging(text: Text, of: Line, console: Console) -> Iterator[Text]:
 def _pages(whole: Grid, room: int) -> list[Grid]:
     """One table or several, each with the labels; what a column tells stays beside its value."""
     labels = [i for group in whole.groups[: whole.labels] for i in group]
-    sizes = [max(map(cell_len, column)) for column in _columns(whole)]
+    sizes = [max(map(cell_len, each)) for each in zip(whole.heads, *whole.rows, strict=True)]
 
     def fits(numbers: Sequence[int]) -> bool:
         wide = [sizes[i] for i in (*labels, *numbers)]
@@ -115,10 +115,6 @@ def _parts(group: Sequence[int], fits: Callable[[Sequence[int]], bool]) -> list[
     return parts
 
 
-def _columns(whole: Grid) -> Iterator[tuple[str, ...]]:
-    yield from zip(whole.heads, *whole.rows, strict=True)
-
-
 def _grid_lines(page: Grid, console: Console) -> Iterator[Text]:
     """Heads over a rule over rows, each text folded into its column."""
     drawn = Table(
@@ -137,7 +133,7 @@ def _grid_lines(page: Grid, console: Console) -> Iterator[Text]:
 
 def _widths(page: Grid, room: int) -> list[int]:
     """As wide as their texts, or narrower by the widest that has blanks to break at."""
-    columns = [*_columns(page)]
+    columns = [*zip(page.heads, *page.rows, strict=True)]
     widths = [max(map(cell_len, column)) for column in columns]
     words = [
         max(cell_len(word) for text in column for word in [*text.split(), ""]) for column in columns

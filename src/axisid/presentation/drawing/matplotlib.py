@@ -52,10 +52,7 @@ _COLORS = {
 _INK, _RULE, _SHADE = "#1f2328", "#e3e5e8", "#8a8f98"
 
 
-_WIDTH = 160.0  # mm, of a page with margins
-
-
-_INCH = 25.4  # mm
+_WIDTH = 160.0 / 25.4  # inches, of a page with margins
 
 
 _PANEL, _AROUND = 1.5, 0.7  # inches
@@ -67,10 +64,8 @@ _NAMED = 0.17  # inches, of the names of marks
 _DENSE = 2000  # points from which they are drawn as an image inside a vector file
 
 
-_FONTS = ("Source Sans 3", "Helvetica", "Arial", "Liberation Sans")  # by preference
-
-
-_COMPLETE = "DejaVu Sans"  # which matplotlib brings; others lack exponents
+# By preference; DejaVu Sans, which matplotlib brings, has the exponents that others lack.
+_FONTS = ("Source Sans 3", "Helvetica", "Arial", "Liberation Sans")
 
 
 _STYLE: Any = {
@@ -125,7 +120,7 @@ def draw(plot: Plot, title: str = "") -> Drawing:
     weights = [panel.weight for panel in plot.panels]
     height = _AROUND + _PANEL * max(sum(weights), 1.6)
     with rc_context(_style()):
-        figure = Drawing(figsize=(_WIDTH / _INCH, height), layout="constrained")
+        figure = Drawing(figsize=(_WIDTH, height), layout="constrained")
         rows = figure.subplots(len(weights), 1, sharex=True, squeeze=False, height_ratios=weights)
         _draw_panels(list(rows[:, 0]), plot, 4)
         if title:
@@ -188,7 +183,7 @@ def _style() -> Any:
     family stands for the first that is there alone.
     """
     installed = {font.name for font in fontManager.ttflist}
-    return {**_STYLE, "font.family": [*(f for f in _FONTS if f in installed), _COMPLETE]}
+    return {**_STYLE, "font.family": [*(f for f in _FONTS if f in installed), "DejaVu Sans"]}
 
 
 def _draw_panel(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
@@ -264,18 +259,16 @@ def _draw_series(axes: Axes, series: Series) -> None:
         axes.axhline(0, color=_INK, linewidth=0.6)
         return
     if series.kind == "points":
-        dense = len(series.x) > _DENSE
-        size = 2.2 if series.broad else 3.4
         axes.plot(
             series.x,
             series.y,
             "o",
             color=color,
-            markersize=size,
+            markersize=2.2 if series.broad else 3.4,
             markeredgewidth=0,
             alpha=0.35 if series.broad else 1.0,
             label=label,
-            rasterized=dense,
+            rasterized=len(series.x) > _DENSE,
             zorder=1.5 if series.broad else 3,
         )
         if series.low is not None and series.high is not None:
@@ -359,8 +352,7 @@ def force_figure(estimate: Estimate, title: str, path: Path, *, seconds: float =
         )
         for panel in plot.panels
     )
-    error = estimate.equation_error_percent
-    title = f"{title}: equation error {error:.1f} %"
+    title = f"{title}: equation error {estimate.equation_error_percent:.1f} %"
     _save(draw(replace(plot, panels=tuple(shown)), title), path)
 
 
@@ -373,11 +365,10 @@ def sweep_figure(result: Sweep, path: Path) -> None:
     path : Path
         Written whole or not at all; the suffix chooses the format.
     """
-    chosen = result.recommended
     title = (
         "no cut-off recommended"
-        if chosen is None
-        else f"recommended cut-off {chosen:g} Hz (dashed)"
+        if result.recommended is None
+        else f"recommended cut-off {result.recommended:g} Hz (dashed)"
     )
     _save(draw(sweep_plot(result), title), path)
 

@@ -55,15 +55,11 @@ def _sections(model: AxisModel) -> list[Section]:
 
 
 def _equation(model: AxisModel) -> list[Section]:
-    q, declared = model.axis.coordinate, model.base.declared
+    declared = model.base.declared
     combined = {p.symbol: value for p, value in model.base.combined}
     inertia = Formula(name="inertia", value=rounded(model.inertia.xreplace(combined)))
     return [
-        Section(
-            title="Equation of motion",
-            lines=(equation_of_motion(declared), inertia),
-            note=_motion_note(q),
-        ),
+        _motion_section(declared, inertia),
         Section(title="Parameters", lines=tuple(_parameters(declared))),
         *_signals(declared),
     ]
@@ -71,19 +67,20 @@ def _equation(model: AxisModel) -> list[Section]:
 
 def motion_sections(axis: Axis) -> list[Section]:
     """The equation of motion, its parameters, the drive and the control law."""
-    motion = Section(
+    return [
+        _motion_section(axis),
+        Section(title="Parameters", lines=tuple(_parameters(axis))),
+        *_around(axis)[:2],
+    ]
+
+
+def _motion_section(axis: Axis, *more: Formula) -> Section:
+    q = axis.coordinate
+    return Section(
         title="Equation of motion",
-        lines=(equation_of_motion(axis),),
-        note=_motion_note(axis.coordinate),
-    )
-    parameters = Section(title="Parameters", lines=tuple(_parameters(axis)))
-    return [motion, parameters, *_around(axis)[:2]]
-
-
-def _motion_note(q: Coordinate) -> str:
-    return (
-        f"position {q.symbol} [{q.unit}], velocity {q.velocity}, acceleration {q.acceleration}; "
-        f"{FORCE} is the drive's force on the load side"
+        lines=(equation_of_motion(axis), *more),
+        note=f"position {q.symbol} [{q.unit}], velocity {q.velocity}, acceleration "
+        f"{q.acceleration}; {FORCE} is the drive's force on the load side",
     )
 
 
@@ -101,12 +98,14 @@ def _parameters(axis: Axis) -> Iterable[str]:
     names = max(len(p.name) for p in axis.parameters)
     units = max(len(p.unit) for p in axis.parameters) + 2
     for p in axis.parameters:
-        facts = [f"nominal {p.nominal:g}"]
-        facts += [f"at least {p.lower:g}"] if p.lower > -math.inf else []
-        facts += [f"at most {p.upper:g}"] if p.upper < math.inf else []
-        facts += [] if p.known is None else [f"known to be {known_text(p)}"]
-        facts += [p.description] if p.description else []
-        yield f"{p.name:<{names}}  {f'[{p.unit}]':<{units}}  {', '.join(facts)}"
+        facts = (
+            f"nominal {p.nominal:g}",
+            f"at least {p.lower:g}" if p.lower > -math.inf else "",
+            f"at most {p.upper:g}" if p.upper < math.inf else "",
+            "" if p.known is None else f"known to be {known_text(p)}",
+            p.description,
+        )
+        yield f"{p.name:<{names}}  {f'[{p.unit}]':<{units}}  {', '.join(filter(None, facts))}"
 
 
 def _signals(axis: Axis) -> list[Section]:
@@ -125,13 +124,16 @@ def _signals(axis: Axis) -> list[Section]:
 def _around(axis: Axis) -> list[Section]:
     """What turns the equation into a closed loop with a record."""
     drive, unit = axis.drive, axis.drive.unit
-    facts = [f"{FORCE} = {drive.force_text(axis.coordinate, digits=10)}"]
-    facts += [f"the control is clipped at {drive.limit:g} {unit}"] if drive.limit < math.inf else []
-    facts += [f"the gain is known to {100 * drive.relative_sd:g} %"] if drive.relative_sd else []
-    facts += filter(None, (drive.timing_text, drive.remark))
+    facts = (
+        f"{FORCE} = {drive.force_text(axis.coordinate, digits=10)}",
+        f"the control is clipped at {drive.limit:g} {unit}" if drive.limit < math.inf else "",
+        f"the gain is known to {100 * drive.relative_sd:g} %" if drive.relative_sd else "",
+        drive.timing_text,
+        drive.remark,
+    )
     columns = tuple(f"{role} = {name}" for role, name in axis.columns.items())
     return [
-        Section(title="Drive", lines=tuple(facts)),
+        Section(title="Drive", lines=tuple(filter(None, facts))),
         _law(axis.control, unit),
         Section(title="Columns of a record", lines=columns or ("named after their roles",)),
         *([] if axis.experiment is None else [_experiment(axis, axis.experiment)]),
@@ -141,34 +143,37 @@ def _around(axis: Axis) -> list[Section]:
 def _law(law: ControlLaw | None, unit: str) -> Section:
     if law is None:
         return Section(title="Control law", lines=("none: least squares only, no instruments",))
-    lines: list[Formula | str] = [Formula(name="control", value=law.output, unit=unit)]
-    for memory in law.memory:
-        lines += [
-            Formula(name=f"{memory.name} next", value=memory.following),
-            Formula(name=f"{memory.name} first", value=memory.start),
-        ]
-    lines += [f"{name} = {value:.10g}" for name, value in law.gains.items()]
+    lines: tuple[Formula | str, ...] = (
+        Formula(name="control", value=law.output, unit=unit),
+        *(
+            Formula(name=f"{memory.name} {when}", value=value)
+            for memory in law.memory
+            for when, value in (("next", memory.following), ("first", memory.start))
+        ),
+        *(f"{name} = {value:.10g}" for name, value in law.gains.items()),
+    )
     held = "evaluated all the time" if law.continuous else f"every {law.period:g} s, and held"
     late = f"; applied {law.delay} samples late" if law.delay else ""
     if law.reference_between:
         late += f"; at a clock of its own, the reference {law.reference_between} between samples"
-    return Section(title="Control law", lines=tuple(lines), note=f"{law.name}; {held}{late}")
+    return Section(title="Control law", lines=lines, note=f"{law.name}; {held}{late}")
 
 
 def _experiment(axis: Axis, experiment: Experiment) -> Section:
     seconds = sum(move.duration for move in experiment.moves)
     truth = [f"{p.name} = {experiment.truth.get(p.name, p.nominal):g}" for p in axis.parameters]
-    noise = f"{experiment.position_noise:g} {axis.coordinate.unit}"
-    if experiment.resolution:
-        noise += f", counts of {experiment.resolution:g} {axis.coordinate.unit}"
-    signals = tuple(Formula(name=name, value=x) for name, x in experiment.signals.items())
+    noise, counts = (
+        f"{size:g} {axis.coordinate.unit}"
+        for size in (experiment.position_noise, experiment.resolution)
+    )
+    noise += f", counts of {counts}" * bool(experiment.resolution)
     return Section(
         title="Experiment of the twin",
         lines=(
             f"{len(experiment.moves)} moves in {seconds:.4g} s; position noise {noise}, seed "
             f"{experiment.seed}",
             f"truth {', '.join(truth)}",
-            *signals,
+            *(Formula(name=name, value=x) for name, x in experiment.signals.items()),
         ),
     )
 

@@ -42,16 +42,17 @@ SIGNALS = {
     PERIOD: "period",
     BALANCED: "balanced",
 }
-_SPECIAL = {
-    **{c: f"\\{c}" for c in "#$%&_{}"},
-    "\\": r"\textbackslash{}",
-    "^": r"\textasciicircum{}",
-    "~": r"\textasciitilde{}",
-    "<": r"\textless{}",
-    ">": r"\textgreater{}",
-    "|": r"\textbar{}",
-}
-_SPECIALS = str.maketrans(_SPECIAL)
+_SPECIALS = str.maketrans(
+    {
+        **{c: f"\\{c}" for c in "#$%&_{}"},
+        "\\": r"\textbackslash{}",
+        "^": r"\textasciicircum{}",
+        "~": r"\textasciitilde{}",
+        "<": r"\textless{}",
+        ">": r"\textgreater{}",
+        "|": r"\textbar{}",
+    }
+)
 _INDEXED = re.compile(r"([A-Z])([a-z]{1,2})")  # friction Fv is F with the index v
 _MOST_TERMS = 4  # of a line
 _LONGEST = 280  # characters of a line, unless one term has more
@@ -74,8 +75,7 @@ def formula_mathml(formula: Formula, coordinate: Coordinate) -> str:
     else:
         named = readable(formula.name, coordinate)
         left = _Printer(named, {}, coordinate)._print(named.value)
-    head = [left, printer.leaf("mo", "=")]
-    pieces = [head]
+    pieces = [[left, printer.leaf("mo", "=")]]
     value = prepared.value
     for i, term in enumerate(prepared.terms(value) if value.is_Add else [value]):
         negative = term.could_extract_minus_sign()
@@ -209,10 +209,9 @@ def unit_latex(unit: str) -> str:
 
 def _line(formula: Formula, q: Coordinate) -> str:
     name = formula.name
-    if isinstance(name, str):
-        head = rf"\text{{{escaped_latex(name)}}}"
-    else:
-        head = " ".join(_terms(name, q))
+    head = (
+        rf"\text{{{escaped_latex(name)}}}" if isinstance(name, str) else " ".join(_terms(name, q))
+    )
     unit = rf"\ [{unit_latex(formula.unit)}]" if formula.unit else ""
     if formula.value is None:
         return f"{head}{unit} &:\\ {_sum(formula.column, q)}"

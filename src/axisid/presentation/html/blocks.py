@@ -33,8 +33,10 @@ STATUS_CLASSES = MappingProxyType(
 
 def intervals_html(drawn: Intervals) -> str:
     """One above the other, in their order, the truth dotted; nothing where they have no width."""
-    ends = [end for each in drawn.intervals for end in (each.low, each.high)]
-    ends += [] if drawn.truth is None else [drawn.truth]
+    ends = [
+        *(end for each in drawn.intervals for end in (each.low, each.high)),
+        *([] if drawn.truth is None else [drawn.truth]),
+    ]
     low, span = min(ends), max(ends) - min(ends)
     if not 0 < span < float("inf"):
         return ""
@@ -42,17 +44,15 @@ def intervals_html(drawn: Intervals) -> str:
     def place(x: float) -> str:
         return f"{_EDGE + (x - low) / span * (_WIDTH - 2 * _EDGE):.1f}"
 
-    marks = ""
-    if drawn.truth is not None:
-        at = place(drawn.truth)
-        marks += f'<line class="truth" x1="{at}" x2="{at}" y1="1" y2="25"/>'
-    for i, each in enumerate(drawn.intervals, 1):
-        y = f"{_HEIGHT * i / (len(drawn.intervals) + 1):.1f}"
-        marks += (
-            f'<g class="{each.kind}">'
-            f'<line x1="{place(each.low)}" x2="{place(each.high)}" y1="{y}" y2="{y}"/>'
-            f'<circle cx="{place(each.centre)}" cy="{y}" r="3"/></g>'
-        )
+    at = "" if drawn.truth is None else place(drawn.truth)
+    marks = f'<line class="truth" x1="{at}" x2="{at}" y1="1" y2="25"/>' if at else ""
+    marks += "".join(
+        f'<g class="{each.kind}">'
+        f'<line x1="{place(each.low)}" x2="{place(each.high)}" y1="{y}" y2="{y}"/>'
+        f'<circle cx="{place(each.centre)}" cy="{y}" r="3"/></g>'
+        for i, each in enumerate(drawn.intervals, 1)
+        for y in [f"{_HEIGHT * i / (len(drawn.intervals) + 1):.1f}"]
+    )
     size = f'viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}"'
     colours = 'stroke="currentColor" fill="currentColor" width="170"'  # of a page without its own
     return f'<svg class="interval" {size} {colours} role="img">{marks}</svg>'

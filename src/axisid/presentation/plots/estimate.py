@@ -1,6 +1,7 @@
 """Figures of one estimate or fit: force, residuals, convergence, friction, repeats, outputs."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,7 +20,6 @@ from axisid.support.errors import Missing
 from .plot import TITLES, Panel, Plot, Series, broken, labelled, line, paired, squared
 
 _GAP = 1.5  # rows
-_NAME = "friction"
 _WIDE = 2.0  # standard deviations of the mean
 
 
@@ -33,42 +33,38 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
         Others of the same form and rows, shown on request.
     """
     left, unit, time = estimate.form.left, left_unit(estimate), row_times(estimate)
-    name = estimate.method.upper()
-    measured = line("measured", time, estimate.y, "measured")
+    name, light = estimate.method.upper(), estimate.light_rows
     error = line(f"error, {name}", time, estimate.residuals, "error")
-    fitted = Series(
-        label=f"reconstructed, {name}", x=time, y=estimate.y - estimate.residuals, broad=True
-    )
-    upper = [measured, fitted, error]
-    lower = [error]
-    for other in beside:
-        label, other_fitted = other.method.upper(), other.y - other.residuals
-        upper.append(
-            Series(
-                label=f"reconstructed, {label}", x=time, y=other_fitted, tone="other", aside=True
-            )
-        )
-        lower.append(
-            Series(label=f"error, {label}", x=time, y=other.residuals, tone="other", aside=True)
-        )
-    light = estimate.light_rows
-    if light.any():
-        lower.append(
-            Series(
-                label="rows of little weight",
-                x=time[light],
-                y=estimate.residuals[light],
-                kind="points",
-                tone="warm",
-            )
-        )
     of_loop = estimate.by_output_error  # whose fit is the simulated loop
     of = "simulation" if of_loop else "equation"
-    if not (of_loop or isinstance(estimate.simulated, Missing)):
-        loop = Series(label="simulated loop", x=time, y=estimate.simulated, tone="warm", aside=True)
-        upper.append(loop)
-    steps = np.diff(time)
-    between = time[:-1][steps > _GAP * estimate.row_period]
+    loop = (
+        ()
+        if of_loop or isinstance(estimate.simulated, Missing)
+        else (line("simulated loop", time, estimate.simulated, "warm"),)
+    )
+    little = replace(
+        line("rows of little weight", time[light], estimate.residuals[light], "warm"),
+        kind="points",
+    )
+    others = [
+        line(f"reconstructed, {each.method.upper()}", time, each.y - each.residuals, "other")
+        for each in beside
+    ]
+    errors = [
+        line(f"error, {each.method.upper()}", time, each.residuals, "other") for each in beside
+    ]
+    upper = (
+        line("measured", time, estimate.y, "measured"),
+        replace(line(f"reconstructed, {name}", time, estimate.y - estimate.residuals), broad=True),
+        error,
+        *(replace(each, aside=True) for each in (*others, *loop)),
+    )
+    lower = (
+        error,
+        *(replace(each, aside=True) for each in errors),
+        *((little,) if light.any() else ()),
+    )
+    gaps = time[:-1][np.diff(time) > _GAP * estimate.row_period]
     plot = Plot(
         name=left,
         title=f"Measured and reconstructed {left}",
@@ -77,11 +73,11 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
         f"{left}'s scale; below, its own.",
         x_label="time [s]",
         panels=(
-            Panel(label=labelled(left, unit), series=tuple(upper), weight=2.0),
-            Panel(label=labelled("error", unit), series=tuple(lower)),
+            Panel(label=labelled(left, unit), series=upper, weight=2.0),
+            Panel(label=labelled("error", unit), series=lower),
         ),
     )
-    return broken(plot, list(between + estimate.row_period / 2))
+    return broken(plot, list(gaps + estimate.row_period / 2))
 
 
 def autocorrelation_plot(estimate: Estimate | SavedEstimate) -> Plot:
@@ -139,8 +135,7 @@ def convergence_plot(estimate: Estimate | SavedEstimate) -> Plot | Missing:
     """How far every parameter is from its last value, and the simulation error, by iteration."""
     if not estimate.iterates:
         return Missing(f"{estimate.method} is no iteration; instruments were not used")
-    known = {"least-squares": "least squares", "nominal": "the nominal values"}
-    start = known.get(estimate.started, "its start")
+    starts = {"least-squares": "least squares", "nominal": "the nominal values"}
     steps = np.arange(len(estimate.iterates), dtype=float)
     values = np.array([i.physical for i in estimate.iterates])
     deviations = np.sqrt(np.diag(estimate.covariances["iid"]))
@@ -152,7 +147,8 @@ def convergence_plot(estimate: Estimate | SavedEstimate) -> Plot | Missing:
         title="Convergence of the output error"
         if estimate.by_output_error
         else TITLES["convergence"],
-        caption=f"{estimate.method.upper()} from {start}, iteration 0, in "
+        caption=f"{estimate.method.upper()} from {starts.get(estimate.started, 'its start')}, "
+        "iteration 0, in "
         f"{len(steps) - 1} iterations to the estimate: above, how many standard deviations "
         "(i.i.d.) each parameter is from its last value. The iteration ends when none moves by "
         f"more than {CONVERGED.value:g} of them, the dashed line.",
@@ -213,8 +209,8 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
         else ""
     )
     return Plot(
-        name=_NAME,
-        title=TITLES[_NAME],
+        name="friction",
+        title=TITLES["friction"],
         caption=f"The recorded force less the model's parts without velocity, by "
         f"{estimate.method.upper()}: its rows, their mean and standard deviation by bins of "
         "velocity, and the fitted law. Bins that leave the law together show friction that the "
@@ -255,7 +251,8 @@ def repeats_plot(
 
     A file has it of the judged estimate, and no unit of what is on the left of the regression.
     """
-    found, unit, left = result.diagnosis.lack_of_fit, "", estimate.form.left
+    found, unit = result.diagnosis.lack_of_fit, ""
+    left = "acceleration" if estimate.is_direct else "force"
     if isinstance(result, Identification) and isinstance(estimate, Estimate):
         unit = left_unit(estimate)
         found = found if estimate is result.preferred else lack_of_fit(estimate, result.data)

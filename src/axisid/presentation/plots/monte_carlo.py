@@ -65,21 +65,25 @@ def _panels(
     result: MonteCarlo,
     label: Callable[[str, str], str],
     series: Callable[[int, str, Tone], Series],
-    beside: Callable[[], Series] | None = None,
+    *beside: Series,
     levels: tuple[float, ...] = (),
 ) -> tuple[Panel, ...]:
     """A panel for each parameter with a curve for each method; the legend is in the first."""
     tones = dict(paired(result.plan.methods))
-    panels = []
-    for i, (name, unit, places) in enumerate(_by_parameter(result)):
-        drawn = [
-            series(place, "" if i else method_title(method), tones[method])
-            for method, place in places.items()
-        ]
-        if beside is not None:
-            drawn.append(beside())
-        panels.append(Panel(label=label(name, unit), series=tuple(drawn), levels=levels))
-    return tuple(panels)
+    return tuple(
+        Panel(
+            label=label(name, unit),
+            series=(
+                *(
+                    series(place, "" if i else method_title(method), tones[method])
+                    for method, place in places.items()
+                ),
+                *beside,
+            ),
+            levels=levels,
+        )
+        for i, (name, unit, places) in enumerate(_by_parameter(result))
+    )
 
 
 def _errors(result: MonteCarlo) -> Plot:
@@ -94,10 +98,8 @@ def _errors(result: MonteCarlo) -> Plot:
         share = np.histogram(errors, edges)[0] / max(len(errors), 1) / np.diff(edges)
         return Series(label=label, x=x, y=share[bars], tone=tone)
 
-    def normal() -> Series:
-        y = np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi)
-        return Series(label="", x=x, y=y, tone="measured", dashed=True)
-
+    y = np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi)
+    normal = Series(label="", x=x, y=y, tone="measured", dashed=True)
     return Plot(
         name="errors",
         title=TITLES["errors"],
@@ -119,9 +121,7 @@ def _coverage(result: MonteCarlo) -> Plot:
         y = 100 * np.array([share.value for share in found])
         return Series(label=label, x=percent, y=y, low=low, high=high, tone=tone)
 
-    def ideal() -> Series:
-        return Series(label="", x=percent, y=percent, tone="measured", dashed=True)
-
+    ideal = Series(label="", x=percent, y=percent, tone="measured", dashed=True)
     return Plot(
         name="coverage",
         title=TITLES["coverage"],

@@ -71,30 +71,32 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     if record.integrated:
         return Missing("no position was recorded, beside which the simulated one could be drawn")
     recorded, simulated = reference - record.position, reference - position
-    positions = (
-        Series(label="reference", x=time, y=reference, tone="other", dashed=True, aside=True),
-        line("recorded", time, record.position, "measured"),
-        Series(label="simulated", x=time, y=position, broad=True),
-    )
-    errors = (
-        line("recorded", time, recorded, "measured"),
-        Series(label="simulated", x=time, y=simulated, broad=True),
-    )
-    kept = result.data.sampling.kept
-    off = float(np.sqrt(np.mean((recorded - simulated)[kept] ** 2)))
-    driven_by = (
-        "the reference alone" if record.injected is None else "reference and test signal alone"
-    )
+    off = float(np.sqrt(np.mean((recorded - simulated)[result.data.sampling.kept] ** 2)))
+    by = "the reference alone" if record.injected is None else "reference and test signal alone"
     plot = Plot(
         name="tracking",
         title=TITLES["tracking"],
-        caption=f"The closed loop simulated with {estimate.method.upper()} from {driven_by}. "
+        caption=f"The closed loop simulated with {estimate.method.upper()} from {by}. "
         f"The tracking error is reference less position; the simulated position is "
         f"{off:.3g} {unit} (rms) from the recorded one.",
         x_label=_time_label(record),
         panels=(
-            Panel(label=labelled("position", unit), series=positions),
-            Panel(label=labelled("tracking error", unit), series=errors, weight=1.5),
+            Panel(
+                label=labelled("position", unit),
+                series=(
+                    replace(line("reference", time, reference, "other"), dashed=True, aside=True),
+                    line("recorded", time, record.position, "measured"),
+                    replace(line("simulated", time, position), broad=True),
+                ),
+            ),
+            Panel(
+                label=labelled("tracking error", unit),
+                series=(
+                    line("recorded", time, recorded, "measured"),
+                    replace(line("simulated", time, simulated), broad=True),
+                ),
+                weight=1.5,
+            ),
             Panel(
                 label=labelled("difference", unit),
                 series=(line("", time, simulated - recorded, "error"),),
@@ -121,11 +123,10 @@ def record_plot(result: Identification) -> Plot:
     recorded = "integral of the velocity" if record.integrated else "position"
     position = [line(recorded, *drawn("position", record.position), "measured")]
     if record.reference is not None:
-        x, y = drawn("reference", record.reference)
-        position.append(Series(label="reference", x=x, y=y, broad=True))
+        reference = line("reference", *drawn("reference", record.reference))
+        position.append(replace(reference, broad=True))
     outside = _outside(record)
     lost = [place for place in _gaps(record) if not any(a <= place <= b for a, b in outside)]
-    panels = [Panel(label=labelled("position", q.unit), series=tuple(position), weight=1.5)]
     columns: tuple[tuple[str, str, Array | None, Tone], ...] = (
         ("velocity", str(q.velocity_unit), record.velocity, "measured"),
         ("acceleration", str(q.acceleration_unit), record.acceleration, "measured"),
@@ -138,28 +139,26 @@ def record_plot(result: Identification) -> Plot:
             "other",
         ),
     )
-    panels += [
-        Panel(
-            label=labelled(name, unit),
-            series=(line("", *drawn(name.partition(",")[0], values), tone),),
-        )
-        for name, unit, values, tone in columns
-        if values is not None
-    ]
-    panels += [
-        Panel(
-            label=labelled(signal.name, signal.unit),
-            series=(line("", *drawn(signal.name, record.signals[signal.name]), "violet"),),
-        )
+    columns += tuple(
+        (signal.name, signal.unit, record.signals.get(signal.name), "violet")
         for signal in result.axis.axis.signals
-        if signal.name in record.signals
-    ]
+    )
     plot = Plot(
         name="record",
         title="The record",
         caption=_record_caption(result),
         x_label=_time_label(record),
-        panels=tuple(panels),
+        panels=(
+            Panel(label=labelled("position", q.unit), series=tuple(position), weight=1.5),
+            *(
+                Panel(
+                    label=labelled(name, unit),
+                    series=(line("", *drawn(name.partition(",")[0], values), tone),),
+                )
+                for name, unit, values, tone in columns
+                if values is not None
+            ),
+        ),
         shaded=_joined(outside + _dropped(result)),
         marks=tuple((place, "gap") for place in lost),
     )
@@ -170,22 +169,20 @@ def _record_caption(result: Identification) -> str:
     """Samples, where the force comes from, and what is shaded."""
     record, drive = result.record, result.axis.axis.drive
     unused = len(record) - int(result.data.sampling.used.sum())
-    dropped = (
-        f" Shaded: {unused} samples that have no weight in the fit; rows that reach into them "
-        "keep the weight of the others."
-        if unused
-        else ""
-    )
-    if record.windows:
-        dropped += (
-            f" The rest of the log is shaded too; only {windows_text(record.windows)} is taken."
-        )
     times = "the drive's gain times" if drive.is_gain else "what the drive makes of"
     source = "as recorded" if record.force is not None else f"{times} the control"
-    return (
-        f"{len(record)} samples of {1e3 * record.period:.6g} ms, before any filter; the "
-        f"force is {source}.{dropped}"
+    sentences = (
+        f"{len(record)} samples of {1e3 * record.period:.6g} ms, before any filter; the force is "
+        f"{source}.",
+        f"Shaded: {unused} samples that have no weight in the fit; rows that reach into them keep "
+        "the weight of the others."
+        if unused
+        else "",
+        f"The rest of the log is shaded too; only {windows_text(record.windows)} is taken."
+        if record.windows
+        else "",
     )
+    return " ".join(filter(None, sentences))
 
 
 def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
@@ -197,11 +194,11 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
     used : float, optional
         Cut-off of the result beside it, Hz.
     """
-    panels = []
-    for quantity in sweep.results[0].preferred.quantities:
-        curves = _curves(sweep, quantity.name)
-        label = labelled(quantity.name, quantity.unit)
-        panels.append(Panel(label=label, series=curves, span=_span(curves)))
+    panels = tuple(
+        Panel(label=labelled(quantity.name, quantity.unit), series=curves, span=_span(curves))
+        for quantity in sweep.results[0].preferred.quantities
+        for curves in [_curves(sweep, quantity.name)]
+    )
     marks = [] if sweep.recommended is None else [(sweep.recommended, "recommended")]
     if used is not None and used != sweep.recommended:
         marks.append((used, "used"))
@@ -210,7 +207,7 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
         title="Estimates over the cut-off",
         caption=_swept(sweep, cut=any(panel.span for panel in panels)),
         x_label="cut-off [Hz]",
-        panels=tuple(panels),
+        panels=panels,
         log=True,
         marks=tuple(marks),
     )
@@ -228,22 +225,19 @@ def _curves(sweep: Sweep, name: str) -> tuple[Series, ...]:
     }
     by_loop = {m: next(iter(of.values())).Z is not None for m, of in found.items()}
     tones = dict(paired(sorted(found, key=by_loop.__getitem__, reverse=True)))
-    curves = []
-    for method in sorted(found, key=by_loop.__getitem__):
-        values = [estimate.parameters[name] for estimate in found[method].values()]
-        low, high = np.array([value.interval for value in values]).T
-        curves.append(
-            Series(
-                label=method.upper(),
-                x=np.array([*found[method]]),
-                y=np.array([value.corrected for value in values]),
-                low=low,
-                high=high,
-                tone=tones[method],
-                dashed=not by_loop[method],
-            )
+    values = {m: [each.parameters[name] for each in of.values()] for m, of in found.items()}
+    return tuple(
+        Series(
+            label=method.upper(),
+            x=np.array([*found[method]]),
+            y=np.array([value.corrected for value in values[method]]),
+            low=np.array([value.interval[0] for value in values[method]]),
+            high=np.array([value.interval[1] for value in values[method]]),
+            tone=tones[method],
+            dashed=not by_loop[method],
         )
-    return tuple(curves)
+        for method in sorted(found, key=by_loop.__getitem__)
+    )
 
 
 def _span(curves: Sequence[Series]) -> tuple[float, float] | None:
@@ -260,22 +254,21 @@ def _span(curves: Sequence[Series]) -> tuple[float, float] | None:
 
 def _bounds(curves: Sequence[Series]) -> tuple[float, float]:
     """The least and the largest of what bands reach."""
-    lows = [curve.low for curve in curves if curve.low is not None]
-    highs = [curve.high for curve in curves if curve.high is not None]
-    return float(np.nanmin(np.concatenate(lows))), float(np.nanmax(np.concatenate(highs)))
+    ends = [end for curve in curves for end in (curve.low, curve.high) if end is not None]
+    return float(np.nanmin(np.concatenate(ends))), float(np.nanmax(np.concatenate(ends)))
 
 
 def _swept(sweep: Sweep, *, cut: bool) -> str:
     """What to see in a figure of a sweep."""
-    sentences = [
+    same = {k: v for r in sweep.results for k, v in same_estimates([*r.estimates]).items()}
+    sentences = (
         "Less the bias of filter and noise, with 95 % intervals.",
         "Least squares drifts where noise begins to bias it, instruments stay.",
-    ]
-    if cut:
-        sentences.append("The scale is the instruments', so that least squares may leave a panel.")
-    same = {k: v for r in sweep.results for k, v in same_estimates([*r.estimates]).items()}
-    sentences += [f"{k.upper()} is the same estimate as {v.upper()}." for k, v in same.items()]
-    return " ".join([*sentences, f"Recommended: {sweep.recommendation}."])
+        "The scale is the instruments', so that least squares may leave a panel." if cut else "",
+        *(f"{k.upper()} is the same estimate as {v.upper()}." for k, v in same.items()),
+        f"Recommended: {sweep.recommendation}.",
+    )
+    return " ".join(filter(None, sentences))
 
 
 def _times(record: Record) -> Array:
@@ -341,10 +334,10 @@ def plots_by_record(
     """
     if not result.of_records:
         return {0: result_plots(result, sweep)}
-    of_all: dict[str, Plot | Missing] = {"convergence": convergence_plot(result.preferred)}
-    if sweep is not None:
-        of_all["sweep"] = sweep_plot(sweep, result.prefilter.cutoff)
-    found = {0: of_all}
+    of_all = {} if sweep is None else {"sweep": sweep_plot(sweep, result.prefilter.cutoff)}
+    found: dict[int, dict[str, Plot | Missing]] = {
+        0: {"convergence": convergence_plot(result.preferred), **of_all}
+    }
     for i, (part, name) in enumerate(zip(result.parts, result.record_names, strict=True), 1):
         found[i] = {
             f"{key}-{i}": plot if isinstance(plot, Missing) else numbered(plot, i, name)

@@ -41,31 +41,22 @@ def script_json(value: Any) -> str:
 
 def figures_data(plots: Iterable[Plot]) -> dict[str, Any]:
     """What the page's script draws: ``arrays`` in base64, and ``plots`` that refer to them."""
-    pool = _Pool()
-    listed = []
-    for plot in plots:
-        panels = (replace(p, series=tuple(map(_thinned_series, p.series))) for p in plot.panels)
-        listed.append(msgspec.to_builtins(replace(plot, panels=tuple(panels)), enc_hook=pool.put))
-    return {
-        "arrays": list(pool.numbers),
-        "plots": [{**plot, "shade": SHADED} for plot in listed],
-    }
+    numbers: dict[str, int] = {}  # of arrays, by content
 
-
-class _Pool:
-    """Arrays by content; insertion order is their number."""
-
-    def __init__(self) -> None:
-        self.numbers: dict[str, int] = {}
-
-    def put(self, values: Any) -> Any:
+    def put(values: Any) -> Any:
         if not np.ndim(values):
             return float(values)
         step = float(values[-1] - values[0]) / max(len(values) - 1, 1)
         if len(values) > 2 and step and np.allclose(np.diff(values), step, _EVEN, 0.0):
             return {"start": float(values[0]), "step": step, "count": len(values)}
         content = base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")
-        return self.numbers.setdefault(content, len(self.numbers))
+        return numbers.setdefault(content, len(numbers))
+
+    listed = []
+    for plot in plots:
+        panels = (replace(p, series=tuple(map(_thinned_series, p.series))) for p in plot.panels)
+        listed.append(msgspec.to_builtins(replace(plot, panels=tuple(panels)), enc_hook=put))
+    return {"arrays": list(numbers), "plots": [{**plot, "shade": SHADED} for plot in listed]}
 
 
 def _thinned_series(series: Series) -> Series:
@@ -93,11 +84,11 @@ def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
     """
     length = -(-len(x) // (most // 2))
     starts = np.arange(0, len(x), length)
-    places: list[list[int]] = []
-    for start in starts:
-        part = y[start : start + length]
-        least, largest = int(part.argmin()), int(part.argmax())
-        places.append(sorted((int(start) + least, int(start) + largest)))
+    places = [
+        sorted((start + part.argmin(), start + part.argmax()))
+        for start in starts
+        for part in [y[start : start + length]]
+    ]
     halves = (starts[:, None] + np.array([0.25, 0.75]) * length).ravel()
     step = (x[-1] - x[0]) / (len(x) - 1)
     return x[0] + step * halves, y[np.array(places).ravel()]
@@ -133,8 +124,7 @@ def _figure(name: str, plot: Plot | Missing, of: str, *, half: bool) -> str:
     heading = TITLES[name] if isinstance(plot, Missing) else plot.title
     title = f'<div class="figure-head"><h3>{escape(heading)}</h3></div>'
     if isinstance(plot, Missing):
-        why = prose_html(f"None: {plot}")
-        return f'<figure{wide}>{title}<p class="none">{why}</p></figure>'
+        return f'<figure{wide}>{title}<p class="none">{prose_html(f"None: {plot}")}</p></figure>'
     return (
         f'<figure{wide} id="figure-{plot.name}">{title}'
         f'<div class="plot" id="plot-{plot.name}" aria-label="{escape(plot.title)}"></div>'

@@ -40,7 +40,7 @@ from axisid.presentation.plots import (
     output_plot,
     plots_by_record,
 )
-from axisid.presentation.saved import identification_facts, study_facts
+from axisid.presentation.saved import identification_facts, written_study
 from axisid.presentation.text import (
     checks_table,
     details_document,
@@ -77,7 +77,7 @@ def monte_carlo_page(result: MonteCarlo, *, command: str = "", made: datetime | 
         When it was made; not told where it is not given, so that the same result gives the same
         page.
     """
-    plan, study = result.plan, study_facts(result)
+    plan, study = result.plan, written_study(result)
     facts, axis, twin = heading_facts(study), plan.axis.axis, plan.twin.axis
     other = f"<h3>Identified</h3>{_model_html(axis)}<h3>Simulated</h3>{_model_html(twin)}"
     return _page(
@@ -145,10 +145,13 @@ def report_html(
     facts, diagnosis = identification_facts(result, 0), result.diagnosis
     checked = (validation,) if isinstance(validation, Validation) else tuple(validation or ())
     details = details_document(facts.estimates, diagnosis)[:-1]  # the checks are in the verdict
-    more = f"<details><summary>All that was measured</summary>{_scrolled(details)}</details>"
-    more += "".join(
-        f"<h2>The estimates, frozen, on a second record</h2>{_scrolled(validation_document(each))}"
-        for each in checked
+    more = (
+        f"<details><summary>All that was measured</summary>{_scrolled(details)}</details>",
+        *(
+            "<h2>The estimates, frozen, on a second record</h2>"
+            + _scrolled(validation_document(each))
+            for each in checked
+        ),
     )
     return _page(
         saved_document(facts, every=True),
@@ -157,7 +160,7 @@ def report_html(
         result.records,
         subheading="identified from",
         verdict=_verdict_html(diagnosis.verdict, diagnosis.preferred),
-        more=more,
+        more="".join(more),
         command=command,
         made=made,
     )
@@ -257,12 +260,16 @@ def _verdict_html(checks: Sequence[Check], judged: str) -> str:
 
 def _made_by(axis: GeneratedAxis) -> dict[str, str]:
     """The code and the versions that made a result."""
-    versions = [f"axisid {__version__}", f"Python {platform.python_version()}"]
-    versions += [f"{package} {version(package)}" for package in _PACKAGES]
-    native = axis.native.library() is not None
+    versions = (
+        f"axisid {__version__}",
+        f"Python {platform.python_version()}",
+        *(f"{package} {version(package)}" for package in _PACKAGES),
+    )
     return {
         "generated code": axis.signature,
-        "simulated by": "native code" if native else "the CasADi virtual machine",
+        "simulated by": "the CasADi virtual machine"
+        if axis.native.library() is None
+        else "native code",
         "versions": ", ".join(versions),
         "platform": platform.platform(),
     }
@@ -322,15 +329,15 @@ def _hash(text: str) -> str:
     return f"sha256-{base64.b64encode(digest).decode()}"
 
 
-def fit_plots(fit: OutputFit) -> dict[int, dict[str, Plot | Missing]]:
+def fit_plots(fit: OutputFit) -> Mapping[int, Mapping[str, Plot]]:
     """Figures by the number of the record, from 1, each by its name; of one record under 0."""
     if len(fit.records) == 1:
         return {0: {"output": output_plot(fit)}}
-    found: dict[int, dict[str, Plot | Missing]] = {0: {}}
-    for i, record in enumerate(fit.records, 1):
-        plot = output_plot(fit, i - 1)
-        found[i] = {f"output-{i}": numbered(plot, i, record.provenance.source)}
-    return found
+    found = {
+        i: {f"output-{i}": numbered(output_plot(fit, i - 1), i, record.provenance.source)}
+        for i, record in enumerate(fit.records, 1)
+    }
+    return {0: {}, **found}
 
 
 _PATIENCE = 1.0  # s
@@ -388,8 +395,7 @@ def write_outputs(
             from axisid.presentation.drawing import write_figures
 
             found = plots_by_record(result, cutoffs).values()
-            every = (plot for of_one in found for plot in of_one.values())
-            plots = [plot for plot in every if isinstance(plot, Plot)]
+            plots = [p for of_one in found for p in of_one.values() if isinstance(p, Plot)]
             written += write_figures(plots, Path(figures), "pdf")
     except OSError as error:
         place = error.filename or report or figures

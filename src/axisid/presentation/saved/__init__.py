@@ -5,18 +5,21 @@ and exported like live ones; the JSON schema. Knows nothing of how statistics ar
 """
 
 from .diagnosis import written_diagnosis as written_diagnosis
-from .estimate import SavedEstimate as SavedEstimate, estimate_facts as estimate_facts
-from .file import load_result as load_result
-from .fitted_axis import FittedAxis as FittedAxis, fitted_axis as fitted_axis
+from .estimate import (
+    SavedEstimate as SavedEstimate,
+    written_estimate as written_estimate,
+)
+from .file import (
+    FittedAxis as FittedAxis,
+    fitted_axis as fitted_axis,
+    load_result as load_result,
+)
 from .identification import (
     SavedIdentification as SavedIdentification,
     identification_facts as identification_facts,
+    written_identification as written_identification,
 )
-from .monte_carlo import (
-    SavedMonteCarlo as SavedMonteCarlo,
-    study_facts as study_facts,
-    written_study as written_study,
-)
+from .monte_carlo import SavedMonteCarlo as SavedMonteCarlo, written_study as written_study
 from .output_fit import (
     SavedFitValidation as SavedFitValidation,
     SavedOutputFit as SavedOutputFit,
@@ -44,5 +47,3 @@ from .values import (
     plain as plain,
     schema_of as schema_of,
 )
-from .written_estimate import written_estimate as written_estimate
-from .written_identification import written_identification as written_identification

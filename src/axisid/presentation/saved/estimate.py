@@ -1,37 +1,305 @@
-"""One method's estimate as its file has it: what can be said without the rows it was made from."""
+"""One method's estimate as its file has it: what can be said without the rows it was made from.
+
+The names of a document's members are a contract with other programs.
+"""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
+from msgspec import UNSET, UnsetType
 from msgspec.structs import asdict
 
-from axisid.codegen.artefacts import Quantity
+from axisid.codegen.artefacts import GeneratedAxis, Quantity
 from axisid.estimation.choices import is_output_error
-from axisid.estimation.estimates import Estimate, Iterate, NamedValues, SamplingDistribution, Value
+from axisid.estimation.estimates import (
+    Estimate,
+    Iterate,
+    NamedValues,
+    Physical,
+    SamplingDistribution,
+    Value,
+)
 from axisid.estimation.parameters import JointForm
-from axisid.estimation.regression import DrawSummary, ResidualTests, correlation
+from axisid.estimation.regression import Drawn, DrawSummary, ResidualTests, correlation
+from axisid.estimation.twins import Chain
 from axisid.modeling.text import FunctionLike
-from axisid.support.arrays import Array, Exact
+from axisid.support.arrays import Array, Exact, finite
 from axisid.support.errors import UsageError, is_among, is_whole, quoted
 from axisid.support.presentable import Presentable
 
-from .values import Matrix, number, read_as
-from .written_estimate import (
-    WrittenEstimate,
-    WrittenPhysical,
-    WrittenValue,
-    written_estimate,
-)
+from .values import JsonObject, Matrix, WrittenKnown, about, number, read_as, written_as
 
 
-@dataclass(frozen=True, kw_only=True)
-class SavedForm:
-    """What a regression estimated, and what stood on its left."""
+class WrittenValue(JsonObject, frozen=True, kw_only=True):
+    """A number with unit, deviations and interval."""
 
-    quantities: tuple[Quantity, ...]
-    left: str
+    value: Annotated[float, about("In `unit`.")]
+    unit: Annotated[str, about("Coherent SI.")]
+    sd: Annotated[
+        float,
+        about("Standard deviation for independent residuals, as in the published tables."),
+    ]
+    relative_sd_percent: Annotated[float | None, about("100 sd / |value|; null for a value of 0.")]
+    sd_robust: Annotated[float, about("For residuals of any variance.")]
+    sd_hac: Annotated[float, about("For autocorrelated residuals too.")]
+    interval_95: Annotated[
+        tuple[float, float],
+        about(
+            "About the value less filter_bias, from the chosen covariance and Student's "
+            "distribution."
+        ),
+    ]
+    sd_gain: Annotated[
+        float,
+        about("What the drive gain's declared deviation adds, in no other figure."),
+    ]
+    filter_bias: Annotated[
+        float | None,
+        about(
+            "What filter and noise move the value by, as twins of the record tell; the value "
+            "contains it, the interval does not; null without twins."
+        ),
+    ]
+    deviations: Annotated[
+        Mapping[str, float] | UnsetType,
+        about("Under covariances that have no member of their own."),
+    ] = UNSET
+
+
+class WrittenDirectValue(WrittenValue, frozen=True, kw_only=True):
+    """A parameter of the direct model."""
+
+    expression: Annotated[str, about("In physical parameters.")]
+
+
+class WrittenPhysical(JsonObject, frozen=True, kw_only=True):
+    """Declared parameters from the base parameters and from what is declared as known.
+
+    Absent where the estimate is of the declared parameters and none is known.
+    """
+
+    parameters: Annotated[Mapping[str, WrittenValue], about("Those that follow, by name.")]
+    covariance_hac: Annotated[Matrix, about("Of these, in their order.")]
+    base: Annotated[
+        Mapping[str, str],
+        about("Base parameters that are no declared ones, in declared ones."),
+    ]
+    fixed: Annotated[Mapping[str, WrittenKnown], about("What is declared as known, by name.")]
+    unsettled: Annotated[
+        tuple[str, ...],
+        about("Which parameters do not follow, and what would have to be known."),
+    ]
+    statistic: Annotated[
+        float,
+        about("Squared distance of what was fixed from the record in deviations, Hotelling's."),
+    ]
+    dof: Annotated[int, about("Its degrees of freedom; 0 where nothing can contradict.")]
+    p_value: float | None
+    remarks: tuple[str, ...]
+    covariances: Annotated[
+        Mapping[str, Matrix] | UnsetType,
+        about("Of `parameters`: the chosen one, where it has no member of its own."),
+    ] = UNSET
+
+
+class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
+    """One method's estimate."""
+
+    method: Annotated[str, about("As identify takes it.")]
+    parameters: Annotated[Mapping[str, WrittenValue], about("Physical, by name.")]
+    theta_ddm: Annotated[Mapping[str, WrittenDirectValue] | None, about("Of the direct model.")]
+    covariance: Annotated[Matrix, about("Of the physical parameters, for independent residuals.")]
+    covariance_robust: Matrix
+    covariance_hac: Matrix
+    theta_ddm_covariance: Matrix | None
+    theta_ddm_covariance_hac: Matrix | None
+    correlation: Annotated[Matrix, about("Of the physical parameters, of the chosen covariance.")]
+    covariance_names: Annotated[
+        Mapping[str, str],
+        about("What each covariance is, with lags and corrections."),
+    ]
+    chains: Annotated[
+        tuple[Chain, ...] | UnsetType,
+        about("The noise of each record, SI, as its twins have it; left out without twins."),
+    ] = UNSET
+    chosen_covariance: Annotated[
+        str,
+        about(
+            "The covariance (hac, robust, iid or another) that interval_95, correlation, "
+            "curvatures and draws are of."
+        ),
+    ]
+    equation_error_percent: Annotated[
+        float,
+        about("100 ||y - X theta|| / ||y||; no quality of an instrumental estimate."),
+    ]
+    simulation_error_percent: Annotated[
+        float | None,
+        about("100 ||y - simulated|| / ||y||; null where the loop could not be simulated."),
+    ]
+    rows: int
+    condition_number: Annotated[float, about("Of X, not scaled.")]
+    iterations: Annotated[
+        tuple[Mapping[str, float], ...],
+        about("Physical parameters by iterate, SI; empty for least squares."),
+    ]
+    theta_ddm_iterations: Annotated[
+        tuple[Mapping[str, float], ...] | None, about("The same of the direct model, SI.")
+    ]
+    iteration_simulation_errors_percent: tuple[float, ...]
+    loss: Annotated[
+        Literal["huber", "bisquare"] | UnsetType,
+        about("How rows counted; left out where all do alike."),
+    ] = UNSET
+    light_rows: Annotated[
+        int | UnsetType, about("Rows that counted for less than half, with such a loss.")
+    ] = UNSET
+    started: Annotated[
+        Literal["least-squares", "nominal"] | UnsetType,
+        about("Where the iteration started; left out for least squares."),
+    ] = UNSET
+    curvatures: Annotated[
+        Mapping[str, float | None],
+        about(
+            "Second-order part of each physical deviation against the first; the delta method "
+            "is enough up to 0.1."
+        ),
+    ]
+    freedom: Annotated[
+        Mapping[str, float] | UnsetType,
+        about("Degrees of freedom, of Student's distribution, of each physical interval_95."),
+    ] = UNSET
+    residual_tests: ResidualTests
+    remarks: tuple[str, ...]
+    drawn: Annotated[Mapping[str, Drawn] | UnsetType | None, about("With draws=.")] = UNSET
+    physical: WrittenPhysical | UnsetType = UNSET
+    covariances: Annotated[
+        Mapping[str, Matrix] | UnsetType,
+        about("Of the physical parameters, those that have no member of their own."),
+    ] = UNSET
+    theta_ddm_covariances: Annotated[
+        Mapping[str, Matrix] | UnsetType,
+        about("Of the direct model: the chosen one, where it has no member of its own."),
+    ] = UNSET
+    gain_relative_sd: Annotated[
+        float, about("Of the drive gain; 0 where it is exact or the force was measured.")
+    ]
+    gain_slopes: Annotated[
+        Mapping[str, float] | None,
+        about(
+            "Of the physical parameters by the logarithm of the drive gain; null for an exact one."
+        ),
+    ]
+    theta_ddm_gain_slopes: Annotated[
+        Mapping[str, float] | None, about("The same of the direct model.")
+    ]
+
+
+_Number = TypeVar("_Number", bound=WrittenValue)
+_NAMED = frozenset({"iid", "robust", "hac"})  # covariances that have members of their own
+
+
+def written_estimate(
+    estimate: Estimate,
+    drawn: Mapping[str, Drawn] | Any = UNSET,
+    physical: WrittenPhysical | Any = UNSET,
+) -> WrittenEstimate:
+    """One estimate; statistics that are not finite become None."""
+    direct, iterates = bool(estimate.ddm_quantities), estimate.iterates
+    return written_as(
+        WrittenEstimate,
+        estimate,
+        parameters={n: _written(WrittenValue, v) for n, v in estimate.parameters.items()},
+        theta_ddm={
+            q.name: _written(WrittenDirectValue, value, expression=q.expression)
+            for q, value in zip(
+                estimate.ddm_quantities, estimate.ddm_parameters.values(), strict=True
+            )
+        }
+        or None,
+        covariance=matrix(estimate.covariances["iid"]),
+        covariance_robust=matrix(estimate.covariances["robust"]),
+        covariance_hac=matrix(estimate.covariances["hac"]),
+        covariances=_further(estimate.covariances, estimate.chosen, _NAMED),
+        theta_ddm_covariance=matrix(estimate.ddm_covariances["iid"]) if direct else None,
+        theta_ddm_covariance_hac=matrix(estimate.ddm_covariances["hac"]) if direct else None,
+        theta_ddm_covariances=_further(estimate.ddm_covariances, estimate.chosen, {"iid", "hac"}),
+        chains=tuple(each.likeliest for each in estimate.inference.chains) or UNSET,
+        chosen_covariance=estimate.chosen,
+        rows=len(estimate.y),
+        iterations=tuple(_named(estimate.quantities, i.physical) for i in iterates),
+        theta_ddm_iterations=tuple(_named(estimate.ddm_quantities, i.theta) for i in iterates)
+        if direct
+        else None,
+        iteration_simulation_errors_percent=tuple(i.simulation_error_percent for i in iterates),
+        started=estimate.started or UNSET,
+        loss=UNSET if estimate.counts is None else estimate.loss,
+        light_rows=UNSET if estimate.counts is None else int(estimate.light_rows.sum()),
+        curvatures={
+            q.name: finite(c) for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
+        },
+        freedom=_named(estimate.quantities, estimate.freedom[estimate.chosen]),
+        drawn=drawn,
+        physical=physical,
+        gain_slopes=_slopes(estimate.quantities, estimate.inference.gain_slopes),
+        theta_ddm_gain_slopes=_slopes(estimate.ddm_quantities, estimate.inference.theta_gain_slopes)
+        if direct
+        else None,
+    )
+
+
+def _slopes(quantities: Iterable[Quantity], slopes: Array | None) -> dict[str, float] | None:
+    return None if slopes is None else _named(quantities, slopes)
+
+
+def written_physical(physical: Physical, chosen: str) -> WrittenPhysical:
+    """Declared parameters that follow from the base parameters and from what is known."""
+    return written_as(
+        WrittenPhysical,
+        physical,
+        parameters={n: _written(WrittenValue, v) for n, v in physical.parameters.items()},
+        covariance_hac=matrix(physical.covariances["hac"]),
+        covariances=_further(physical.covariances, chosen, {"hac"}),
+        base={p.name: p.description for p in physical.combined},
+        fixed={
+            p.name: written_as(WrittenKnown, p, value=p.known, sd=p.known_sd)
+            for p in physical.known
+        },
+    )
+
+
+def left_out(axis: GeneratedAxis) -> dict[str, float]:
+    """What stands for the parameters that were left out, by name."""
+    return {p.name: p.known for p in axis.declared.left_out if p.known is not None}
+
+
+def _further(
+    covariances: Mapping[str, Array], chosen: str, written_elsewhere: Set[str]
+) -> dict[str, Matrix] | UnsetType:
+    """Covariances that are not written elsewhere: the chosen one, and those of later rows.
+
+    Robust and i.i.d. ones that no interval is of are left out, as in every file so far.
+    """
+    wanted = {chosen, *(covariances.keys() - _NAMED)} - written_elsewhere
+    return {name: matrix(c) for name, c in covariances.items() if name in wanted} or UNSET
+
+
+def _written(kind: type[_Number], value: Value, **others: Any) -> _Number:
+    """A number with unit, deviations and interval."""
+    deviations = {name: sd for name, sd in value.deviations.items() if name not in _NAMED}
+    return written_as(kind, value, deviations=deviations or UNSET, **others)
+
+
+def matrix(values: Array) -> Matrix:
+    """An array as a document holds it."""
+    return tuple(map(tuple, values.tolist()))
+
+
+def _named(quantities: Iterable[Quantity], values: Array) -> dict[str, float]:
+    return {q.name: float(value) for q, value in zip(quantities, values, strict=True)}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -179,14 +447,6 @@ class SavedEstimate(Presentable, Exact):
         return bool(self.ddm_quantities)
 
     @property
-    def form(self) -> SavedForm:
-        """What the regression estimated."""
-        return SavedForm(
-            quantities=self.ddm_quantities or self.quantities,
-            left="acceleration" if self.is_direct else "force",
-        )
-
-    @property
     def by_output_error(self) -> bool:
         """Whether the simulated loop's columns were regressed, not the measured motion's."""
         return is_output_error(self.method)
@@ -277,19 +537,9 @@ class SavedEstimate(Presentable, Exact):
         return float(max([own, *self.curvatures[gradient != 0]]))
 
 
-def estimate_facts(estimate: Estimate) -> SavedEstimate:
-    """What an estimate tells without its rows, which is all that tables show."""
-    return SavedEstimate.of(written_estimate(estimate), estimate.row_period)
-
-
 def arrays(written: Mapping[str, Matrix]) -> dict[str, Array]:
     """Matrices of a file, by name."""
     return {name: np.array(matrix) for name, matrix in written.items()}
-
-
-def written_physical_covariances(physical: WrittenPhysical) -> dict[str, Matrix]:
-    """Of the declared parameters that follow, by name."""
-    return {**(physical.covariances or {}), "hac": physical.covariance_hac}
 
 
 def named(written: Mapping[str, WrittenValue], chosen: str = "hac") -> NamedValues:

@@ -1,19 +1,19 @@
-"""A result as a file has it: read, checked, and joined with its axis."""
+"""A result as a file has it: read, checked, and joined with its axis, ready to be exported."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from types import MappingProxyType
 from typing import TypeVar, overload
 
 import msgspec
 
 from axisid.codegen.artefacts import signature
-from axisid.estimation.estimates import COVARIANCES
+from axisid.estimation.estimates import COVARIANCES, Value
+from axisid.estimation.identification import Identification
 from axisid.modeling.declaration import Axis, CommandPath, Drive, fix, leave_out
-from axisid.modeling.derivation import derive
+from axisid.modeling.derivation import AxisModel, derive
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.quantities import Parameter
 from axisid.modeling.text import load_axis
@@ -21,8 +21,8 @@ from axisid.support.arrays import from_json
 from axisid.support.errors import AxisidError, DataError, UsageError, quoted
 from axisid.support.files import AS_WRITTEN, GIVE_RESULT, WRITE_AGAIN, is_unchanged, read_result
 
-from .identification import SavedIdentification
-from .monte_carlo import SavedMonteCarlo, WrittenMonteCarlo
+from .identification import SavedIdentification, WrittenIdentification
+from .monte_carlo import SavedMonteCarlo
 from .output_fit import (
     SavedFitValidation,
     SavedOutputFit,
@@ -30,13 +30,13 @@ from .output_fit import (
 )
 from .record import WrittenDriveTime, WrittenResponse, written_drive
 from .values import JsonObject, WrittenKnown, schema_of
-from .written_identification import WrittenIdentification
 
 T = TypeVar("T")
 Expected = TypeVar("Expected", bound=JsonObject)
 _SHOWN = 40  # letters
 
 
+#: What is said of documents that will not do, by their `schema_of`.
 _REFUSED = {
     "axisid.stream/1": (
         "is of a log that was read in blocks, and such results are no longer read; "
@@ -50,11 +50,7 @@ _REFUSED = {
 }
 
 
-def read_document(
-    file: Path,
-    *expected: type[Expected],
-    refused: Mapping[str, str] = MappingProxyType({}),
-) -> Expected:
+def read_document(file: Path, *expected: type[Expected]) -> Expected:
     """Read a result that was written as JSON.
 
     Parameters
@@ -62,8 +58,6 @@ def read_document(
     file : Path
     *expected : type of JsonObject
         Which documents will do.
-    refused : mapping of str to str
-        What to say of documents that will not, by their `schema_of`: ``"is of a stream; ..."``.
 
     Raises
     ------
@@ -82,8 +76,8 @@ def read_document(
                     f"{file} lacks what its schema promises: {_said(error)}. {WRITE_AGAIN}",
                     code="result-file",
                 ) from error
-    if found in refused:
-        raise DataError(f"{file} {refused[found]}", code="result-file")
+    if found in _REFUSED:
+        raise DataError(f"{file} {_REFUSED[found]}", code="result-file")
     what = f"its schema is {found[:_SHOWN]!r}" if found else "it has no schema"
     raise DataError(
         f"{file} is not the result of one identification ({what}, not "
@@ -127,7 +121,7 @@ def read_identification(file: str | Path) -> SavedIdentification:
         The file cannot be read, or is no whole result.
     """
     path = _path(file)
-    return _checked(path, read_document(path, WrittenIdentification, refused=_REFUSED))
+    return _checked(path, read_document(path, WrittenIdentification))
 
 
 def _path(file: object) -> Path:
@@ -163,11 +157,15 @@ def _told(file: str, tell: Callable[[], T]) -> T:
     """
     try:
         return tell()
-    except AxisidError as error:
-        raise contradiction(file, str(error).removesuffix(".")) from error
-    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
-        kind = type(error).__name__
-        raise contradiction(file, f"no summary can be made of it ({kind}: {error})") from error
+    except (AxisidError, ArithmeticError, LookupError, TypeError, ValueError) as error:
+        problem = (
+            str(error).removesuffix(".")
+            if isinstance(error, AxisidError)
+            else f"no summary can be made of it ({type(error).__name__}: {error})"
+        )
+        raise DataError(
+            f"{file} contradicts itself: {problem}. {WRITE_AGAIN}", code="result-file"
+        ) from error
 
 
 @overload
@@ -216,12 +214,7 @@ def load_result(
         return path if axis is None else joined(path, axis)
     file = _path(path)
     document = read_document(
-        file,
-        WrittenIdentification,
-        WrittenOutputFit,
-        WrittenMonteCarlo,
-        SavedFitValidation,
-        refused=_REFUSED,
+        file, WrittenIdentification, WrittenOutputFit, SavedMonteCarlo, SavedFitValidation
     )
     saved: SavedOutputFit | SavedMonteCarlo | SavedFitValidation
     match document:
@@ -229,9 +222,7 @@ def load_result(
             return joined(_checked(file, document), axis)
         case WrittenOutputFit():
             saved = SavedOutputFit.of(str(file), document)
-        case WrittenMonteCarlo():
-            saved = SavedMonteCarlo.of_document(document)
-        case SavedFitValidation():
+        case SavedMonteCarlo() | SavedFitValidation():
             saved = document
     _told(str(file), saved.summary)
     return saved
@@ -290,9 +281,8 @@ def _as_identified(document: WrittenIdentification, axis: Axis) -> Axis:
 
 def _fixed(document: WrittenIdentification) -> Mapping[str, WrittenKnown]:
     """What was declared as known, by name."""
-    if not document.estimates[0].physical:
-        return {}
-    return document.estimates[0].physical.fixed
+    physical = document.estimates[0].physical
+    return physical.fixed if physical else {}
 
 
 _SAME_DEVIATION = 1e-9  # relative, of two deviations that went through a text
@@ -359,6 +349,90 @@ def _of_drive(document: WrittenIdentification, drive: Drive) -> Iterator[tuple[s
         yield "the drive's relative_sd", f"{spread:g}", f"{drive.relative_sd:g}"
 
 
-def contradiction(file: str, problem: str) -> DataError:
-    """The refusal of a file, with what is wrong with it and what to do."""
-    return DataError(f"{file} contradicts itself: {problem}. {WRITE_AGAIN}", code="result-file")
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedAxis:
+    """An axis and what was identified of it.
+
+    Attributes
+    ----------
+    model : AxisModel
+    signature : str
+        Of the generated code that identified it.
+    source, sha256 : str
+        Of the record.
+    result : Identification or SavedIdentification
+        Of the axis's parameters; base parameters where it has any.
+    """
+
+    model: AxisModel
+    signature: str
+    source: str
+    sha256: str
+    result: Identification | SavedIdentification
+
+    def values(self, method: str) -> dict[str, Value]:
+        """Every value of a method by name, the axis's own parameters first.
+
+        What is known of a parameter, and what follows from that, goes before the estimate.
+        """
+        physical = self.result.physical
+        more = physical[method].parameters if method in physical else {}
+        return {**self.result.estimates[method].parameters, **more}
+
+
+def fitted_axis(
+    result: Identification | SavedIdentification | str | Path,
+    axis: Axis | str | Path | None = None,
+    record: int | None = None,
+) -> FittedAxis:
+    """Take an identification, or read one and join it with its axis.
+
+    Parameters
+    ----------
+    result : Identification, SavedIdentification, str or Path
+        Or the file that ``axisid identify --json`` wrote.
+    axis : Axis, str or Path, optional
+        As `load_result` takes it: needed for a file of an axis that is none of the library.
+    record : int, optional
+        Number of one of several records, from 1, whose own parameters are wanted.
+
+    Raises
+    ------
+    UsageError
+        The axis of a file is not known, or is not the one that was identified; or there is no such
+        record, or no one set of parameters.
+    DataError
+        The file cannot be read, or is no identification.
+    """
+    if isinstance(result, Identification):
+        live = result if record is None else result.part(record)
+        return _fitted(live, live.axis.declared, live.axis.signature)
+    saved = result if isinstance(result, SavedIdentification) else read_identification(result)
+    if axis is not None or saved is not result:
+        saved = joined(saved, axis)
+    of_one = saved if record is None else saved.part(record)
+    return _fitted(of_one, of_one.own_axis, of_one.signature)
+
+
+def _fitted(
+    result: Identification | SavedIdentification, declared: Axis, signature: str
+) -> FittedAxis:
+    """A result of one set of the axis's parameters; another is refused."""
+    if names := [*result.local_names, *(n for one in result.of_records[:1] for n in one.known)]:
+        raise UsageError(
+            f"{', '.join(names)} of this result {'is' if len(names) == 1 else 'are'} each "
+            "record's own or known of each, so that there is no one set of the axis's "
+            "parameters; name the record whose are wanted: record=1.",
+            code="export",
+        )
+    origin = result.record.provenance
+    sources = [of_one.record.provenance.source for of_one in result.of_records]
+    source = ", ".join(sources) or origin.source
+    return FittedAxis(
+        model=derive(declared),
+        signature=signature,
+        # A file's name may hold bytes that are no text.
+        source=source.encode("utf-8", "replace").decode(),
+        sha256="" if sources else origin.sha256,
+        result=result,
+    )

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from msgspec import UNSET, UnsetType
@@ -26,9 +26,9 @@ from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
 
 from .diagnosis import WrittenLawCheck, written_law
+from .estimate import left_out
 from .record import WrittenRecord, written_record
 from .values import JsonObject, WrittenKnown, WrittenResult, about, number, read_as, written_as
-from .written_estimate import left_out
 
 
 class WrittenFitted(JsonObject, frozen=True, kw_only=True):
@@ -187,12 +187,7 @@ def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
 
 def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
     """Of all records in which it was looked for; None where it was in none."""
-    looked = [
-        (lacks, axis, record)
-        for lacks, axis, record in zip(fit.lacks, fit.axes, fit.records, strict=True)
-        if not isinstance(lacks, Missing)
-    ]
-    if not looked:
+    if all(isinstance(lacks, Missing) for lacks in fit.lacks):
         return None
     return tuple(
         WrittenLack(
@@ -202,20 +197,20 @@ def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
             unit=each.unit,
             chance=each.p_value,
         )
-        for lacks, axis, record in looked
+        for lacks, axis, record in zip(fit.lacks, fit.axes, fit.records, strict=True)
+        if not isinstance(lacks, Missing)
         for each in lacks
     )
 
 
 def _fitted(fit: OutputFit, place: int, name: str) -> WrittenFitted:
-    value, (low, high) = fit.parameters[name], fit.bounds[name]
-    known = fit.prior.get(name)
+    value, known = fit.parameters[name], fit.prior.get(name)
     return written_as(
         WrittenFitted,
         value,
         sd=finite(value.deviation),
         start=float(fit.start[place]),
-        bounds=(finite(low), finite(high)),
+        bounds=(finite(fit.bounds[name][0]), finite(fit.bounds[name][1])),
         at_bound=fit.at_bound.get(name),
         fixed=name in fit.fixed,
         prior=None if known is None else WrittenKnown(value=known[0], sd=known[1]),
@@ -300,9 +295,6 @@ class SavedOutputFit(Checked, Presentable, Exact):
             levels=written.levels or DEFAULT_LEVELS,
             checks=written.verdict,
         )
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return SavedOutputFit.of, (self.file, self.document)
 
     def __repr__(self) -> str:
         return f"fit of the {self.output}: {self.parameters.listed()}"

@@ -199,6 +199,5 @@ def written_prefilter(sampling: Sampling) -> WrittenPrefilter:
 
 def written_drive(written: WrittenResponse) -> Drive:
     """A drive of a gain of 1 that follows its commands as a file says; its times are numbers."""
-    told = plain(written)
-    told.pop("estimated", None)
-    return Drive(gain=1.0, **told)
+    declared = {name: value for name, value in plain(written).items() if name != "estimated"}
+    return Drive(gain=1.0, **declared)

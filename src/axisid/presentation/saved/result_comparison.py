@@ -20,11 +20,10 @@ from axisid.presentation.blocks import (
 from axisid.support.errors import or_dash
 from axisid.support.presentable import Presentable
 
+from .estimate import WrittenValue
 from .file import read_identification
-from .identification import SavedIdentification
+from .identification import SavedIdentification, WrittenIdentification, written_identification
 from .values import JsonObject, WrittenKnown, about, plain
-from .written_estimate import WrittenValue
-from .written_identification import WrittenIdentification, written_identification
 
 
 class WrittenDifference(JsonObject, frozen=True, kw_only=True):
@@ -306,5 +305,4 @@ def _short(value: Any) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{role} = {name}" for role, name in value.items()) or "-"
     text = "-" if value is None else str(value)
-    is_digest = len(text) == 64 and " " not in text
-    return text[:12] if is_digest else text
+    return text[:12] if len(text) == 64 and " " not in text else text  # a digest

@@ -8,11 +8,11 @@ from msgspec import json
 
 from axisid.support.arrays import schema_of_kind
 
-from .monte_carlo import WrittenMonteCarlo
+from .identification import WrittenIdentification
+from .monte_carlo import SavedMonteCarlo
 from .output_fit import SavedFitValidation, WrittenOutputFit
 from .result_comparison import ResultComparison
 from .studies import WrittenComparison, WrittenLawSearch, WrittenSweep
-from .written_identification import WrittenIdentification
 
 _DOCUMENTS = (
     WrittenIdentification,
@@ -22,7 +22,7 @@ _DOCUMENTS = (
     WrittenLawSearch,
     WrittenOutputFit,
     SavedFitValidation,
-    WrittenMonteCarlo,
+    SavedMonteCarlo,
 )
 
 

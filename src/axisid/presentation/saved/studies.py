@@ -1,7 +1,7 @@
 """Studies as documents: candidates, validations, sweeps, and laws of a control."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated
 
 from msgspec import UNSET, UnsetType
 
@@ -9,6 +9,7 @@ from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.studies import (
     Comparison,
     Criteria,
+    MethodValidation,
     NestedTest,
     ParameterCheck,
     Sweep,
@@ -17,15 +18,15 @@ from axisid.estimation.studies import (
 from axisid.support.arrays import finite
 
 from .diagnosis import written_law
-from .record import WrittenPrefilter, WrittenRecord, written_prefilter, written_record
-from .values import JsonObject, WrittenKnown, WrittenResult, about, written_as
-from .written_estimate import WrittenEstimate, left_out, written_estimate
-from .written_identification import (
+from .estimate import WrittenEstimate, left_out, written_estimate
+from .identification import (
     WrittenIdentification,
     WrittenMethodValidation,
     WrittenValidation,
     written_identification,
 )
+from .record import WrittenPrefilter, WrittenRecord, written_prefilter, written_record
+from .values import JsonObject, WrittenKnown, WrittenResult, about, written_as
 
 
 class WrittenExplainedLaw(JsonObject, frozen=True, kw_only=True):
@@ -180,25 +181,25 @@ def written_comparison(comparison: Comparison) -> WrittenComparison:
 
 def written_validation(validation: Validation) -> WrittenValidation:
     """Errors by method; what is not finite becomes None."""
-    methods = []
-    for each in validation:
-        apart = None if each.reestimate is None else each.reestimate.apart
-        again: dict[str, Any] = {"anew": None, "anew_distances": None, "anew_share_percent": None}
-        if apart is not None:
-            again = {
-                "anew": dict(zip(apart.names, map(finite, apart.own.tolist()), strict=True)),
-                "anew_distances": dict(
-                    zip(apart.names, map(finite, apart.distances.tolist()), strict=True)
-                ),
-                "anew_share_percent": finite(apart.share_percent),
-            }
-        methods.append(written_as(WrittenMethodValidation, each, reason=each.reason or "", **again))
     return written_as(
         WrittenValidation,
         validation,
         record=written_record(validation.record),
-        methods=tuple(methods),
+        methods=tuple(map(_of_method, validation)),
         law_check=written_law(validation.law),
+    )
+
+
+def _of_method(validation: MethodValidation) -> WrittenMethodValidation:
+    again = validation.reestimate and validation.reestimate.apart
+    return written_as(
+        WrittenMethodValidation,
+        validation,
+        reason=validation.reason or "",
+        anew=again and dict(zip(again.names, map(finite, again.own.tolist()), strict=True)),
+        anew_distances=again
+        and dict(zip(again.names, map(finite, again.distances.tolist()), strict=True)),
+        anew_share_percent=again and finite(again.share_percent),
     )
 
 
@@ -215,16 +216,19 @@ def written_sweep(sweep: Sweep) -> WrittenSweep:
 
 def written_law_search(search: LawSearch) -> WrittenLawSearch:
     """What ``--json`` writes."""
-    laws = (
-        written_as(
-            WrittenExplainedLaw,
-            each,
-            law=each.function,
-            gains=dict(each.law.gains),
-            sd=dict(each.deviations),
-            delay=each.law.delay,
-            period=each.law.period,
-        )
-        for each in search.laws
+    return written_as(
+        WrittenLawSearch,
+        search,
+        laws=tuple(
+            written_as(
+                WrittenExplainedLaw,
+                each,
+                law=each.function,
+                gains=dict(each.law.gains),
+                sd=dict(each.deviations),
+                delay=each.law.delay,
+                period=each.law.period,
+            )
+            for each in search.laws
+        ),
     )
-    return written_as(WrittenLawSearch, search, laws=tuple(laws))

@@ -4,7 +4,6 @@ What the two have alike is said by their fields alone, all the way down; a call 
 differs.
 """
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
@@ -119,20 +118,18 @@ def read_as(
         Fields that are made in another way.
     """
     names = [field.name for field in fields(kind)]  # type: ignore[arg-type]  # of a dataclass
-    members = {name: _OF_RESULTS.get(name, name) for name in names}
     same = {
         name: _restored(_hints(kind)[name], getattr(written, member))
-        for name, member in members.items()
+        for name in names
+        for member in [_OF_RESULTS.get(name, name)]
         if name not in others and hasattr(written, member)
     }
     return kind(**same, **others)
 
 
-def number(value: object, otherwise: float | None = None) -> float:
+def number(value: object, otherwise: float) -> float:
     """A figure; of one that was not finite, or not written, what it was most likely."""
-    if isinstance(value, float):
-        return value
-    return math.nan if otherwise is None else otherwise
+    return value if isinstance(value, float) else otherwise
 
 
 def _plain(value: Any, hint: Any) -> Any:

@@ -54,9 +54,8 @@ _OF_NONLINEAR = MappingProxyType(
 )
 
 
-def comparison_document(comparison: Comparison) -> Document:
+def comparison_document(c: Comparison) -> Document:
     """Heading, estimates, errors, tests, the recommendation and notes."""
-    c = comparison
     text = f"{c.recommended or 'none'}; {c.reason}."
     return (
         _heading(c),
@@ -129,8 +128,10 @@ def _short(value: Value | None) -> Cell:
 
 
 def _errors(candidates: Sequence[Candidate]) -> Table:
-    heads = ["candidate", "k [2]", "equation %", "held out %", "simul. %", "held out %"]
-    heads += ["dAIC [3]", "dBIC [3]", "dTIC [4]"]
+    heads = (
+        *("candidate", "k [2]", "equation %", "held out %", "simul. %", "held out %"),
+        *("dAIC [3]", "dBIC [3]", "dTIC [4]"),
+    )
     least = {
         name: min(getattr(c.criteria, name) for c in candidates) for name in ("aic", "bic", "tic")
     }
@@ -195,18 +196,19 @@ def _uninformed(candidates: Sequence[Candidate]) -> list[Sentence]:
 
 def _untested(c: Comparison) -> list[Sentence]:
     """A sentence for each pair and each parameter that no test judges."""
-    sentences = [
-        f"{t.smaller} in {t.larger} is not tested: {t.not_tested} [4]."
-        for t in c.tests
-        if t.not_tested
+    return [
+        *(
+            Sentence(text=f"{t.smaller} in {t.larger} is not tested: {t.not_tested} [4].")
+            for t in c.tests
+            if t.not_tested
+        ),
+        *(
+            Sentence(text=f"{check.name} of {each.name} is not judged: {check.not_tested} [5].")
+            for each in c.candidates
+            for check in each.checks
+            if check.informed is None
+        ),
     ]
-    sentences += [
-        f"{check.name} of {each.name} is not judged: {check.not_tested} [5]."
-        for each in c.candidates
-        for check in each.checks
-        if check.informed is None
-    ]
-    return [Sentence(text=text) for text in sentences]
 
 
 def _why(check: ParameterCheck, candidate: Candidate) -> str:
@@ -226,30 +228,32 @@ def _why(check: ParameterCheck, candidate: Candidate) -> str:
 
 def _remarks(c: Comparison) -> list[Sentence]:
     """What kept a candidate or a figure out, and what disagrees."""
-    sentences = _faults(c)
-    sentences += [Sentence(text=f"{name} is left out: {why}") for name, why in c.failures.items()]
-    sentences += [
-        _line(f"{a} and {b} are the same model in different parameters, on these rows.")
-        for a, b in c.same
-    ]
     shared = grouped((e.reason, e.name) for e in c.candidates if e.reason)
-    sentences += [
-        Sentence(text=f"no simulation of {', '.join(of)}: {why}") for why, of in shared.items()
-    ]
-    first, *others = c.candidates
-    sentences += [
-        _line(
-            f"{e.name} and {first.name} have different control laws, so their simulation errors "
-            "compare these too."
-        )
-        for e in others
-        if e.axis.axis.control != first.axis.axis.control
-    ]
     simulated = [(e.simulation.error_percent, e.name) for e in c.candidates if e.simulation]
-    if simulated and min(simulated)[1] not in (c.recommended, *c.tied):
-        least = min(simulated)[1]
-        sentences.append(Sentence(text=f"The held-out simulation error is smallest for {least}."))
-    return sentences
+    least = min(simulated)[1] if simulated else None
+    first, *others = c.candidates
+    return [
+        *_faults(c),
+        *(Sentence(text=f"{name} is left out: {why}") for name, why in c.failures.items()),
+        *(
+            _line(f"{a} and {b} are the same model in different parameters, on these rows.")
+            for a, b in c.same
+        ),
+        *(Sentence(text=f"no simulation of {', '.join(of)}: {why}") for why, of in shared.items()),
+        *(
+            _line(
+                f"{e.name} and {first.name} have different control laws, so their simulation "
+                "errors compare these too."
+            )
+            for e in others
+            if e.axis.axis.control != first.axis.axis.control
+        ),
+        *(
+            []
+            if least in (None, c.recommended, *c.tied)
+            else [Sentence(text=f"The held-out simulation error is smallest for {least}.")]
+        ),
+    ]
 
 
 def _faults(c: Comparison) -> list[Sentence]:

@@ -26,14 +26,8 @@ from axisid.support.mappings import grouped
 
 _SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
 
-
 _STARTS = {"least-squares": "LS", "nominal": "nominal"}
-
-
 _OVER_MOVES = "sd over moves"
-
-
-_FIX = " (fix NAME=VALUE+-SD)"
 
 
 def saved_estimate_document(estimate: SavedEstimate) -> Document:
@@ -43,7 +37,6 @@ def saved_estimate_document(estimate: SavedEstimate) -> Document:
         "equation error": None if estimate.by_output_error else estimate.equation_error_percent,
         "simulation error": estimate.simulation_error_percent,
     }
-    about = estimate.covariance_names[estimate.chosen]
     table = Table(
         columns=(
             *text_columns(["", "unit"]),
@@ -58,7 +51,7 @@ def saved_estimate_document(estimate: SavedEstimate) -> Document:
             *((name, "%", or_dash(error, ".4g"), "") for name, error in errors.items()),
         ),
         labels=2,
-        title=f"{estimate.method.upper()}; sd: {about}",
+        title=f"{estimate.method.upper()}; sd: {estimate.covariance_names[estimate.chosen]}",
     )
     return (table,)
 
@@ -112,18 +105,13 @@ def band_row(
 
 def moves_notes(diagnosis: Diagnosis) -> list[str]:
     """What repeats, and what bands of the model's error are, as far as there are any."""
-    found = diagnosis.lack_of_fit
-    notes = [] if found is None else [_repeats(found)]
-    exceeding = {
-        name: band
-        for name, band in diagnosis.bands.get(diagnosis.preferred, {}).items()
-        if band.exceeds
-    }
+    notes = [] if diagnosis.lack_of_fit is None else [_repeats(diagnosis.lack_of_fit)]
     if not any(band.exceeds for of_one in diagnosis.bands.values() for band in of_one.values()):
         return notes
     listed = "; ".join(
         f"{name} {range_text(*band.interval, ' to ')} ({band.groups} groups by {band.by})"
-        for name, band in exceeding.items()
+        for name, band in diagnosis.bands.get(diagnosis.preferred, {}).items()
+        if band.exceeds
     )
     own = f" 95 % of {diagnosis.preferred}: {listed}." if listed else ""
     notes.append(
@@ -146,22 +134,24 @@ def _repeats(found: LackOfFit) -> str:
 
 def physical_notes(found: Mapping[str, Physical]) -> list[str]:
     """Notes of a table; none where the estimates are of the physical parameters already."""
-    if not found:
-        return []
-    notes = []
-    if any(physical.shows_more for physical in found.values()):
-        notes.append(_how(next(iter(found.values()))))
+    shows_more = any(physical.shows_more for physical in found.values())
     said = grouped(
         (sentence, method)
         for method, physical in found.items()
         for sentence in (
-            *(each + _FIX * each.endswith(" known") for each in physical.undetermined),
+            *(
+                each + " (fix NAME=VALUE+-SD)" * each.endswith(" known")
+                for each in physical.undetermined
+            ),
             *physical.remarks,
         )
     )
-    return notes + [
-        f"{sentence}." if len(methods) == len(found) else f"{', '.join(methods)}: {sentence}."
-        for sentence, methods in said.items()
+    return [
+        *([_how(next(iter(found.values())))] if shows_more else []),
+        *(
+            f"{sentence}." if len(methods) == len(found) else f"{', '.join(methods)}: {sentence}."
+            for sentence, methods in said.items()
+        ),
     ]
 
 
@@ -226,9 +216,8 @@ def _table(
 
 
 def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> Table:
-    labels = [model.label for model in COVARIANCES.values()]
-    labels[0] = f"sd {labels[0]}"
-    header = ["", "unit", "2.5 %", "97.5 %", *labels, "gain", "bias"]
+    first, *others = (model.label for model in COVARIANCES.values())
+    header = ["", "unit", "2.5 %", "97.5 %", f"sd {first}", *others, "gain", "bias"]
     rows = (
         [
             *(f"{method.upper()} {name}", value.unit),
@@ -245,8 +234,7 @@ def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> Table:
 def _law(law: LawCheck | Missing) -> Table | Paragraph:
     title = "Control law"
     if isinstance(law, Missing):
-        why = law.reason
-        return paragraph(f"not checked: {why}", title=title, filled=False)
+        return paragraph(f"not checked: {law.reason}", title=title, filled=False)
     rows = [
         ["declared law leaves", _percent(law.residual_percent)],
         ["with factors of its own", _percent(law.fitted_residual_percent)],
@@ -258,20 +246,20 @@ def _law(law: LawCheck | Missing) -> Table | Paragraph:
 
 def _by_record(diagnosis: Diagnosis) -> Table:
     """The control law and the delay of the force, record by record."""
-    rows = []
-    for i, of_one in enumerate(diagnosis.records, 1):
-        law, alignment = of_one.law, of_one.alignment
-        text = (
-            ("-", "-")
-            if isinstance(law, Missing)
-            else (_percent(law.residual_percent), str(law.delay))
-        )
-        best = (
+    rows = (
+        [
+            f"record {i}",
+            *(
+                ("-", "-")
+                if isinstance(each.law, Missing)
+                else (_percent(each.law.residual_percent), str(each.law.delay))
+            ),
             "-"
-            if isinstance(alignment, Missing)
-            else (f"{alignment.best:.3f} +- {alignment.deviation:.2g}")
-        )
-        rows.append([f"record {i}", *text, best])
+            if isinstance(each.alignment, Missing)
+            else f"{each.alignment.best:.3f} +- {each.alignment.deviation:.2g}",
+        ]
+        for i, each in enumerate(diagnosis.records, 1)
+    )
     heads = ("", "declared law leaves", "delay [samples]", "force fits best earlier by [samples]")
     return _table("By record", heads, rows)
 
@@ -284,7 +272,7 @@ def _instruments(preferred: SavedEstimate, tests: InstrumentTests | None) -> Tab
     title = "Instruments"
     if tests is None:
         return paragraph("none", title=title)
-    names = [q.label for q in preferred.form.quantities]
+    names = [q.label for q in preferred.ddm_quantities or preferred.quantities]
     rows = (
         [name, f"{s.r_squared:.5f}", f"{s.shea:.5f}", f"{s.f:.4g}", f"{s.conditional_f:.4g}"]
         for name, s in zip(names, tests.columns, strict=True)
@@ -320,8 +308,7 @@ def _differences(diagnosis: Diagnosis, units: Mapping[str, str]) -> Table | Para
 def _alignment(preferred: SavedEstimate, alignment: Alignment | Missing) -> Paragraph:
     title = "Alignment"
     if isinstance(alignment, Missing):
-        why = alignment.reason
-        return paragraph(f"not measured: {why}", title=title, filled=False)
+        return paragraph(f"not measured: {alignment.reason}", title=title, filled=False)
     by = "instruments" if alignment.by_instruments else "least squares"
     units = {q.name: q.unit for q in preferred.quantities}
     units |= dict(zip(alignment.names, alignment.units, strict=True))

@@ -51,8 +51,6 @@ from .record import (
     signals_text,
 )
 
-#: What a table with room tells of a value.
-PARTS = ("sd [1]", "rel. sd", "i.i.d. [2]")
 Row = tuple[Cell, ...]
 
 
@@ -68,9 +66,6 @@ def saved_document(
     if not (every or full):
         return (*_screen(result), *drawn)
     estimates, physical, diagnosis = [*result.estimates.values()], result.physical, result.diagnosis
-    recorded = signals_text(result.signals)
-    made = f"{rows_of(result)}{recorded} Generated code {result.signature[:12]}."
-    missing = {**result.skipped, **result.failed}
     notes = [
         *_notes(estimates),
         *shared_remarks(estimates),
@@ -81,8 +76,8 @@ def saved_document(
         ),
         *moves_notes(diagnosis),
         *several_notes(result),
-        made,
-        *missing_notes(missing, diagnosis.verdict),
+        f"{rows_of(result)}{signals_text(result.signals)} Generated code {result.signature[:12]}.",
+        *missing_notes({**result.skipped, **result.failed}, diagnosis.verdict),
     ]
     return (
         _heading(result),
@@ -149,25 +144,27 @@ def _judged_table(result: SavedIdentification) -> Table:
     values = {**judged.parameters, **more}
     if all(low <= beside[n].value <= high for n in beside for low, high in [values[n].interval]):
         beside = {}
-    rows = []
-    for name, value in values.items():
-        digits, band = decimals(value.deviation), bands.get(name)
-        low, high = value.interval
-        remarks = [f"{value.value:.{digits}f} with bias"] * value.is_shifted
-        if band is not None and band.exceeds:
-            remarks.append(f"{range_text(*band.interval, ' to ')} over moves")
-        other = [f"{beside[name].value:.{digits}f}" if name in beside else ""] * bool(beside)
-        rows.append(
-            (
-                name,
-                value.unit,
-                f"{value.corrected:.{digits}f}",
-                f"{value.deviation:.{digits}f}",
-                f"{low:.{digits}f} to {high:.{digits}f}",
-                *other,
-                ", ".join(remarks),
-            )
+    rows = (
+        (
+            name,
+            value.unit,
+            *(f"{x:.{digits}f}" for x in (value.corrected, value.deviation)),
+            " to ".join(f"{end:.{digits}f}" for end in value.interval),
+            *([f"{beside[name].value:.{digits}f}" if name in beside else ""] * bool(beside)),
+            ", ".join(
+                [
+                    *([f"{value.value:.{digits}f} with bias"] * value.is_shifted),
+                    *(
+                        [f"{range_text(*bands[name].interval, ' to ')} over moves"]
+                        if name in bands and bands[name].exceeds
+                        else []
+                    ),
+                ]
+            ),
         )
+        for name, value in values.items()
+        for digits in [decimals(value.deviation)]
+    )
     heads = [judged.method.upper(), "sd", "95 % interval", *(["IDM-LS"] if beside else [])]
     last = Column("remark", align="left")
     return Table(columns=(*text_columns(["", "unit", *heads]), last), rows=tuple(rows), labels=2)
@@ -175,7 +172,7 @@ def _judged_table(result: SavedIdentification) -> Table:
 
 def rows_of(result: SavedIdentification) -> str:
     """How the records became rows."""
-    used = next(iter(result.estimates.values())).document.rows
+    first, *_ = result.estimates.values()
     force = force_told(
         result.drive,
         result.document.drive_remark or "",
@@ -185,7 +182,7 @@ def rows_of(result: SavedIdentification) -> str:
     samplings = [of_one.sampling for of_one in result.of_records] or [result.sampling]
     records = [of_one.record for of_one in result.of_records] or [result.record]
     motions = [record.motion or ("position",) for record in records]
-    return rows_text(samplings, used, force, motions)
+    return rows_text(samplings, first.document.rows, force, motions)
 
 
 def _heading(result: SavedIdentification) -> Heading:
@@ -260,15 +257,15 @@ def _physical_tables(result: SavedIdentification) -> list[Table]:
     shown = inverse or [*every.values()]
     if not shown:
         return []
-    columns = _columns("physical parameters", [physical.method for physical in shown])
-    names = {name: name for name in shown[0].parameters}
     values = {physical.method: physical.parameters for physical in shown}
+    names = {name: name for name in shown[0].parameters}
     rows = _value_rows(values, names, result.record.provenance.truth)
-    return [Table(columns=columns, rows=tuple(rows), labels=2)]
+    return [Table(columns=_columns("physical parameters", values), rows=tuple(rows), labels=2)]
 
 
 def _columns(what: str, methods: Iterable[str]) -> tuple[Column, ...]:
-    of_methods = (Column(method.upper(), parts=PARTS, kind="method") for method in methods)
+    parts = ("sd [1]", "rel. sd", "i.i.d. [2]")  # told where a table has room
+    of_methods = (Column(method.upper(), parts=parts, kind="method") for method in methods)
     drawn = Column("intervals", align="left", kind="intervals")
     return (*text_columns([what, "unit"]), *of_methods, drawn)
 
@@ -294,42 +291,42 @@ def _value_rows(
         beside = [*values.values()]
         intervals = Intervals(tuple(drawn), truth.get(name))
         rows.append((label, beside[0].unit, *map(quantity, beside), intervals))
-        rows += _corrected_row(beside)
+        if any(v.is_shifted for v in beside):  # the interval's centre is not the value above it
+            texts = (
+                "-" if v.filter_bias is None else f"{v.corrected:.{places(v)}f}" for v in beside
+            )
+            rows.append((f"  {CORRECTED}", "", *texts, ""))
         if bands:
             rows += band_row(beside, [column.get(name) for column in bands])
     return rows
 
 
-def _corrected_row(values: Sequence[Value]) -> list[Row]:
-    """The centres of the intervals, where one is noticeably not the value above it."""
-    if not any(v.is_shifted for v in values):
-        return []
-    numbers = ("-" if v.filter_bias is None else f"{v.corrected:.{places(v)}f}" for v in values)
-    return [(f"  {CORRECTED}", "", *numbers, "")]
-
-
 def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> Table:
     """Intervals from draws, beside those of the delta method."""
-    rows: list[Row] = []
-    lost, seed = 0, 0
-    for method, estimate in estimates.items():
-        for name, value in estimate.parameters.items():
-            drawn = estimate.propagate(name, draws=draws)
-            lost = max(lost, drawn.lost)
-            seed = drawn.seed
-            digits = decimals(value.deviation)
-            numbers = (drawn.median, *drawn.interval, *value.interval)
-            cells = (f"{x:.{digits}f}" for x in numbers)
-            rows.append((f"{method.upper()} {name}", value.unit, *cells))
+    drawn = [
+        (f"{method.upper()} {name}", value, estimate.propagate(name, draws=draws))
+        for method, estimate in estimates.items()
+        for name, value in estimate.parameters.items()
+    ]
+    lost, seed = max(summary.lost for *_, summary in drawn), drawn[-1][-1].seed
     said = f"{draws} draws from each estimate's distribution (seed {seed}), mapped exactly"
-    if lost:
-        said += f"; up to {lost} gave no positive inertia and are left out"
+    said += f"; up to {lost} gave no positive inertia and are left out" * bool(lost)
+    rows = (
+        (
+            label,
+            value.unit,
+            *(
+                f"{x:.{decimals(value.deviation)}f}"
+                for x in (summary.median, *summary.interval, *value.interval)
+            ),
+        )
+        for label, value, summary in drawn
+    )
     heads = ("", "unit", "median", "drawn 2.5 %", "97.5 %", "delta 2.5 %", "97.5 %")
     return Table(columns=text_columns(heads), rows=tuple(rows), labels=2, said=(f"{said}.",))
 
 
 def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
-    methods = [e.method for e in estimates]
     chosen = estimates[0].chosen
     name = covariance_name({e.method: e.covariance_names[chosen] for e in estimates})
     allowed = (
@@ -337,36 +334,45 @@ def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
         if COVARIANCES[chosen].allows_autocorrelation
         else "are autocorrelated, which HAC allows for"
     )
-    notes = [
+    return [
         f"sd and 95 % intervals: {name}. Residuals of filtered data {allowed}.",
         f"i.i.d. sd, as in the published tables: {estimates[0].covariance_names['iid']}.",
-    ]
-    notes += _gain_notes(estimates[-1])
-    if any(_corrected_row([v]) for e in estimates for v in e.parameters.values()):
-        notes.append(
-            f"{CORRECTED}: the value above less what filter and noise move it by, which the twins "
-            "of [1] tell. It is the centre of the 95 % interval, and what physical parameters are "
-            "made of."
-        )
-    if any(estimate.is_direct for estimate in estimates):
-        notes.append("sd of physical parameters from a direct model: delta method.")
-    notes.append(
+        *_gain_notes(estimates[-1]),
+        *(
+            [
+                f"{CORRECTED}: the value above less what filter and noise move it by, which the "
+                "twins of [1] tell. It is the centre of the 95 % interval, and what physical "
+                "parameters are made of."
+            ]
+            if any(v.is_shifted for e in estimates for v in e.parameters.values())
+            else []
+        ),
+        *(
+            ["sd of physical parameters from a direct model: delta method."]
+            if any(estimate.is_direct for estimate in estimates)
+            else []
+        ),
         "y is the force (IDM) or the acceleration (DDM). Equation error ||y - X theta||/||y||: no "
         "quality measure of an IV estimate on noisy data. Simulation error "
-        "||y - y_simulated||/||y||: the closed loop simulated with the estimate."
-    )
-    if any(estimate.by_output_error for estimate in estimates):
-        notes.append(
-            "DIDIM: least squares of the measured force by the rows of the loop simulated with the "
-            "estimate, both behind the same filter, so that X is of no measured motion; its "
-            "equation error is its simulation error. It rests on the declared control law."
-        )
-    if {"idm-iv", "ddm-iv"} <= set(methods):
-        notes.append(
-            "IDM-IV and DDM-IV solve the same equations with the same instruments; their agreement "
-            "is a self-test, not a second opinion."
-        )
-    return notes
+        "||y - y_simulated||/||y||: the closed loop simulated with the estimate.",
+        *(
+            [
+                "DIDIM: least squares of the measured force by the rows of the loop simulated with "
+                "the estimate, both behind the same filter, so that X is of no measured motion; "
+                "its equation error is its simulation error. It rests on the declared control law."
+            ]
+            if any(estimate.by_output_error for estimate in estimates)
+            else []
+        ),
+        *(
+            [
+                "IDM-IV and DDM-IV solve the same equations with the same instruments; their "
+                "agreement is a self-test, not a second opinion."
+            ]
+            if {"idm-iv", "ddm-iv"} <= {e.method for e in estimates}
+            else []
+        ),
+    ]
 
 
 def covariance_name(names: Mapping[str, str]) -> str:
@@ -388,15 +394,14 @@ def shared_remarks(estimates: Iterable[SavedEstimate]) -> list[str]:
 
 
 def _gain_notes(estimate: SavedEstimate) -> list[str]:
-    relative = estimate.gain_relative_sd
-    if relative == 0:
+    if not estimate.gain_relative_sd:
         return []
     listed = ", ".join(
         f"{name} +- {value.sd_gain:.3g} {value.unit}" for name, value in estimate.parameters.items()
     )
     return [
-        f"The drive gain is declared to {100 * relative:.3g} %; that moves all parameters together "
-        f"and is in no sd of the table: {listed} ({estimate.method})."
+        f"The drive gain is declared to {100 * estimate.gain_relative_sd:.3g} %; that moves all "
+        f"parameters together and is in no sd of the table: {listed} ({estimate.method})."
     ]
 
 
@@ -435,12 +440,11 @@ def missing_notes(missing: Mapping[str, str], checks: Sequence[Check] = ()) -> l
 
     One that checks could not be made for stands in the verdict.
     """
-    told = unmade(checks)
-    shared: dict[str, list[str]] = {}
-    for method, why in missing.items():
-        reason = why.removeprefix(f"{method}, ")
-        reason = "see the verdict" if why in told else reason
-        shared.setdefault(reason, []).append(method)
+    in_verdict = unmade(checks)
+    shared = grouped(
+        ("see the verdict" if why in in_verdict else why.removeprefix(f"{method}, "), method)
+        for method, why in missing.items()
+    )
     return [f"without {', '.join(of)}: {_sentence(reason)}" for reason, of in shared.items()]
 
 

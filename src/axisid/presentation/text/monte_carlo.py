@@ -1,7 +1,7 @@
 """A study as tables: bias, scatter and intervals, and what checks say."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from axisid.estimation.choices import fitted_output
 from axisid.estimation.estimates import COVARIANCES
@@ -36,7 +36,6 @@ from axisid.presentation.saved import SavedMonteCarlo
 
 _PLAIN = (1e-6, 1e6)  # errors between which figures have no power of ten
 
-
 _TITLES = {
     PARAMETER: "Estimates",
     DIRECT: "Parameters of the direct model",
@@ -46,42 +45,43 @@ _TITLES = {
 
 def study_document(result: SavedMonteCarlo) -> Document:
     """What was done, the estimates by method, the checks, and what came to nothing."""
-    blocks: list[Block] = [Heading(facts=tuple(heading_facts(result).items()))]
-    blocks += estimand_tables(result)
-    blocks += [study_checks(result)] if result.judged else []
-    return *blocks, legend(result), findings(result)
+    return (
+        Heading(facts=tuple(heading_facts(result).items())),
+        *estimand_tables(result),
+        *([study_checks(result)] if result.judged else []),
+        legend(result),
+        findings(result),
+    )
 
 
 def heading_facts(result: SavedMonteCarlo) -> dict[str, str]:
     """What was done in each run."""
-    written, twins, noise = result.document, result.document.twins, result.noise
+    twins, noise = result.twins, result.noise
     begun = ", begun anywhere in a count" if noise.anywhere else ""
-    done = f"{len(result)}" if len(result) == written.runs else f"{len(result)} of {written.runs}"
+    done = f"{len(result)}" if len(result) == result.runs else f"{len(result)} of {result.runs}"
     return {
         "axis": result.name,
-        "twins": f"{done} twins of {twins.axis}, seed {written.seed}",
+        "twins": f"{done} twins of {twins.axis}, seed {result.seed}",
         "noise": noise.told(twins.unit, twins.drive_unit) + begun,
         "model": "the twins' own" if twins.right else "another than the twins'",
-        "methods": ", ".join(map(method_title, written.methods)),
+        "methods": ", ".join(map(method_title, result.methods)),
         "intervals": f"{100 * INTERVAL_LEVEL.value:g} %, {_stated_labels(result)}",
     }
 
 
 def estimand_tables(result: SavedMonteCarlo, of: str = "") -> list[Block]:
     """One table for each kind of parameter; `of` is what their titles begin with."""
-    lead = f"{of}: " if of else ""
-    tables: list[Block] = []
-    for kind, title in {**_TITLES, PARAMETER: _of_filters(result)}.items():
-        of_kind = [each for each in result.figures if each.kind == kind]
-        if of_kind:
-            said = f"{lead}{title[0].lower()}{title[1:]}" if lead else title
-            tables.append(_estimands(result, of_kind, said))
-    return tables
+    titles = {**_TITLES, PARAMETER: _of_filters(result)}
+    return [
+        _estimands(result, of_kind, f"{of}: {title[0].lower()}{title[1:]}" if of else title)
+        for kind, title in titles.items()
+        if (of_kind := [each for each in result.figures if each.kind == kind])
+    ]
 
 
 def _of_filters(result: SavedMonteCarlo) -> str:
     """What estimates of parameters are called: a fit has no filter."""
-    methods = result.document.methods
+    methods = result.methods
     fits = [method for method in methods if fitted_output(method)]
     if len(fits) == len(methods):
         return _TITLES[PARAMETER]
@@ -106,25 +106,18 @@ def _estimands(result: SavedMonteCarlo, figures: Iterable[EstimandFigures], titl
         Column("95 % interval", "%", group="holds"),
         *(Column(_label(of), "%") for of in others),
     )
-    rows: list[tuple[Cell, ...]] = []
-    for each in listed:
-        stated = stated_by(each.method, chosen)
-        shares = ("" if of == stated else share_texts(each.coverage.get(of))[0] for of in others)
-        rows.append(
-            (
-                *(method_title(each.method), each.name, each.unit, _number(each.truth, 6)),
-                *(mean_cell(each.bias), mean_cell(each.scatter)),
-                _number(each.deviations.get(stated, math.nan), 2),
-                *share_texts(each.coverage.get(stated)),
-                *shares,
-            )
+    rows: Iterator[tuple[Cell, ...]] = (
+        (
+            *(method_title(each.method), each.name, each.unit, _number(each.truth, 6)),
+            *(mean_cell(each.bias), mean_cell(each.scatter)),
+            _number(each.deviations.get(stated, math.nan), 2),
+            *share_texts(each.coverage.get(stated)),
+            *("" if of == stated else share_texts(each.coverage.get(of))[0] for of in others),
         )
-    return Table(
-        columns=columns,
-        rows=tuple(rows),
-        labels=2,
-        title=title,
+        for each in listed
+        for stated in [stated_by(each.method, chosen)]
     )
+    return Table(columns=columns, rows=tuple(rows), labels=2, title=title)
 
 
 def _label(of: str) -> str:
@@ -135,9 +128,7 @@ def _label(of: str) -> str:
 def _stated_labels(result: SavedMonteCarlo) -> str:
     """What the printed intervals are of, by all methods."""
     return " and ".join(
-        dict.fromkeys(
-            _label(stated_by(method, result.chosen)) for method in result.document.methods
-        )
+        dict.fromkeys(_label(stated_by(method, result.chosen)) for method in result.methods)
     )
 
 
@@ -172,7 +163,6 @@ def study_checks(result: SavedMonteCarlo) -> Table:
         for group in ("fails", "notes")
         for head in (group, "95 % interval")
     ]
-    total = ("any of them", *share_texts(result.objected), "", "", "")
     return Table(
         columns=(*text_columns(["check"]), *shares, Column("not evaluated", "%")),
         rows=(
@@ -185,7 +175,7 @@ def study_checks(result: SavedMonteCarlo) -> Table:
                 )
                 for check in beyond
             ),
-            total,
+            ("any of them", *share_texts(result.objected), "", "", ""),
         ),
         title=f"Checks of {result.judged} verdicts",
     )
@@ -198,26 +188,23 @@ def _is_silent(check: CheckFigures) -> bool:
 
 def legend(result: SavedMonteCarlo) -> Paragraph:
     """What the columns are."""
-    said = [
+    silent = ", ".join(each.name for each in result.check_figures if _is_silent(each))
+    unseen = ", ".join(each.name for each in result.check_figures if not each.passes.of)
+    return paragraph(
         "bias, scatter: mean error and standard deviation over the runs, with their standard "
         f"errors. stated: deviation, {_stated_labels(result)}. holds: share of its intervals "
-        "that hold the truth, with Wilson's 95 % interval; after it that of other deviations."
-    ]
-    if silent := [each.name for each in result.check_figures if _is_silent(each)]:
-        said.append(f"Passed in every run: {', '.join(silent)}.")
-    if unseen := [each.name for each in result.check_figures if not each.passes.of]:
-        said.append(f"Evaluated in no run, so that nothing is known of them: {', '.join(unseen)}.")
-    return paragraph(*said)
+        "that hold the truth, with Wilson's 95 % interval; after it that of other deviations.",
+        *([f"Passed in every run: {silent}."] if silent else []),
+        *([f"Evaluated in no run, so that nothing is known of them: {unseen}."] if unseen else []),
+    )
 
 
 def findings(result: SavedMonteCarlo) -> Paragraph:
     """What is beyond the Monte-Carlo error, and what came to nothing."""
-    told = (check for check in result.checks if check.status != "not evaluated")
-    said = [f"{check.meaning}." for check in told]
-    if result.judged:
-        share, interval = share_texts(result.objected)
-        said.append(
-            f"A check fails in {share} % ({interval} %) of {result.judged} verdicts "
-            f"{'on the right model' if result.document.twins.right else 'on a wrong model'}."
-        )
-    return paragraph(*said)
+    share, interval = share_texts(result.objected)
+    on = "on the right model" if result.twins.right else "on a wrong model"
+    objected = f"A check fails in {share} % ({interval} %) of {result.judged} verdicts {on}."
+    return paragraph(
+        *(f"{check.meaning}." for check in result.checks if check.status != "not evaluated"),
+        *([objected] if result.judged else []),
+    )

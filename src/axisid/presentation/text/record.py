@@ -39,14 +39,12 @@ def rows_text(
     quiet = sum(sampling.excluded_samples for sampling in samplings)
     lost = f", {masked} left out that masked samples reach" if masked else ""
     lost += f", {quiet} samples near reversals and rests left out before" if quiet else ""
-    filters: dict[str, None] = {}
     taken, *said = force
-    for sampling, motion in zip(samplings, motions, strict=True):
-        f = sampling.filter.settings
-        filters[
-            f"{_measured_text(motion)} low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
-            f"forward and backward. Force: {'; '.join([f'{taken}, hold {f.hold}', *said])}."
-        ] = None
+    filters = dict.fromkeys(
+        f"{_measured_text(motion)} low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
+        f"forward and backward. Force: {'; '.join([f'{taken}, hold {f.hold}', *said])}."
+        for f, motion in zip((each.filter.settings for each in samplings), motions, strict=True)
+    )
     samples = sum(sampling.samples for sampling in samplings)
     return f"{used} rows of {samples} samples{_dropped(samplings)}{lost}. {' '.join(filters)}"
 
@@ -65,8 +63,8 @@ def _dropped(samplings: Sequence[Sampling]) -> str:
             f"{_of_segments(sampling)}: {start} dropped at the start, {end} at the end{each}, "
             f"then {kept[0]}"
         )
-    alike = len({*kept}) == 1
-    which = kept[0] if alike else f"of the records in their order {', '.join(kept)}"
+    same = len({*kept}) == 1
+    which = kept[0] if same else f"of the records in their order {', '.join(kept)}"
     return (
         f" in {len(samplings)} records: the filter's transients dropped at both ends of each, then "
         f"{which}"
@@ -111,11 +109,10 @@ def _of_segments(sampling: Sampling) -> str:
 def record_facts(record: RecordInfo) -> dict[str, str]:
     """What a heading says of a record: its size, columns, what was assumed and repaired."""
     source = record.provenance
-    assumed = (*source.assumed, *(doubt for doubt in source.doubts))
     return {
         "record": f"{source.source}, {record.size}",
         "columns": ", ".join(f"{role} = {name}" for role, name in source.columns.items()),
-        "assumed": "; ".join(assumed),
+        "assumed": "; ".join((*source.assumed, *source.doubts)),
         "repaired": "; ".join(repair.text for repair in source.repairs),
     }
 
@@ -155,10 +152,8 @@ def records_facts(
     facts = {f"record {i}": own["record"] for i, own in enumerate(told, 1)}
     for name in ("columns", "assumed", "repaired"):
         each = [own[name] for own in told]
-        if len(set(each)) == 1:
-            facts[name] = each[0]
-        else:
-            facts |= {f"{name} {i}": text for i, text in enumerate(each, 1)}
+        numbered = {f"{name} {i}": text for i, text in enumerate(each, 1)}
+        facts |= {name: each[0]} if len({*each}) == 1 else numbered
     return facts
 
 
@@ -176,18 +171,13 @@ def set_aside_facts(set_aside: Mapping[str, str]) -> dict[str, str]:
 
 def records_table(result: SavedIdentification) -> Table:
     """Each record beside the others, by the estimate that is judged."""
-    heads = (
-        "record",
-        "rows",
-        "weight",
-        "noise",
-        "equation error",
-        "simulation error",
-        "apart",
-        "chance",
-    )
     return Table(
-        columns=text_columns(heads),
+        columns=text_columns(
+            (
+                *("record", "rows", "weight", "noise", "equation error", "simulation error"),
+                *("apart", "chance"),
+            )
+        ),
         rows=tuple(
             (
                 f"{i}  {of_one.record.provenance.source}",
@@ -209,7 +199,8 @@ def several_notes(result: SavedIdentification) -> list[str]:
     if not result.of_records:
         return []
     weights = ", ".join(f"{of_one.weight:.3g}" for of_one in result.of_records)
-    notes = [
+    gain = result.declared_gain
+    return [
         "One regression of all records, none of whose rows is a neighbour of another record's. "
         f"Rows are weighted by the inverse of each record's noise, weights {weights}: what least "
         "squares of all leaves of each in a first pass (feasible generalised least squares).",
@@ -217,22 +208,33 @@ def several_notes(result: SavedIdentification) -> list[str]:
         "residuals, root mean square, in the unit of the force. Apart: force that the parameters "
         "which the record has alone make otherwise, percent of its force; chance: that noise alone "
         "makes as much.",
+        *local_notes(result.local_names),
+        *(
+            []
+            if gain is None
+            else [
+                f"drive_gain: identified by the known force; {gain:g} "
+                f"{result.preferred.parameters['drive_gain'].unit} is declared. The deviations of "
+                "the other parameters contain its own."
+            ]
+        ),
+        *(
+            [
+                "Deviations contain what those of the known values add; equal values with equal "
+                "deviations are taken as one thing, weighed once."
+            ]
+            if any(sd for of_one in result.of_records for _, sd in of_one.known.values())
+            else []
+        ),
     ]
-    for name, own in result.local_names.items():
-        listed = ", ".join(dict.fromkeys(filter(None, own)))
-        notes.append(f"{listed}: {name} of each record, in their order.")
-    if result.declared_gain is not None:
-        unit = result.preferred.parameters["drive_gain"].unit
-        notes.append(
-            f"drive_gain: identified by the known force; {result.declared_gain:g} {unit} is "
-            "declared. The deviations of the other parameters contain its own."
-        )
-    if any(sd for of_one in result.of_records for _, sd in of_one.known.values()):
-        notes.append(
-            "Deviations contain what those of the known values add; equal values with equal "
-            "deviations are taken as one thing, weighed once."
-        )
-    return notes
+
+
+def local_notes(local: Mapping[str, Sequence[str]]) -> list[str]:
+    """What records have for themselves, by the names that it has in each."""
+    return [
+        f"{', '.join(dict.fromkeys(filter(None, names)))}: {name} of each record, in their order."
+        for name, names in local.items()
+    ]
 
 
 def known_text(name: str, value: tuple[float, float], unit: str) -> str:

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 
 from axisid.estimation.choices import LOSSES, OUTPUTS, SQUARES
 from axisid.estimation.control_law_search import LawSearch
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.fitting import OutputFit
 from axisid.estimation.studies import FitValidation, Sweep, Validation
 from axisid.modeling.declaration import Axis, left_out_text
 from axisid.presentation.blocks import (
-    Block,
     Cell,
     Column,
     Document,
@@ -28,11 +28,7 @@ from axisid.support.errors import Missing, range_text
 
 from .estimate import quantity
 from .identification import verdict_block
-from .record import (
-    record_facts,
-    records_facts,
-    set_aside_facts,
-)
+from .record import local_notes, record_facts, records_facts, set_aside_facts
 
 #: What each covariance is, for notes.
 _COVARIANCES = {
@@ -44,8 +40,9 @@ _COVARIANCES = {
 
 def output_fit_document(fit: OutputFit) -> Document:
     """Heading, parameters, what is left of each record, the verdict and notes."""
-    facts = SavedOutputFit.of("", written_output_fit(fit))
-    return saved_fit_document(facts, declared=fit.axis.declared)
+    return saved_fit_document(
+        SavedOutputFit.of("", written_output_fit(fit)), declared=fit.axis.declared
+    )
 
 
 def saved_fit_document(fit: SavedOutputFit, *, declared: Axis | None = None) -> Document:
@@ -115,10 +112,12 @@ def _errors(fit: SavedOutputFit) -> Table:
         )
         for place, each in enumerate(fit.document.record_errors)
     )
-    heads = ["left of", "samples", f"error {fit.document.unit}", "error %", "order [1]"]
-    if count > 1:
-        both = ["", "output"] if several else ["left of"]
-        heads = [*both, "samples", "error", "unit", "error %", "order [1]"]
+    heads = (
+        *(("", "output") if several and count > 1 else ("left of",)),
+        "samples",
+        *(("error", "unit") if count > 1 else (f"error {fit.document.unit}",)),
+        *("error %", "order [1]"),
+    )
     return Table(columns=text_columns(heads), rows=rows)
 
 
@@ -150,9 +149,7 @@ def _notes(fit: SavedOutputFit) -> Iterator[str]:
         else f"Simulated less recorded {fit.output} at every sample that is measured and counts; "
         "no filter, no decimation. The loop starts as the record does."
     )
-    for name, own in (written.local or {}).items():
-        listed = ", ".join(dict.fromkeys(filter(None, own)))
-        yield f"{listed}: {name} of each record, in their order."
+    yield from local_notes(written.local or {})
     # Instruments and least squares may be refused for one reason.
     said = dict.fromkeys(written.remarks)
     yield from (f"It starts from {written.started} values: {each}" for each in said)
@@ -209,12 +206,14 @@ def _conclusion(search: LawSearch) -> Paragraph:
     if not search.explained:
         return paragraph(f"{search.checks[0].meaning}.", filled=False)
     others = search.as_well - 1
-    more = f"{others} other{'s' * (others > 1)} with more gains" if others else ""
-    lines = [f"The control is explained as well by {more}."] if more else []
-    lines += [f"The same control gives {best.same}."] if best.same else []
-    lines += [f"in TOML:   {best.toml}"]
-    said = Sentence(lead="declare: ", text=best.python, filled=False)
-    return paragraph(*lines, said, filled=False)
+    more = f"{others} other{'s' * (others > 1)} with more gains"
+    return paragraph(
+        *([f"The control is explained as well by {more}."] if others else []),
+        *([f"The same control gives {best.same}."] if best.same else []),
+        f"in TOML:   {best.toml}",
+        Sentence(lead="declare: ", text=best.python, filled=False),
+        filled=False,
+    )
 
 
 def sweep_document(sweep: Sweep) -> Document:
@@ -228,46 +227,56 @@ def sweep_document(sweep: Sweep) -> Document:
         "left out": left_out_text(first.axis.declared),
         **{name: text for name, text in facts.items() if not name.startswith(_NOT_TOLD)},
     }
-    tables: list[Block] = [
-        _sweep_table(sweep, quantity.name, quantity.unit) for quantity in first.preferred.quantities
-    ]
-    facts |= set_aside_facts(first.set_aside)
-    return Heading(facts=tuple(facts.items())), *tables, _sweep_remarks(sweep)
+    return (
+        Heading(facts=tuple({**facts, **set_aside_facts(first.set_aside)}.items())),
+        *(_sweep_table(sweep, each.name, each.unit) for each in first.preferred.quantities),
+        _sweep_remarks(sweep),
+    )
 
 
 def _sweep_table(sweep: Sweep, name: str, unit: str) -> Table:
-    methods = sweep.methods
-    of_methods = (Column(f"{method.upper()} {name}", unit, parts=("sd",)) for method in methods)
-    rows: list[tuple[Cell, ...]] = []
-    for result in sweep.results:
-        row: list[Cell] = [f"{result.prefilter.cutoff:g}", str(result.prefilter.decimate)]
-        for method in methods:
-            estimate = result.estimates.get(method)
-            value = estimate and estimate.parameters[name]
-            texts = (f"{value.corrected:.5g}", f"{value.deviation:.2g}") if value else ("-", "-")
-            row.append(Quantity(*texts))
-        rows.append(tuple(row))
+    of_methods = (Column(f"{each.upper()} {name}", unit, parts=("sd",)) for each in sweep.methods)
+
+    def cell(estimate: Estimate | None) -> Quantity:
+        if estimate is None:
+            return Quantity("-", "-")
+        value = estimate.parameters[name]
+        return Quantity(f"{value.corrected:.5g}", f"{value.deviation:.2g}")
+
     return Table(
-        columns=(Column("cut-off", "Hz", "left"), Column("1 of"), *of_methods), rows=tuple(rows)
+        columns=(Column("cut-off", "Hz", "left"), Column("1 of"), *of_methods),
+        rows=tuple(
+            (
+                f"{result.prefilter.cutoff:g}",
+                str(result.prefilter.decimate),
+                *(cell(result.estimates.get(method)) for method in sweep.methods),
+            )
+            for result in sweep.results
+        ),
     )
 
 
 def _sweep_remarks(sweep: Sweep) -> Paragraph:
-    lines = ["Values are without the bias of filter and noise, where that is known."]
-    lines += [f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in sweep.failures.items()]
-    if not isinstance(sweep.law, Missing) and not sweep.law.passed:
-        lines.append(f"believe nothing before this is mended: {sweep.law.sentence}.")
-    said = f"{sweep.recommendation}."
-    recommended = Sentence(lead="recommended: ", text=said, filled=False)
-    return paragraph(*lines, recommended, filled=False)
+    law = sweep.law
+    return paragraph(
+        "Values are without the bias of filter and noise, where that is known.",
+        *(f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in sweep.failures.items()),
+        *(
+            []
+            if isinstance(law, Missing) or law.passed
+            else [f"believe nothing before this is mended: {law.sentence}."]
+        ),
+        Sentence(lead="recommended: ", text=f"{sweep.recommendation}.", filled=False),
+        filled=False,
+    )
 
 
 def validation_document(validation: Validation) -> Document:
     """What was repaired of the record, and the errors."""
     record = validation.record
     title = f"Frozen estimates on {record.provenance.source}, {len(record)} samples:"
-    repaired = ("repaired", record_facts(record)["repaired"])
-    return Heading(facts=(repaired,), title=title), validation_table(validation)
+    facts = (("repaired", record_facts(record)["repaired"]),)
+    return Heading(facts=facts, title=title), validation_table(validation)
 
 
 def fit_validation_document(validation: FitValidation) -> Document:
