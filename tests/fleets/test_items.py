@@ -34,6 +34,10 @@ def names(folder: Path, *logs: str | Path) -> list[str]:
 
 
 def test_a_folder_has_its_logs_but_no_results(folder: Path) -> None:
+    (folder / "earlier").mkdir()
+    (folder / "earlier/a.json").write_text('{"schema": "axisid.identification/3"}')
+    (folder / "earlier/fleet.csv").write_text("name,log,axis,serial,status\na,a.csv,emps,,ok\n")
+    (folder / "earlier/fleet.jsonl").write_text('{"schema": "axisid.fleet/1", "name": "a"}\n')
     assert names(folder, folder) == ["a.csv", "b.csv", "deep/c.mat"]
 
 

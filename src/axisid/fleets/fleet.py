@@ -13,6 +13,7 @@ from typing import Any
 import msgspec
 
 from axisid.codegen.artefacts import as_declared
+from axisid.estimation.choices import by_name, listed
 from axisid.estimation.identification import identify, requested_methods
 from axisid.estimation.records import read_record
 from axisid.estimation.signals import Prefilter
@@ -126,11 +127,11 @@ def fleet(
     settings = Settings(
         folder=str(out),
         axis=str(axis or "") if isinstance(axis, (str, Path)) else as_declared(axis) or "",
-        fixed=dict(fixed or {}),
-        left_out=tuple(left_out),
+        fixed=dict(by_name(fixed, "fixed values")),
+        left_out=listed(left_out),
         drive_time=drive_time or "",
         native=native,
-        reading=dict(reading or {}),
+        reading=dict(by_name(reading, "arguments of reading")),
         prefilter=prefilter,
         identifying=identifying,
         draws=draws,

@@ -13,16 +13,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from axisid.estimation.choices import listed
 from axisid.estimation.logs import log_endings
 from axisid.estimation.records import log_of
 from axisid.estimation.tables import library
 from axisid.support.errors import DataError, UsageError, quoted
 from axisid.support.files import opened_regular, read_regular
+from axisid.support.written import kinds_of
 
 Condition = str | float
 _LOG, _OWN = "log", ("log", "axis", "serial", "columns")
 _TEXT, _PARQUET = (".csv", ".tsv", ".txt"), (".parquet", ".pq")
 _LOOKED_AT = 4096  # bytes of a header
+_LOGS = {"twin", "twin-manifest"}  # of what commands write
 _BY_PATH = ""  # where nothing but the path of a log is told
 
 
@@ -195,8 +198,8 @@ def gather_items(
     DataError
         A manifest cannot be read, or the same columns of a log are told to be of another machine.
     """
-    listed = [logs] if isinstance(logs, (str, Path, FleetItem)) else list(logs)
-    told = [each for place, one in enumerate(listed, 1) for each in _items(one, out, place)]
+    places = listed(logs)
+    told = [each for place, one in enumerate(places, 1) for each in _items(one, out, place)]
     described = {os.path.abspath(item.log) for item, by in told if by != _BY_PATH}
     runs = ((item.log, log_of(item.log)) for item, _ in told)
     described |= {os.path.abspath(log) for run, log in runs if log != Path(run)}
@@ -216,7 +219,7 @@ def gather_items(
                     code="manifest",
                 )
     if not found:
-        said = " and ".join(map(str, listed))
+        said = " and ".join(map(str, places))
         raise UsageError(f"there is no log in {said or 'nothing'}; name some.", code="fleet")
     return [item for item, _ in found.values()]
 
@@ -258,8 +261,12 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
 
 
 def _may_be_log(file: Path, out: Path) -> bool:
-    """Whether it is no hidden file, and nothing that a fleet wrote; a link to nothing may be."""
+    """Whether it is no hidden file, and no result or table; a link to nothing may be."""
     own = out.resolve() == file.parent.resolve() and (
         file.suffix == ".json" or file.stem == "fleet"
     )
-    return (file.is_file() or not file.exists()) and not file.name.startswith(".") and not own
+    if file.name.startswith(".") or own:
+        return False
+    with suppress(OSError):
+        return not kinds_of(file) - _LOGS
+    return not file.exists()

@@ -17,13 +17,13 @@ from axisid.estimation.identification import Identification
 from axisid.populations import LARGEST
 from axisid.presentation.saved import JsonObject, Matrix, about
 from axisid.support.errors import DataError, first_of
+from axisid.support.written import kinds_of
 
 _IN_RESULT = "see the result of the log"
 
 Status = Literal["ok", "failed", "skipped"]
 #: In the folder of the results.
 LEDGER = "fleet.jsonl"
-_RESULTS = ("axisid.identification/", "axisid.fit/")  # schemas
 
 
 class FleetValue(JsonObject, frozen=True, kw_only=True):
@@ -196,10 +196,8 @@ def strays(folder: Path, names: Container[str]) -> list[str]:
     """Names of the results in a folder that are not among those that are known, in their order."""
     found = []
     for file in sorted(file for file in folder.glob("*.json") if file.stem not in names):
-        with suppress(OSError, msgspec.MsgspecError, UnicodeDecodeError):
-            members = msgspec.json.decode(file.read_bytes(), type=dict[str, Any])
-            if str(members.get("schema")).startswith(_RESULTS):
-                found.append(file.stem)
+        with suppress(OSError):
+            found += [file.stem] * bool(kinds_of(file) & {"identify", "fit"})
     return found
 
 

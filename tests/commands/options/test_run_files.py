@@ -79,6 +79,8 @@ def test_its_mistakes_are_listed_and_it_is_no_axis(run: Run, log: Path) -> None:
     assert "gapz: there is no such key" in lines[1]
     assert "Did you mean 'gaps'?" in lines[1]
     assert lines[2] == "  mask: there is no mask 'clip'; choose from clipped."
+    code, _, err = run("identify", "emps2015", run_file(log, **{**SAID, "resample": 100.0}))
+    assert (code, "its noise would fold" in err) == (3, True)  # which the log alone tells
     code, _, err = run("identify", file, "emps2015")
     assert (code, "is a log; the axis comes first" in err) == (2, True)
     code, _, err = run("identify", "emps2015", run_file(log), "--json", log, "--force")

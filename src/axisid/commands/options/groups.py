@@ -6,6 +6,7 @@ ignored are refused: the user meant something by them. Shells complete commands,
 """
 
 import functools
+import re
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -18,6 +19,7 @@ from click.core import ParameterSource
 from click.shell_completion import CompletionItem, get_completion_class
 
 from axisid.estimation.choices import LOG_KEYS
+from axisid.support.errors import AxisidError
 
 
 def option(
@@ -124,8 +126,29 @@ _SAID = {
 }
 
 
+#: A setting in a sentence: ``gaps="split"``, ``resample=HZ``, ``columns position=NAME``.
+_SETTING = re.compile(r'\b(\w+)(?:="([\w.-]+)"|=([A-Z]+)\b| (\w+=NAME|FROM\.\.TO))')
+
+
 class Command(click.Command):
-    """A command that takes an option once, unless the option is a list; its help has titles."""
+    """A command that takes an option once, unless the option is a list; its help has titles.
+
+    What it refuses has settings as they are typed, ``--gaps split``.
+    """
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run it."""
+        options = {name for parameter in self.params for name in parameter.opts}
+
+        def typed(found: re.Match[str]) -> str:
+            option = f"--{found[1].replace('_', '-')}"
+            return f"{option} {found[2] or found[3] or found[4]}" if option in options else found[0]
+
+        try:
+            return super().invoke(ctx)
+        except AxisidError as error:
+            error.args = (_SETTING.sub(typed, error.args[0]), *error.args[1:])
+            raise
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, each below its title."""
@@ -148,7 +171,7 @@ class Command(click.Command):
         """Refuse what is given again, of which only the last would count."""
         if not ctx.resilient_parsing:
             try:
-                *_, order = self.make_parser(ctx).parse_args(args=[*args])
+                given, _, order = self.make_parser(ctx).parse_args(args=[*args])
             except click.NoSuchOption as error:
                 key = error.option_name.lstrip("-").replace("-", "_")
                 if key not in LOG_KEYS:
@@ -158,13 +181,29 @@ class Command(click.Command):
                     "which axisid new --record LOG writes.",
                     ctx,
                 ) from error
-            for parameter, times in Counter(order).items():
-                if times == 1 or not isinstance(parameter, click.Option) or parameter.multiple:
-                    continue
-                if not parameter.is_flag or parameter.secondary_opts:  # a flag says the same again
-                    names = "/".join((*parameter.opts, *parameter.secondary_opts))
-                    raise click.UsageError(f"{names} is given {times} times; give it once.", ctx)
+            for option in dict.fromkeys(order):
+                if isinstance(option, click.Option):
+                    for said, times in _times_said(option, order, given[str(option.name)]).items():
+                        if times > 1:
+                            text = f"{said} is given {times} times; give it once."
+                            raise click.UsageError(text, ctx)
         return super().parse_args(ctx, args)
+
+
+def _times_said(
+    option: click.Option, order: Sequence[click.Parameter], values: Any
+) -> Counter[str]:
+    """How often an option says each thing that it can say once.
+
+    A list does so of each name, ``NAME=VALUE``; a flag says the same again.
+    """
+    names = "/".join((*option.opts, *option.secondary_opts))
+    if option.multiple:
+        pairs = [text.rpartition("=") for text in values if "=" in str(option.metavar)]
+        return Counter(f"{names} {name.strip()}".strip() for name, *_ in pairs)
+    return Counter(
+        {names: 1 if option.is_flag and not option.secondary_opts else order.count(option)}
+    )
 
 
 def given_options() -> list[str]:
