@@ -10,13 +10,12 @@ import re
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import click
 from click.core import ParameterSource
-from click.shell_completion import CompletionItem, get_completion_class
+from click.shell_completion import BashComplete, CompletionItem, FishComplete, ZshComplete
 
 from axisid.estimation.choices import LOG_KEYS
 from axisid.support.errors import AxisidError
@@ -44,18 +43,25 @@ def option(
     name : str
         Without its dashes, where it is not that of the field.
     read : callable, optional
-        Makes the field's value of the option's; what it raises as `click.BadParameter` is of the
-        option.
+        Makes the field's value of the option's.
     **how
         Further arguments of `click.option`, such as its type.
     """
     if key:
         row = LOG_KEYS[key]
         said, name, how = row.said, row.option, {"metavar": row.metavar, **how}
-    is_flag = isinstance(default, bool)
-    shown = {"is_flag": True} if is_flag else {"show_default": default is not None}
+    if read is not None:
+        how["callback"] = reading(read)
+    shown = (
+        {"is_flag": True} if isinstance(default, bool) else {"show_default": default is not None}
+    )
     asked = {"help": said, "default": default, **shown, **how}
-    return field(default=default, metadata={"name": name, "read": read, "option": asked})
+    return field(default=default, metadata={"name": name, "option": asked})
+
+
+def reading(read: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
+    """The callback of an option whose text is read; a shell that completes has no need of it."""
+    return lambda ctx, _, value: value if ctx.resilient_parsing else read(value)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,15 +97,8 @@ def takes(
     def add(command: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(command)
         def collected(**values: Any) -> None:
-            made = {}
-            for each in chosen:
-                value, read = values.pop(f"{parameter}_{each.name}"), each.metadata["read"]
-                try:
-                    made[each.name] = value if read is None else read(value)
-                except click.BadParameter as error:
-                    error.param_hint = names[each.name]
-                    raise
-            command(**{parameter: group(**made)}, **values)
+            own = {each.name: values.pop(f"{parameter}_{each.name}") for each in chosen}
+            command(**{parameter: group(**own)}, **values)
 
         for each in reversed(chosen):
             asked, name = each.metadata["option"], f"{parameter}_{each.name}"
@@ -246,13 +245,15 @@ def complete_axis(
 ) -> list[CompletionItem]:
     """Axes of the library and declarations in this folder; elsewhere any file."""
     # By their files: importing the library would bring SymPy.
-    spec = find_spec("axisid.modeling")
-    places = [*((spec.submodule_search_locations if spec else None) or [])]
-    library = sorted(p.stem for place in places for p in Path(place, "library").glob("[!_]*.py"))
+    modules = (Path(__file__).parents[2] / "modeling" / "library").glob("[!_]*.py")
+    library = sorted(file.stem for file in modules)
     here = (p.name for p in sorted(Path().glob("*")) if p.suffix in (".toml", ".py"))
     names = [*library, *here]
     found = [CompletionItem(name) for name in names if name.startswith(incomplete)]
     return found or complete_file(ctx, param, incomplete)
+
+
+_SHELLS = {"bash": BashComplete, "zsh": ZshComplete, "fish": FishComplete}
 
 
 @click.command(
@@ -260,7 +261,7 @@ def complete_axis(
     short_help="Print a completion script for the shell.",
     epilog='Example: axisid completion bash. In ~/.bashrc: eval "$(axisid completion bash)"',
 )
-@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+@click.argument("shell", type=click.Choice([*_SHELLS]))
 @click.pass_context
 def completion(ctx: click.Context, shell: str) -> None:
     """Print the script that completes commands, options, axes and files in a SHELL.
@@ -268,8 +269,5 @@ def completion(ctx: click.Context, shell: str) -> None:
     In ~/.zshrc it is the same with zsh; for fish write it into
     ~/.config/fish/completions/axisid.fish.
     """
-    kind = get_completion_class(shell)
-    if kind is None:  # click has lost a shell
-        raise click.UsageError(f"there is no completion for {shell}.")
-    made = kind(ctx.find_root().command, {}, "axisid", "_AXISID_COMPLETE")
+    made = _SHELLS[shell](ctx.find_root().command, {}, "axisid", "_AXISID_COMPLETE")
     click.echo(made.source_template % made.source_vars())

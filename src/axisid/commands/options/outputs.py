@@ -11,17 +11,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import NoReturn
 
 import click
 
 from axisid.presentation.console import print_document
-from axisid.support.files import json_text, write_file
+from axisid.support.files import axis_file, json_text, write_file
 from axisid.support.presentable import Presentable
 from axisid.support.written import kinds_of
 
 from . import stages
-from .inputs import file_of
 
 
 def is_earlier(file: Path, kind: str) -> bool:
@@ -42,11 +40,9 @@ def is_earlier(file: Path, kind: str) -> bool:
     return kind in kinds_of(file) or not file.stat().st_size
 
 
-def json_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Add ``--json``, which the command takes as `json_file`."""
-    return click.option("--json", "json_file", metavar="FILE", help=said)
-
-
+json_option = click.option(
+    "--json", "json_file", metavar="FILE", help="Write the result as JSON; - for standard output."
+)
 force_option = click.option(
     "--force", is_flag=True, help="Write over a file that this command did not write."
 )
@@ -92,10 +88,7 @@ def check_targets(
         if target.file is None:
             continue
         problem = _unfit(target, taken) or _foreign(target.file, target.kind, force=force)
-        if not problem and not target.file.endswith(target.endings):
-            problem = f"the name must end in {', '.join(target.endings)}"
-        if problem:
-            _refuse(target.file, problem, target.option)
+        _refuse(target.file, problem, target.option)
         if not _is_special(target.file):
             real = os.path.realpath(target.file)
             taken[real] = f"{target.option} is written there; name another file"
@@ -120,40 +113,41 @@ def check_replaced(
         problem = taken.get(os.path.realpath(file), "") or _foreign(str(file), kind, force=force)
         if not problem and file.is_dir():
             problem = "it is a folder; take it away, or name another place"
-        if problem:
-            _refuse(str(file), problem, option)
+        _refuse(str(file), problem, option)
 
 
 def _read_by(inputs: Sequence[str | None]) -> dict[str, str]:
     """What is said of the files that a run reads, by their real paths."""
     said = "it is an input of this run; name another file"
-    files = [file_of(given) for given in inputs if given]
+    files = [axis_file(given)[0] for given in inputs if given]
     return {os.path.realpath(file): said for file in (*files, *map(stages.log_of, files))}
 
 
-def _refuse(file: str, problem: str, option: str) -> NoReturn:
-    raise click.BadParameter(f"{file!r}: {problem}", param_hint=option)
+def _refuse(file: str, problem: str, option: str) -> None:
+    if problem:
+        raise click.BadParameter(f"{file!r}: {problem}", param_hint=option)
 
 
 def _unfit(target: Target, taken: Mapping[str, str]) -> str:
     """Why a place cannot be written to; empty if it can."""
-    file = str(target.file)
+    file, real = str(target.file), os.path.realpath(str(target.file))
     if file == "-" and target.option == "--json":
         return "standard output is closed" if sys.stdout is None else ""
-    if file in ("", "-") or os.path.isdir(file):
-        return "it is no file; name one"
-    if _is_special(file):
-        return ""
-    real = os.path.realpath(file)
-    if real in taken:
-        return taken[real]
-    if not os.path.isdir(os.path.dirname(real)):
-        return "the folder does not exist; make it first"
-    if os.path.islink(real):
-        return "the link leads to itself; name another file"
-    if os.path.isfile(real) and not os.access(real, os.W_OK):
-        return "the file is read-only; name another file"
-    return _unwritable(real)
+    is_read_only = os.path.isfile(real) and not os.access(real, os.W_OK)
+    ways = (
+        (file in ("", "-") or os.path.isdir(file), "it is no file; name one"),
+        (_is_special(file), ""),
+        (real in taken, taken.get(real, "")),
+        (not os.path.isdir(os.path.dirname(real)), "the folder does not exist; make it first"),
+        (os.path.islink(real), "the link leads to itself; name another file"),
+        (is_read_only, "the file is read-only; name another file"),
+        (
+            not file.endswith(target.endings),
+            f"the name must end in {', '.join(target.endings)}",
+        ),
+    )
+    found = [said for is_so, said in ways if is_so]
+    return found[0] if found else _unwritable(real)
 
 
 def _is_special(file: str) -> bool:
@@ -216,8 +210,7 @@ def check_folder(
     if not str(folder) or not existing.is_dir():
         _refuse(str(folder), "it is no folder, nor a new one in a folder; name one", option)
     probe = existing / (next(iter(files)) if existing == place else "new")
-    if problem := _unwritable(str(probe)):
-        _refuse(str(folder), problem, option)
+    _refuse(str(folder), _unwritable(str(probe)), option)
     inside = {Path(folder, name): kind for name, kind in files.items()}
     check_replaced(inside, option, (), force=force)
 
