@@ -24,7 +24,7 @@
 # Any other file, a log or notes, is kept: the command is refused with exit code 2, and `--force` allows it.
 # What you change in a file that a command wrote is lost when it runs again.
 #
-# **Options that would have no effect** are refused, and so is one that is given twice and is no list:
+# **Options that would have no effect** are refused, and so is what is said twice, an option or a name in its list:
 # `--validate-like` without `--validate`, `--full` without anything printed, repairs of a twin.
 #
 # **What is not at the keyboard.** What is said of a log beyond four options stands in [its `run.toml`](logs.md#say-what-a-log-is);

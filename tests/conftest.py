@@ -94,3 +94,23 @@ def run(
         return code if isinstance(code, int) else 0 if code is None else 1, out, err
 
     return command
+
+
+@pytest.fixture
+def refused(run: Callable[..., tuple[int, str, str]]) -> Callable[..., str]:
+    """Run a command line that says on stderr alone why it ends with an exit code."""
+
+    def command(*arguments: object, says: str = "", code: int = 2) -> str:
+        got, out, err = run(*arguments)
+        assert (got, out) == (code, ""), err
+        assert says in " ".join(err.split())
+        return err
+
+    return command
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A new folder, in which the test is."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path

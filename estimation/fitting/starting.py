@@ -16,7 +16,9 @@ from axisid.estimation.choices import (
     OPEN_LOOP,
     OPEN_LOOP_FIT,
     OUTPUTS,
+    by_name,
     check_among,
+    listed,
 )
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import JointRecords, check_time, identify
@@ -85,7 +87,7 @@ def split_free(
         Both times are asked for, or one that the records cannot show, or that
         no loop can be simulated with.
     """
-    names = (free,) if isinstance(free, str) else free
+    names = listed(free)
     law, drive = axis.declared.control, axis.declared.drive
     gains = {} if law is None else law.gains
     times = [name for name in dict.fromkeys(names) if name in HIDDEN_FROM and name not in gains]
@@ -284,7 +286,7 @@ def _given(asked: Mapping[str, float], form: ExtendedForm) -> Array:
 
 def checked_outputs(given: object) -> tuple[str, ...]:
     """What is followed, once each."""
-    names = tuple(given) if isinstance(given, (tuple, list)) else (given,)
+    names = listed(given)
     check_among(*(("output", name, OUTPUTS) for name in names))
     found = tuple(dict.fromkeys(map(str, names)))
     if not found:
@@ -319,7 +321,7 @@ def checked_horizon(given: object, outputs: Sequence[str]) -> float | None:
 
 def checked_weights(given: Mapping[str, float] | None, outputs: Sequence[str]) -> tuple[float, ...]:
     """Weights of the outputs, NaN where none is given."""
-    told, most = given or {}, _MAX_WEIGHT
+    told, most = by_name(given, "weights"), _MAX_WEIGHT
     for name, weight in told.items():
         if not (name in outputs and is_real(weight) and 1 / most <= float(weight) <= most):
             raise UsageError(

@@ -22,7 +22,13 @@ from scipy.special import stdtrit
 
 from axisid.codegen.artefacts import GeneratedAxis, as_generated, build
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels, unless_faulty
-from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, check_among, is_output_error
+from axisid.estimation.choices import (
+    INSTRUMENT_STARTS,
+    ROW_LOSSES,
+    check_among,
+    is_output_error,
+    listed,
+)
 from axisid.estimation.diagnostics import Case
 from axisid.estimation.estimates import COVARIANCES, Estimate, student_interval
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
@@ -245,14 +251,13 @@ def requested_methods(methods: str | Iterable[object] | None) -> tuple[str, ...]
     UsageError
         There is none, or none of that name.
     """
-    given = "all" if methods is None else methods
-    listed = (given,) if isinstance(given, str) else tuple(map(str, given))
-    if "all" in listed:
+    names = tuple(map(str, listed("all" if methods is None else methods)))
+    if "all" in names:
         return None
-    check_among(*(("method", method, METHODS) for method in listed))
-    if not listed:
+    check_among(*(("method", method, METHODS) for method in names))
+    if not names:
         raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.", code="method")
-    return listed
+    return names
 
 
 def check_choices(covariance: object, start: object, loss: object) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.choices import ROW_LOSSES, check_among
+from axisid.estimation.choices import ROW_LOSSES, check_among, listed
 from axisid.estimation.methods import METHODS, bound_record, scale_of
 from axisid.estimation.parameters import JointForm, KnownValue, known_of, layout_of, prefilters_of
 from axisid.estimation.problems import Problem, check_time_known
@@ -215,7 +215,7 @@ def shared_records(
     UsageError, ModelError
         A name is none; or what is known is not of each record.
     """
-    own = tuple(filter(None, (local,) if isinstance(local, str) else local))
+    own = tuple(str(name) for name in listed(local) if name)
     check_among(("gain", gain, ("identified", "declared")))
     check_time_known(axis)
     if own and len(records) == 1:

@@ -4,6 +4,7 @@ A new format is a reader in a file of its own and a row.
 """
 
 import gzip
+import hashlib
 import io
 import os
 import re
@@ -17,7 +18,7 @@ from typing import Any, NamedTuple
 from axisid.estimation.logs.text import read_text
 from axisid.estimation.tables import Repair, Table, library, refusing
 from axisid.support.errors import DataError
-from axisid.support.files import changed, digest_of, read_whole, stamps
+from axisid.support.files import digest_of, unchanged
 from axisid.support.memory import SHORTER_FILES, Room, room_for
 
 from .columnar import read_frame, read_json, read_json_lines, read_npz, read_parquet
@@ -276,15 +277,15 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
     try:
         if file.is_file() and (wrong := _wrong_kind(file)):
             raise DataError(f"{file} is {wrong[0]} by its content; {wrong[1]}.", code="log-file")
-        if reader is not None:
-            whole = bag_of(file) if reader is read_bag else file
-            before = stamps(whole)
-            table, sha256 = reader(file, room), digest_of(list(before))
-            if stamps(whole) != before:
-                raise changed(file)
-        else:
-            room.take(file.stat().st_size)
-            content, sha256 = read_whole(file)
+        with unchanged(bag_of(file) if bag else file) as files:
+            if reader is None:
+                room.take(file.stat().st_size)
+                content = file.read_bytes()
+                sha256 = hashlib.sha256(content).hexdigest()
+            else:
+                table = reader(file, room)
+                sha256 = digest_of(files)
+        if reader is None:
             table = _parsed(file, content, room, drop_tail=drop_tail)
     except OSError as error:
         raise DataError(f"{file} cannot be read: {error.strerror}. Check the path.") from error

@@ -6,7 +6,7 @@ alone, so that their estimates have one bias, and deviations that lack as much.
 """
 
 import contextlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
@@ -23,6 +23,7 @@ from axisid.estimation.choices import (
     check_among,
     fit_names,
     fitted_output,
+    listed,
     method_names,
 )
 from axisid.estimation.identification import check_choices, identify, requested_methods
@@ -229,11 +230,10 @@ def monte_carlo(
 
 
 def _methods(methods: object) -> tuple[str, ...]:
-    given = "all" if methods is None else methods
-    listed = [given] if isinstance(given, str) or not isinstance(given, Iterable) else [*given]
-    fits = [each for each in listed if isinstance(each, str) and fitted_output(each)]
+    names = listed("all" if methods is None else methods)
+    fits = [each for each in names if isinstance(each, str) and fitted_output(each)]
     check_among(*(("fit", each, fit_names()) for each in fits))
-    others = [each for each in listed if each not in fits]
+    others = [each for each in names if each not in fits]
     named = (requested_methods(others) or method_names()) if others or not fits else ()
     return tuple(dict.fromkeys((*named, *fits)))
 

@@ -13,6 +13,7 @@ from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
     ROW_LOSSES,
+    by_name,
     fitted_output,
 )
 from axisid.estimation.records import Record
@@ -244,7 +245,8 @@ def twin_of(axis: GeneratedAxis, truth: object, moves: object) -> GeneratedAxis:
     before = declared.experiment
     if moves is None and (before is None or not truth):
         return axis  # which without an experiment is refused as a twin
-    changed: dict[str, Any] = {"truth": truth, **({} if moves is None else {"moves": moves})}
+    changed: dict[str, Any] = {"truth": by_name(truth, "true values")}
+    changed |= {} if moves is None else {"moves": moves}
     try:
         given = Experiment(**changed) if before is None else replace(before, **changed)
         if before is not None:

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from axisid.estimation.choices import by_name
 from axisid.estimation.records import is_same_period
 from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.support.errors import UsageError, is_real, quoted
@@ -65,7 +66,7 @@ def known_of(
         They are not as many as records, or one is no number or pair of numbers.
     """
     counted, found = "is 1 record" if records == 1 else f"are {records} records", []
-    for name, given in (told or {}).items():
+    for name, given in by_name(told, "known values").items():
         if isinstance(given, str) or not isinstance(given, Iterable):
             raise UsageError(
                 f"what is known of {name!r} is {quoted(given)}; give a list with a number, or a "

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.artefacts import Quantity
+from axisid.estimation.choices import by_name
 from axisid.estimation.thresholds import LARGEST_VALUE
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, ModelError, UsageError, is_real, quoted
@@ -171,12 +172,19 @@ def unknowns_of(
                 f"there is no parameter {quoted(name)} to {what}; the fit has {', '.join(names)}.",
                 code="fit",
             )
-        return [names.index(each) for each in own]
+        at = [names.index(each) for each in own]
+        if what != "fix" and not found.free[at].all():
+            raise UsageError(
+                f"{quoted(name)} is fixed, which leaves nothing to {what} of it; give one of the "
+                "two.",
+                code="fit",
+            )
+        return at
 
     _take_declared(found, form)
-    _take_bounds(found, bounds, places)
-    _take_priors(found, prior, {j for name in fixed for j in places(name, "fix")}, places)
     _take_fixed(found, fixed, places)
+    _take_bounds(found, bounds, places)
+    _take_priors(found, prior, places)
     if not found.free.any():
         raise UsageError("every parameter is fixed; leave at least one to search.", code="fit")
     return found
@@ -237,7 +245,7 @@ def _take_declared(found: Unknowns, form: ExtendedForm) -> None:
 
 
 def _take_bounds(found: Unknowns, bounds: Mapping[str, tuple[End, End]], places: _Places) -> None:
-    for name, given in bounds.items():
+    for name, given in by_name(bounds, "bounds").items():
         pair = given if isinstance(given, (tuple, list)) else (None,)
         if len(pair) != 2 or not all(end is None or is_real(end) for end in pair):
             raise UsageError(
@@ -258,15 +266,10 @@ def _take_bounds(found: Unknowns, bounds: Mapping[str, tuple[End, End]], places:
 
 
 def _take_priors(
-    found: Unknowns, prior: Mapping[str, tuple[float, float]], held: set[int], places: _Places
+    found: Unknowns, prior: Mapping[str, tuple[float, float]], places: _Places
 ) -> None:
-    for name, given in prior.items():
+    for name, given in by_name(prior, "values known before").items():
         own = places(name, "know")
-        if not found.free[own].all() or not held.isdisjoint(own):
-            raise UsageError(
-                f"{quoted(name)} is fixed, and something is known of it; give one of the two.",
-                code="fit",
-            )
         pair, largest = given if isinstance(given, (tuple, list)) else (), LARGEST_VALUE.value
         mean, sd = map(float, pair) if len(pair) == 2 and all(map(is_real, pair)) else (0.0, 0.0)
         least = max(_MIN_PRIOR_DEVIATION * abs(mean), 1 / largest)
@@ -281,7 +284,7 @@ def _take_priors(
 
 
 def _take_fixed(found: Unknowns, fixed: Mapping[str, float], places: _Places) -> None:
-    for name, value in fixed.items():
+    for name, value in by_name(fixed, "fixed values").items():
         for j in places(name, "fix"):
             low, high, is_number = found.lower[j], found.upper[j], is_real(value)
             if not (is_number and math.isfinite(value) and low <= value <= high):

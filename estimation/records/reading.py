@@ -123,7 +123,10 @@ def read_record(
             windows=windows,
             max_memory=max_memory,
         )
-        return read_record(file, axis, **arguments)
+        try:
+            return read_record(file, axis, **arguments)
+        except UsageError as error:  # a mistake of the file like its others
+            raise DataError(str(error), code=error.code) from error
     repairs = repairs or Repairs()
     chosen = checked_windows(windows)
     table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)

@@ -14,6 +14,7 @@ from axisid.presentation.saved import SavedOutputFit
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]
+Refused = Callable[..., str]
 
 
 @pytest.fixture
@@ -38,24 +39,35 @@ def test_options_reach_the_fit(run: Run, log: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("axis", "option", "value", "says"),
+    ("axis", "options", "says"),
     [
-        ("emps2015", "--free", "kp,foo", "no gain 'foo'"),
-        ("emps2015", "--bound", "Fc=..", "bounds nothing"),
-        ("emps2015", "--bound", "=1..2", "bounds nothing"),
-        ("emps2015", "--weight", "position", "weighs nothing"),
-        ("emps2015", "--weight", "position=fine", "weighs nothing"),
+        ("emps2015", "--free kp,foo", "no gain 'foo'"),
+        ("emps2015", "--bound Fc=..", "bounds nothing"),
+        ("emps2015", "--bound =1..2", "bounds nothing"),
+        ("emps2015", "--weight position", "weighs nothing"),
+        ("emps2015", "--weight position=fine", "weighs nothing"),
+        (
+            "emps2015",
+            "--bound M=90..100 --fix M=120",
+            "'M' is fixed, which leaves nothing to",
+        ),
+        ("emps2015", "--horizon 1", "follow axisid fit with --output open-loop"),
         # Before the axis is derived:
-        ("nosuch.toml", "--output", "openloop", "--output"),
-        ("nosuch.toml", "--prior", "M=95", "--prior"),
+        ("nosuch.toml", "--output openloop", "--output"),
+        ("nosuch.toml", "--prior M=95", "--prior"),
+        (
+            "nosuch.toml",
+            "--bound M=1..2 --bound M=3..4",
+            "--bound M is given 2 times",
+        ),
+        ("nosuch.toml", "--fix M=1 --fix Fc=2 --fix M=3", "--fix M is given 2 times"),
+        ("nosuch.toml", "--known M=1 --known M=3", "--known M is given 2 times"),
     ],
 )
 def test_a_wrong_option_is_told(
-    run: Run, log: Path, axis: str, option: str, value: str, says: str
+    refused: Refused, log: Path, axis: str, options: str, says: str
 ) -> None:
-    code, _, err = run("fit", axis, log, option, value)
-    assert code == 2
-    assert says in err
+    refused("fit", axis, log, *options.split(), says=says)
 
 
 @pytest.mark.slow

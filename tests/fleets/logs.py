@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.fleets import FleetRow
+from axisid.fleets import FleetItem, FleetRow
 from axisid.fleets.ledger import FleetValue
-from axisid.fleets.one_log import Named, Settings, identify_log
+from axisid.fleets.one_log import Settings, identify_log
 from axisid.support.arrays import Array
 
 CENTRE = np.array([100.0, 200.0, 20.0])
@@ -43,12 +43,12 @@ def row_of(name: str, value: Array, within: Array = WITHIN) -> FleetRow:
     )
 
 
-def identify_or_harm(settings: Settings, named: Named) -> FleetRow:
+def identify_or_harm(settings: Settings, item: FleetItem) -> FleetRow:
     """As a worker does, but for logs that hang or kill it."""
-    if "hanging" in named.name:
+    if "hanging" in item.name:
         time.sleep(60)
     once = Path(settings.folder, ".killed")
-    if "killing" in named.name or ("unlucky" in named.name and not once.exists()):
+    if "killing" in item.name or ("unlucky" in item.name and not once.exists()):
         once.touch()
         os.kill(os.getpid(), signal.SIGKILL)
-    return identify_log(settings, named)
+    return identify_log(settings, item)

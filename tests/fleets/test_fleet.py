@@ -34,7 +34,7 @@ from axisid import (
 from axisid.estimation.monte_carlo import twin_of
 from axisid.fleets import Fleet, gather_items, read_ledger
 from axisid.fleets.ledger import LEDGER, FleetRow, ledger_of, write_row
-from axisid.fleets.one_log import Named, Settings, log_digest, result_file
+from axisid.fleets.one_log import Settings, log_digest, result_file, row_for
 from axisid.fleets.result import columns_of
 from axisid.modeling.declaration import back_and_forth
 from axisid.trends.gathering import last_results
@@ -232,13 +232,13 @@ def test_dask_loses_nothing_when_a_worker_is_killed(many: Path, tmp_path: Path) 
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Logs, of which those that are empty fail."""
 
-    def identified(settings: Settings, named: Named) -> FleetRow:
-        log = Path(named.item.log)
+    def identified(settings: Settings, item: FleetItem) -> FleetRow:
+        log = Path(item.log)
         if not log.read_text():
-            return named.row(status="failed", reason="empty.")
-        result_file(settings.folder, named.name).write_text("{}")
-        key = settings.key(named.item, log_digest(log))
-        return named.row(axis="emps2015", status="ok", key=key)
+            return row_for(item, status="failed", reason="empty.")
+        result_file(settings.folder, item.name).write_text("{}")
+        key = settings.key(item, log_digest(log))
+        return row_for(item, axis="emps2015", status="ok", key=key)
 
     monkeypatch.setattr(sys.modules[fleet.__module__], "identify_log", identified)
     for name in ("x", "y"):
@@ -263,7 +263,7 @@ def test_a_result_keeps_its_name_when_another_log_of_that_name_comes(place: Path
 def test_what_is_put_right_of_a_log_that_is_done_goes_into_the_ledger(place: Path) -> None:
     run(place, "x")
     assert run(place, "x", serial="17")["a"].status == "skipped"
-    row = read_ledger(place / "out").rows["a"]
+    row = read_ledger(place / "out")[0]["a"]
     assert (row.serial, row.status) == ("17", "ok")
 
 
@@ -331,8 +331,8 @@ def test_rows_are_read_in_the_order_of_their_last_lines_finite_or_not(tmp_path: 
         for row in (row_of("a", CENTRE), odd, row_of("a", CENTRE + 1.0)):
             write_row(ledger, row)
         ledger.write(b'{"schema": "axisid.fle')  # cut off
-    rows = read_ledger(tmp_path).rows
-    assert read_ledger(tmp_path).broken.endswith("(4)")
+    rows = read_ledger(tmp_path)[0]
+    assert read_ledger(tmp_path)[1].endswith("(4)")
     assert list(rows) == ["odd", "a"]
     assert math.isnan(rows["odd"].parameters["M"].value)
     assert rows["a"].parameters["M"].value == CENTRE[0] + 1.0

@@ -14,7 +14,7 @@ from fleet_logs import AXIS, write_logs
 
 from axisid import AxisidError, DataError, EstimationError, FleetItem, ModelError, UsageError, fleet
 from axisid.fleets.fleet import checked
-from axisid.fleets.items import gather_items, result_names
+from axisid.fleets.items import gather_items, with_names
 from axisid.fleets.ledger import FleetRow
 from tests.refusals import refuses
 
@@ -34,6 +34,10 @@ def names(folder: Path, *logs: str | Path) -> list[str]:
 
 
 def test_a_folder_has_its_logs_but_no_results(folder: Path) -> None:
+    (folder / "earlier").mkdir()
+    (folder / "earlier/a.json").write_text('{"schema": "axisid.identification/3"}')
+    (folder / "earlier/fleet.csv").write_text("name,log,axis,serial,status\na,a.csv,emps,,ok\n")
+    (folder / "earlier/fleet.jsonl").write_text('{"schema": "axisid.fleet/1", "name": "a"}\n')
     assert names(folder, folder) == ["a.csv", "b.csv", "deep/c.mat"]
 
 
@@ -94,10 +98,10 @@ def test_a_manifest_says_what_is_known_of_each_log(folder: Path, kind: str) -> N
 
 def test_results_of_logs_of_one_name_are_told_apart() -> None:
     items = [FleetItem(log=log) for log in ("x/a.csv", "y/A.csv", "b.csv.gz")]
-    first, second, third = result_names(items)
+    first, second, third = (item.name for item in with_names(items))
     assert (first[:2], second[:2], third) == ("a-", "A-", "b")
     assert first[2:] != second[2:]
-    assert result_names(items[::-1])[::-1] == [first, second, third]
+    assert [item.name for item in with_names(items[::-1])] == [third, second, first]
 
 
 def test_a_log_of_two_machines_is_two_items_with_results_of_their_own(tmp_path: Path) -> None:
@@ -108,7 +112,7 @@ def test_a_log_of_two_machines_is_two_items_with_results_of_their_own(tmp_path: 
         ("X", {"position": "px"}),
         ("Y", {"position": "py"}),
     ]
-    assert len({*result_names(items)}) == 2
+    assert len({item.name for item in items}) == 2
 
 
 @pytest.mark.parametrize(
@@ -137,10 +141,9 @@ def test_a_manifest_that_does_not_tell_its_logs_is_refused(
 
 
 def test_no_log_at_all_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="there is no log in"):
-        gather_items(str(tmp_path), tmp_path / "out")
-    with pytest.raises(UsageError, match="a log is 3"):
-        gather_items([3], tmp_path)  # type: ignore[list-item]
+    for given, says in ((str(tmp_path), "there is no log in"), ([3], "a log is 3")):
+        with pytest.raises(UsageError, match=says):
+            gather_items(given, tmp_path / "out")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

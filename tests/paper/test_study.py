@@ -5,13 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import Identification, identify
+from axisid import Identification
 from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.records.record import Record
 from axisid.paper.study import (
-    APPROPRIATE,
     DISTRIBUTION_FILES,
-    INAPPROPRIATE,
     distributions_document,
     run_distributions,
     run_study,
@@ -21,31 +18,26 @@ from axisid.paper.study import (
 from axisid.presentation.blocks import plain_text
 from axisid.presentation.html import blocks_html
 
-
-@pytest.fixture(scope="module")
-def appropriate(emps2015: GeneratedAxis, twin: Record) -> Identification:
-    return identify(emps2015, twin, APPROPRIATE, start="nominal")
+Study = dict[str, Identification]
 
 
 @pytest.fixture(scope="module")
-def inappropriate(emps2015: GeneratedAxis, twin: Record) -> Identification:
-    return identify(emps2015, twin, INAPPROPRIATE, start="nominal")
+def study() -> Study:
+    return run_study()
 
 
-def test_one_noise_level_gives_the_errors_of_tables_1_and_6_at_once(
-    appropriate: Identification, inappropriate: Identification
-) -> None:
-    assert f"{appropriate['idm-ls'].equation_error_percent:.1f}" == "4.9"
-    assert 50 < inappropriate["idm-ls"].physical[0] < 60
-    for result in (appropriate, inappropriate):  # instruments hold the mass
+def test_one_noise_level_gives_the_errors_of_tables_1_and_6_at_once(study: Study) -> None:
+    assert f"{study['appropriate']['idm-ls'].equation_error_percent:.1f}" == "4.9"
+    assert 50 < study["inappropriate"]["idm-ls"].physical[0] < 60
+    for result in study.values():  # instruments hold the mass
         assert result["idm-iv"].physical[0] == pytest.approx(100.2, rel=0.01)
 
 
 @pytest.mark.parametrize("method", ["ddm-ls", "ddm-iv"])
 def test_delta_method_agrees_with_monte_carlo(
-    emps2015: GeneratedAxis, appropriate: Identification, method: str
+    emps2015: GeneratedAxis, study: Study, method: str
 ) -> None:
-    estimate = appropriate[method]
+    estimate = study["appropriate"][method]
     rng = np.random.default_rng(2000)
     draws = rng.multivariate_normal(estimate.theta_ddm, estimate.ddm_covariances["iid"], 2000)
     mapped = np.array([emps2015.mapped("physical_from_ddm", draw)[0] for draw in draws])
@@ -54,8 +46,7 @@ def test_delta_method_agrees_with_monte_carlo(
 
 
 @pytest.mark.slow
-def test_study_prints_the_eight_tables_with_published_and_own_figures() -> None:
-    study = run_study()
+def test_study_prints_the_eight_tables_with_published_and_own_figures(study: Study) -> None:
     text = plain_text(study_document(study))
     assert blocks_html(study_document(study)).count("<table>") == 8
     for published in ("54.9", "234.9", "48.7", "24.4", "4.64"):
@@ -69,10 +60,8 @@ def without(columns: np.ndarray, others: np.ndarray) -> np.ndarray:
     return left
 
 
-def test_inverse_mass_times_direct_theta1_is_the_squared_partial_correlation(
-    appropriate: Identification, inappropriate: Identification
-) -> None:
-    for result in (appropriate, inappropriate):
+def test_inverse_mass_times_direct_theta1_is_the_squared_partial_correlation(study: Study) -> None:
+    for result in study.values():
         inverse, direct = result["idm-ls"], result["ddm-ls"]
         force, acceleration = without(
             np.column_stack([inverse.y, inverse.X[:, 0]]), inverse.X[:, 1:]

@@ -157,12 +157,13 @@ def test_values_in_several_units_are_refused_by_the_names_of_their_results(
 
 
 def test_other_things_are_refused(folder: Path, tmp_path: Path, made: Trend) -> None:
-    with pytest.raises(UsageError, match="there is no result in"):
-        trend(tmp_path)
-    with pytest.raises(DataError):
-        trend("a" * 5000)  # longer than any file's name
-    with refuses("trend", says="is given 2 times"):
-        trend([folder, folder])
+    for code, given, says in (
+        ("trend", tmp_path, "there is no result in"),
+        ("result-file", "a" * 5000, ""),  # longer than any file's name
+        ("trend", [folder, folder], "is given 2 times"),
+    ):
+        with refuses(code, says):
+            trend(given)
     with pytest.raises(UsageError, match=r"ends in \.csv, \.html, \.json"):
         made.write(tmp_path / "t.pdf")
 

@@ -158,8 +158,7 @@ def test_sensors_are_columns_that_are_named(tmp_path: Path, emps2015: GeneratedA
 
 def test_a_column_by_its_number_and_another_ending_are_refused(tmp_path: Path) -> None:
     axis = named(load_axis("emps2015"), {"position": "#9"})
-    with refuses("twin"):
-        write_twin(TwinMachines(axis=axis), tmp_path / "t.csv")
-    with refuses("twin"):
-        write_twin(TwinMachines(axis=build(load_axis("emps2015"))), tmp_path / "t.mat")
+    for written, name in ((axis, "t.csv"), (build(load_axis("emps2015")), "t.mat")):
+        with refuses("twin"):
+            write_twin(TwinMachines(axis=written), tmp_path / name)
     assert not [*tmp_path.iterdir()]

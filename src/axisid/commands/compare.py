@@ -88,7 +88,7 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 @takes("reading", Reading)
 @takes("sharing", Sharing)
 @leave_out_option
-@json_option("Write the results as JSON; - for stdout.")
+@json_option
 @force_option
 def compare(
     record: tuple[str, ...],
@@ -120,7 +120,6 @@ def compare(
         raise click.UsageError("--quadratic and --stribeck are rungs of a ladder; add --ladder.")
     inputs = axis_and_records(named[0], record, reading, sharing)
     inputs.say_set_aside()
-    data = inputs.records
 
     candidates: dict[str, stages.Axis] = {}
     if ladder is not None:
@@ -145,11 +144,10 @@ def compare(
                 )
     with ProgressLine("comparing") as line:
         built = {name: stages.build(axis) for name, axis in candidates.items()}
-        filtered = filtering.prefilter(data[0].period)
         result = stages.compare(
             built,
-            data,
-            filtered,
+            inputs.records,
+            filtering.prefilter(inputs.records[0].period),
             method,
             progress=line,
             skip_bad=sharing.skip_bad,
@@ -167,7 +165,7 @@ def compare(
 )
 @click.argument("first", shell_complete=complete_file)
 @click.argument("second", shell_complete=complete_file)
-@json_option("Write the comparison as JSON; - for stdout.")
+@json_option
 @force_option
 def compare_results(first: str, second: str, json_file: str | None, force: bool) -> None:
     """Set the results FIRST and SECOND side by side, as identify --json wrote them.

@@ -54,7 +54,7 @@ from axisid.support.errors import UsageError
     "each.",
 )
 @leave_out_option
-@json_option("Write the result as JSON; - for standard output.")
+@json_option
 @click.option("--report", metavar="FILE", help="Write a page of HTML: verdict, table, figures.")
 @force_option
 def fit(
@@ -111,7 +111,7 @@ def fit(
 @takes("reading", Reading)
 @takes("sharing", Sharing)
 @leave_out_option
-@json_option("Write the results as JSON; - for stdout.")
+@json_option
 @click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
 @force_option
 def sweep(
@@ -143,12 +143,11 @@ def sweep(
 
     inputs = axis_and_records(axis, record, reading, sharing, left_out=left_out)
     inputs.say_set_aside()
-    generated, data = inputs.axis, inputs.records
-    cutoffs = stages.default_cutoffs(1 / data[0].period, lowest, highest, points)
-    with ProgressLine(f"sweeping {generated.axis.name}") as line:
+    cutoffs = stages.default_cutoffs(1 / inputs.records[0].period, lowest, highest, points)
+    with ProgressLine(f"sweeping {inputs.axis.axis.name}") as line:
         result = stages.sweep(
-            generated,
-            data,
+            inputs.axis,
+            inputs.records,
             cutoffs,
             filtering.prefilter(),
             progress=line,
@@ -173,7 +172,7 @@ def sweep(
 @click.argument("axis", shell_complete=complete_axis)
 @click.argument("record", required=False, shell_complete=complete_file)
 @takes("reading", Reading)
-@json_option("Write the result as JSON; - for stdout.")
+@json_option
 @force_option
 def law(
     axis: str,
@@ -190,8 +189,6 @@ def law(
     logs = () if record is None else (record,)
     check_targets([Target("--json", json_file, "law")], (*logs, axis), force=force)
     inputs = axis_and_records(axis, logs, reading)
-
-    generated, data = inputs.axis, inputs.records[0]
-    with ProgressLine(f"finding the law of {generated.axis.name}") as line:
-        result = stages.find_law(generated, data, progress=line)
+    with ProgressLine(f"finding the law of {inputs.axis.axis.name}") as line:
+        result = stages.find_law(inputs.axis, inputs.records[0], progress=line)
     put_result(result, json_file)

@@ -12,7 +12,6 @@ from axisid.commands.options import (
     Target,
     bounded_option,
     check_folder,
-    check_methods,
     check_targets,
     complete_axis,
     complete_file,
@@ -102,7 +101,6 @@ def fleet(
     together have fleet.parquet (fleet.csv without pyarrow). A log that is bad, hangs or ends its
     process is told with the reason, and the others go on.
     """
-    check_methods(methods)
     prefilter = filtering.prefilter()  # refused before anything is read
 
     items = stages.gather_items(logs, output)
@@ -164,7 +162,7 @@ def fleet(
 )
 @click.option("--csv", "table", metavar="FILE", help="Write a row for each value of each result.")
 @click.option("--report", metavar="FILE", help="Write a page of HTML with a figure of each series.")
-@json_option("Write the trend as JSON; - for stdout.")
+@json_option
 @force_option
 def trend(
     results: tuple[str, ...],

@@ -18,7 +18,6 @@ from axisid.commands.options import (
     bounded_option,
     check_folder,
     check_idle,
-    check_methods,
     check_needed,
     check_targets,
     command_line,
@@ -90,7 +89,7 @@ class Validating(Options):
     is_flag=True,
     help="Print that, with intervals, correlations and every check's figures.",
 )
-@json_option("Write the result as JSON; - for standard output.")
+@json_option
 @click.option(
     "--report", metavar="FILE", help="Write a page of HTML to show: verdict, tables, figures."
 )
@@ -132,7 +131,6 @@ def identify(
     check_needed(("--validate-like",), ("--validate",))
     if json_file == "-":
         check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
-    check_methods(methods)
     if figures is not None:
         numbers = ["", *(f"-{i + 1}" for i in range(len(record)) if len(record) > 1)]
         drawn = {f"{name}{i}.pdf": "figure" for name in stages.NAMES for i in numbers}
@@ -144,12 +142,11 @@ def identify(
             "--validate holds parameters against another record, of which nothing says what "
             "--local and --known say of each; name the record that it is like: --validate-like 1."
         )
-    generated = inputs.axis
     prefilter = filtering.prefilter(inputs.records[0].period)
-    others = _held_out(generated, validating, reading, prefilter)
-    with ProgressLine(f"identifying {generated.axis.name}"):
+    others = _held_out(inputs.axis, validating, reading, prefilter)
+    with ProgressLine(f"identifying {inputs.axis.axis.name}"):
         result = stages.identify(
-            generated,
+            inputs.axis,
             inputs.records,
             prefilter,
             None if "all" in methods else methods,
@@ -160,10 +157,9 @@ def identify(
             **inputs.shared,
         ).with_set_aside(inputs.set_aside)
 
-    like = validating.like
-    own = None if like is None else _place(inputs, result.records, like)
+    like = None if validating.like is None else _place(inputs, result.records, validating.like)
     with ProgressLine("judging the estimates"):
-        validations = [stages.validate(result, other, like=own) for other in others]
+        validations = [stages.validate(result, other, like=like) for other in others]
         names = [each.record.provenance.source for each in validations]
         check = stages.joined([each.check for each in validations], names)
         result = replace(result, further=() if check is None else (check,))
@@ -181,13 +177,13 @@ def identify(
 def _place(inputs: Inputs, used: "Sequence[stages.Record]", number: int) -> int:
     """Number among the records that were used of one of the command line's."""
     read = dict(zip(inputs.used, inputs.records, strict=True)).get(number - 1)
-    found = [i for i, record in enumerate(used, 1) if record is read]
-    if not found:
+    places = [i for i, record in enumerate(used, 1) if record is read]
+    if not places:
         raise click.BadParameter(
             f"record {number} is none of the {len(used)} that were used",
             param_hint="--validate-like",
         )
-    return found[0]
+    return places[0]
 
 
 def _held_out(

@@ -64,11 +64,13 @@ def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
         stages.check_name(name, "the axis")
     except ModelError as error:
         raise UsageError(str(error)) from error
-    if name in stages.LIBRARY:
-        raise UsageError(f"{name!r} is an axis of the library; choose another name.")
     _check_free(file)
-    if file.suffix == ".py" and find_spec(name) is not None:
-        raise UsageError(f"{name}.py would hide the Python module {name}; choose another name.")
+    for is_taken, what in (
+        (name in stages.LIBRARY, f"{name!r} is an axis of the library"),
+        (not toml and find_spec(name), f"{name}.py would hide the Python module {name}"),
+    ):
+        if is_taken:
+            raise UsageError(f"{what}; choose another name.")
     write_output(str(file), scaffold(name, newton=newton, toml=toml))
     click.echo(f"wrote {file}; edit it, then (the last line is of its twin; add your log to it):")
     click.echo(f"  axisid show {file}")

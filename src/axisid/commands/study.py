@@ -11,7 +11,6 @@ from axisid.commands.options import (
     bootstrap_option,
     check_folder,
     check_idle,
-    check_methods,
     check_needed,
     check_targets,
     complete_axis,
@@ -19,7 +18,9 @@ from axisid.commands.options import (
     json_option,
     leave_out_option,
     loss_option,
+    one_or_all,
     put_result,
+    reading,
     stages,
     takes,
     write_page,
@@ -31,7 +32,6 @@ from .twin import (
     anywhere_option,
     given_noise,
     noise_options,
-    truth_of,
     truth_option,
 )
 
@@ -50,6 +50,7 @@ from .twin import (
     type=click.Choice([*method_names(), "all", *fit_names()]),
     multiple=True,
     default=("idm-iv",),
+    callback=reading(one_or_all),
     show_default="idm-iv",
     help="As in identify, or fit:OUTPUT as in fit; again for each.",
 )
@@ -85,7 +86,7 @@ from .twin import (
     help="Processes; the numbers are the same for any.",
 )
 @click.option("--output", metavar="FILE", help="Write the numbers of every run: .npz or .parquet.")
-@json_option("Write the figures of the study as JSON; - for stdout.")
+@json_option
 @click.option("--report", metavar="FILE", help="Write a page of HTML: tables and figures.")
 @click.option("--figures", metavar="DIR", help="Write the figures into a folder.")
 @force_option
@@ -94,7 +95,7 @@ def study(
     runs: int,
     methods: tuple[str, ...],
     twin: str | None,
-    truth: tuple[str, ...],
+    truth: dict[str, float],
     checks: int,
     filtering: Filtering,
     left_out: tuple[str, ...],
@@ -115,7 +116,6 @@ def study(
     check fails: on twins of the axis itself, or of another one (--twin).
     """
     regressions = tuple(method for method in methods if not fitted_output(method))
-    check_methods(regressions)
     for option in () if regressions else ("--loss", "--bootstrap", *Filtering.names().values()):
         check_idle(option, f"is of identify, which --method {' and '.join(methods)} does without")
     check_needed(("--correlation-time",), ("--control-noise", "--disturbance"))
@@ -156,7 +156,7 @@ def study(
             prefilter=filtering.prefilter(),
             noise=given_noise(simulated, noise),
             twin=simulated,
-            truth=truth_of(truth),
+            truth=truth,
             checks=checks,
             seed=seed,
             bootstrap=bootstrap,

@@ -2,12 +2,12 @@
 
 import shlex
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
 import click
 
 from axisid.commands.options import (
+    VALUE,
     Command,
     Target,
     check_folder,
@@ -15,6 +15,8 @@ from axisid.commands.options import (
     check_targets,
     complete_axis,
     force_option,
+    parts,
+    reading,
     stages,
 )
 from axisid.presentation.console import ProgressLine
@@ -29,12 +31,6 @@ NOISE = {
     "--disturbance": ("disturbance", "Of what acts beside the control and is not recorded."),
     "--correlation-time": ("correlation_time", "Of the last two, s; 0 for white noise."),
 }
-truth_option = click.option(
-    "--truth",
-    multiple=True,
-    metavar="NAME=VALUE",
-    help="A true value of the twins, SI, in place of the experiment's; again for each.",
-)
 anywhere_option = click.option(
     "--anywhere",
     "noise_anywhere",
@@ -59,31 +55,24 @@ def given_noise(axis: "stages.GeneratedAxis", noise: Mapping[str, float | None])
     return stages.declared_chain(stages.Chain.of_experiment(axis.axis), **given)
 
 
-def truth_of(texts: tuple[str, ...]) -> dict[str, float]:
-    """True values by name."""
-    return _pairs(texts, "--truth", "NAME=VALUE, SI, as in M=110")
+def _values(texts: tuple[str, ...]) -> dict[str, float]:
+    found = parts(texts, VALUE, "is no true value; write NAME=VALUE, SI, as in M=110")
+    return {name: float(value) for name, value, _ in found}
 
 
-def _shares(texts: tuple[str, ...], option: str) -> dict[str, float]:
-    """Shares of true values by name; that of all of them has the name ``""``."""
-    named = tuple(text if "=" in text else f"={text}" for text in texts)
-    return _pairs(named, option, "NAME=SHARE, as in Fc=5% or Fc=0.05", percent=True)
+def _shares(texts: tuple[str, ...]) -> dict[str, float]:
+    """Shares of true values by name; that of all others has the name ``""``."""
+    found = parts(texts, VALUE, "is no share; write NAME=SHARE, as in Fc=5% or Fc=0.05")
+    return {name: float(share) / (100 if percent else 1) for name, share, percent in found}
 
 
-def _pairs(
-    texts: tuple[str, ...], option: str, form: str, *, percent: bool = False
-) -> dict[str, float]:
-    found = {}
-    for text in texts:
-        name, _, value = text.partition("=")
-        number = value.strip().removesuffix("%") if percent else value
-        try:
-            found[name.strip()] = float(number) / (100 if percent and "%" in value else 1)
-        except ValueError as error:
-            raise click.BadParameter(
-                f"{text.removeprefix('=')!r}: write {form}", param_hint=option
-            ) from error
-    return found
+truth_option = click.option(
+    "--truth",
+    multiple=True,
+    metavar="NAME=VALUE",
+    callback=reading(_values),
+    help="A true value of the twins, SI, in place of the experiment's; again for each.",
+)
 
 
 @click.command(
@@ -110,6 +99,7 @@ def _pairs(
     "--scatter",
     multiple=True,
     metavar="[NAME=]SHARE",
+    callback=reading(_shares),
     help="Relative deviation of a true value between machines, or of all: 2% or Fc=0.05; again for "
     "each.",
 )
@@ -117,6 +107,7 @@ def _pairs(
     "--drift",
     multiple=True,
     metavar="NAME=SHARE",
+    callback=reading(_shares),
     help="What a true value changes by a day, as a share of it; again for each.",
 )
 @truth_option
@@ -132,9 +123,18 @@ def _pairs(
     "experiment's; again for each.",
 )
 @click.option("--acceleration", type=float, metavar="A", help="Of that motion, per second squared.")
-@click.option("--seconds", type=float, metavar="S", help="Of each of its moves.  [default: 1]")
-@click.option("--repeat", type=int, metavar="N", help="How often it is made.  [default: 1]")
-@click.option("--dwell", type=float, metavar="S", help="Rest after each of its moves.")
+@click.option(
+    "--seconds",
+    type=float,
+    default=1.0,
+    show_default="1",
+    metavar="S",
+    help="Of each of its moves.",
+)
+@click.option(
+    "--repeat", type=int, default=1, show_default=True, metavar="N", help="How often it is made."
+)
+@click.option("--dwell", type=float, default=0.0, metavar="S", help="Rest after each of its moves.")
 @click.option("--sample-period", type=float, metavar="S", help="Of the logs.  [default: the law's]")
 @click.option(
     "--format",
@@ -151,14 +151,14 @@ def twin(
     output: str,
     count: int | None,
     days: int | None,
-    scatter: tuple[str, ...],
-    drift: tuple[str, ...],
-    truth: tuple[str, ...],
+    scatter: dict[str, float],
+    drift: dict[str, float],
+    truth: dict[str, float],
     speeds: tuple[float, ...],
     acceleration: float | None,
-    seconds: float | None,
-    repeat: int | None,
-    dwell: float | None,
+    seconds: float,
+    repeat: int,
+    dwell: float,
     sample_period: float | None,
     form: str,
     seed: int,
@@ -173,6 +173,7 @@ def twin(
     """
     folder = count is not None or days is not None
     check_needed(_MOTION, ("--speed",))
+    check_needed(("--speed",), ("--acceleration",))
     check_needed(("--correlation-time",), ("--control-noise", "--disturbance"))
     check_needed(("--scatter", "--format"), ("--count", "--days"))
     check_needed(("--drift",), ("--days",))
@@ -184,33 +185,23 @@ def twin(
                 "add --count or --days, whose logs are in a folder",
                 param_hint="--output",
             )
-    scatters, drifts = _shares(scatter, "--scatter"), _shares(drift, "--drift")
-    values, moves = truth_of(truth), None
-    if speeds:
-        if acceleration is None:
-            raise click.UsageError("--speed says nothing without --acceleration; add that too.")
+    moves = None
+    if acceleration is not None:
         moves = stages.back_and_forth(
-            speeds=speeds,
-            acceleration=acceleration,
-            seconds=1.0 if seconds is None else seconds,
-            repeat=1 if repeat is None else repeat,
-            dwell=dwell or 0.0,
+            speeds=speeds, acceleration=acceleration, seconds=seconds, repeat=repeat, dwell=dwell
         )
     with ProgressLine(f"deriving {axis}"):
-        built = stages.build(stages.load_axis(axis))
-        made = stages.twin_of(built, values, moves)
-        alike = stages.TwinMachines(
-            axis=made,
+        simulated = stages.twin_of(stages.build(stages.load_axis(axis)), truth, moves)
+        machines = stages.TwinMachines(
+            axis=simulated,
             count=count or 1,
             days=days or 1,
-            drift=drifts,
-            noise=given_noise(made, noise),
+            scatter=scatter,
+            drift=drift,
+            noise=given_noise(simulated, noise),
             seed=seed,
             sample_period=sample_period,
         )
-        of_all = scatters.pop("", 0.0)
-        each = {name: of_all for name, value in alike.true_values.items() if value and of_all}
-        machines = replace(alike, scatter={**each, **scatters})
     if not folder:
         with ProgressLine(f"simulating {axis}"):
             file = stages.write_twin(machines, output)
@@ -226,10 +217,9 @@ def twin(
         columns = ["--columns", ",".join(measured)] if measured else []
         click.echo("next: " + shlex.join(["axisid", "identify", axis, str(file), *columns]))
         return
-    ending = f".{form}"
-    check_folder(output, "--output", stages.twin_files(machines, ending), force=force)
+    check_folder(output, "--output", stages.twin_files(machines, f".{form}"), force=force)
     with ProgressLine(f"simulating {axis}") as line:
-        manifest = stages.write_twins(machines, output, axis=axis, ending=ending, progress=line)
+        manifest = stages.write_twins(machines, output, axis=axis, ending=f".{form}", progress=line)
     logs = machines.count * machines.days
     click.echo(f"wrote {logs} {'log' if logs == 1 else 'logs'} and {manifest}")
     click.echo("next: " + shlex.join(["axisid", "fleet", str(manifest)]))

@@ -91,7 +91,7 @@ def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
         "",
         "[identified.parameters]",
     ]
-    for name, v in fitted.values(method).items():
+    for name, v in estimate.items():
         low, high = v.interval
         lines.append(
             f"{name} = {{ value = {v.value!r}, unit = {_text(v.unit)}, sd_hac = {v.sd_hac!r}, "
@@ -211,8 +211,10 @@ def export(
     """
     target = next((target for target in TARGETS if is_among(to, (target.name,))), None)
     if target is None:
-        names = ", ".join(target.name for target in TARGETS)
-        raise UsageError(f"there is no target {quoted(to)}; choose from {names}.", code="export")
+        raise UsageError(
+            f"there is no target {quoted(to)}; choose from {', '.join(t.name for t in TARGETS)}.",
+            code="export",
+        )
     if not is_real(dead_zone):
         raise UsageError(
             f"the dead zone is {quoted(dead_zone)}; give a speed of 0 or more.",
@@ -225,8 +227,8 @@ def export(
     chosen = (fitted.result.preferred if method is None else fitted.result[method]).method
     if target.language:
         return target.write(_feed_forward(fitted, chosen, dead_zone))
-    several = method is None and not target.one_method
-    return target.write(fitted, list(fitted.result.estimates) if several else [chosen])
+    every = method is None and not target.one_method
+    return target.write(fitted, [*fitted.result.estimates] if every else [chosen])
 
 
 def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForward:

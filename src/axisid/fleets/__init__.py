@@ -7,9 +7,9 @@ of the command line, and of how a log is identified.
 from .fleet import fleet as fleet, written_files as written_files
 from .items import FleetItem as FleetItem, gather_items as gather_items
 from .ledger import (
+    LEDGER as LEDGER,
     FleetRow as FleetRow,
     FleetValue as FleetValue,
-    Ledger as Ledger,
     fleet_value as fleet_value,
     read_ledger as read_ledger,
     strays as strays,

@@ -13,6 +13,7 @@ from typing import Any
 import msgspec
 
 from axisid.codegen.artefacts import as_declared
+from axisid.estimation.choices import by_name, listed
 from axisid.estimation.identification import identify, requested_methods
 from axisid.estimation.records import read_record
 from axisid.estimation.signals import Prefilter
@@ -31,9 +32,9 @@ from axisid.support.files import is_unchanged, kept_if_filled
 from axisid.support.jobs import Failure, run_jobs
 from axisid.support.progress import Progress
 
-from .items import FleetItem, gather_items, result_names
-from .ledger import LEDGER, FleetRow, Ledger, ledger_of, read_ledger, strays, write_row
-from .one_log import Named, Settings, identify_log, log_digest, result_file, result_of
+from .items import FleetItem, gather_items
+from .ledger import LEDGER, FleetRow, ledger_of, read_ledger, strays, write_row
+from .one_log import Settings, identify_log, log_digest, result_file, result_of, row_for
 from .result import TABLES, Fleet
 
 #: Arguments of `identify` that are of several records together.
@@ -110,27 +111,34 @@ def fleet(
         The axis of all logs is wrong, or all logs are without a column; what is wrong with one log
         is in its row.
     """
-    if not (is_whole(jobs) and jobs >= 0):
-        raise UsageError(f"the jobs are {quoted(jobs)}; give a whole number, 0 for none besides.")
-    if time_limit is not None and not (is_real(time_limit) and 0 < time_limit < math.inf):
-        raise UsageError(
-            f"the time limit is {quoted(time_limit)}; give a positive number of seconds."
-        )
-    if several := sorted({*OF_SEVERAL} & identifying.keys()):
-        raise UsageError(
-            f"{', '.join(several)} is of several records together, and a fleet identifies each "
-            "log by itself; leave it out.",
-            code="fleet",
-        )
+    several = ", ".join(sorted({*OF_SEVERAL} & identifying.keys()))
+    is_time = time_limit is None or (is_real(time_limit) and 0 < time_limit < math.inf)
+    for is_wrong, what in (
+        (
+            not (is_whole(jobs) and jobs >= 0),
+            f"the jobs are {quoted(jobs)}; give a whole number, 0 for none besides",
+        ),
+        (
+            not is_time,
+            f"the time limit is {quoted(time_limit)}; give a positive number of seconds",
+        ),
+        (
+            several,
+            f"{several} is of several records together, and a fleet identifies each log by "
+            "itself; leave it out",
+        ),
+    ):
+        if is_wrong:
+            raise UsageError(f"{what}.", code="fleet")
     items = gather_items(logs, Path(out))
     settings = Settings(
         folder=str(out),
         axis=str(axis or "") if isinstance(axis, (str, Path)) else as_declared(axis) or "",
-        fixed=dict(fixed or {}),
-        left_out=tuple(left_out),
+        fixed=dict(by_name(fixed, "fixed values")),
+        left_out=listed(left_out),
         drive_time=drive_time or "",
         native=native,
-        reading=dict(reading or {}),
+        reading=dict(by_name(reading, "arguments of reading")),
         prefilter=prefilter,
         identifying=identifying,
         draws=draws,
@@ -140,11 +148,10 @@ def fleet(
     requested_methods(settings.identifying.get("methods"))
     if len({item.axis for item in items}) == 1:
         settings.built(items[0])  # what is wrong with the axis of all is refused at once
-    named = [Named(name=n, item=i) for n, i in zip(result_names(items), items, strict=True)]
-    ledger = read_ledger(Path(settings.folder))
-    before = ledger.rows if resume else {}
-    done = dict(_finished(settings, named, before))
-    todo = [each for each in named if each.name not in done]
+    rows_before, broken = read_ledger(Path(out))
+    before = rows_before if resume else {}
+    done = dict(_finished(settings, items, before))
+    todo = [item for item in items if item.name not in done]
     moved = [row for row in done.values() if row != before[row.name]]
     made = _work(
         settings,
@@ -164,19 +171,19 @@ def fleet(
     rows |= {row.name: row for row in made}
     return Fleet(
         folder=str(out),
-        rows=tuple(rows[each.name] for each in named),
-        notes=tuple(_notes(ledger, {*before, *rows}, resume=resume)),
+        rows=tuple(rows[item.name] for item in items),
+        notes=tuple(_notes(Path(out), {*before, *rows}, broken if resume else "")),
     )
 
 
-def _notes(ledger: Ledger, names: Container[str], *, resume: bool) -> Iterator[str]:
+def _notes(folder: Path, names: Container[str], broken: str) -> Iterator[str]:
     """What is said of the ledger as it was, and of results that it does not have now."""
-    if resume and ledger.broken:
+    if broken:
         yield (
-            f"{ledger.broken}, as a run leaves that is cut off; logs that no other line has "
+            f"{broken}, as a run leaves that is cut off; logs that no other line has "
             "were identified again."
         )
-    if left := strays(ledger.file.parent, names):
+    if left := strays(folder, names):
         of = "1 result is" if len(left) == 1 else f"{len(left)} results are"
         yield (
             f"{of} in the folder from before, of no log of this fleet: {first_of(left)}. A trend "
@@ -186,13 +193,13 @@ def _notes(ledger: Ledger, names: Container[str], *, resume: bool) -> Iterator[s
 
 def written_files(items: Sequence[FleetItem]) -> dict[str, str]:
     """What a fleet of items writes into its folder, and which kind of file each is."""
-    results = {f"{name}.json": "identify" for name in result_names(items)}
+    results = {f"{item.name}.json": "identify" for item in items}
     return {LEDGER: "fleet", **dict.fromkeys(TABLES, "fleet-table"), **results}
 
 
 def _work(
     settings: Settings,
-    todo: Sequence[Named],
+    todo: Sequence[FleetItem],
     moved: Sequence[FleetRow],
     *,
     resume: bool,
@@ -207,7 +214,7 @@ def _work(
         partial(identify_log, settings), todo, total=len(todo), said="identifying logs", **how
     )
     with kept_if_filled(Path(settings.folder)), closing(made):
-        told = ((todo[place].item, _row_of(todo[place], found)) for place, found in made)
+        told = ((todo[place], _row_of(todo[place], found)) for place, found in made)
         again = partial(result_of, settings)
         rows = (row for _, row in told) if trusted else checked(told, len(todo), again)
         first = list(islice(rows, 1))  # what is refused leaves the ledger as it is
@@ -223,40 +230,37 @@ def _work(
                 yield row
 
 
-def _row_of(named: Named, made: FleetRow | Failure) -> FleetRow:
+def _row_of(item: FleetItem, made: FleetRow | Failure) -> FleetRow:
     if not isinstance(made, Failure):
         return made
     code = "internal" if made.kind == "error" else made.kind
-    return named.row(status="failed", reason=f"{made.reason}.", code=code)
+    return row_for(item, status="failed", reason=f"{made.reason}.", code=code)
 
 
 def _finished(
-    settings: Settings, named: Sequence[Named], before: Mapping[str, FleetRow]
+    settings: Settings, items: Sequence[FleetItem], before: Mapping[str, FleetRow]
 ) -> Iterator[tuple[str, FleetRow]]:
     """Rows of what was done before with the same log, axis and options, by the items' names.
 
     What was killed or took too long has no key: another time it may not. A row keeps the name of
     its result, which is another one where another log of that name has come since.
     """
-    names = {each.name for each in named}
+    now = {item.name for item in items}
     others = {
-        (Path(row.log).resolve(), row.key): row for row in before.values() if row.name not in names
+        (Path(row.log).resolve(), row.key): row for row in before.values() if row.name not in now
     }
-    for each in named:
+    for item in items:
         try:
-            key = settings.key(each.item, log_digest(Path(each.item.log)))
+            key = settings.key(item, log_digest(Path(item.log)))
         except (AxisidError, OSError):
             continue
-        row = before.get(each.name)
+        row = before.get(item.name)
         if row is None or row.key != key:
-            row = others.pop((Path(each.item.log).resolve(), key), None)
-        if row is None:
-            continue
-        if row.has_result and not _is_whole(result_file(settings.folder, row.name)):
-            continue
-        said = {name: dict(getattr(each.item, name)) for name in ("columns", "conditions")}
-        told = msgspec.structs.replace(row, log=each.item.log, serial=each.item.serial, **said)
-        yield each.name, told
+            row = others.pop((Path(item.log).resolve(), key), None)
+        if row and not (row.has_result and not _is_whole(result_file(settings.folder, row.name))):
+            given = ("log", "serial", "columns", "conditions")
+            said = {name: getattr(item, name) for name in given}
+            yield item.name, msgspec.structs.replace(row, **said)
 
 
 def _is_whole(result: Path) -> bool:
@@ -309,10 +313,14 @@ def checked(
     held: list[tuple[FleetItem, FleetRow]] = []
     for item, row in rows:
         held.append((item, row))
-        reasons = [r.reason.replace(r.log, "").replace(Path(r.log).name, "") for _, r in held]
         said = {
-            (i.axis, tuple(i.columns.items()), r.code, reason)
-            for (i, r), reason in zip(held, reasons, strict=True)
+            (
+                i.axis,
+                i.columns_text,
+                r.code,
+                r.reason.replace(r.log, "").replace(Path(r.log).name, ""),
+            )
+            for i, r in held
         }
         if len(said) > 1 or row.code in _UNTOLD:
             break

@@ -9,20 +9,23 @@ import os
 from collections import Counter
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from axisid.estimation.choices import listed
 from axisid.estimation.logs import log_endings
 from axisid.estimation.records import log_of
 from axisid.estimation.tables import library
 from axisid.support.errors import DataError, UsageError, quoted
 from axisid.support.files import opened_regular, read_regular
+from axisid.support.written import kinds_of
 
 Condition = str | float
 _LOG, _OWN = "log", ("log", "axis", "serial", "columns")
 _TEXT, _PARQUET = (".csv", ".tsv", ".txt"), (".parquet", ".pq")
 _LOOKED_AT = 4096  # bytes of a header
+_LOGS = {"twin", "twin-manifest"}  # of what commands write
 _BY_PATH = ""  # where nothing but the path of a log is told
 
 
@@ -42,6 +45,8 @@ class FleetItem:
         Columns of this log by role, in place of those of all.
     conditions : mapping of str to str or float
         What else is known of the log: a temperature, a date. It goes on into the table.
+    name : str
+        Of its result, which the fleet says: that of the log, with a mark where two have the same.
     """
 
     log: str
@@ -49,6 +54,7 @@ class FleetItem:
     serial: str = ""
     columns: Mapping[str, str] = field(default_factory=dict)
     conditions: Mapping[str, Condition] = field(default_factory=dict)
+    name: str = field(default="", compare=False)
 
     @property
     def columns_text(self) -> str:
@@ -56,23 +62,22 @@ class FleetItem:
         return ",".join(f"{role}={name}" for role, name in sorted(self.columns.items()))
 
 
-def result_names(items: Sequence[FleetItem]) -> list[str]:
-    """Names of the items' results: those of the logs, with a mark where two have the same.
+def with_names(items: Sequence[FleetItem]) -> list[FleetItem]:
+    """The items with the names of their results.
 
     The name of a run.toml says nothing, and gives way to its log's. The mark is of a log, its axis
     and its columns, the same in every run.
     """
-    plain = []
+    names = []
     for item in items:
         stem = Path(item.log).name.partition(".")[0]
-        plain.append((log_of(item.log).name.partition(".")[0] if stem == "run" else stem) or _LOG)
-    times = Counter(name.lower() for name in plain)  # some file systems know no case
-    names = []
-    for name, item in zip(plain, items, strict=True):
-        told = "\0".join(filter(None, (f"{item.log}\0{item.axis}", item.columns_text)))
-        mark = hashlib.sha256(told.encode(errors="replace")).hexdigest()[:8]
-        names.append(name if times[name.lower()] == 1 else f"{name}-{mark}")
-    return names
+        names.append((log_of(item.log).name.partition(".")[0] if stem == "run" else stem) or _LOG)
+    times = Counter(name.lower() for name in names)  # some file systems know no case
+    for i, item in enumerate(items):
+        if times[names[i].lower()] > 1:
+            told = "\0".join(filter(None, (f"{item.log}\0{item.axis}", item.columns_text)))
+            names[i] += f"-{hashlib.sha256(told.encode(errors='replace')).hexdigest()[:8]}"
+    return [replace(item, name=name) for item, name in zip(items, names, strict=True)]
 
 
 def _first_rows(file: Path) -> tuple[list[str], list[str]]:
@@ -109,18 +114,15 @@ def _manifest_items(file: Path) -> Iterator[tuple[FleetItem, str]]:
     for number, row in enumerate(_rows(file), 1):
         told = {k.strip(): v for k, v in row.items() if k and v not in (None, "")}
         conditions = {k: _condition(v) for k, v in told.items() if k not in _OWN}
-        if not told.get(_LOG):
-            raise DataError(
-                f"{file}: row {number} names no log; give its path in the column {_LOG!r}.",
-                code="manifest",
-            )
         axis, columns = str(told.get("axis", "")), str(told.get("columns", ""))
         pairs = [pair.partition("=") for pair in columns.split(",") if pair.strip()]
-        if any(not (role.strip() and name.strip()) for role, _, name in pairs):
-            raise DataError(
-                f"{file}: row {number} has the columns {columns!r}; write ROLE=NAME[:UNIT],....",
-                code="manifest",
-            )
+        wrong = ""
+        if not told.get(_LOG):
+            wrong = f"names no log; give its path in the column {_LOG!r}"
+        elif any(not (role.strip() and name.strip()) for role, _, name in pairs):
+            wrong = f"has the columns {columns!r}; write ROLE=NAME[:UNIT],..."
+        if wrong:
+            raise DataError(f"{file}: row {number} {wrong}.", code="manifest")
         item = FleetItem(
             log=str(file.parent / str(told[_LOG])),
             axis=str(file.parent / axis) if ".py" in axis or ".toml" in axis else axis,
@@ -173,7 +175,7 @@ def _condition(given: Any) -> Condition | None:
 def gather_items(
     logs: str | Path | FleetItem | Iterable[str | Path | FleetItem], out: Path
 ) -> list[FleetItem]:
-    """Items of all that is named, each once, in their order.
+    """Items of all that is named, each once, in their order, with names for their results.
 
     A log is there several times where other axes or columns are told of it, as of a file of two
     machines. Where a manifest or an item tells what it is, its bare path adds nothing.
@@ -195,8 +197,8 @@ def gather_items(
     DataError
         A manifest cannot be read, or the same columns of a log are told to be of another machine.
     """
-    listed = [logs] if isinstance(logs, (str, Path, FleetItem)) else list(logs)
-    told = [each for place, one in enumerate(listed, 1) for each in _items(one, out, place)]
+    places = listed(logs)
+    told = [each for place, one in enumerate(places, 1) for each in _items(one, out, place)]
     described = {os.path.abspath(item.log) for item, by in told if by != _BY_PATH}
     runs = ((item.log, log_of(item.log)) for item, _ in told)
     described |= {os.path.abspath(log) for run, log in runs if log != Path(run)}
@@ -216,9 +218,9 @@ def gather_items(
                     code="manifest",
                 )
     if not found:
-        said = " and ".join(map(str, listed))
+        said = " and ".join(map(str, places))
         raise UsageError(f"there is no log in {said or 'nothing'}; name some.", code="fleet")
-    return [item for item, _ in found.values()]
+    return with_names([item for item, _ in found.values()])
 
 
 def _said(told: str | Mapping[str, Condition]) -> str:
@@ -258,8 +260,12 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
 
 
 def _may_be_log(file: Path, out: Path) -> bool:
-    """Whether it is no hidden file, and nothing that a fleet wrote; a link to nothing may be."""
+    """Whether it is no hidden file, and no result or table; a link to nothing may be."""
     own = out.resolve() == file.parent.resolve() and (
         file.suffix == ".json" or file.stem == "fleet"
     )
-    return (file.is_file() or not file.exists()) and not file.name.startswith(".") and not own
+    if file.name.startswith(".") or own:
+        return False
+    with suppress(OSError):
+        return not kinds_of(file) - _LOGS
+    return not file.exists()

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Container, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, BinaryIO, Literal
@@ -17,13 +16,13 @@ from axisid.estimation.identification import Identification
 from axisid.populations import LARGEST
 from axisid.presentation.saved import JsonObject, Matrix, about
 from axisid.support.errors import DataError, first_of
+from axisid.support.written import kinds_of
 
 _IN_RESULT = "see the result of the log"
 
 Status = Literal["ok", "failed", "skipped"]
 #: In the folder of the results.
 LEDGER = "fleet.jsonl"
-_RESULTS = ("axisid.identification/", "axisid.fit/")  # schemas
 
 
 class FleetValue(JsonObject, frozen=True, kw_only=True):
@@ -136,28 +135,11 @@ def fleet_value(value: Value) -> FleetValue:
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Ledger:
-    """What a folder's ledger says.
+def read_ledger(folder: Path) -> tuple[dict[str, FleetRow], str]:
+    """The last row of each name in a folder's ledger, in their order, and what is broken in it.
 
-    Attributes
-    ----------
-    file : Path
-    rows : dict of str to FleetRow
-        The last one of each name, in the order in which they were written.
-    broken : str
-        How many lines are no JSON, and which; empty where none is.
-    """
-
-    file: Path
-    rows: dict[str, FleetRow] = field(default_factory=dict)
-    broken: str = ""
-
-
-def read_ledger(folder: Path) -> Ledger:
-    """The ledger of a folder; without rows where there is none.
-
-    A line may have been cut off as its run ended.
+    There is no row where there is no ledger. A line may have been cut off as its run ended: how
+    many are no JSON is said, and which.
 
     Raises
     ------
@@ -170,7 +152,7 @@ def read_ledger(folder: Path) -> Ledger:
     try:
         content = file.read_bytes()
     except FileNotFoundError:
-        return Ledger(file=file)
+        return {}, ""
     for number, line in enumerate(content.splitlines(), 1):
         if not line.strip():
             continue
@@ -188,18 +170,15 @@ def read_ledger(folder: Path) -> Ledger:
         rows.pop(row.name, None)
         rows[row.name] = row
     lines = "1 line" if len(broken) == 1 else f"{len(broken)} lines"
-    said = f"{lines} of {file} cannot be read ({first_of(broken)})" if broken else ""
-    return Ledger(file=file, rows=rows, broken=said)
+    return rows, f"{lines} of {file} cannot be read ({first_of(broken)})" if broken else ""
 
 
 def strays(folder: Path, names: Container[str]) -> list[str]:
     """Names of the results in a folder that are not among those that are known, in their order."""
     found = []
     for file in sorted(file for file in folder.glob("*.json") if file.stem not in names):
-        with suppress(OSError, msgspec.MsgspecError, UnicodeDecodeError):
-            members = msgspec.json.decode(file.read_bytes(), type=dict[str, Any])
-            if str(members.get("schema")).startswith(_RESULTS):
-                found.append(file.stem)
+        with suppress(OSError):
+            found += [file.stem] * bool(kinds_of(file) & {"identify", "fit"})
     return found
 
 

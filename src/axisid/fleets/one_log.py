@@ -16,7 +16,7 @@ from axisid.modeling.declaration import Axis, fix, leave_out
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.text import load_axis
 from axisid.support.errors import AxisidError, DataError, UsageError
-from axisid.support.files import json_text, opened_regular, read_regular, write_file
+from axisid.support.files import axis_file, json_text, opened_regular, read_regular, write_file
 from axisid.support.version import __version__
 
 from .items import FleetItem
@@ -143,8 +143,7 @@ def _built(
 
 def _mark(name: str) -> str:
     """What names an axis, with the bytes of its file, which may change while a process lives."""
-    path, python, _ = name.partition(".py:")
-    file = Path(f"{path}.py" if python else name)
+    file, _ = axis_file(name)
     if file.suffix not in (".py", ".toml"):
         return name  # of the library
     try:
@@ -184,17 +183,9 @@ def log_digest(log: Path) -> str:
     return digest
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Named:
-    """An item with the name of its result."""
-
-    name: str
-    item: FleetItem
-
-    def row(self, **what: Any) -> FleetRow:
-        """A row of it."""
-        said = {name: getattr(self.item, name) for name in FleetItem.__slots__}
-        return FleetRow(name=self.name, **{**said, **what})
+def row_for(item: FleetItem, **what: Any) -> FleetRow:
+    """A row of an item."""
+    return FleetRow(**{**{name: getattr(item, name) for name in FleetItem.__slots__}, **what})
 
 
 def result_file(folder: str | Path, name: str) -> Path:
@@ -202,29 +193,29 @@ def result_file(folder: str | Path, name: str) -> Path:
     return Path(folder, f"{name}.json")
 
 
-def identify_log(settings: Settings, named: Named) -> FleetRow:
+def identify_log(settings: Settings, item: FleetItem) -> FleetRow:
     """Identify an axis from one log and write the result; what is wrong with the log is told.
 
     What is no fault of the log or the options is raised.
     """
     begin = process_time()
-    key, axis = "", named.item.axis or str(getattr(settings.axis, "name", settings.axis))
+    key, axis = "", item.axis or str(getattr(settings.axis, "name", settings.axis))
     try:
-        axis = settings.built(named.item)[0].axis.name
+        axis = settings.built(item)[0].axis.name
         try:
-            key = settings.key(named.item, log_digest(Path(named.item.log)))
+            key = settings.key(item, log_digest(Path(item.log)))
         except OSError as error:
             raise DataError(
-                f"{error.filename or named.item.log} cannot be read: {error.strerror}. Check the "
-                "path.",
+                f"{error.filename or item.log} cannot be read: {error.strerror}. Check the path.",
                 code="log-file",
             ) from error
-        result = result_of(settings, named.item)
+        result = result_of(settings, item)
         document = json_text(result.to_dict(settings.draws))
-        write_file(result_file(settings.folder, named.name), document)
+        write_file(result_file(settings.folder, item.name), document)
     except AxisidError as error:
         said = " ".join(str(error).split())
-        return named.row(
+        return row_for(
+            item,
             axis=axis,
             status="failed",
             reason=said,
@@ -232,8 +223,8 @@ def identify_log(settings: Settings, named: Named) -> FleetRow:
             key="" if error.code == "file" else key,  # another time there may be room
             seconds=process_time() - begin,
         )
-    return named.row(
-        axis=axis, status="ok", key=key, **judged(result), seconds=process_time() - begin
+    return row_for(
+        item, axis=axis, status="ok", key=key, **judged(result), seconds=process_time() - begin
     )
 
 

@@ -128,23 +128,23 @@ def _judged(
     covariances = np.array(
         [np.mean([row.covariance for row in each], axis=0) / len(each) for each in machines]
     )
-    found = alike_points(values, covariances, FLEET_LEVEL.value)
+    alike = alike_points(values, covariances, FLEET_LEVEL.value)
     outliers = []
-    for i in found.far:
-        scatter = np.sqrt(np.diag(found.usual.between + covariances[i]))
-        apart = (values[i] - found.usual.centre) / scatter
-        furthest = int(np.argmax(np.abs(apart)))
+    for i in alike.far:
+        scatter = np.sqrt(np.diag(alike.usual.between + covariances[i]))
+        scores = (values[i] - alike.usual.centre) / scatter
+        furthest = int(np.argmax(np.abs(scores)))
         outliers += [
             Outlier(
                 name=row.name,
-                distance=float(np.sqrt(found.distances[i])),
-                p_value=float(found.p_values[i]),
+                distance=float(np.sqrt(alike.distances[i])),
+                p_value=float(alike.p_values[i]),
                 parameter=names[furthest],
-                apart=float(apart[furthest]),
+                apart=float(scores[furthest]),
             )
             for row in machines[i]
         ]
-    return found.usual, tuple(outliers)
+    return alike.usual, tuple(outliers)
 
 
 def _is_spread(values: Array) -> bool:
@@ -152,6 +152,6 @@ def _is_spread(values: Array) -> bool:
     spread = spread_of(values)
     if not spread.size or not spread.all():
         return False
-    apart = (values - np.median(values, axis=0)) / spread
-    near = apart[np.all(np.abs(apart) < _FAR, axis=1)]  # beside the others these are one point
+    scores = (values - np.median(values, axis=0)) / spread
+    near = scores[np.all(np.abs(scores) < _FAR, axis=1)]  # beside the others these are one point
     return bool(len(near) and np.linalg.matrix_rank(near - near.mean(axis=0)) == values.shape[1])

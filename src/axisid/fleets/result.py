@@ -5,7 +5,7 @@ Its table has a row for each log, as Parquet, CSV or NumPy's arrays.
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.util import find_spec
@@ -31,11 +31,18 @@ from axisid.presentation.saved import schema_of
 from axisid.support.errors import Missing, UsageError, first_of, is_among, quoted
 from axisid.support.files import csv_text, write_file
 
-from .ledger import FleetRow
+from .ledger import FleetRow, FleetValue
 from .outliers import AxisGroup, Outlier, groups_of
 
 #: Names of the table where it is given none.
 TABLES = ("fleet.parquet", "fleet.csv")
+#: Of a parameter, by the ending of the column.
+_FIGURES: dict[str, Callable[[FleetValue], float]] = {
+    "": lambda v: v.value,
+    ".sd": lambda v: v.sd,
+    ".low": lambda v: v.interval_95[0],
+    ".high": lambda v: v.interval_95[1],
+}
 #: The table by column.
 Columns = dict[str, list[str | float | None]]
 _MOST_SHOWN = 20  # rows of a table; all are in the file
@@ -323,17 +330,15 @@ def columns_of(
             units[f"condition.{name}"] = unit
     for name in dict.fromkeys(name for row in rows for name in row.parameters):
         found = [row.parameters.get(name) for row in rows]
-        columns[name] = [None if v is None else v.value for v in found]
-        columns[f"{name}.sd"] = [None if v is None else v.sd for v in found]
-        columns[f"{name}.low"] = [None if v is None else v.interval_95[0] for v in found]
-        columns[f"{name}.high"] = [None if v is None else v.interval_95[1] for v in found]
+        names = [f"{name}{ending}" for ending in _FIGURES]
+        for column, figure in zip(names, _FIGURES.values(), strict=True):
+            columns[column] = [None if v is None else figure(v) for v in found]
         own = {v.unit for v in found if v is not None}
         if len(own) > 1:  # of axes that call different things the same
             columns[f"{name}.unit"] = [None if v is None else v.unit for v in found]
         elif own != {""}:
-            units |= dict.fromkeys((name, f"{name}.sd", f"{name}.low", f"{name}.high"), own.pop())
-    found_out = [out.get(row.name) for row in rows]
-    columns["outlier_distance"] = [None if each is None else each.distance for each in found_out]
-    columns["outlier_p"] = [None if each is None else each.p_value for each in found_out]
+            units |= dict.fromkeys(names, own.pop())
+    for column, attribute in (("outlier_distance", "distance"), ("outlier_p", "p_value")):
+        columns[column] = [getattr(out.get(row.name), attribute, None) for row in rows]
     columns["seconds"] = [row.seconds for row in rows]
     return columns, units

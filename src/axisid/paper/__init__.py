@@ -11,7 +11,7 @@ from .study import (
     run_distributions as run_distributions,
     run_study as run_study,
     study_document as study_document,
-    table_text as table_text,
+    study_table as study_table,
     write_distributions as write_distributions,
     write_study as write_study,
 )

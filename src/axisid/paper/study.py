@@ -8,7 +8,6 @@ and coverage stand with their Monte-Carlo errors.
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -26,7 +25,6 @@ from axisid.presentation.blocks import (
     Document,
     Quantity,
     Table,
-    block_text,
     paragraph,
     plain_text,
     text_columns,
@@ -72,27 +70,19 @@ DISTRIBUTION_FILES = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Study:
-    """The twin identified under both filters."""
-
-    appropriate: Identification
-    inappropriate: Identification
-
-
-def run_study(progress: Progress | None = None) -> Study:
-    """Identify the twin of `emps2015` by the paper's methods under both filters."""
+def run_study(progress: Progress | None = None) -> dict[str, Identification]:
+    """Identify the twin of `emps2015` by the paper's methods under both filters, by their names."""
     axis = build(load_axis("emps2015"))
     record = twin_record(axis)
     filters = with_progress(FILTERS.items(), progress, lambda f: f"filter of {f[1].cutoff:g} Hz")
-    return Study(**{n: identify(axis, record, f, METHODS, start="nominal") for n, f in filters})
+    return {n: identify(axis, record, f, METHODS, start="nominal") for n, f in filters}
 
 
-def study_document(study: Study) -> Document:
+def study_document(study: Mapping[str, Identification]) -> Document:
     """The paper's tables in its order, each with the published figures beside the twin's."""
-    record = study.appropriate.record
+    record = study["appropriate"].record
     made = f"{record.provenance.source}, {len(record)} samples of {1e3 * record.period:g} ms"
-    true, axis = record.provenance.truth, study.appropriate.axis.axis
+    true, axis = record.provenance.truth, study["appropriate"].axis.axis
     said = ", ".join(f"{p.name} = {true[p.name]:g} {p.unit}" for p in axis.parameters)
     return (
         paragraph(made, f"true values: {said}", filled=False),
@@ -101,12 +91,7 @@ def study_document(study: Study) -> Document:
     )
 
 
-def table_text(study: Study, number: int) -> str:
-    """One of the paper's tables, 1 to 8, as plain text."""
-    return block_text(study_table(study, number))
-
-
-def study_table(study: Study, number: int) -> Table:
+def study_table(study: Mapping[str, Identification], number: int) -> Table:
     """One of the paper's tables, 1 to 8, with the published figures beside the twin's."""
     text = (resources.files("axisid.paper") / "published.toml").read_text(encoding="utf-8")
     published = tomllib.loads(text)
@@ -114,7 +99,7 @@ def study_table(study: Study, number: int) -> Table:
     return _iterations(study, table) if "method" in table else _estimates(study, table)
 
 
-def write_study(study: Study, folder: Path) -> list[Path]:
+def write_study(study: Mapping[str, Identification], folder: Path) -> list[Path]:
     """Write tables, figures and both results into a folder.
 
     Raises
@@ -125,16 +110,16 @@ def write_study(study: Study, folder: Path) -> list[Path]:
     from axisid.presentation.drawing import force_figure
 
     write_file(folder / "tables.txt", plain_text(study_document(study)))
-    for name in FILTERS:
-        write_file(folder / f"{name}.json", json_text(getattr(study, name).to_dict()))
-    least, instruments = study.inappropriate["idm-ls"], study.appropriate["idm-iv"]
+    for name, result in study.items():
+        write_file(folder / f"{name}.json", json_text(result.to_dict()))
+    least, instruments = study["inappropriate"]["idm-ls"], study["appropriate"]["idm-iv"]
     force_figure(instruments, "IDM-IV, appropriate filter (figure 3)", folder / "figure3.png")
     force_figure(least, "IDM-LS, inappropriate filter (figure 4)", folder / "figure4.png")
     return [folder / name for name in STUDY_FILES]
 
 
-def _estimates(study: Study, table: dict[str, Any]) -> Table:
-    result = study.appropriate if table["appropriate"] else study.inappropriate
+def _estimates(study: Mapping[str, Identification], table: dict[str, Any]) -> Table:
+    result = study["appropriate" if table["appropriate"] else "inappropriate"]
     published, is_mapped = table["published"], table.get("mapped", False)
     estimates = [result[method] for method in table["methods"]]
     values = [
@@ -173,11 +158,12 @@ def _beside(value: Value, paper: float, paper_sd: float | None = None) -> Quanti
     return Quantity(_significant(value.value), relative, tuple(published))
 
 
-def _iterations(study: Study, table: dict[str, Any]) -> Table:
+def _iterations(study: Mapping[str, Identification], table: dict[str, Any]) -> Table:
     method, published = table["method"], table["published"]
-    estimate = study.appropriate[method]
+    estimate = study["appropriate"][method]
     labels = [
-        f"{q.name} [{q.unit}]" for q in estimate.ddm_quantities or study.appropriate.axis.parameters
+        f"{q.name} [{q.unit}]"
+        for q in estimate.ddm_quantities or study["appropriate"].axis.parameters
     ]
     steps = range(max(len(estimate.iterates), len(published)))
     columns = [Column(head, group=str(step)) for step in steps for head in (str(step), "paper")]

@@ -54,19 +54,19 @@ def _places(
 ) -> list[tuple[int, float]]:
     """Where the level changes, on either side of the largest step too, and the probability."""
     place, p_value = largest
-    found = [(first + place, p_value)]
+    changes = [(first + place, p_value)]
     for begin, side in ((first, slice(None, place)), (first + place, slice(place, None))):
-        own = _largest_step(values[side], variances[side])
-        if own is not None and own[1] <= level:
-            found += _places(values[side], variances[side], level, begin, own)
-    return found
+        inner = _largest_step(values[side], variances[side])
+        if inner is not None and inner[1] <= level:
+            changes += _places(values[side], variances[side], level, begin, inner)
+    return changes
 
 
 def _orders(count: int) -> NDArray[np.intp]:
     """The order of so many values, and others in which they might have come as well, (k, n)."""
-    own = np.arange(count)
+    given = np.arange(count)
     rng = np.random.default_rng(_SEED)
-    return np.vstack([own, rng.permuted(np.tile(own, (_ORDERS, 1)), axis=1)])
+    return np.vstack([given, rng.permuted(np.tile(given, (_ORDERS, 1)), axis=1)])
 
 
 def _total_variances(values: Array, variances: Array) -> Array:
@@ -177,8 +177,8 @@ def change_in(values: Array, variances: Array, places: Array, level: float) -> C
     chance = len(looks) * min(looks)
     if chance > level:
         return Change()
-    told = (largest[0], min(largest[1], chance))
-    changes = sorted(_places(values, variances, level, 0, told))
+    step = (largest[0], min(largest[1], chance))
+    changes = sorted(_places(values, variances, level, 0, step))
     bounds = [0, *(place for place, _ in changes), len(values)]
     steps = tuple(
         _step(values, variances, first, place, last, p_value)
@@ -187,20 +187,20 @@ def change_in(values: Array, variances: Array, places: Array, level: float) -> C
     # A column for each level; a step's place is chosen as well as its size.
     number = np.searchsorted(bounds[1:-1], np.arange(len(values)), side="right")
     levels = np.asarray(np.eye(len(steps) + 1)[number])
-    found = [
+    models = [
         (_criterion(values, variances, np.ones((len(values), 1)), 0), Change()),
         (_criterion(values, variances, levels, len(steps)), Change(steps=steps)),
     ]
     if drift is not None:
         drift = replace(drift, p_value=min(drift.p_value, chance))
-        found.append((_criterion(values, variances, _straight(places), 0), Change(drift=drift)))
-    return min(found, key=itemgetter(0))[1]
+        models.append((_criterion(values, variances, _straight(places), 0), Change(drift=drift)))
+    return min(models, key=itemgetter(0))[1]
 
 
 def _straight(places: Array) -> Array:
     """Columns of a line, (n, 2)."""
-    away = places - places.mean()
-    return np.column_stack([np.ones(len(places)), away / np.ptp(away)])
+    centred = places - places.mean()
+    return np.column_stack([np.ones(len(places)), centred / np.ptp(centred)])
 
 
 def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
@@ -218,9 +218,9 @@ def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
     squared = along**2 / (weights * away**2).sum(axis=1)  # slopes in deviations
     columns = _straight(places)
     # The likeliest scatter about a line is less than that about the true one.
-    rest = len(values) / (len(values) - columns.shape[1])
-    each = variances + _between(values, variances, columns) * rest
-    coefficients, covariance = _fitted(values, each, columns)
+    dof = len(values) - columns.shape[1]
+    total_variances = variances + _between(values, variances, columns) * (len(values) / dof)
+    coefficients, covariance = _fitted(values, total_variances, columns)
     return Drift(
         slope=float(coefficients[1] / reach),
         deviation=float(np.sqrt(covariance[1, 1]) / reach),
@@ -249,12 +249,12 @@ def _between(values: Array, variances: Array, columns: Array) -> float:
     from scipy.optimize import minimize_scalar
 
     most = float(np.var(values)) or 1.0
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         lambda share: _misfit(share * most, values, variances, columns),
         bounds=(0.0, 1.0),
         method="bounded",
     )
-    return float(found.x) * most
+    return float(minimum.x) * most
 
 
 def _misfit(between: float, values: Array, variances: Array, columns: Array) -> float:

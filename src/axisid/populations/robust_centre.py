@@ -41,9 +41,9 @@ def squared_distances(points: Array, centre: Array, covariance: Array) -> Array:
     centre : array, (..., p)
     covariance : array, (..., p, p)
     """
-    apart = points - centre[..., None, :]
-    solved = np.linalg.solve(covariance, np.swapaxes(apart, -1, -2))
-    return np.asarray(np.sum(apart * np.swapaxes(solved, -1, -2), axis=-1))
+    residuals = points - centre[..., None, :]
+    solved = np.linalg.solve(covariance, np.swapaxes(residuals, -1, -2))
+    return np.asarray(np.sum(residuals * np.swapaxes(solved, -1, -2), axis=-1))
 
 
 def robust_scatter(points: Array) -> tuple[Array, Array]:
@@ -82,8 +82,8 @@ def robust_scatter(points: Array) -> tuple[Array, Array]:
 
 def spread_of(points: Array) -> Array:
     """Of each dimension of points, (n, p): its median deviation, so that units do not matter."""
-    apart = np.median(np.abs(points - np.median(points, axis=0)), axis=0)
-    return np.asarray(np.where(apart > 0, apart, np.std(points, axis=0)))
+    deviation = np.median(np.abs(points - np.median(points, axis=0)), axis=0)
+    return np.asarray(np.where(deviation > 0, deviation, np.std(points, axis=0)))
 
 
 def _concentrated(points: Array, chosen: Array) -> tuple[Places, Array]:
@@ -98,8 +98,8 @@ def _concentrated(points: Array, chosen: Array) -> tuple[Places, Array]:
 def _moments(points: Array) -> tuple[Array, Array]:
     """Mean, (..., p), and covariance, (..., p, p), of points (..., m, p)."""
     centre = points.mean(axis=-2)
-    apart = points - centre[..., None, :]
-    covariance = np.swapaxes(apart, -1, -2) @ apart / points.shape[-2]
+    residuals = points - centre[..., None, :]
+    covariance = np.swapaxes(residuals, -1, -2) @ residuals / points.shape[-2]
     least = _FLAT_TRACE * np.trace(covariance, axis1=-2, axis2=-1) + np.finfo(float).tiny
     return centre, covariance + least[..., None, None] * np.eye(points.shape[-1])
 
@@ -191,15 +191,15 @@ def _outlying(values: Array, covariances: Array, most: int, level: float) -> int
        Applied Statistics 41 (2), 1992.
     """
     size = values.shape[1]
-    found = 0
+    outliers = 0
     for i in range(most):
         usual = _usual_of(values[i + 1 :], covariances[i + 1 :])
         (distance,) = usual.distances(values[i : i + 1], covariances[i : i + 1])
-        left = len(values) - i
-        own = (1 - _FIRST) * 6 / (np.pi * i) ** 2 if i else _FIRST
-        if of_a_new_point(distance, left - 1, size) * left < level * own:
-            found = i + 1
-    return found
+        remaining = len(values) - i
+        share = (1 - _FIRST) * 6 / (np.pi * i) ** 2 if i else _FIRST
+        if of_a_new_point(distance, remaining - 1, size) * remaining < level * share:
+            outliers = i + 1
+    return outliers
 
 
 def _usual_of(values: Array, covariances: Array) -> Usual:

@@ -9,14 +9,12 @@ what it does not know itself.
 import dataclasses
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import fields
 from functools import cached_property
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 import msgspec
 import numpy as np
-from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 Array: TypeAlias = NDArray[np.float64]
@@ -74,9 +72,7 @@ class Exact:
     __slots__ = ()
 
     def __eq__(self, other: object) -> bool:
-        if type(other) is not type(self):
-            return NotImplemented
-        return _same_fields(self, other)
+        return same(self, other) if type(other) is type(self) else NotImplemented
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -89,10 +85,14 @@ def same(a: Any, b: Any) -> bool:
         return False
     if isinstance(a, np.ndarray):
         return bool(a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes())
-    if isinstance(a, Struct):
+    if isinstance(a, msgspec.Struct):
         return all(same(getattr(a, name), getattr(b, name)) for name in a.__struct_fields__)
-    if dataclasses.is_dataclass(a) and not _says_itself(type(a)):
-        return _same_fields(a, b)
+    # A dataclass by its fields, unless it has an equality that it wrote itself.
+    if dataclasses.is_dataclass(a) and (
+        a.__dataclass_params__.eq or type(a).__eq__ in (object.__eq__, Exact.__eq__)  # type: ignore[union-attr]
+    ):
+        names = [field.name for field in dataclasses.fields(a) if field.compare]
+        return all(same(getattr(a, name), getattr(b, name)) for name in names)
     if isinstance(a, Mapping):
         return list(a) == list(b) and all(same(a[key], b[key]) for key in a)
     if isinstance(a, (tuple, list)):
@@ -100,17 +100,6 @@ def same(a: Any, b: Any) -> bool:
     if isinstance(a, float):
         return a == b or (a != a and b != b)
     return bool(a == b)
-
-
-def _same_fields(a: Any, b: Any) -> bool:
-    names = [field.name for field in dataclasses.fields(a) if field.compare]
-    return all(same(getattr(a, name), getattr(b, name)) for name in names)
-
-
-def _says_itself(kind: Any) -> bool:
-    """Whether a dataclass has an equality of its own, neither made for it nor one of `Exact`."""
-    made = kind.__dataclass_params__.eq
-    return not made and kind.__eq__ not in (object.__eq__, Exact.__eq__)
 
 
 if TYPE_CHECKING:
@@ -202,4 +191,4 @@ class Uncached:
     __slots__ = ()
 
     def __getstate__(self) -> dict[str, Any]:
-        return {each.name: getattr(self, each.name) for each in fields(self)}  # type: ignore[arg-type]
+        return {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}  # type: ignore[arg-type]

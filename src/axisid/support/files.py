@@ -13,8 +13,6 @@ import shutil
 import stat
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from hashlib import sha256
-from io import BufferedReader
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +20,7 @@ from .errors import AxisidError, DataError, EstimationError, UsageError
 
 
 @contextmanager
-def opened_regular(path: Path) -> Iterator[BufferedReader]:
+def opened_regular(path: Path) -> Iterator[io.BufferedReader]:
     """Open a regular file for reading; a link is followed.
 
     Raises
@@ -51,6 +49,12 @@ def read_regular(path: Path) -> bytes:
     """
     with opened_regular(path) as file:
         return file.read()
+
+
+def axis_file(name: str) -> tuple[Path, str]:
+    """The file that an axis is named by, and its variable: of ``FILE.py:VARIABLE``, else empty."""
+    head, python, variable = name.partition(".py:")
+    return Path(f"{head}.py" if python else name), variable
 
 
 def replace_file(path: Path, content: str | bytes) -> None:
@@ -129,15 +133,6 @@ def kept_if_filled(place: Path) -> Iterator[None]:
 Stamp = tuple[int, int, int, int]
 
 
-def changed(file: Path) -> DataError:
-    """The error of a file that changed while it was read."""
-    return DataError(
-        f"{file} changed while it was read. Wait until what writes it has closed it, or take a "
-        "copy, and read that.",
-        code="log-file",
-    )
-
-
 def stamps(path: Path) -> dict[Path, Stamp]:
     """The stamp of a file, or of every file of a folder.
 
@@ -151,7 +146,7 @@ def stamps(path: Path) -> dict[Path, Stamp]:
     return {f: (s.st_dev, s.st_ino, s.st_size, s.st_mtime_ns) for f, s in found.items()}
 
 
-def digest_of(files: Iterator[Path] | list[Path]) -> str:
+def digest_of(files: list[Path]) -> str:
     """SHA-256 of the contents of files, one after the other."""
     digest = hashlib.sha256()
     for file in files:
@@ -160,21 +155,25 @@ def digest_of(files: Iterator[Path] | list[Path]) -> str:
     return digest.hexdigest()
 
 
-def read_whole(file: Path) -> tuple[bytes, str]:
-    """The content of a file and its SHA-256.
+@contextmanager
+def unchanged(path: Path) -> Iterator[list[Path]]:
+    """A file, or the files of a folder, which do not change while something is done.
 
     Raises
     ------
     OSError
-        It cannot be read.
+        One cannot be read.
     DataError
-        It changed meanwhile.
+        One changed meanwhile.
     """
-    before = stamps(file)
-    content = file.read_bytes()
-    if stamps(file) != before:
-        raise changed(file)
-    return content, hashlib.sha256(content).hexdigest()
+    before = stamps(path)
+    yield list(before)
+    if stamps(path) != before:
+        raise DataError(
+            f"{path} changed while it was read. Wait until what writes it has closed it, or take a "
+            "copy, and read that.",
+            code="log-file",
+        )
 
 
 #: How a result becomes a file.
@@ -258,7 +257,7 @@ def digest(document: Mapping[str, Any]) -> str:
     """
     others = {name: value for name, value in document.items() if name != "digest"}
     floats = json.loads(json.dumps(others), parse_int=float)
-    return sha256(json.dumps(floats, sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(floats, sort_keys=True).encode()).hexdigest()
 
 
 def is_unchanged(document: Mapping[str, Any]) -> bool:

@@ -7,7 +7,6 @@ has one job at a time, so it is known which one that was.
 
 import contextlib
 import math
-import multiprocessing
 import os
 import signal
 import threading
@@ -16,9 +15,8 @@ from concurrent.futures import BrokenExecutor, Executor, Future
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain, islice
-from multiprocessing import resource_tracker
+from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.connection import Connection, wait
-from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
 from time import monotonic
 from typing import Any, Literal, TypeAlias, TypeVar
@@ -32,6 +30,7 @@ Value = TypeVar("Value")
 #: The place of an item, the item, and which attempt this is.
 _Job: TypeAlias = tuple[int, Any, int]
 
+_START: _Job = (-1, None, 1)  # the first job of a worker: to be ready
 _PATIENCE = 1.0  # s until a worker that was told to end is killed
 _ATTEMPTS = 2  # how often a job is begun whose worker is killed: it may be innocent once
 _MOST_STILLBORN = 3  # workers in a row that end before they are ready
@@ -139,16 +138,13 @@ class _Worker:
     """A process that was started afresh, not forked, and the pipe to it."""
 
     def __init__(self, function: Callable[[Any], Any]) -> None:
-        context = multiprocessing.get_context("spawn")
+        context = get_context("spawn")
         self.pipe, theirs = context.Pipe()
-        self.process: BaseProcess = context.Process(
-            target=_serve, args=(theirs, function), daemon=True
-        )
+        self.process = context.Process(target=_serve, args=(theirs, function), daemon=True)
         with started_with_one_thread(), _without_interrupts():
             self.process.start()
         theirs.close()  # so that the pipe ends when the process does
-        self.is_ready = False
-        self.job: _Job | None = None
+        self.job: _Job | None = _START
         self.until = math.inf  # when its job is given up
 
     def begin(self, job: _Job, limit: float | None) -> None:
@@ -184,7 +180,7 @@ def _serve(pipe: Connection, function: Callable[[Any], Any]) -> None:
 
 def _end_with_parent() -> None:
     """End this process when the one that started it is gone, whatever a job does meanwhile."""
-    parent = multiprocessing.parent_process()
+    parent = parent_process()
     if parent is not None:
         wait([parent.sentinel])
         os._exit(1)
@@ -233,27 +229,27 @@ class _Processes:
                         yield worker.job[0], _timed_out(self._limit)
         finally:
             for worker in self._workers:
-                worker.end(_PATIENCE if worker.job is None and worker.is_ready else 0.0)
+                worker.end(_PATIENCE if worker.job is None else 0.0)
 
     def _busy(self) -> list[_Worker]:
         """Workers that are to say something, after those that wait were given jobs."""
-        idle = [worker for worker in self._workers if worker.is_ready and worker.job is None]
+        idle = [worker for worker in self._workers if worker.job is None]
         while (idle or len(self._workers) < self._jobs) and (job := next(self._queue, None)):
             if idle:
                 idle.pop().begin(job, self._limit)
             else:
                 self._workers.append(_Worker(self._function))
                 self._queue = chain([job], self._queue)
-        return [w for w in self._workers if w.job is not None or not w.is_ready]
+        return [worker for worker in self._workers if worker.job is not None]
 
     def _heard(self, worker: _Worker) -> Iterator[tuple[int, Any]]:
         """What a worker says: that it is ready, what it made of its job, or that it is dead."""
-        place, item, attempts = worker.job or (0, None, 0)
+        place, item, attempts = job = worker.job or _START
         try:
             made = worker.pipe.recv()
         except (EOFError, OSError):
             how = self._leave(worker, _PATIENCE)
-            if not worker.is_ready:
+            if job is _START:
                 self._stillborn += 1
             elif attempts < _ATTEMPTS:
                 self._queue = chain([(place, item, attempts + 1)], self._queue)
@@ -267,10 +263,9 @@ class _Processes:
                     code="jobs",
                 ) from None
             return
-        if worker.is_ready:
-            worker.job, worker.until = None, math.inf
+        worker.job, worker.until, self._stillborn = None, math.inf, 0
+        if job is not _START:
             yield place, made
-        worker.is_ready, self._stillborn = True, 0
 
     def _leave(self, worker: _Worker, patience: float = 0.0) -> str:
         self._workers.remove(worker)

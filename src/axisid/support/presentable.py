@@ -1,7 +1,7 @@
 """The one way from a result to what it looks like: results hold data, presentation shows them."""
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -45,8 +45,7 @@ class Presentable:
         UsageError
             The ending is another one, or the file cannot be written.
         """
-        path: Path = view_of("saved_as", self, file, **how)
-        return path
+        return cast("Path", view_of("saved_as", self, file, **how))
 
     def plot(self, what: str = "", **how: Any) -> "Figure":
         """Draw one of the result's figures.
@@ -66,8 +65,7 @@ class Presentable:
         UsageError
             There is no such figure, or nothing to draw in it.
         """
-        drawn: Figure = view_of("figure_of", self, what, **how)
-        return drawn
+        return cast("Figure", view_of("figure_of", self, what, **how))
 
     def to_frame(self, library: str | None = None) -> Any:
         """The result's numbers as a dataframe.

@@ -14,13 +14,13 @@ from scipy.special import ndtri
 
 from axisid.estimation.choices import FIT
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.fleets import FleetRow, Ledger, fleet_value, read_ledger, strays
+from axisid.fleets import LEDGER, FleetRow, fleet_value, read_ledger, strays
 from axisid.populations import LARGEST
 from axisid.presentation.saved import SavedIdentification, SavedOutputFit, load_result
 from axisid.support.errors import DataError, UsageError, first_of, quoted
 
-#: The ledger of a folder.
-Ledgers: TypeAlias = Callable[[Path], Ledger]
+#: The rows of a folder's ledger, and what is broken in it.
+Ledgers: TypeAlias = Callable[[Path], tuple[dict[str, FleetRow], str]]
 #: A result of which there are several over time.
 Saved: TypeAlias = SavedIdentification | SavedOutputFit
 
@@ -122,14 +122,14 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
             code="trend",
         )
     found = [
-        _point_of(saved, ledgers(file.parent).rows.get(file.stem), method)
+        _point_of(saved, ledgers(file.parent)[0].get(file.stem), method)
         for saved in every
         for file in [Path(saved.file)]
     ]
     folders = [
         Path(each) for each in given if isinstance(each, (str, Path)) and os.path.isdir(each)
     ]
-    notes = [note for each in folders for note in _left_out(each, ledgers(each), {*files})]
+    notes = [note for each in folders for note in _left_out(each, *ledgers(each), {*files})]
     if not found:
         raise UsageError(
             " ".join(
@@ -152,7 +152,7 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
         raise UsageError(f"a result is {quoted(given)}; give a file, a folder or load_result(...).")
     files = [given]
     if os.path.isdir(given):
-        done = ledgers(Path(given)).rows
+        done, _ = ledgers(Path(given))
         kept = last_results(done.values())
         # What a fleet did not write in its folder may be anything.
         files = [f for f in sorted(Path(given).glob("*.json")) if not done or f.stem in kept]
@@ -167,18 +167,20 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
         yield found
 
 
-def _left_out(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
+def _left_out(
+    folder: Path, rows: dict[str, FleetRow], broken: str, named: set[Path]
+) -> Iterator[str]:
     """What is said of the results of a folder that its ledger has not."""
-    if not ledger.rows:
-        if ledger.broken:
-            yield f"{ledger.broken}: serial numbers and conditions are not known."
-        return
-    left = strays(folder, ledger.rows)
-    if left := [name for name in left if (folder / f"{name}.json").resolve() not in named]:
+    left = [
+        name for name in strays(folder, rows) if (folder / f"{name}.json").resolve() not in named
+    ]
+    if not rows and broken:
+        yield f"{broken}: serial numbers and conditions are not known."
+    elif rows and left:
         of = "1 result is" if len(left) == 1 else f"{len(left)} results are"
-        why = f" {ledger.broken}." if ledger.broken else ""
+        why = f" {broken}." if broken else ""
         yield (
-            f"{of} left out that {ledger.file} has no line of: {first_of(left)}.{why} Give the "
+            f"{of} left out that {folder / LEDGER} has no line of: {first_of(left)}.{why} Give the "
             "files by name, or identify the logs again with axisid fleet --resume."
         )
 

@@ -98,8 +98,8 @@ def chart_of(
     set_aside : sequence of int
         Results, from 0, that set no limits and tell no change.
     """
-    own = [point.parameters[parameter] for point in points]
-    values, deviations = (np.array([getattr(v, n) for v in own]) for n in ("value", "sd"))
+    estimates = [point.parameters[parameter] for point in points]
+    values, deviations = (np.array([getattr(v, n) for v in estimates]) for n in ("value", "sd"))
     level = TREND_LEVEL.value / parameters
     counted = np.setdiff1d(np.arange(len(points)), np.array(set_aside, dtype=np.intp))
     change = change_in(values[counted], deviations[counted] ** 2, np.array(places)[counted], level)
@@ -113,11 +113,11 @@ def chart_of(
     limits, beyond = _limits(values, deviations, line, before, level)
     return Chart(
         parameter=parameter,
-        unit=own[0].unit,
+        unit=estimates[0].unit,
         values=values,
         deviations=deviations,
-        low=np.array([v.interval_95[0] for v in own]),
-        high=np.array([v.interval_95[1] for v in own]),
+        low=np.array([v.interval_95[0] for v in estimates]),
+        high=np.array([v.interval_95[1] for v in estimates]),
         limits=limits,
         beyond=beyond,
         steps=steps,
@@ -132,11 +132,11 @@ def _limits(
     if len(before) < _MIN_SERIES:
         few = "1 result tells" if len(before) == 1 else f"{len(before)} results tell"
         return Missing(f"{few} no limits; {_MIN_SERIES} or more do"), ()
-    variances, apart = deviations**2, (values - line)[before]
-    if np.ptp(apart) <= _ROUNDING * np.max(np.abs(values[before])):
+    variances, residuals = deviations**2, (values - line)[before]
+    if np.ptp(residuals) <= _ROUNDING * np.max(np.abs(values[before])):
         return Missing("the values do not scatter"), ()
-    found = alike_points(apart[:, None], variances[before, None, None], level)
-    usual = found.usual
+    alike = alike_points(residuals[:, None], variances[before, None, None], level)
+    usual = alike.usual
     each = limit_of_a_new_point(level / len(values), usual.count, 1)
     spread = np.sqrt(each * (usual.between[0, 0] + variances))
     centre = usual.centre[0] + line
@@ -149,7 +149,7 @@ def _limits(
         lower=lower,
         upper=upper,
     )
-    return limits, tuple(sorted({*before[list(found.far)].tolist(), *outside.tolist()}))
+    return limits, tuple(sorted({*before[list(alike.far)].tolist(), *outside.tolist()}))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,6 +1,6 @@
 """Results over time, by axis and machine, as a table and as plain data."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -142,19 +142,18 @@ class Trend(Reported):
             The ending is another one, or the place cannot be written to.
         """
         path = Path(file)
-        if path.suffix == ".csv":
-            content = _csv(self.series)
-        elif path.suffix == ".html":
-            content = trend_page(self.series, self.by, self.document())
-        elif path.suffix == ".json":
-            content = json_text(self.to_dict())
-        else:
+        writers: dict[str, Callable[[], str]] = {
+            ".csv": lambda: _csv(self.series),
+            ".html": lambda: trend_page(self.series, self.by, self.document()),
+            ".json": lambda: json_text(self.to_dict()),
+        }
+        if path.suffix not in writers:
             raise UsageError(
-                f"the trend cannot be written to {path}; give a name that ends in .csv, .html, "
-                ".json.",
+                f"the trend cannot be written to {path}; give a name that ends in "
+                f"{', '.join(writers)}.",
                 code="trend",
             )
-        return write_file(path, content)
+        return write_file(path, writers[path.suffix]())
 
 
 def trend(

@@ -18,7 +18,7 @@ from axisid.estimation.simulation import twin_plan
 from axisid.estimation.twins import Chain
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import UsageError, is_real, is_whole, quoted
-from axisid.support.files import csv_text, kept_if_filled, replace_file, write_file
+from axisid.support.files import axis_file, csv_text, kept_if_filled, replace_file, write_file
 from axisid.support.progress import Progress, with_progress
 
 _FIRST_DAY = date(2026, 1, 1)
@@ -41,7 +41,8 @@ class TwinMachines:
         With an experiment and its true values.
     count, days : int
     scatter : mapping of str to float
-        By parameter, the relative deviation between machines, at most 1.
+        By parameter, the relative deviation between machines, at most 1; by ``""`` that of all
+        others.
     drift : mapping of str to float
         By parameter, the share of its value that it changes by a day, from -1 to 1.
     noise : Chain or None
@@ -79,17 +80,20 @@ class TwinMachines:
                     code="twin",
                 )
         true = self.true_values
-        shares = [("scatter", *each) for each in self.scatter.items()]
-        for what, name, share in (*shares, *(("drift", *each) for each in self.drift.items())):
+        shares = [("scatter", *each, {"": 1.0, **true}) for each in self.scatter.items()]
+        shares += [("drift", *each, true) for each in self.drift.items()]
+        for what, name, share, of in shares:
             wrong = ""
-            if name not in true:
+            if name not in of:
                 wrong = f"the axis does not declare it; its parameters are {', '.join(true)}"
             elif not (is_real(share) and abs(share) <= 1 and (share >= 0 or what == "drift")):
                 wrong = "give a share of its value, at most 1, such as 0.02 for 2 %"
-            elif share and not true[name]:
+            elif share and not of[name]:
                 wrong = "its true value is 0; give it another one as its truth, or leave that out"
             if wrong:
-                raise UsageError(f"the {what} of {name} is {quoted(share)}: {wrong}.", code="twin")
+                raise UsageError(
+                    f"the {what} of {name or 'all'} is {quoted(share)}: {wrong}.", code="twin"
+                )
         noise_of(self.noise, self.axis)
 
     @property
@@ -110,7 +114,7 @@ class TwinMachines:
         )
         return {
             name: value
-            * math.exp(self.scatter.get(name, 0.0) * drawn[name])
+            * math.exp(self.scatter.get(name, self.scatter.get("", 0.0)) * drawn[name])
             * (1 + self.drift.get(name, 0.0) * day)
             for name, value in true.items()
         }
@@ -255,12 +259,11 @@ def _log_names(machines: TwinMachines, ending: str) -> dict[str, tuple[int, int]
 
 def _from(folder: Path, axis: str) -> str:
     """What names an axis, a file as from a folder."""
-    head, python, variable = axis.partition(".py:")
-    file = Path(f"{head}.py" if python else axis)
+    file, variable = axis_file(axis)
     if file.suffix not in (".py", ".toml"):
         return axis
     try:
         told = os.path.relpath(file.resolve(), folder)
     except ValueError:  # on another drive of Windows
         told = str(file.resolve())
-    return f"{told}:{variable}" if python else told
+    return f"{told}:{variable}" if variable else told

@@ -22,12 +22,6 @@ KINDS = (
 QUICK = ("--method", "idm-ls")
 
 
-@pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def done(run: Run, *arguments: object) -> None:
     code, _, err = run(*arguments)
     assert code == 0, err

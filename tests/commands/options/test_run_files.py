@@ -1,6 +1,7 @@
 """How a log is read: by options, or by a run.toml, which stands in its place in every command."""
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from axisid.fleets import gather_items
 from tests.run_files import run_file
 
 Run = Callable[..., tuple[int, str, str]]
+Refused = Callable[..., str]
 LS = ("--method", "idm-ls", "--bootstrap", "0")
 NAMED = {"time": "t", "reference": "r", "position": "pos", "control": "volts"}
 
@@ -70,25 +72,22 @@ def test_options_go_before_it_and_a_second_record_is_as_its_own_says(run: Run, l
     assert found["record"]["windows"] == [[0.3, 2.0]]
 
 
-def test_its_mistakes_are_listed_and_it_is_no_axis(run: Run, log: Path) -> None:
+def test_its_mistakes_are_listed_and_it_is_no_axis(refused: Refused, log: Path) -> None:
     file = run_file(log, gapz="split", mask="clip")
-    code, out, err = run("identify", "emps2015", file)
-    lines = err.splitlines()
-    assert (code, out) == (3, "")
+    lines = refused("identify", "emps2015", file, code=3).splitlines()
     assert lines[0].endswith("run.toml has 2 mistakes:")
     assert "gapz: there is no such key" in lines[1]
     assert "Did you mean 'gaps'?" in lines[1]
     assert lines[2] == "  mask: there is no mask 'clip'; choose from clipped."
-    code, _, err = run("identify", file, "emps2015")
-    assert (code, "is a log; the axis comes first" in err) == (2, True)
-    code, _, err = run("identify", "emps2015", run_file(log), "--json", log, "--force")
-    assert (code, "it is an input of this run" in err) == (2, True)
+    wrong = run_file(log, **{**SAID, "resample": 100.0})  # which the log alone tells
+    refused("identify", "emps2015", wrong, says="its noise would fold", code=3)
+    refused("identify", file, "emps2015", says="is a log; the axis comes first")
+    to_log = ("--json", log, "--force")
+    refused("identify", "emps2015", run_file(log), *to_log, says="it is an input of this run")
 
 
-def test_a_list_of_axes_ends_before_it(run: Run, log: Path) -> None:
-    code, _, err = run("compare", "--axes", "emps2015", run_file(log, **SAID))
-    assert code == 2
-    assert "two axes or more" in err
+def test_a_list_of_axes_ends_before_it(refused: Refused, log: Path) -> None:
+    refused("compare", "--axes", "emps2015", run_file(log, **SAID), says="two axes or more")
 
 
 @pytest.mark.slow
@@ -123,17 +122,11 @@ def test_new_keeps_what_is_there_and_stays_beside_the_log(run: Run, log: Path) -
         assert said in err
 
 
-def _copy(log: Path, folder: Path) -> Path:
-    copied = folder / "log.csv"
-    copied.write_bytes(log.read_bytes())
-    return copied
-
-
 def test_a_fleet_takes_it_from_folders_manifests_and_python(log: Path) -> None:
     logs = log.parent / "logs"
     for name in ("a", "b"):
         (logs / name).mkdir(parents=True)
-        run_file(_copy(log, logs / name), **SAID)
+        run_file(Path(shutil.copy(log, logs / name)), **SAID)
     (logs / "axis.toml").write_text('name = "mine"\n')
     items = gather_items(logs, log.parent / "out")
     assert [Path(item.log).relative_to(logs).as_posix() for item in items] == [
@@ -174,10 +167,9 @@ def test_identify_has_few_options_below_titles(run: Run) -> None:
     assert all(f"\n  {option.opts[-1]}" in said for option in options)
 
 
-def test_a_key_that_is_taken_for_an_option_is_told(run: Run) -> None:
-    code, _, err = run("identify", "emps", "log.csv", "--sample-period", "1e-3")
-    assert code == 2
-    assert "the key sample_period of a log's run.toml, which axisid new --record" in err
+def test_a_key_that_is_taken_for_an_option_is_told(refused: Refused) -> None:
+    said = "the key sample_period of a log's run.toml, which axisid new --record"
+    refused("identify", "emps", "log.csv", "--sample-period", "1e-3", says=said)
 
 
 FILTER = ("--method", "idm-ls")
@@ -207,7 +199,7 @@ def values(result: dict[str, Any]) -> list[float]:
 
 @pytest.mark.slow
 def test_a_column_whose_name_has_a_comma_is_quoted(
-    run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
+    run: Run, refused: Refused, tmp_path: Path, columns: dict[str, np.ndarray]
 ) -> None:
     named = {"t": columns["t"], "pos": columns["pos"], "volts, raw": columns["volts"]}
     file = write(tmp_path / "comma.csv", named, german=True)
@@ -221,9 +213,8 @@ def test_a_column_whose_name_has_a_comma_is_quoted(
         'time=t, position=pos,"control=volts, raw:V"',
     )
     assert found["record"]["columns"]["control"] == "volts, raw"
-    code, _, err = run("identify", "emps2015", file, "--columns", "time=t,control=volts, raw")
-    assert code == 2
-    assert "quote a pair whose name has a comma" in " ".join(err.split())
+    unquoted = ("--columns", "time=t,control=volts, raw")
+    refused("identify", "emps2015", file, *unquoted, says="quote a pair whose name has a comma")
 
 
 @pytest.mark.slow
@@ -279,7 +270,7 @@ def test_log_in_other_units_and_another_dialect_gives_the_same_estimates(
     ],
 )
 def test_what_cannot_be_done_is_one_sentence(
-    run: Run,
+    refused: Refused,
     tmp_path: Path,
     columns: dict[str, np.ndarray],
     options: list[str],
@@ -288,10 +279,8 @@ def test_what_cannot_be_done_is_one_sentence(
 ) -> None:
     file = write(tmp_path / "log.csv", columns)
     chosen = [] if "--columns" in options else ["--columns", CHOSEN]
-    got, out, err = run("identify", "emps2015", file, *chosen, *options)
-    assert (got, out) == (code, "")
-    assert message in err
-    assert err.count("\n") == 1
+    said = refused("identify", "emps2015", file, *chosen, *options, says=message, code=code)
+    assert said.count("\n") == 1
 
 
 @pytest.mark.slow

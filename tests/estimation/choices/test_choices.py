@@ -1,5 +1,12 @@
 """The rows that say what users may choose are those that are run, and cheap to look at."""
 
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import pytest
+
+from axisid import Record, UsageError, fit, identify, monte_carlo
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.choices import (
     COVARIANCE_ROWS,
     METHOD_ROWS,
@@ -24,6 +31,26 @@ def test_every_row_is_in_the_table_that_is_run() -> None:
 
 def test_models_are_compared_by_the_inverse_model_alone() -> None:
     assert all(METHODS[name].form is InverseForm for name in comparison_methods())
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments"),
+    [
+        (identify, ({"methods": 5}, {"local": 5}, {"known": 5})),
+        (fit, ({n: 5} for n in ("output", "weights", "bounds", "prior", "fixed", "free", "known"))),
+        (monte_carlo, ({"runs": 1, "methods": 5}, {"runs": 1, "truth": 5})),
+    ],
+)
+def test_what_is_no_list_and_no_mapping_is_refused_with_a_sentence(
+    function: Callable[..., object],
+    arguments: Iterable[dict[str, Any]],
+    emps2015: GeneratedAxis,
+    twin: Record,
+) -> None:
+    record = [] if function is monte_carlo else [twin]
+    for each in arguments:
+        with pytest.raises(UsageError, match=r"\b5\b"):
+            function(emps2015, *record, **each)
 
 
 def test_of_methods_that_give_one_estimate_one_is_told() -> None:

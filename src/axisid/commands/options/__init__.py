@@ -5,14 +5,16 @@ what a command does with them, and of how a result looks.
 """
 
 from .estimator_options import (
+    VALUE as VALUE,
     Filtering as Filtering,
     Fitting as Fitting,
     bootstrap_option as bootstrap_option,
     bounded_option as bounded_option,
-    check_methods as check_methods,
     fix_option as fix_option,
     loss_option as loss_option,
     method_option as method_option,
+    one_or_all as one_or_all,
+    parts as parts,
 )
 from .groups import (
     Command as Command,
@@ -23,6 +25,7 @@ from .groups import (
     complete_file as complete_file,
     completion as completion,
     option as option,
+    reading as reading,
     takes as takes,
 )
 from .inputs import (

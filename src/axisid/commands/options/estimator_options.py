@@ -13,11 +13,12 @@ from axisid.estimation.choices import (
     OUTPUTS,
     RESTS,
     ROW_LOSSES,
+    fitted_output,
     method_names,
 )
 
 from . import stages
-from .groups import Options, option
+from .groups import Options, option, reading
 from .inputs import names_in
 
 #: Of the option ``--bootstrap``.
@@ -28,6 +29,15 @@ BOOTSTRAP: dict[str, Any] = {
     "type": click.IntRange(0, 100_000),
     "metavar": "N",
 }
+
+
+def one_or_all(methods: tuple[str, ...]) -> tuple[str, ...]:
+    """Methods, of which all stand by themselves, but for fits."""
+    if "all" in methods and any(each != "all" and not fitted_output(each) for each in methods):
+        raise click.UsageError("--method all is by itself; name those that are wanted, or none.")
+    return methods
+
+
 method_option = click.option(
     "--method",
     "methods",
@@ -35,6 +45,7 @@ method_option = click.option(
     multiple=True,
     default=("all",),
     show_default="all",
+    callback=reading(one_or_all),
     help="Estimator, again for each: ls least squares, iv instruments, idm and ddm of the inverse "
     "and the direct model, didim output error of the force by the simulated loop, where the "
     "control law is right; all runs what axis and record allow, and says what it left out.",
@@ -54,8 +65,11 @@ loss_option = click.option(
 )
 bootstrap_option = click.option("--bootstrap", show_default=True, **BOOTSTRAP)
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_BOUND = re.compile(rf"\s*(\w+)\s*=\s*({_NUMBER})?\s*\.\.\s*({_NUMBER})?\s*")
-_WEIGHT = re.compile(rf"\s*([\w-]+)\s*=\s*({_NUMBER})\s*")
+_BOUND = rf"\s*(\w+)\s*=(?=.*\d)\s*({_NUMBER})?\s*\.\.\s*({_NUMBER})?\s*"
+_PRIOR = rf"\s*(\w+)\s*=\s*({_NUMBER})\s*(?:\+-|\+/-|±)\s*({_NUMBER})\s*"
+_WEIGHT = rf"\s*([\w-]+)\s*=\s*({_NUMBER})\s*"
+#: A value of a name, or of none, and whether it is in per cent.
+VALUE = rf"(?:\s*(\w+)\s*=)?\s*({_NUMBER})\s*(%)?"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,66 +105,51 @@ class Filtering(Options):
         return stages.Prefilter.suited(period, **given)
 
 
-def check_methods(methods: tuple[str, ...]) -> None:
-    """Refuse all methods with others."""
-    if "all" in methods and len(methods) > 1:
-        raise click.UsageError("--method all is by itself; name those that are wanted, or none.")
-
-
 def fix_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Add ``--fix``, which the command takes as `fix`."""
     return click.option("--fix", multiple=True, metavar="NAME=VALUE[+-SD]", help=said)
 
 
-def _names(texts: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(name for text in texts for name in names_in(text))
-
-
 def _outputs(texts: tuple[str, ...]) -> tuple[str, ...]:
-    for name in _names(texts):
+    names = names_in(",".join(texts))
+    for name in names:
         if name not in OUTPUTS:
             raise click.BadParameter(
                 f"there is no output {name!r}; choose from {', '.join(OUTPUTS)}."
             )
-    return _names(texts)
+    return names
+
+
+def parts(texts: tuple[str, ...], form: str, wrong: str) -> list[tuple[str, ...]]:
+    """The groups that each text has of a form; what is said of a text without it goes after it."""
+    found = [(text, re.fullmatch(form, text)) for text in texts]
+    for text, match in found:
+        if match is None:
+            raise click.BadParameter(f"{text!r} {wrong}")
+    return [match.groups(default="") for _, match in found if match]
 
 
 def _priors(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
-    found = stages.read_fixed(texts)
-    for text, (_, deviation) in zip(texts, found.values(), strict=True):
-        if not deviation:
-            raise click.BadParameter(
-                f"{text!r} has no standard deviation; write NAME=VALUE+-SD, or --fix {text} "
-                "where it is exact."
-            )
-    return found
+    wrong = (
+        "has no standard deviation; write NAME=VALUE+-SD, or --fix NAME=VALUE where it is exact."
+    )
+    return {name: (float(v), float(sd)) for name, v, sd in parts(texts, _PRIOR, wrong)}
 
 
 def _bounds(texts: tuple[str, ...]) -> dict[str, tuple[float | None, float | None]]:
-    found = {}
-    for text in texts:
-        match = _BOUND.fullmatch(text)
-        if match is None or not (match[2] or match[3]):
-            raise click.BadParameter(
-                f"{text!r} bounds nothing; write NAME=LOW..HIGH, SI, one of them left out for "
-                "none, as in Fv=0.."
-            )
-        low, high = (float(x) if x else None for x in (match[2], match[3]))
-        found[match[1]] = (low, high)
-    return found
+    wrong = "bounds nothing; write NAME=LOW..HIGH, SI, one of them left out for none, as in Fv=0.."
+    return {
+        name: (float(low) if low else None, float(high) if high else None)
+        for name, low, high in parts(texts, _BOUND, wrong)
+    }
 
 
 def _weights(texts: tuple[str, ...]) -> dict[str, float] | None:
-    found = {}
-    for text in texts:
-        match = _WEIGHT.fullmatch(text)
-        if match is None:
-            raise click.BadParameter(
-                f"{text!r} weighs nothing; write OUTPUT=NUMBER, the inverse of the deviation of "
-                "its errors, as in position=2e5."
-            )
-        found[match[1]] = float(match[2])
-    return found or None
+    wrong = (
+        "weighs nothing; write OUTPUT=NUMBER, the inverse of the deviation of its errors, as in "
+        "position=2e5."
+    )
+    return {name: float(weight) for name, weight in parts(texts, _WEIGHT, wrong)} or None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -219,7 +218,7 @@ class Fitting(Options):
         "Gains of the control law that are searched with the parameters, the drive's gain, "
         "its lag or its delay, or the start of the loops: start_position, start_velocity, or start "
         "for both.",
-        read=_names,
+        read=lambda texts: names_in(",".join(texts)),
         multiple=True,
         metavar="NAME[,NAME]",
     )

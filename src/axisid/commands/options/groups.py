@@ -6,18 +6,19 @@ ignored are refused: the user meant something by them. Shells complete commands,
 """
 
 import functools
+import re
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import click
 from click.core import ParameterSource
-from click.shell_completion import CompletionItem, get_completion_class
+from click.shell_completion import BashComplete, CompletionItem, FishComplete, ZshComplete
 
 from axisid.estimation.choices import LOG_KEYS
+from axisid.support.errors import AxisidError
 
 
 def option(
@@ -42,18 +43,25 @@ def option(
     name : str
         Without its dashes, where it is not that of the field.
     read : callable, optional
-        Makes the field's value of the option's; what it raises as `click.BadParameter` is of the
-        option.
+        Makes the field's value of the option's.
     **how
         Further arguments of `click.option`, such as its type.
     """
     if key:
         row = LOG_KEYS[key]
         said, name, how = row.said, row.option, {"metavar": row.metavar, **how}
-    is_flag = isinstance(default, bool)
-    shown = {"is_flag": True} if is_flag else {"show_default": default is not None}
+    if read is not None:
+        how["callback"] = reading(read)
+    shown = (
+        {"is_flag": True} if isinstance(default, bool) else {"show_default": default is not None}
+    )
     asked = {"help": said, "default": default, **shown, **how}
-    return field(default=default, metadata={"name": name, "read": read, "option": asked})
+    return field(default=default, metadata={"name": name, "option": asked})
+
+
+def reading(read: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
+    """The callback of an option whose text is read; a shell that completes has no need of it."""
+    return lambda ctx, _, value: value if ctx.resilient_parsing else read(value)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,15 +97,8 @@ def takes(
     def add(command: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(command)
         def collected(**values: Any) -> None:
-            made = {}
-            for each in chosen:
-                value, read = values.pop(f"{parameter}_{each.name}"), each.metadata["read"]
-                try:
-                    made[each.name] = value if read is None else read(value)
-                except click.BadParameter as error:
-                    error.param_hint = names[each.name]
-                    raise
-            command(**{parameter: group(**made)}, **values)
+            own = {each.name: values.pop(f"{parameter}_{each.name}") for each in chosen}
+            command(**{parameter: group(**own)}, **values)
 
         for each in reversed(chosen):
             asked, name = each.metadata["option"], f"{parameter}_{each.name}"
@@ -124,8 +125,29 @@ _SAID = {
 }
 
 
+#: A setting in a sentence: ``gaps="split"``, ``resample=HZ``, ``columns position=NAME``.
+_SETTING = re.compile(r'\b(\w+)(?:="([\w.-]+)"|=([A-Z]+)\b| (\w+=NAME|FROM\.\.TO))')
+
+
 class Command(click.Command):
-    """A command that takes an option once, unless the option is a list; its help has titles."""
+    """A command that takes an option once, unless the option is a list; its help has titles.
+
+    What it refuses has settings as they are typed, ``--gaps split``.
+    """
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run it."""
+        options = {name for parameter in self.params for name in parameter.opts}
+
+        def typed(found: re.Match[str]) -> str:
+            option = f"--{found[1].replace('_', '-')}"
+            return f"{option} {found[2] or found[3] or found[4]}" if option in options else found[0]
+
+        try:
+            return super().invoke(ctx)
+        except AxisidError as error:
+            error.args = (_SETTING.sub(typed, error.args[0]), *error.args[1:])
+            raise
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, each below its title."""
@@ -148,7 +170,7 @@ class Command(click.Command):
         """Refuse what is given again, of which only the last would count."""
         if not ctx.resilient_parsing:
             try:
-                *_, order = self.make_parser(ctx).parse_args(args=[*args])
+                given, _, order = self.make_parser(ctx).parse_args(args=[*args])
             except click.NoSuchOption as error:
                 key = error.option_name.lstrip("-").replace("-", "_")
                 if key not in LOG_KEYS:
@@ -158,13 +180,29 @@ class Command(click.Command):
                     "which axisid new --record LOG writes.",
                     ctx,
                 ) from error
-            for parameter, times in Counter(order).items():
-                if times == 1 or not isinstance(parameter, click.Option) or parameter.multiple:
-                    continue
-                if not parameter.is_flag or parameter.secondary_opts:  # a flag says the same again
-                    names = "/".join((*parameter.opts, *parameter.secondary_opts))
-                    raise click.UsageError(f"{names} is given {times} times; give it once.", ctx)
+            for option in dict.fromkeys(order):
+                if isinstance(option, click.Option):
+                    for said, times in _times_said(option, order, given[str(option.name)]).items():
+                        if times > 1:
+                            text = f"{said} is given {times} times; give it once."
+                            raise click.UsageError(text, ctx)
         return super().parse_args(ctx, args)
+
+
+def _times_said(
+    option: click.Option, order: Sequence[click.Parameter], values: Any
+) -> Counter[str]:
+    """How often an option says each thing that it can say once.
+
+    A list does so of each name, ``NAME=VALUE``; a flag says the same again.
+    """
+    names = "/".join((*option.opts, *option.secondary_opts))
+    if option.multiple:
+        pairs = [text.rpartition("=") for text in values if "=" in str(option.metavar)]
+        return Counter(f"{names} {name.strip()}".strip() for name, *_ in pairs)
+    return Counter(
+        {names: 1 if option.is_flag and not option.secondary_opts else order.count(option)}
+    )
 
 
 def given_options() -> list[str]:
@@ -207,13 +245,15 @@ def complete_axis(
 ) -> list[CompletionItem]:
     """Axes of the library and declarations in this folder; elsewhere any file."""
     # By their files: importing the library would bring SymPy.
-    spec = find_spec("axisid.modeling")
-    places = [*((spec.submodule_search_locations if spec else None) or [])]
-    library = sorted(p.stem for place in places for p in Path(place, "library").glob("[!_]*.py"))
+    modules = (Path(__file__).parents[2] / "modeling" / "library").glob("[!_]*.py")
+    library = sorted(file.stem for file in modules)
     here = (p.name for p in sorted(Path().glob("*")) if p.suffix in (".toml", ".py"))
     names = [*library, *here]
     found = [CompletionItem(name) for name in names if name.startswith(incomplete)]
     return found or complete_file(ctx, param, incomplete)
+
+
+_SHELLS = {"bash": BashComplete, "zsh": ZshComplete, "fish": FishComplete}
 
 
 @click.command(
@@ -221,7 +261,7 @@ def complete_axis(
     short_help="Print a completion script for the shell.",
     epilog='Example: axisid completion bash. In ~/.bashrc: eval "$(axisid completion bash)"',
 )
-@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+@click.argument("shell", type=click.Choice([*_SHELLS]))
 @click.pass_context
 def completion(ctx: click.Context, shell: str) -> None:
     """Print the script that completes commands, options, axes and files in a SHELL.
@@ -229,8 +269,5 @@ def completion(ctx: click.Context, shell: str) -> None:
     In ~/.zshrc it is the same with zsh; for fish write it into
     ~/.config/fish/completions/axisid.fish.
     """
-    kind = get_completion_class(shell)
-    if kind is None:  # click has lost a shell
-        raise click.UsageError(f"there is no completion for {shell}.")
-    made = kind(ctx.find_root().command, {}, "axisid", "_AXISID_COMPLETE")
+    made = _SHELLS[shell](ctx.find_root().command, {}, "axisid", "_AXISID_COMPLETE")
     click.echo(made.source_template % made.source_vars())

@@ -16,7 +16,7 @@ from axisid.presentation.console import ProgressLine
 from axisid.support.errors import AxisidError, UsageError
 
 from . import stages
-from .groups import Options, option
+from .groups import Options, given_options, option
 
 leave_out_option = click.option(
     "--leave-out",
@@ -65,11 +65,6 @@ class Reading(Options):
     resample: float | str | None = option(key="resample", read=_rate)
     gaps: str | None = option(key="gaps")
 
-    @property
-    def given(self) -> list[str]:
-        """Names of the options that were given."""
-        return [name for field, name in self.names().items() if getattr(self, field)]
-
     def record(
         self, file: str, axis: "stages.GeneratedAxis", *, whole: bool = False
     ) -> "stages.Record":
@@ -112,19 +107,9 @@ class Inputs:
             click.echo(f"axisid: without {name}: {why}", err=True)
 
 
-def file_of(argument: str) -> Path:
-    """The file that an argument names, without the variable of an axis file."""
-    head, found, _ = argument.partition(".py:")
-    return Path(f"{head}.py" if found else argument)
-
-
 def names_in(text: str | None) -> tuple[str, ...]:
     """The names of a list as options take it, ``M,Fv``."""
     return tuple(name.strip() for name in (text or "").split(",") if name.strip())
-
-
-def _known(texts: tuple[str, ...]) -> dict[str, tuple[tuple[float, float], ...]]:
-    return stages.read_known(texts)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,7 +124,7 @@ class Sharing(Options):
     known: Mapping[str, tuple[tuple[float, float], ...]] = option(
         "What is known of each record, SI: a parameter (a payload, an angle, a temperature) "
         "or a gain of the control law, a value for each in their order; again for each name.",
-        read=_known,
+        read=lambda texts: stages.read_known(texts),  # noqa: PLW0108 - imported when it is read
         multiple=True,
         metavar="NAME=V1,V2+-SD,...",
     )
@@ -199,10 +184,10 @@ def axis_and_records(
                 bad[log if log not in bad else f"{log} ({i + 1})"] = str(error)
         stages.check_bad(bad, len(logs), skip_bad=sharing is not None and sharing.skip_bad)
         if not logs:
-            if reading.given and not further:
-                verb = "describes" if len(reading.given) == 1 else "describe"
-                said = f"{' and '.join(reading.given)} {verb} a record"
-                raise UsageError(f"{said}; name its file.")
+            given = [name for name in reading.names().values() if name in given_options()]
+            if given and not further:
+                verb = "describes" if len(given) == 1 else "describe"
+                raise UsageError(f"{' and '.join(given)} {verb} a record; name its file.")
             # The twin has every term, as an axis does whatever is identified of it.
             found[0] = stages.twin_record(stages.build(whole) if left_out else generated)
     stages.known_of(known, max(len(logs), 1))
