@@ -12,6 +12,7 @@ from axisid import (
     Record,
     build,
     identify,
+    load_axis,
     simulate,
     twin_record,
 )
