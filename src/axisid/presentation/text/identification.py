@@ -9,6 +9,7 @@ from axisid.estimation.checks import KINDS, Check, lines_of
 from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
 from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.estimation.lack_of_fit import JackknifeInterval
+from axisid.estimation.parameters import GAIN
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.blocks import (
     Cell,
@@ -153,6 +154,7 @@ def _judged_table(result: SavedIdentification) -> Table:
             *([f"{beside[name].value:.{digits}f}" if name in beside else ""] * bool(beside)),
             ", ".join(
                 [
+                    *([f"declared {float(result.drive.gain):g}"] * (name == GAIN)),
                     *([f"{value.value:.{digits}f} with bias"] * value.is_shifted),
                     *(
                         [f"{range_text(*bands[name].interval, ' to ')} over moves"]
