@@ -113,19 +113,20 @@ def read_record(
             code="repairs",
         )
     if is_run_file(log):
+        rest: dict[str, Any] = {
+            "sample_period": sample_period,
+            "injected_at": injected_at,
+            "windows": windows,
+            "max_memory": max_memory,
+        }
         file, arguments = read_run(
-            Path(str(log)),
-            declared,
-            columns=columns or {},
-            repairs=repairs or Repairs(),
-            sample_period=sample_period,
-            injected_at=injected_at,
-            windows=windows,
-            max_memory=max_memory,
+            Path(str(log)), declared, columns=columns or {}, repairs=repairs or Repairs(), **rest
         )
         try:
             return read_record(file, axis, **arguments)
-        except UsageError as error:  # a mistake of the file like its others
+        except UsageError as error:
+            if columns or repairs or any(each is not None for each in rest.values()):
+                raise  # it may be of what is given beside the file
             raise DataError(str(error), code=error.code) from error
     repairs = repairs or Repairs()
     chosen = checked_windows(windows)
