@@ -60,9 +60,10 @@ def _made(node: ast.AST, module: str, constants: Mapping[str, str]) -> Iterator[
         return
     for keyword in node.keywords:
         value = keyword.value
-        if keyword.arg == "code" and isinstance(value, (ast.Constant, ast.Name)):
-            code = str(value.value) if isinstance(value, ast.Constant) else constants[value.id]
-            yield CodedError(code, node.func.id, _sentence(node.args[0]), module)
+        known = value.value if isinstance(value, ast.Constant) else None
+        code = constants.get(value.id) if isinstance(value, ast.Name) else known
+        if keyword.arg == "code" and code is not None:
+            yield CodedError(str(code), node.func.id, _sentence(node.args[0]), module)
 
 
 def _of_class(node: ast.AST, module: str, classes: set[str]) -> Iterator[CodedError]:

@@ -258,7 +258,7 @@ class LoopPredictions(Predictions):
         for each, rows in zip(self.stretches, chain(*self.spans), strict=True):
             at, own = self._at(each, physical)
             record, memory = self._records[each.record], at.inputs.start.memory
-            if memory is None or record.control is None:
+            if memory is None or record.control is None or not law_memory(at.axis):
                 continue
             root = memory_deviations(at.axis, record, record.spans[each.segment], memory)
             lanes = memory + np.vstack([root, -root])

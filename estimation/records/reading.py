@@ -125,7 +125,7 @@ def read_record(
         try:
             return read_record(file, axis, **arguments)
         except UsageError as error:
-            if columns or repairs or any(each is not None for each in rest.values()):
+            if columns or repairs not in (None, Repairs()) or any(rest.values()):
                 raise  # it may be of what is given beside the file
             raise DataError(str(error), code=error.code) from error
     repairs = repairs or Repairs()

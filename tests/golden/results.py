@@ -1,6 +1,7 @@
 """What is kept of a result, in which file, and how far another result is from it."""
 
 import json
+import math
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import redirect_stderr, redirect_stdout
@@ -43,18 +44,18 @@ def result_of(case: Case, places: Mapping[str, Path]) -> Kept:
     return dict(_kept(json.loads(text), ()))
 
 
-def moves(old: Kept, new: Kept) -> Iterator[tuple[str, str, str, str]]:
+def moves(old: Kept, new: Kept, rounding: float = 1.0) -> Iterator[tuple[str, str, str, str]]:
     """What is another than rounding may make it: its name, old, new, and by how much."""
     for what in dict.fromkeys((*old, *new)):
         a, b = old.get(what, "nothing"), new.get(what, "nothing")
-        distance, most, unit = 1.0 if a != b else 0.0, 1.0, " status"
+        distance, most, unit = math.inf if a != b else 0.0, 1.0, " status"
         if isinstance(a, list) and isinstance(b, list):
             distance, most, unit = abs(b[0] - a[0]) / a[1], IN_DEVIATIONS, ""
         elif isinstance(a, (int, float)) and isinstance(b, (int, float)):
             is_deviation = re.search(r" deviations |sd\w*$|\berror$", what)
             most = OF_DEVIATIONS if is_deviation else OF_OTHERS
             distance, unit = abs(b - a) / abs(a or 1), " of it"
-        if not distance < most:
+        if not distance < most * rounding:
             shown = (f"{each[0] if isinstance(each, list) else each}" for each in (a, b))
             yield what, *shown, f"{distance:.2g}{unit}"
 

@@ -31,7 +31,7 @@ def test_result_is_the_golden_one(
     monkeypatch.syspath_prepend(root / "examples")
     result, file = result_of(case, places), FOLDER / f"{case.name}.json"
     kept = json.loads(file.read_text()) if file.is_file() else {}  # of a new case
-    rows = [("what", "old", "new", "deviations"), *moves(kept, result)]
+    rows = [("what", "old", "new", "deviations"), *moves(kept, result, case.rounding)]
     moved = "\n".join(f"{case.name:20} {a:50} {b:>16} {c:>16}  {by}" for a, b, c, by in rows)
     if len(rows) > 1 and os.environ.get("AXISID_GOLDEN") == "record":
         lines = (f"{json.dumps(what)}: {json.dumps(each)}" for what, each in result.items())

@@ -79,6 +79,7 @@ def test_what_needs_one_set_of_the_axis_parameters_is_refused_and_a_part_serves(
         with refuses("validation", "like=1"):
             validate(result, stage_record(3))
     assert "M_plus_m_add" in export(loaded.parts[1], "csv")
+    assert "M_plus_m_add" in load_result(file, stage()).part(2).summary(full=True)
 
 
 @pytest.mark.slow

@@ -580,6 +580,8 @@ class SavedIdentification(ByMethod, Presentable, Exact):
             physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
             local_names={},
             declared_gain=None,
+            # Of the parameters of all records.
+            diagnosis=replace(self.diagnosis, instruments=None, differences={}),
         )
 
     def validate(self, record: Record, *, like: int | None = None) -> Validation:
