@@ -27,8 +27,10 @@ from .law_run import (
 from .start import (
     MIN_MEMORY_EFFECT as MIN_MEMORY_EFFECT,
     START_SAMPLES as START_SAMPLES,
+    as_read_by_law as as_read_by_law,
     at_rest_misses as at_rest_misses,
     below_limit as below_limit,
+    first_memory as first_memory,
     first_velocities as first_velocities,
     first_velocity as first_velocity,
     law_residual as law_residual,

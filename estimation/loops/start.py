@@ -123,14 +123,20 @@ def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopSt
     else:
         # Straight lines are fitted to velocities that were measured.
         velocity = _begun(np.asarray(record.velocity)[rows], degree=1, power=0)
-        if record.control is not None:
-            record = replace(record, position=record.position + _away(axis, record, span))
+    record = as_read_by_law(axis, record, span)
     start = LoopStart(
         position=float(record.position[span[0]]),
         velocity=velocity,
         memory=first_memory(axis, record, span),
     )
     return with_drive(axis, record, span, start)
+
+
+def as_read_by_law(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Record:
+    """A record with positions as the first controls of a segment have them, if it has none."""
+    if not record.integrated or record.control is None:
+        return record
+    return replace(record, position=record.position + _away(axis, record, span))
 
 
 def _away(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> float:
@@ -214,6 +220,7 @@ def law_residual(
 
     Of what it measured; 0 where the control is masked or at the drive's limit.
     """
+    record = as_read_by_law(axis, record, span)
     ticks, seen = law_ticks(axis, record, span), unlimited(axis, record, span)
     made = law_along(axis, ticks, start_of_law(axis, record, span, ticks))
     made = made + as_logged(axis, ticks.added_at_samples(law_of(axis).delay))

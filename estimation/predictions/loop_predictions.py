@@ -18,6 +18,9 @@ from axisid.estimation.loops import (
     START_SAMPLES,
     LawTicks,
     applied_terms,
+    as_read_by_law,
+    first_memory,
+    known_of_record,
     law_memory,
     law_residual,
     law_ticks,
@@ -254,22 +257,23 @@ class LoopPredictions(Predictions):
 
     def doubts_of_memory(self, physical: Array) -> Array:
         """See `Predictions.doubts_of_memory`."""
-        found = []
+        columns = [super().doubts_of_memory(physical)]
         for each, rows in zip(self.stretches, chain(*self.spans), strict=True):
             at, own = self._at(each, physical)
-            record, memory = self._records[each.record], at.inputs.start.memory
-            if memory is None or record.control is None or not law_memory(at.axis):
+            root = memory_deviations(at.axis, self._records[each.record])[each.segment]
+            if not len(root):
                 continue
-            root = memory_deviations(at.axis, record, record.spans[each.segment], memory)
-            lanes = memory + np.vstack([root, -root])
-            inputs = replace(at.inputs, start=replace(at.inputs.start, memory=lanes))
-            out, failures = at.rows(np.tile(own, (len(lanes), 1)), inputs)
-            if not failures:
-                more, less = np.split(out, 2, axis=1)
-                columns = np.zeros((len(self.measured), len(root)))
-                columns[rows] = at.counted[:, None] * (more - less) / 2
-                found.append(columns)
-        return np.hstack(found or [super().doubts_of_memory(physical)])
+            start = at.inputs.start
+            law = np.pad(root, ((0, 0), (0, len(start.memory) - root.shape[1])))  # not the drive's
+            lanes = replace(start, memory=start.memory + np.vstack([law, -law]))
+            tiled = np.tile(own, (2 * len(law), 1))
+            out, failures = at.rows(tiled, replace(at.inputs, start=lanes))
+            if failures:
+                raise EstimationError(next(iter(failures.values())), code="simulation")
+            more, less = np.split(out, 2, axis=1)
+            columns.append(np.zeros((len(self.measured), len(law))))
+            columns[-1][rows] = at.counted[:, None] * (more - less) / 2
+        return np.hstack(columns)
 
     def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
         """See `Predictions.slopes_by_law`."""
@@ -325,34 +329,46 @@ def _stretches(
         )
 
 
-def memory_deviations(
-    axis: GeneratedAxis, record: Record, span: tuple[int, int], memory: Array
-) -> Array:
-    """Deviations of what a drive remembers at a start, (k, m): a root of the covariance's.
+@known_of_record
+def memory_deviations(axis: GeneratedAxis, record: Record) -> list[Array]:
+    """Deviations of what the law remembers where segments begin: roots of covariances, (k, m) each.
 
-    It is of the first controls, whose noise follows the autoregression that the law leaves of all.
+    It is of the first controls, whose noise follows the autoregression that the law leaves of all,
+    but for another memory. None of a memory that is declared, (0, m).
 
     Parameters
     ----------
     axis : GeneratedAxis
+        With a control law.
     record : Record
-        With a control.
-    span : tuple of int
-        The segment: first row and the one after the last.
-    memory : (m,) array
-        There, the law's before the drive's.
     """
-    count, (residual, seen) = law_memory(axis), law_residual(axis, record, span)
-    ticks, first = law_ticks(axis, record, span).first(START_SAMPLES), seen[:START_SAMPLES]
-    slopes = slopes_along(axis, ticks, memory[:count])
-    slopes = np.where(first[:, None] & np.isfinite(slopes), slopes, 0.0)
-    size = np.linalg.norm(slopes, axis=0)
-    size = np.where(size > 0, size, 1.0)
-    influence = np.linalg.pinv(slopes / size, rcond=MIN_MEMORY_EFFECT) / size[:, None]
-    covariance = autoregression_of([residual], record.period, [seen]).coloured(influence.T)
-    variances, directions = np.linalg.eigh(covariance)
-    root = np.sqrt(np.maximum(variances, 0.0))[:, None] * directions.T
-    return np.hstack([root, np.zeros((count, len(memory) - count))])
+    size, influences, residuals, every_counted = law_memory(axis), list[Array](), [], []
+    for span in record.spans:
+        read = as_read_by_law(axis, record, span)
+        memory = first_memory(axis, read, span)
+        influences.append(np.zeros((0, 0)))
+        if memory is None:
+            continue
+        (residual, counted), ticks = law_residual(axis, record, span), law_ticks(axis, read, span)
+        slopes = slopes_along(axis, ticks, memory)
+        slopes = np.where(counted[:, None] & np.isfinite(slopes), slopes, 0.0)
+        norms = np.linalg.norm(slopes[:START_SAMPLES], axis=0)
+        unit = slopes / np.where(norms > 0, norms, 1.0)
+        inverse = np.linalg.pinv(unit[:START_SAMPLES], rcond=MIN_MEMORY_EFFECT)
+        influences[-1] = inverse / np.where(norms > 0, norms, 1.0)[:, None]
+        explained = unit @ np.linalg.lstsq(unit, residual, rcond=MIN_MEMORY_EFFECT)[0]
+        residuals.append(residual - explained)
+        every_counted.append(counted)
+    if not residuals:
+        return [np.zeros((0, size))] * len(influences)
+    model = autoregression_of(residuals, record.period, every_counted)
+    used = int(np.sum(np.concatenate(every_counted)))
+    widened = used / max(used - size * len(residuals), 1)
+    roots = []
+    for influence in influences:
+        variances, directions = np.linalg.eigh(widened * model.coloured(influence.T))
+        roots.append(np.sqrt(np.maximum(variances, 0.0))[:, None] * directions.T)
+    return roots
 
 
 def slopes_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:

@@ -125,7 +125,15 @@ def read_record(
         try:
             return read_record(file, axis, **arguments)
         except UsageError as error:
-            if columns or repairs not in (None, Repairs()) or any(rest.values()):
+            beside = [
+                each for each in rest.values() if not (each is None or isinstance(each, tuple))
+            ]
+            if (
+                columns
+                or beside
+                or (isinstance(windows, tuple) and windows)
+                or repairs not in (None, Repairs())
+            ):
                 raise  # it may be of what is given beside the file
             raise DataError(str(error), code=error.code) from error
     repairs = repairs or Repairs()

@@ -94,7 +94,9 @@ def measured_chain(
     by_filter = _residuals(quiet, physical, moving)
     residuals = _residuals(data, physical, moving) - by_filter
     power = rows.power(residuals)
-    in_control = _control_noise(data, rows.without_basis(residuals), moving, rows, chain)
+    times = [t for t in CORRELATION_TIMES if _LONGEST * t <= data.period * len(data)]
+    units = rows.power_of_disturbances(moving, times)
+    in_control = _control_noise(data, residuals, moving, rows, chain, times, units)
     chain = replace(chain, control=in_control)
 
     def power_of(twin: FilteredRecord) -> Array:
@@ -110,8 +112,6 @@ def measured_chain(
         )
     if np.linalg.norm(residuals) <= _ROUNDING * np.linalg.norm(moving.reduce(moving.signals.force)):
         return chain  # rounding alone
-    times = [t for t in CORRELATION_TIMES if _LONGEST * t <= data.period * len(data)]
-    units = rows.power_of_disturbances(moving, times)
     backgrounds = np.vstack([known, steps]) if chain.position_step else known[None]
     variances = likeliest_variances(power, units, backgrounds, rows.counts)
     # A little that is not there biases estimates, and would keep twins from hunting alike.
@@ -144,49 +144,54 @@ def _of_twins(
 
 
 def _control_noise(
-    data: FilteredRecord, residuals: Array, moving: FilteredRecord, rows: "_RowBands", chain: Chain
+    data: FilteredRecord,
+    residuals: Array,
+    moving: FilteredRecord,
+    rows: "_RowBands",
+    chain: Chain,
+    times: Sequence[float],
+    units: Array,
 ) -> Autoregressions:
-    """What the recorded control has beside the one that acts, as the law gives that.
+    """Noise that the recorded control has beside the one that acts, which the law gives.
 
-    It is in the rows, as what is wrong about the law is not: their share of what the law leaves.
+    It is in what the law leaves of the control, and in the rows: of it is what both have in common,
+    by band. What is wrong about the law is in the one alone, a force beside the control in the
+    other.
 
     Parameters
     ----------
     data : FilteredRecord
     residuals : (n,) array
-        What neither the inverse model nor the basis of the rows explains.
+        What the inverse model leaves of the rows.
     moving : FilteredRecord
         The record without rows near turns.
     rows : _RowBands
         Its rows.
     chain : Chain
         With the rest of what is measured.
+    times : sequence of float
+        Correlation times that are looked for.
+    units : (m, b) array
+        Power by band of noise of each time and of deviation 1.
     """
     record, law = data.record, law_of(data.axis)
-    exact = chain.is_measured_by_law and not (law.takes_velocity or law.continuous)
     clocks = [two_clocks(data.axis, record, span) for span in record.spans]
-    if record.control is None or record.force is not None or not exact or any(clocks):
+    is_logged = record.reference is not None and not (record.integrated or any(clocks))
+    reads_log = chain.is_measured_by_law and not (law.takes_velocity or law.continuous)
+    if record.control is None or record.force is not None or not (is_logged and reads_log):
         return ()
-    segments = [law_residual(data.axis, record, span) for span in record.spans]
-    noise, counted = map(np.concatenate, zip(*segments, strict=True))
+    segments = (law_residual(data.axis, record, span) for span in record.spans)
+    noise = np.concatenate([residual for residual, _ in segments])
     if np.linalg.norm(noise) <= _ROUNDING * np.linalg.norm(record.control):
         return ()
-    in_rows = rows.without_basis(moving.reduce(moving.force_by(noise)))
-    share = float(np.clip(residuals @ in_rows / (in_rows @ in_rows), 0.0, 1.0))
-    times = [t for t in CORRELATION_TIMES if _LONGEST * t <= record.period * len(noise)]
-    bands = np.unique(np.geomspace(1.0, len(noise) / 2, _BANDS + 1).astype(np.int64))
-    counts = np.diff(bands).astype(float)
-
-    def by_band(values: Array) -> Array:
-        return np.asarray(np.add.reduceat(values, bands)[:-1] / counts)
-
-    power = by_band(np.abs(np.fft.rfft(noise)) ** 2 / np.count_nonzero(counted))
-    units = np.array([by_band(spectrum(time / record.period, len(noise))) for time in times])
-    powers = power, units, np.full(len(power), chain.control_step**2 / 12), counts
+    in_rows = moving.reduce(moving.force_by(noise))
+    power = np.clip(rows.power(residuals, in_rows), 0.0, rows.power(in_rows))
+    powers = power, units, units[0] * chain.control_step**2 / 12, rows.counts
     variances = likeliest_variances(*powers)
-    if _likelihood(variances, *powers) <= _likelihood(0 * variances, *powers) + _SURELY:
-        return ()
-    return _autoregressions(times, share**2 * variances, units, share**2 * power)
+    # Without it the rows are surely likelier.
+    before, after = rows.power(residuals), rows.power(residuals - in_rows)
+    gained = float(rows.counts @ np.log(before / (after + _LEAST * before.max())))
+    return _autoregressions(times, variances, units, power) if gained > _SURELY else ()
 
 
 def _autoregressions(
@@ -359,29 +364,29 @@ class _RowBands:
             bands=bands,
             counts=np.ones(len(bands) - 1),
         )
-        taken = rows._periodogram(rows.basis).sum(axis=1) / len(places)
+        taken = np.sum(np.abs(rows._transform(rows.basis)) ** 2, axis=1) / len(places)
         taken = np.minimum(taken, _MOST_LEVERAGE)
         return replace(rows, counts=rows._by_band(1 - taken))
 
-    def power(self, rows: Array) -> Array:
-        """Mean power by band of rows, (n,) or of several (n, m), (b,)."""
-        rows = rows.reshape(len(rows), -1)
-        power = self._periodogram(self.without_basis(rows)).mean(axis=1) / len(rows)
-        return self._by_band(power) / self.counts
+    def power(self, rows: Array, others: Array | None = None) -> Array:
+        """Mean power by band of rows, (n,) or of several (n, m), (b,); or what others share of it.
 
-    def without_basis(self, rows: Array) -> Array:
-        """What the columns do not explain of rows, (n,) or (n, m)."""
-        return np.asarray(rows - self.basis @ (self.basis.T @ rows))
+        Of what the columns do not explain of either.
+        """
+        every = (rows,) if others is None else (rows, others)
+        lacking = [self._transform(each - self.basis @ (self.basis.T @ each)) for each in every]
+        power = np.real(np.conj(lacking[0]) * lacking[-1]).mean(axis=1) / len(rows)
+        return self._by_band(power) / self.counts
 
     def _by_band(self, values: Array) -> Array:
         """Sums of values by frequency."""
         return np.asarray(np.add.reduceat(values, self.bands)[:-1], dtype=float)
 
-    def _periodogram(self, rows: Array) -> Array:
-        """Of columns (n, m), (count // 2 + 1, m)."""
-        placed = np.zeros((self.count, rows.shape[1]))
+    def _transform(self, rows: Array) -> NDArray[np.complex128]:
+        """Of rows (n,) or columns (n, m), (count // 2 + 1, m)."""
+        placed = np.zeros((self.count, *rows.shape[1:]))
         placed[self.places] = rows
-        return np.asarray(np.abs(np.fft.rfft(placed, axis=0)) ** 2)
+        return np.asarray(np.fft.rfft(placed.reshape(self.count, -1), axis=0))
 
     def power_of_disturbances(self, data: FilteredRecord, times: Sequence[float]) -> Array:
         """Power by band of disturbances of deviation 1 and correlation times, (m, b).

@@ -264,8 +264,9 @@ def _may_be_log(file: Path, out: Path) -> bool:
     own = out.resolve() == file.parent.resolve() and (
         file.suffix == ".json" or file.stem == "fleet"
     )
-    if file.name.startswith(".") or own:
+    if file.name.startswith(".") or own or (file.exists() and not file.is_file()):
         return False
-    with suppress(OSError):
+    try:
         return not kinds_of(file) - _LOGS
-    return not file.exists()
+    except OSError:  # why it cannot be read is told of the log
+        return True

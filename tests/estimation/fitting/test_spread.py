@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 from scipy.stats import binom
 
 from axisid import build, fit, load_axis, twin_record
+from axisid.codegen.artefacts import GeneratedAxis
 from axisid.estimation.estimates import student_interval
 from axisid.estimation.fitting.covariance import Sandwich, unseen_directions, unseen_in_words
 from axisid.estimation.fitting.inference import reach_of_cut_normal
@@ -103,6 +104,15 @@ def test_intervals_hold_where_the_control_that_shows_an_integral_is_noisy(time: 
     for name, true in axis.declared.experiment.truth.items():
         assert abs(found[name].value - true) < 2.6 * found[name].deviation, name
     assert 0.005 < found["fcp"].deviation / found["fcp"].value < 0.1
+
+
+def test_a_drive_that_remembers_under_a_law_that_does_not_is_fitted(
+    emps2015: GeneratedAxis,
+) -> None:
+    declared = emps2015.declared
+    axis = build(replace(declared, drive=replace(declared.drive, lag=0.8e-3)))
+    found = fit(axis, twin_record(axis, seed=1), output="position")
+    assert abs(found["M"].value - declared.experiment.truth["M"]) < 4 * found["M"].deviation
 
 
 @pytest.mark.slow

@@ -198,7 +198,9 @@ def _times_said(
     """
     names = "/".join((*option.opts, *option.secondary_opts))
     if option.multiple:
-        pairs = [text.rpartition("=") for text in values if "=" in str(option.metavar)]
+        form = str(option.metavar)  # [NAME=]VALUE may be without a name
+        named = [v for v in values if "=" in form and ("=" in v or form.startswith("["))]
+        pairs = [text.rpartition("=") for text in named]
         return Counter(f"{names} {name.strip()}".strip() for name, *_ in pairs)
     return Counter(
         {names: 1 if option.is_flag and not option.secondary_opts else order.count(option)}
