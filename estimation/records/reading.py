@@ -113,27 +113,22 @@ def read_record(
             code="repairs",
         )
     if is_run_file(log):
-        rest: dict[str, Any] = {
-            "sample_period": sample_period,
-            "injected_at": injected_at,
-            "windows": windows,
-            "max_memory": max_memory,
-        }
         file, arguments = read_run(
-            Path(str(log)), declared, columns=columns or {}, repairs=repairs or Repairs(), **rest
+            Path(str(log)),
+            declared,
+            columns=columns or {},
+            repairs=repairs or Repairs(),
+            sample_period=sample_period,
+            injected_at=injected_at,
+            windows=windows,
+            max_memory=max_memory,
         )
         try:
             return read_record(file, axis, **arguments)
         except UsageError as error:
-            beside = [
-                each for each in rest.values() if not (each is None or isinstance(each, tuple))
-            ]
-            if (
-                columns
-                or beside
-                or (isinstance(windows, tuple) and windows)
-                or repairs not in (None, Repairs())
-            ):
+            no_windows = windows is None or (isinstance(windows, tuple) and not windows)
+            given = columns or sample_period or injected_at or max_memory or not no_windows
+            if given or repairs not in (None, Repairs()):
                 raise  # it may be of what is given beside the file
             raise DataError(str(error), code=error.code) from error
     repairs = repairs or Repairs()
