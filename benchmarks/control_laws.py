@@ -20,7 +20,7 @@ import numpy as np
 from figures import give, parser_of
 
 from axisid import Record, build, load_axis, twin_record
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import (
     ControlLaw,
     cascade_p_pi,

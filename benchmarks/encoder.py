@@ -19,13 +19,13 @@ from typing import Any
 import numpy as np
 from figures import give, parser_of
 
-from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.codegen.generated_axes import GeneratedAxis, build
+from axisid.estimation.bootstrap import Chain
 from axisid.estimation.choices import CONTROL, FIT
 from axisid.estimation.monte_carlo import PARAMETER, MonteCarlo, Share, monte_carlo, stated_by
-from axisid.estimation.twins import Chain
-from axisid.modeling.text import load_axis
+from axisid.modeling.parsing import load_axis
 from axisid.paper.study import FILTERS
-from axisid.presentation.blocks import (
+from axisid.presentation.documents import (
     Cell,
     Column,
     Document,
@@ -368,7 +368,7 @@ def main() -> None:
     options = parser.parse_args()
     study = run_encoder_study(options.runs, options.counts, seed=options.seed, jobs=options.jobs)
     if options.output is not None:
-        from axisid.presentation.drawing import write_figures
+        from axisid.presentation.matplotlib_backend import write_figures
 
         write_figures([encoder_plot(study, name) for name in FILTERS], options.output, "png")
     give(encoder_dict(study), options.json, [plain_text(encoder_document(study))])

@@ -32,7 +32,7 @@ from random_axes import random_axis
 from signal_faults import FAULTS, Log, right_log, with_rests
 
 from axisid import AxisidError, Identification, build, identify, load_axis, read_record, twin_record
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.modeling import LIBRARY
 
 OUTCOMES = ("refused", "told", "harmless", "SILENT", "broken", "hung")

@@ -17,7 +17,7 @@ from machines import Array, Machine, autoregressive, records, white
 from scipy.signal import lfilter
 
 from axisid import Coordinate, Parameter, Record, build, newton, read_record
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import ControlLaw, cascade_p_pi, cascade_pd_difference, pid
 from axisid.elements import Drive, coulomb, offset, viscous
 

@@ -26,7 +26,7 @@ from machines import records
 from output_error import CASES, TRUTH, declared, reference
 
 from axisid import AxisidError, build, fit, load_axis, read_record, twin_record
-from axisid.estimation.fitting import OutputFit
+from axisid.estimation.output_error import OutputFit
 from axisid.estimation.predictions import LoopPredictions, jacobian_at
 from axisid.estimation.regression import InverseForm
 

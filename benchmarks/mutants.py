@@ -30,14 +30,14 @@ _LOOP = "codegen/printers/loop"
 _VIRTUAL = "codegen/runtime/interpreted_loop.py"
 _COVARIANCE = "estimation/regression/covariance.py"
 _SIM, _REG = "tests/estimation/simulation", "tests/estimation/regression"
-_CLOCKS = "tests/estimation/loops/test_two_clocks.py"
+_CLOCKS = "tests/estimation/law_replay/test_two_clocks.py"
 _PUSHED = f"{_SIM}/test_recorded.py::test_a_"
 _PULSE = f"{_PUSHED}pulse_that_turns_the_velocity_back_within_a_sample_is_followed"
 _MOVED = f"{_SIM}/test_recorded.py::test_"
 _PLACE = f"{_SIM}/test_position_events.py::test_"
 _SWING = f"{_SIM}/test_states.py::test_a_light_stack_swings_within_a_sample_as_small_leaps_have_it"
 _SANDWICH = f"{_REG}/test_covariance.py"
-_ALONG = "tests/estimation/loops/test_start.py"
+_ALONG = "tests/estimation/law_replay/test_start.py"
 
 #: By name: a file, what it has once, what stands there instead, and the tests that ought to fail.
 MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
@@ -246,11 +246,11 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         ),
     ),
     "instruments are of the motion after a sample alone": (
-        "estimation/regression/simulated_rows.py",
+        "estimation/regression/record_loops.py",
         "after, earlier = map(at.equations, signals_about(form.axis, physical, loop))",
         "after = earlier = at.equations(signals_about(form.axis, physical, loop)[0])",
         (
-            "tests/estimation/twins/test_chain.py::test_a_held_force_moves_a_free_mass_by_the_mean_of_both_its_sides",
+            "tests/estimation/bootstrap/test_chain.py::test_a_held_force_moves_a_free_mass_by_the_mean_of_both_its_sides",
         ),
     ),
     "the force held before a sample is that after it": (
@@ -275,19 +275,19 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     # The law along the record.
     "a late law acts at once": (
-        "estimation/loops/law_run.py",
+        "estimation/law_replay/law_run.py",
         "rows[np.maximum(ticks.held - law_of(axis).delay, 0)]",
         "rows[ticks.held]",
         (f"{_ALONG}::test_a_late_law_with_an_integral_is_the_sum_by_hand",),
     ),
     "a law remembers what it measures now": (
-        "estimation/loops/law_run.py",
+        "estimation/law_replay/law_run.py",
         "return np.vstack([start, after[:-1]])",
         "return after",
         (f"{_ALONG}::test_a_late_law_with_an_integral_is_the_sum_by_hand",),
     ),
     "what is added to a late law is in time": (
-        "estimation/loops/law_run.py",
+        "estimation/law_replay/law_run.py",
         "late = self.held - delay",
         "late = self.held - 0 * delay",
         (f"{_ALONG}::test_what_is_added_to_a_late_law_is_as_late",),

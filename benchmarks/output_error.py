@@ -32,7 +32,7 @@ from axisid import (
     load_axis,
     read_record,
 )
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import cascade_pd, cascade_pd_difference
 from axisid.estimation.diagnostics import SECOND_OPINION
 from axisid.estimation.simulation.twin import trajectory

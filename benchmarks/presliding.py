@@ -20,10 +20,10 @@ import numpy as np
 from figures import give, parser_of
 
 from axisid import Coordinate, Parameter, Record, build, fit, newton, simulate
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, lugre, viscous
-from axisid.estimation.fitting import OutputFit
+from axisid.estimation.output_error import OutputFit
 from axisid.support.arrays import Array
 
 TRUTH = {"M": 10.0, "s0": 1e6, "s1": 3e3, "Fv": 60.0, "Fc": 20.0, "Fs": 30.0, "vs": 0.01}

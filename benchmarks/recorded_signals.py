@@ -17,7 +17,7 @@ import numpy as np
 from figures import give, parser_of
 
 from axisid import Record, build, identify, load_axis, twin_record
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.modeling.quantities import Constant
 
 NAME, SIGNAL, AREA = "balanced_slide", "pressure", "area"

@@ -16,7 +16,7 @@ import numpy as np
 from figures import give, parser_of
 
 from axisid import Record, identify, load_axis
-from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.diagnostics import rows_alike
 from axisid.estimation.simulation import twin_record
 from axisid.modeling.declaration import Axis, leave_out

@@ -21,7 +21,7 @@ from figures import give, parser_of
 from numpy.typing import NDArray
 
 from axisid import Coordinate, EstimationError, Parameter, build, newton, simulate
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import (
     MEASURED_POSITION,
     MEASURED_VELOCITY,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid import Axis, simulate
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.simulation.twin import trajectory
 
 Array = NDArray[Any]

@@ -44,8 +44,8 @@ GENERATE = """
 import os, tempfile
 os.environ["AXISID_CACHE"] = tempfile.mkdtemp(dir=".")
 from axisid import derive, load_axis
-from axisid.codegen.artefacts.texts import axis_artefacts
-from axisid.codegen.artefacts.texts import FUNCTIONS, NATIVE
+from axisid.codegen.generated_axes.texts import axis_artefacts
+from axisid.codegen.generated_axes.texts import FUNCTIONS, NATIVE
 from axisid.codegen.native import Native
 from axisid.codegen.runtime import execute
 texts = axis_artefacts(derive(load_axis("valve")))

@@ -31,7 +31,7 @@ from axisid import (
     sweep,
     twin_record,
 )
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import cascade_pd
 from axisid.elements import Drive, coulomb, viscous
 from axisid.estimation.estimates import Estimate

@@ -1,1 +1,1 @@
-from .artefacts import GeneratedAxis as GeneratedAxis, Quantity as Quantity
+from .generated_axes import GeneratedAxis as GeneratedAxis, Quantity as Quantity

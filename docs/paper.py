@@ -10,7 +10,7 @@
 
 # %%
 from axisid.paper import run_study, study_table
-from axisid.presentation.blocks import block_text
+from axisid.presentation.documents import block_text
 
 study = run_study()
 

@@ -112,7 +112,7 @@ print(
 
 # %%
 from axisid.estimation.methods import METHODS, estimate_by
-from axisid.estimation.problems import Problem
+from axisid.estimation.regression_problem import Problem
 
 second = FilteredRecord.bind(generated, axisid.twin_record(generated, seed=2), axisid.Prefilter())
 problem = Problem(axis=generated, data=(data, second))

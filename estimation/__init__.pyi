@@ -3,6 +3,7 @@ from .batched import (
     RecordLanes as RecordLanes,
     identify_lanes as identify_lanes,
 )
+from .bootstrap import Chain as Chain
 from .checks import Check as Check, Levels as Levels
 from .control_law_search import (
     ExplainedLaw as ExplainedLaw,
@@ -17,8 +18,8 @@ from .diagnostics import (
 )
 from .diagnostics.control_law import LawCheck as LawCheck, check_law as check_law
 from .estimates import Iterate as Iterate, Value as Value
-from .fitting import OutputFit as OutputFit
 from .identification import DriveTime as DriveTime
+from .input_tables import Provenance as Provenance, Repair as Repair
 from .lack_of_fit import JackknifeInterval as JackknifeInterval, LackOfFit as LackOfFit
 from .methods import METHODS as METHODS
 from .monte_carlo import (
@@ -32,6 +33,7 @@ from .monte_carlo import (
     Share as Share,
     write_runs as write_runs,
 )
+from .output_error import OutputFit as OutputFit
 from .records import Repairs as Repairs
 from .regression import (
     Classical as Classical,
@@ -58,5 +60,3 @@ from .studies import (
     default_cutoffs as default_cutoffs,
     validate_fit as validate_fit,
 )
-from .tables import Provenance as Provenance, Repair as Repair
-from .twins import Chain as Chain

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import settings
 
 from axisid import build, load_axis, read_record, twin_record
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.commands.main import main
 from axisid.estimation.records.record import Record
 from axisid.modeling import LIBRARY

@@ -17,10 +17,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import SIGNALS, LoopStart
 from axisid.codegen.native import Decimation, LaneLibrary
-from axisid.estimation.loops import (
+from axisid.estimation.law_replay import (
     START_SAMPLES,
     at_rest_misses,
     below_limit,

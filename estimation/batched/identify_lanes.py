@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.identification import identify
 from axisid.estimation.records import is_same_period

@@ -12,7 +12,7 @@ import numpy as np
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Checked
-from axisid.estimation.loops import LawTicks
+from axisid.estimation.law_replay import LawTicks
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MAX_LAW_RESIDUAL
 from axisid.modeling.control_laws import LAWS

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.diagnostics.control_law import LawByGains, compared_as
-from axisid.estimation.loops import (
+from axisid.estimation.law_replay import (
     LawAlong,
     LawTicks,
     as_logged,

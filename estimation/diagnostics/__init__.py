@@ -32,6 +32,15 @@ from .diagnosis import (
     Diagnosis as Diagnosis,
     RecordDiagnosis as RecordDiagnosis,
 )
+from .estimator_choice import (
+    FORMS as FORMS,
+    SECOND_OPINION as SECOND_OPINION,
+    InstrumentTests as InstrumentTests,
+    Strength as Strength,
+    forms_check as forms_check,
+    method_check as method_check,
+    tests_of_instruments as tests_of_instruments,
+)
 from .excitation import (
     NOMINAL_VALUES as NOMINAL_VALUES,
     Excitation as Excitation,
@@ -41,15 +50,6 @@ from .excitation import (
     nominal_check as nominal_check,
     precision_check as precision_check,
     within_bounds as within_bounds,
-)
-from .method import (
-    FORMS as FORMS,
-    SECOND_OPINION as SECOND_OPINION,
-    InstrumentTests as InstrumentTests,
-    Strength as Strength,
-    forms_check as forms_check,
-    method_check as method_check,
-    tests_of_instruments as tests_of_instruments,
 )
 from .records_alike import (
     Alike as Alike,

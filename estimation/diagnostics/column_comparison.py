@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter1d, shift
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.checks import Check, first_case, status_of
+from axisid.estimation.input_tables import exact_unit
 from axisid.estimation.records import Record, advised_interpolation, advised_shift, samples_apart
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import (
@@ -28,7 +29,6 @@ from axisid.estimation.signals import (
     acting_control,
     recorded_signals,
 )
-from axisid.estimation.tables import exact_unit
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
     MAX_LIMIT_EXCESS,

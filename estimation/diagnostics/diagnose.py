@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.checks import (
     DEFAULT_LEVELS,
     Check,
@@ -37,6 +37,7 @@ from axisid.support.errors import Missing, of_found
 from .alignment import alignment_check, declared_lateness
 from .column_comparison import force_check, limit_check, motion_check, scale_remedy
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
+from .estimator_choice import forms_check, method_check
 from .excitation import (
     NOMINAL_VALUES,
     fixed_check,
@@ -45,7 +46,6 @@ from .excitation import (
     precision,
     within_bounds,
 )
-from .method import forms_check, method_check
 from .records_alike import alike_check, repeated_check
 
 #: By check of what is lacking: what is said where there is nothing.

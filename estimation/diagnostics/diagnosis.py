@@ -28,12 +28,12 @@ from axisid.estimation.misspecification import (
     find_misspecification,
     scores_at,
 )
-from axisid.estimation.problems import (
+from axisid.estimation.regression import DirectForm, position_step, recorded_loops
+from axisid.estimation.regression_problem import (
     Problem,
     moved_by_rounding,
     noise_free_record,
 )
-from axisid.estimation.regression import DirectForm, position_step, recorded_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing
@@ -41,8 +41,7 @@ from axisid.support.presentable import Presentable
 
 from .alignment import Alignment, ForceTiming, alignment_of, force_timing, law_in_time
 from .column_comparison import ColumnComparison, compared_motion
-from .excitation import Excitation, excitation
-from .method import (
+from .estimator_choice import (
     FEWEST_STEPS,
     FORMS,
     LESS,
@@ -53,6 +52,7 @@ from .method import (
     tests_of_instruments,
     vaguer,
 )
+from .excitation import Excitation, excitation
 from .records_alike import Alike, RecordDifference, rows_alike
 
 _ALONE = Missing("there is one record")

@@ -15,8 +15,13 @@ from numpy.typing import NDArray
 from axisid.estimation.checks import Check, first_case, status_of
 from axisid.estimation.estimates import Estimate, Value, physical_parameters
 from axisid.estimation.parameters import GAIN
-from axisid.estimation.problems import ParameterAtBound, Problem, SignalRanges, typical_magnitudes
 from axisid.estimation.regression import InverseForm
+from axisid.estimation.regression_problem import (
+    ParameterAtBound,
+    Problem,
+    SignalRanges,
+    typical_magnitudes,
+)
 from axisid.estimation.signals import Signals, dependence, one_direction, one_speed
 from axisid.estimation.thresholds import (
     CHECK_LEVEL,

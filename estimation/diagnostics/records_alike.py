@@ -28,7 +28,6 @@ from numpy.typing import NDArray
 
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, first_case
 from axisid.estimation.estimates import Estimate, part_of
-from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.regression import (
     CovarianceEstimate,
@@ -39,6 +38,7 @@ from axisid.estimation.regression import (
     joint_p,
     wald,
 )
+from axisid.estimation.regression_problem import Problem
 from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError, Missing, of_found

@@ -16,12 +16,12 @@ from .hausman import (
     hausman as hausman,
     significant_differences as significant_differences,
 )
-from .part import part_of as part_of
 from .physical import (
     Physical as Physical,
     PhysicalByMethod as PhysicalByMethod,
     physical_parameters as physical_parameters,
 )
+from .record_estimate import part_of as part_of
 from .value import (
     CORRECTED as CORRECTED,
     COVARIANCES as COVARIANCES,

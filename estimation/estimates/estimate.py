@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from axisid.codegen.artefacts import Quantity
+from axisid.codegen.generated_axes import Quantity
+from axisid.estimation.bootstrap import Chain
 from axisid.estimation.choices import ROW_LOSSES, is_output_error
 from axisid.estimation.regression import (
     Covariance,
@@ -25,8 +26,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import LIGHT_ROW
-from axisid.estimation.twins import Chain
-from axisid.modeling.text import FunctionLike, parameter_function
+from axisid.modeling.parsing import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Deferred, Exact
 from axisid.support.errors import Missing, UsageError, is_among, is_whole, quoted
 from axisid.support.presentable import Presentable

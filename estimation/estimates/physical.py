@@ -16,7 +16,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import Quantity
+from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import Form, delta_method, joint_p
 from axisid.modeling.derivation import BaseModel, describe_undetermined, undetermined_names

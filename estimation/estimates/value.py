@@ -9,11 +9,11 @@ from pkgutil import resolve_name
 import numpy as np
 from scipy.special import stdtridf, stdtrit
 
-from axisid.codegen.artefacts import Quantity
+from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.choices import COVARIANCE_ROWS, CovarianceRow
 from axisid.estimation.regression import Covariance, covariance_root, curvature, delta_method
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_ROWS_PER_PARAMETER
-from axisid.modeling.text import FunctionLike, parameter_function
+from axisid.modeling.parsing import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError, is_among, quoted, range_text
 from axisid.support.mappings import FrozenMapping

@@ -20,7 +20,8 @@ from functools import partial
 import numpy as np
 from scipy.special import stdtrit
 
-from axisid.codegen.artefacts import GeneratedAxis, as_generated, build
+from axisid.codegen.generated_axes import GeneratedAxis, as_generated, build
+from axisid.estimation.bootstrap import DEFAULT_COUNT, check_count
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels, unless_faulty
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
@@ -33,12 +34,11 @@ from axisid.estimation.diagnostics import Case
 from axisid.estimation.estimates import COVARIANCES, Estimate, student_interval
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
 from axisid.estimation.parameters import KnownValue, bounded_quadratic_minimum
-from axisid.estimation.problems import ParameterAtBound, Problem, check_has_rows
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError, covariance_root
+from axisid.estimation.regression_problem import ParameterAtBound, Problem, check_has_rows
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.estimation.twins import DEFAULT_COUNT, check_count
 from axisid.modeling.declaration import HIDDEN_FROM, Axis, leave_out
 from axisid.modeling.quantities import Parameter
 from axisid.support.errors import AxisidError, EstimationError, Missing, ModelError, UsageError

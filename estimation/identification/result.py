@@ -7,7 +7,7 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.choices import INSTRUMENT_STARTS
 from axisid.estimation.diagnostics import Case, Diagnosis, diagnose
@@ -18,8 +18,8 @@ from axisid.estimation.estimates import (
     Value,
     physical_parameters,
 )
-from axisid.estimation.problems import ParameterAtBound, Problem
 from axisid.estimation.records import Record, record_labels
+from axisid.estimation.regression_problem import ParameterAtBound, Problem
 from axisid.estimation.signals import FilteredRecord, Prefilter, Sampling
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Exact, Uncached

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.choices import ROW_LOSSES, check_among, listed
 from axisid.estimation.methods import METHODS, bound_record, scale_of
 from axisid.estimation.parameters import JointForm, KnownValue, known_of, layout_of, prefilters_of
-from axisid.estimation.problems import Problem, check_time_known
 from axisid.estimation.records import Record, record_labels
+from axisid.estimation.regression_problem import Problem, check_time_known
 from axisid.estimation.signals import (
     FilteredRecord,
     Prefilter,

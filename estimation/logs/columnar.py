@@ -20,8 +20,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from axisid.estimation.logs.text import NoStampsError, is_stamp, stamp_seconds
-from axisid.estimation.tables import (
+from axisid.estimation.input_tables import (
     UNITS_ENTRY,
     Table,
     TableBuilder,
@@ -30,6 +29,7 @@ from axisid.estimation.tables import (
     refusing,
     split_labels,
 )
+from axisid.estimation.logs.text import NoStampsError, is_stamp, stamp_seconds
 from axisid.support.errors import DataError, UsageError
 from axisid.support.memory import Room
 

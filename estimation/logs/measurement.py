@@ -18,7 +18,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.tables import Table, TableBuilder, library, numbered, one_line, refusing
+from axisid.estimation.input_tables import (
+    Table,
+    TableBuilder,
+    library,
+    numbered,
+    one_line,
+    refusing,
+)
 from axisid.support.errors import DataError
 from axisid.support.memory import Room
 

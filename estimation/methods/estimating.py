@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from axisid.estimation.bootstrap import BootstrapCorrection, Chain, bootstrap_correction
 from axisid.estimation.estimates import (
     COVARIANCES,
     Estimate,
@@ -18,7 +19,6 @@ from axisid.estimation.estimates import (
     fewest,
 )
 from axisid.estimation.parameters import moved_layouts
-from axisid.estimation.problems import Problem, noise_free_residuals, slopes_by_gain
 from axisid.estimation.regression import (
     Covariance,
     CovarianceEstimate,
@@ -27,15 +27,15 @@ from axisid.estimation.regression import (
     condition_number,
     delta_method,
 )
+from axisid.estimation.regression_problem import Problem, noise_free_residuals, slopes_by_gain
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds import NO_RELATION
-from axisid.estimation.twins import BootstrapCorrection, Chain, bootstrap_correction
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Deferred, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
 
-from .bootstrap import TOO_FEW, Bootstrap, with_loops
 from .method import Fit, Method, loss_remarks
+from .problem_bootstrap import TOO_FEW, Bootstrap, with_loops
 
 _BOUND_TOLERANCE = 1e-6  # relative distance of a nonlinear parameter from a bound that it is at
 

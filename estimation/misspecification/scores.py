@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import orth
 from scipy.special import fdtrc
 
-from axisid.estimation.problems import noise_free_record
+from axisid.estimation.bootstrap import DEFAULT_COUNT, Chain, twins_of
 from axisid.estimation.regression import (
     Equations,
     Hac,
@@ -25,8 +25,8 @@ from axisid.estimation.regression import (
     recorded_loops,
     score_products,
 )
+from axisid.estimation.regression_problem import noise_free_record
 from axisid.estimation.signals import FilteredRecord, Signals
-from axisid.estimation.twins import DEFAULT_COUNT, Chain, twins_of
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels, first_case
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.records import Record

@@ -15,7 +15,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.codegen.generated_axes import GeneratedAxis, as_generated
+from axisid.estimation.bootstrap import DEFAULT_COUNT, Chain, check_count
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
@@ -30,7 +31,6 @@ from axisid.estimation.identification import check_choices, identify, requested_
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
-from axisid.estimation.twins import DEFAULT_COUNT, Chain, check_count
 from axisid.modeling.declaration import Axis, Move
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, EstimationError, UsageError, is_whole, quoted

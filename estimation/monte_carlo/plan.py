@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.batched import RecordLanes, is_served
+from axisid.estimation.bootstrap import Autoregressions, Chain, Draws
 from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
@@ -19,7 +20,6 @@ from axisid.estimation.choices import (
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import Simulation, TwinPlan, simulate_batch, twin_plan
-from axisid.estimation.twins import Autoregressions, Chain, Draws
 from axisid.modeling.declaration import Experiment
 from axisid.support.arrays import Array
 from axisid.support.errors import (

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from axisid.estimation.batched import identify_lanes
 from axisid.estimation.choices import fitted_output
 from axisid.estimation.estimates import COVARIANCES, Value, student_interval
-from axisid.estimation.fitting import OutputFit, fit
 from axisid.estimation.identification import Identification, identify
+from axisid.estimation.output_error import OutputFit, fit
 from axisid.estimation.records import Record
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError

@@ -5,18 +5,18 @@ In: axes, forms, records, values known of each record. Out: `JointForm` of sever
 and `Unknowns` of a search. Knows nothing of estimates, outputs and how a search is made.
 """
 
+from .joint_parameters import (
+    GAIN as GAIN,
+    JointForm as JointForm,
+    layout_of as layout_of,
+    moved_layouts as moved_layouts,
+)
 from .known import (
     KnownValue as KnownValue,
     KnownValues as KnownValues,
     known_of as known_of,
     prefilters_of as prefilters_of,
     read_known as read_known,
-)
-from .layout import (
-    GAIN as GAIN,
-    JointForm as JointForm,
-    layout_of as layout_of,
-    moved_layouts as moved_layouts,
 )
 from .nuisance import (
     START as START,

@@ -15,8 +15,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis, Quantity
-from axisid.estimation.loops import loop_starts
+from axisid.codegen.generated_axes import GeneratedAxis, Quantity
+from axisid.estimation.law_replay import loop_starts
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form, InverseForm
 from axisid.estimation.simulation import LoopInputs
@@ -24,7 +24,7 @@ from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
 
-from .layout import GAIN, JointForm, drive_gain_of
+from .joint_parameters import GAIN, JointForm, drive_gain_of
 
 #: How parameters of a start are called, and what asks for both.
 START_PARAMETERS, START = ("start_position", "start_velocity"), "start"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import Quantity
+from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.choices import by_name
 from axisid.estimation.thresholds import LARGEST_VALUE
 from axisid.support.arrays import Array

@@ -11,9 +11,9 @@ from itertools import chain
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.choices import CONTROL, FORCE
-from axisid.estimation.loops import (
+from axisid.estimation.law_replay import (
     MIN_MEMORY_EFFECT,
     START_SAMPLES,
     LawTicks,

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.polynomial.polynomial import polyfit
 
-from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form

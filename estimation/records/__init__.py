@@ -5,13 +5,20 @@ In: `Table`, `Axis`. Out: `Record`. Knows nothing of filters.
 
 from .clipping import quantisation_step as quantisation_step
 from .clocks import check_sample_period as check_sample_period
+from .law_period import (
+    clock_of as clock_of,
+    evaluations_per_sample as evaluations_per_sample,
+    hold_delay as hold_delay,
+    is_same_period as is_same_period,
+    other_period as other_period,
+)
 from .reading import read_record as read_record
 from .record import (
     Record as Record,
     check_record as check_record,
     record_labels as record_labels,
 )
-from .run_file import (
+from .run_toml import (
     Repairs as Repairs,
     is_run_file as is_run_file,
     log_of as log_of,
@@ -24,11 +31,4 @@ from .shifts import (
     advised_shift as advised_shift,
     at_times as at_times,
     samples_apart as samples_apart,
-)
-from .time_base import (
-    clock_of as clock_of,
-    evaluations_per_sample as evaluations_per_sample,
-    hold_delay as hold_delay,
-    is_same_period as is_same_period,
-    other_period as other_period,
 )

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.input_tables import Repair, Table
 from axisid.estimation.records.columns import RoleColumns
-from axisid.estimation.tables import Repair, Table
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError, is_real, quoted

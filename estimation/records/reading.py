@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis, as_declared
+from axisid.codegen.generated_axes import GeneratedAxis, as_declared
+from axisid.estimation.input_tables import Provenance, Table
 from axisid.estimation.logs import read_table
 from axisid.estimation.records.columns import RoleColumns, role_columns
-from axisid.estimation.tables import Provenance, Table
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.modeling.declaration import Axis, Column, column_texts
 from axisid.support.arrays import runs
@@ -29,7 +29,7 @@ from .clocks import (
 )
 from .record import Record
 from .resampling import resample
-from .run_file import Repairs, is_run_file, read_run
+from .run_toml import Repairs, is_run_file, read_run
 from .segments import Window, as_sampled, checked_windows, edges, within
 from .shifts import drawn_between, seldom_notes, shifted
 from .wrapping import unwound

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from axisid.codegen.artefacts import GeneratedAxis, as_declared
+from axisid.codegen.generated_axes import GeneratedAxis, as_declared
+from axisid.estimation.input_tables import Provenance, Repair, Samples
 from axisid.estimation.records.columns import log_content
-from axisid.estimation.tables import Provenance, Repair, Samples
 from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.support.arrays import Array, Exact, covered, frozen, runs

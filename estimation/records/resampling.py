@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
+from axisid.estimation.input_tables import PeriodSource, Repair, Samples
 from axisid.estimation.records.columns import RoleColumns, motion_role
-from axisid.estimation.tables import PeriodSource, Repair, Samples
 from axisid.estimation.thresholds import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError

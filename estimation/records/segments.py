@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from axisid.estimation.input_tables import PeriodSource, Repair, Samples
 from axisid.estimation.records.columns import RoleColumns
-from axisid.estimation.tables import PeriodSource, Repair, Samples
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.support.arrays import Array, covered
 from axisid.support.errors import DataError, UsageError, quoted

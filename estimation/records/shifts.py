@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.choices import check_among
+from axisid.estimation.input_tables import Repair, Samples, exact_unit
 from axisid.estimation.records.columns import RoleColumns
-from axisid.estimation.tables import Repair, Samples, exact_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError, is_real, quoted
 

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.input_tables import Repair, Samples
 from axisid.estimation.records.columns import RoleColumns
-from axisid.estimation.tables import Repair, Samples
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError

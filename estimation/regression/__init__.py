@@ -52,12 +52,7 @@ from .propagation import (
     slopes_and_bends as slopes_and_bends,
     summarised as summarised,
 )
-from .residual_tests import (
-    ResidualTests as ResidualTests,
-    power_density as power_density,
-    residual_tests as residual_tests,
-)
-from .simulated_rows import (
+from .record_loops import (
     LoopDataError as LoopDataError,
     follows_noise as follows_noise,
     is_measured_by_law as is_measured_by_law,
@@ -70,6 +65,11 @@ from .simulated_rows import (
     simulated_loops as simulated_loops,
     simulated_position as simulated_position,
     simulated_rows as simulated_rows,
+)
+from .residual_tests import (
+    ResidualTests as ResidualTests,
+    power_density as power_density,
+    residual_tests as residual_tests,
 )
 from .variable_projection import (
     damped_step as damped_step,

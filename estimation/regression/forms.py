@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import GeneratedAxis, Quantity
+from axisid.codegen.generated_axes import GeneratedAxis, Quantity
 from axisid.estimation.signals import FilteredRecord, Signals
 from axisid.estimation.simulation import at_rest
 from axisid.modeling.quantities import Parameter

@@ -14,7 +14,7 @@ from itertools import product
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 

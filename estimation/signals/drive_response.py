@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.modeling.declaration import CommandPath, Response
 from axisid.support.arrays import Array
 

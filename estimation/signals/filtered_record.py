@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.records import Record, clock_of, evaluations_per_sample, hold_delay
 from axisid.estimation.thresholds import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
 from axisid.support.arrays import Array, Exact, Uncached, covered

@@ -24,7 +24,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MIN_MOVING_SPEED, REST_SPEED
 from axisid.support.arrays import Array, Exact, runs

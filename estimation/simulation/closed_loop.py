@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.codegen.lowering import SIGNALS, STATUSES, LoopSettings
 from axisid.codegen.runtime import VirtualLoop
 from axisid.modeling.declaration import Axis

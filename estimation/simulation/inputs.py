@@ -18,7 +18,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import LoopSettings, LoopStart
 from axisid.codegen.runtime import VirtualLoop
 from axisid.estimation.records import at_times, is_same_period

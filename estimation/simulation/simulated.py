@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.signals import Signals, acting_along, drive_force, through_path
 from axisid.support.arrays import Array, Exact

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.codegen.lowering import LoopStart
+from axisid.estimation.input_tables import Provenance
 from axisid.estimation.records import Record, check_sample_period
 from axisid.estimation.signals import about_samples
-from axisid.estimation.tables import Provenance
 from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, Move
 from axisid.support.arrays import Array

@@ -19,4 +19,4 @@ from .validate import (
     validate as validate,
     validate_fit as validate_fit,
 )
-from .validation import MethodValidation as MethodValidation, Validation as Validation
+from .validation_result import MethodValidation as MethodValidation, Validation as Validation

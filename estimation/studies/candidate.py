@@ -17,10 +17,9 @@ from itertools import combinations, permutations
 import numpy as np
 from scipy.special import stdtr
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.parameters import GAIN
-from axisid.estimation.problems import Problem
 from axisid.estimation.regression import (
     Classical,
     Covariance,
@@ -30,6 +29,7 @@ from axisid.estimation.regression import (
     joint_p,
     wald,
 )
+from axisid.estimation.regression_problem import Problem
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Array, Exact, MaybeNan
 from axisid.support.errors import Missing

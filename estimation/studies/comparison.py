@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, first_case
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
@@ -27,8 +27,8 @@ from axisid.estimation.identification import (
     shared_records,
 )
 from axisid.estimation.parameters import KnownValue, KnownValues
-from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record
+from axisid.estimation.regression_problem import Problem
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import NO_RELATION
 from axisid.modeling.declaration import Axis

@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis, as_generated
+from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.checks import DEFAULT_LEVELS, Check
 from axisid.estimation.choices import INSTRUMENT_STARTS, same_estimates
 from axisid.estimation.diagnostics import Checked, tests_of_instruments

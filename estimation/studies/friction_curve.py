@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.regression import InverseForm

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.problems import Problem
 from axisid.estimation.regression import (
     InverseForm,
     Solution,
@@ -21,6 +20,7 @@ from axisid.estimation.regression import (
     least_squares,
     search_bounds,
 )
+from axisid.estimation.regression_problem import Problem
 from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError, EstimationError, Missing, ModelError

@@ -14,18 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.bootstrap import DEFAULT_COUNT
 from axisid.estimation.checks import Check, Levels
 from axisid.estimation.choices import OPEN_LOOP, check_among, is_output_error
 from axisid.estimation.diagnostics import Checked, Difference, RecordRegressor, common_samples
 from axisid.estimation.diagnostics.control_law import LawCheck, check_law
 from axisid.estimation.estimates import Estimate, SamplingDistribution
-from axisid.estimation.fitting import OutputFit, checked_horizon
 from axisid.estimation.identification import Identification, RecordInfo
 from axisid.estimation.methods import METHODS, Bootstrap, bound_record, estimate_by
+from axisid.estimation.output_error import OutputFit, checked_horizon
 from axisid.estimation.parameters import GAIN, START_PARAMETERS, by_declared_gain
 from axisid.estimation.predictions import LoopPredictions, Predictions, WindowPredictions
-from axisid.estimation.problems import Problem
 from axisid.estimation.records import Record, check_record, clock_of, other_period
 from axisid.estimation.regression import (
     Hac,
@@ -36,10 +36,10 @@ from axisid.estimation.regression import (
     simulated_loops,
     simulated_position,
 )
+from axisid.estimation.regression_problem import Problem
 from axisid.estimation.signals import FilteredRecord, RowTimes
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
-from axisid.estimation.twins import DEFAULT_COUNT
 from axisid.support.arrays import Array, Exact, relative_error_percent
 from axisid.support.errors import (
     DataError,
@@ -51,7 +51,7 @@ from axisid.support.errors import (
 )
 from axisid.support.presentable import Presentable
 
-from .validation import (
+from .validation_result import (
     MAX_VALIDATION_ERROR,
     MethodValidation,
     Validation,

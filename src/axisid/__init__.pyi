@@ -6,11 +6,11 @@ from . import (
     estimation as estimation,
     modeling as modeling,
 )
-from .codegen.artefacts import build as build
+from .codegen.generated_axes import build as build
 from .estimation.estimates import Estimate as Estimate
-from .estimation.fitting import fit as fit
 from .estimation.identification import Identification as Identification, identify as identify
 from .estimation.monte_carlo import monte_carlo as monte_carlo
+from .estimation.output_error import fit as fit
 from .estimation.records import Record as Record, read_record as read_record
 from .estimation.signals import Prefilter as Prefilter
 from .estimation.simulation import simulate as simulate, twin_record as twin_record
@@ -25,13 +25,13 @@ from .modeling.declaration import (
     newton as newton,
 )
 from .modeling.derivation import derive as derive, friction_ladder as friction_ladder
+from .modeling.parsing import load_axis as load_axis
 from .modeling.quantities import (
     Constant as Constant,
     Coordinate as Coordinate,
     Parameter as Parameter,
     Signal as Signal,
 )
-from .modeling.text import load_axis as load_axis
 from .presentation.saved import compare_results as compare_results, load_result as load_result
 from .support.errors import (
     AxisidError as AxisidError,

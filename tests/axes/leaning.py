@@ -5,7 +5,7 @@ from functools import cache
 import sympy
 
 from axisid import Coordinate, Parameter, build, load_axis, newton
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 
 
 @cache

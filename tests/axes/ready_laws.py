@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import cache
 
 from axisid import build, load_axis
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import (
     ControlLaw,
     cascade_p_pi,

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from axisid import Coordinate, Parameter, build, newton
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import REFERENCE, ControlLaw, cascade_pd_difference, gain
 from axisid.elements import Drive, dahl, lugre, maxwell_slip, viscous
 from axisid.modeling.declaration.axis import Axis

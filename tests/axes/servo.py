@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from axisid import Axis, Coordinate, Parameter, Record, build, newton, read_record, simulate
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import pid
 from axisid.elements import Drive, coulomb, gravity_moment, offset, viscous
 from axisid.support.arrays import Array

@@ -5,7 +5,7 @@ from functools import cache
 from typing import Any
 
 from axisid import Parameter, Record, build, load_axis, twin_record
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.modeling.declaration.axis import Axis
 
 TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8, "tau0": 0.0, "m_add": 0.0}

@@ -9,7 +9,7 @@ import pytest
 
 from axisid import Constant, build, fit, identify, load_axis, twin_record
 from axisid.candidates import TERMS, Along, Term
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.support.arrays import Array
 from tests.refusals import refuses

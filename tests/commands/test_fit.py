@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from axisid import Record, compare_results, fit, load_axis, load_result, read_record
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.presentation.saved import SavedOutputFit
 from tests.refusals import refuses
 

@@ -165,7 +165,7 @@ def test_internal_faults_are_told_from_user_faults(
     def broken(_: str) -> None:
         raise RuntimeError("boom")
 
-    monkeypatch.setattr("axisid.modeling.text.load_axis", broken)
+    monkeypatch.setattr("axisid.modeling.parsing.load_axis", broken)
     monkeypatch.delenv("AXISID_DEBUG", raising=False)
     refused("identify", "emps", says="internal fault: RuntimeError: boom", code=1)
     monkeypatch.setenv("AXISID_DEBUG", "1")
@@ -317,7 +317,7 @@ def test_interrupt_exits_130(refused: Refused, monkeypatch: pytest.MonkeyPatch) 
     def interrupted(_: str) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("axisid.modeling.text.load_axis", interrupted)
+    monkeypatch.setattr("axisid.modeling.parsing.load_axis", interrupted)
     assert refused("identify", "emps2015", code=130).strip() == "axisid: interrupted"
 
 

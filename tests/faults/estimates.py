@@ -20,7 +20,7 @@ from axisid import (
     simulate,
     twin_record,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import Drive, end_stop
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import Move

@@ -25,7 +25,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen import GeneratedAxis
-from axisid.codegen.artefacts.texts import axis_artefacts
+from axisid.codegen.generated_axes.texts import axis_artefacts
 from axisid.codegen.native.library_cache import NativeUnavailableError, _name, find_compiler
 from axisid.codegen.printers import with_c_loop
 from axisid.estimation import simulate_batch

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from axisid import build, load_axis
+from axisid.modeling.parsing.expression import read_expression
+from axisid.modeling.parsing.grammar import DYNAMICS
 from axisid.modeling.quantities.symbols import Coordinate
-from axisid.modeling.text.expression import read_expression
-from axisid.modeling.text.grammar import DYNAMICS
 from tests.fuzz.cases import Fuzz, WrongError, one_of, spoilt
 
 DIGITS = 40

@@ -12,7 +12,7 @@ import pytest
 import sympy
 
 from axisid import Prefilter, Record, identify, simulate
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.signals import SampledFilter
 from axisid.modeling.quantities import with_numbers
 from axisid.support.arrays import relative_error_percent

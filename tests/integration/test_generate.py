@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from axisid import build, load_axis
-from axisid.codegen.artefacts.folder import check_files, expected_files, write_files
+from axisid.codegen.generated_axes.folder import check_files, expected_files, write_files
 from axisid.modeling import LIBRARY
 
 Run = Callable[..., tuple[int, str, str]]
@@ -63,7 +63,7 @@ def test_bad_axis_among_good_ones_writes_nothing(
 @pytest.mark.slow
 def test_text_is_the_same_in_a_fresh_process_with_another_hash_seed() -> None:
     program = (
-        "from axisid.codegen.artefacts import expected_files; from axisid import load_axis;"
+        "from axisid.codegen.generated_axes import expected_files; from axisid import load_axis;"
         "from axisid.modeling import LIBRARY;"
         "import hashlib;"
         "print(hashlib.sha256(repr(sorted(expected_files(map(load_axis, LIBRARY)).items()))"

@@ -23,7 +23,7 @@ from axisid import (
     twin_record,
     validate,
 )
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, coulomb, viscous
 from axisid.estimation.diagnostics.control_law import check_law

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from axisid import Identification, build, derive, identify, load_axis, twin_record
-from axisid.codegen.artefacts.texts import axis_artefacts
+from axisid.codegen.generated_axes.texts import axis_artefacts
 from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import LIBRARY

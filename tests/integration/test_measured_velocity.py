@@ -14,8 +14,8 @@ from axisid import (
     twin_record,
     validate,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.loops import loop_starts
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
+from axisid.estimation.law_replay import loop_starts
 from tests.refusals import refuses
 
 SIZE = 0.08  # m/s, of the velocity

@@ -10,7 +10,7 @@ from axisid import (
     Identification,
     Record,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from tests.refusals import refuses
 
 

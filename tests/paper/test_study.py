@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from axisid import Identification
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.paper.study import (
     DISTRIBUTION_FILES,
     distributions_document,
@@ -15,7 +15,7 @@ from axisid.paper.study import (
     study_document,
     write_distributions,
 )
-from axisid.presentation.blocks import plain_text
+from axisid.presentation.documents import plain_text
 from axisid.presentation.html import blocks_html
 
 Study = dict[str, Identification]

@@ -19,7 +19,7 @@ from axisid import (
     twin_record,
     validate,
 )
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.presentation.views import as_frame
 from axisid.support.presentable import Presentable
 from tests.refusals import refuses

@@ -14,9 +14,9 @@ import pytest
 from scipy.io import savemat
 
 from axisid import read_record
+from axisid.estimation.input_tables.table import Table
 from axisid.estimation.logs import formats, read_table
 from axisid.estimation.records.record import Record
-from axisid.estimation.tables.table import Table
 from axisid.support import memory
 from tests.bounded import within
 from tests.estimation.logs.test_read_formats import bag_of

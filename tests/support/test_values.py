@@ -20,12 +20,12 @@ import pytest
 
 import axisid
 from axisid import AxisidError, Record, read_record
-from axisid.codegen.artefacts import write_files
+from axisid.codegen.generated_axes import write_files
 from axisid.estimation import Repairs
 from axisid.estimation.estimates import Value
-from axisid.estimation.regression.simulated_rows import loop_reference
+from axisid.estimation.regression.record_loops import loop_reference
 from axisid.estimation.signals import FilteredRecord
-from axisid.modeling.text.grammar import TextError
+from axisid.modeling.parsing.grammar import TextError
 from axisid.support.arrays import Deferred
 from axisid.support.errors import DeclarationError, plain_numbers, range_text
 from axisid.support.files import csv_text, json_text, kept_if_filled

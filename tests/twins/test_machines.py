@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from axisid import Record, UsageError, build, load_axis, read_record
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation import Chain
 from axisid.estimation.monte_carlo import monte_carlo, twin_of, twins
 from axisid.fleets import gather_items

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.checks import first_case
-from axisid.estimation.loops import LawAlong, LawPoint, as_logged, position_noise, two_clocks
+from axisid.estimation.law_replay import LawAlong, LawPoint, as_logged, position_noise, two_clocks
 from axisid.estimation.records import Record, at_times, quantisation_step
 from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import (

@@ -19,9 +19,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import ndtri
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.checks import Check, first_case, status_of
-from axisid.estimation.loops import hides_command
+from axisid.estimation.law_replay import hides_command
 from axisid.estimation.records import Record, clock_of, evaluations_per_sample, other_period
 from axisid.estimation.regression import joint_p, lacking_law, lacking_loop, wald
 from axisid.estimation.thresholds import (

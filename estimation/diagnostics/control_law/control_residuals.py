@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from axisid.codegen.artefacts import GeneratedAxis
-from axisid.estimation.loops import (
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.law_replay import (
     LawTicks,
     as_logged,
     law_along,

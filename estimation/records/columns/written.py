@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.logs.text import is_number
-from axisid.estimation.tables import (
+from axisid.estimation.input_tables import (
     UNITS_ENTRY,
     TableBuilder,
     is_unit,
@@ -16,6 +15,7 @@ from axisid.estimation.tables import (
     parquet_bytes,
     split_labels,
 )
+from axisid.estimation.logs.text import is_number
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError

@@ -12,7 +12,7 @@ from typing import Any
 
 import msgspec
 
-from axisid.codegen.artefacts import as_declared
+from axisid.codegen.generated_axes import as_declared
 from axisid.estimation.choices import by_name, listed
 from axisid.estimation.identification import identify, requested_methods
 from axisid.estimation.records import read_record

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from axisid.estimation.choices import listed
+from axisid.estimation.input_tables import library
 from axisid.estimation.logs import log_endings
 from axisid.estimation.records import log_of
-from axisid.estimation.tables import library
 from axisid.support.errors import DataError, UsageError, quoted
 from axisid.support.files import opened_regular, read_regular
 from axisid.support.written import kinds_of

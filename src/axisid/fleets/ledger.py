@@ -13,8 +13,8 @@ from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Belief, Checked, by_weight
 from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification
-from axisid.populations import LARGEST
 from axisid.presentation.saved import JsonObject, Matrix, about
+from axisid.robust_statistics import LARGEST
 from axisid.support.errors import DataError, first_of
 from axisid.support.written import kinds_of
 

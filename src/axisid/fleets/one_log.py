@@ -8,13 +8,13 @@ from pathlib import Path
 from time import process_time
 from typing import Any
 
-from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import log_of, read_record
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Axis, fix, leave_out
 from axisid.modeling.library import LIBRARY
-from axisid.modeling.text import load_axis
+from axisid.modeling.parsing import load_axis
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.files import axis_file, json_text, opened_regular, read_regular, write_file
 from axisid.support.version import __version__

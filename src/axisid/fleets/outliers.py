@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.estimation.thresholds import FLEET_LEVEL
-from axisid.populations import Usual, alike_points, spread_of
+from axisid.robust_statistics import Usual, alike_points, spread_of
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 from axisid.support.mappings import grouped

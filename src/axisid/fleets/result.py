@@ -15,8 +15,8 @@ import numpy as np
 
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Belief, Checked
-from axisid.estimation.tables import UNITS_ENTRY, npz_bytes, parquet_bytes, split_labels
-from axisid.presentation.blocks import (
+from axisid.estimation.input_tables import UNITS_ENTRY, npz_bytes, parquet_bytes, split_labels
+from axisid.presentation.documents import (
     Block,
     Cell,
     Document,

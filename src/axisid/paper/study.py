@@ -12,14 +12,14 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from axisid.codegen.artefacts import build
+from axisid.codegen.generated_axes import build
 from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.monte_carlo import MonteCarlo, monte_carlo
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_record
-from axisid.modeling.text import load_axis
-from axisid.presentation.blocks import (
+from axisid.modeling.parsing import load_axis
+from axisid.presentation.documents import (
     Cell,
     Column,
     Document,
@@ -107,7 +107,7 @@ def write_study(study: Mapping[str, Identification], folder: Path) -> list[Path]
     UsageError
         The folder cannot be written to.
     """
-    from axisid.presentation.drawing import force_figure
+    from axisid.presentation.matplotlib_backend import force_figure
 
     write_file(folder / "tables.txt", plain_text(study_document(study)))
     for name, result in study.items():

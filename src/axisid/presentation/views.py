@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification, record_place
 from axisid.estimation.monte_carlo import MonteCarlo, run_columns
+from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records import Record
 from axisid.estimation.studies import Comparison, FitValidation, Sweep, Validation
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
-from axisid.presentation.blocks import Document, plain_text
+from axisid.presentation.documents import Document, plain_text
 from axisid.presentation.formulas import axis_document
 from axisid.presentation.html import blocks_html
 from axisid.presentation.plots import (
@@ -179,7 +179,7 @@ def figure_of(
 ) -> "Figure":
     """One of a result's figures, by its name, drawn anew or on axes that are given."""
     plot = plot_of(result, what, method, **of)
-    from axisid.presentation.drawing import draw, draw_on
+    from axisid.presentation.matplotlib_backend import draw, draw_on
 
     return draw(plot) if ax is None else draw_on(plot, ax)
 

@@ -10,8 +10,7 @@ from string import Template
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.populations import LARGEST
-from axisid.presentation.blocks import (
+from axisid.presentation.documents import (
     Block,
     Cell,
     Document,
@@ -22,6 +21,7 @@ from axisid.presentation.blocks import (
 )
 from axisid.presentation.html import blocks_html
 from axisid.presentation.plots import Panel, Plot, Series as Curve, Tone, labelled
+from axisid.robust_statistics import LARGEST
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing, first_of, range_text
 from axisid.support.mappings import grouped
@@ -212,7 +212,7 @@ def _panel(chart: Chart, places: Array) -> Panel:
 
 def trend_page(series: Sequence[Series], by: str, document: Document) -> str:
     """One page with a figure of each series, those with a change first."""
-    from axisid.presentation.drawing import draw
+    from axisid.presentation.matplotlib_backend import draw
 
     figures = []
     for each in notable_first(series)[:_MOST_DRAWN]:

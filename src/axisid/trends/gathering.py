@@ -15,8 +15,8 @@ from scipy.special import ndtri
 from axisid.estimation.choices import FIT
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.fleets import LEDGER, FleetRow, fleet_value, read_ledger, strays
-from axisid.populations import LARGEST
 from axisid.presentation.saved import SavedIdentification, SavedOutputFit, load_result
+from axisid.robust_statistics import LARGEST
 from axisid.support.errors import DataError, UsageError, first_of, quoted
 
 #: The rows of a folder's ledger, and what is broken in it.

@@ -10,7 +10,7 @@ from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.thresholds import TREND_LEVEL
 from axisid.fleets import FleetRow
-from axisid.populations import Drift, Step, alike_points, change_in, limit_of_a_new_point
+from axisid.robust_statistics import Drift, Step, alike_points, change_in, limit_of_a_new_point
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing, first_of
 from axisid.support.mappings import grouped

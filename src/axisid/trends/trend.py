@@ -8,7 +8,7 @@ import numpy as np
 
 from axisid.estimation.checks import Check
 from axisid.fleets import FleetRow, Reported
-from axisid.presentation.blocks import Document
+from axisid.presentation.documents import Document
 from axisid.support.errors import DataError, Missing, UsageError, quoted
 from axisid.support.files import csv_text, json_text, write_file
 from axisid.support.mappings import grouped

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.bootstrap import Chain
 from axisid.estimation.monte_carlo import drawn_twin, noise_of, twin_of
 from axisid.estimation.records import Record
 from axisid.estimation.records.columns import log_content
 from axisid.estimation.simulation import twin_plan
-from axisid.estimation.twins import Chain
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import UsageError, is_real, is_whole, quoted
 from axisid.support.files import axis_file, csv_text, kept_if_filled, replace_file, write_file

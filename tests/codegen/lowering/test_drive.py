@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from axisid import build, derive, load_axis
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import feed_forward
 from axisid.codegen.printers.python import print_python
 from axisid.modeling import LIBRARY

@@ -17,8 +17,8 @@ import pytest
 import sympy
 
 from axisid import Constant, Coordinate, UsageError, build, derive, load_axis
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.codegen.artefacts.texts import axis_artefacts
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.texts import axis_artefacts
 from axisid.codegen.native.library_cache import (
     Compiler,
     NativeUnavailableError,

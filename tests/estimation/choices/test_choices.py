@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from axisid import Record, UsageError, fit, identify, monte_carlo
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.choices import (
     COVARIANCE_ROWS,
     METHOD_ROWS,

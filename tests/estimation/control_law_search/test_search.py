@@ -10,7 +10,7 @@ import pytest
 import sympy
 
 from axisid import build, load_axis, twin_record
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import ControlLaw, cascade_pd_difference
 from axisid.estimation import LawSearch, find_law
 from axisid.estimation.control_law_search.forms import ExplainedLaw

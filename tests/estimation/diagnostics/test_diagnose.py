@@ -24,7 +24,7 @@ from axisid import (
     sweep,
     twin_record,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import stribeck
 from axisid.estimation.checks import Check, Status, belief, conclusion
 from axisid.estimation.diagnostics.diagnose import DIAGNOSTICS, Diagnostic
@@ -172,7 +172,7 @@ def test_fit_keeps_its_estimates_beside_checks_that_fault(
 ) -> None:
     monkeypatch.delenv("AXISID_DEBUG", raising=False)
     for place in ("result.find_misspecification", "result.move_by_record"):
-        monkeypatch.setattr(f"axisid.estimation.fitting.{place}", _broken)
+        monkeypatch.setattr(f"axisid.estimation.output_error.{place}", _broken)
     result = fit(emps2015, twin)
     faulty = {check.name for check in result.checks if "by a fault" in check.meaning}
     assert {"missing terms", "law's factors"} <= faulty

@@ -18,7 +18,7 @@ from axisid import (
     simulate,
     twin_record,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd
 from axisid.elements import Drive, offset, spring
 from axisid.estimation.checks import Check

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from axisid import Identification, build, identify, leave_out
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics.records_alike import (
     Alike,
@@ -17,7 +17,7 @@ from axisid.estimation.diagnostics.records_alike import (
     records_alike,
     repeated_check,
 )
-from axisid.estimation.fitting.covariance import Sandwich
+from axisid.estimation.output_error.covariance import Sandwich
 from axisid.estimation.records import Record, Repairs, read_record
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing

@@ -10,7 +10,7 @@ import statsmodels.api as sm
 from scipy.special import stdtrit
 
 from axisid import Identification, Record, identify, load_result, read_record
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation import choices
 from axisid.estimation.estimates import (
     COVARIANCES,

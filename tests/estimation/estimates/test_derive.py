@@ -15,7 +15,7 @@ from axisid import (
     UsageError,
     identify,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.estimates.estimate import Estimate
 from tests.refusals import refuses
 

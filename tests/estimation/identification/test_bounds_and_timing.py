@@ -22,7 +22,7 @@ from axisid import (
     simulate,
     twin_record,
 )
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.modeling import back_and_forth
 from tests.axes.lagging import TRUTH, lagging, noisy
 from tests.refusals import refuses

@@ -20,7 +20,7 @@ from axisid import (
     simulate,
     twin_record,
 )
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import cascade_pd
 from axisid.estimation.simulation.twin import trajectory
 from axisid.support.arrays import relative_error_percent

@@ -21,11 +21,11 @@ from axisid import (
     load_axis,
     twin_record,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.estimation.fitting import OutputFit
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.identification import (
     bound_records,
 )
+from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records.record import record_labels
 from tests.axes.stage import TRUTH, generated, stage, stage_record
 from tests.refusals import refuses

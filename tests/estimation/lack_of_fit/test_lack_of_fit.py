@@ -16,7 +16,7 @@ from axisid import (
     load_axis,
     twin_record,
 )
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.lack_of_fit import (
     LackOfFit,
     Repeats,

@@ -19,7 +19,7 @@ from axisid import (
     twin_record,
     validate,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.estimation.diagnostics.diagnose import following
 from axisid.estimation.estimates import NotSimulated

@@ -11,7 +11,7 @@ import pytest
 import statsmodels.api as sm
 
 from axisid import Prefilter, Record, build, identify, load_axis, twin_record
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation import choices
 from axisid.estimation.identification import Identification
 from axisid.estimation.methods import METHODS

@@ -23,7 +23,7 @@ from axisid import (
     load_result,
     twin_record,
 )
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
 from axisid.estimation.checks import Check, Levels
 from axisid.estimation.misspecification import Misspecification

@@ -13,7 +13,7 @@ import statsmodels.api as sm
 from scipy.stats import kstest
 
 from axisid import Coordinate, Record, load_axis
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.misspecification import sentence
 from axisid.estimation.misspecification.scores import RecordScores
 from axisid.estimation.misspecification.search import Misspecification

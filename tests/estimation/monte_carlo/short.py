@@ -4,7 +4,7 @@ from functools import cache
 from typing import Any
 
 from axisid import Prefilter, build, load_axis, monte_carlo
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation import MonteCarlo
 from axisid.modeling.declaration import Move
 

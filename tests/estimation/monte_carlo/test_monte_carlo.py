@@ -14,7 +14,7 @@ from pyarrow.parquet import read_schema as parquet_schema
 from statsmodels.stats.proportion import proportion_confint
 
 from axisid import EstimationError, build, fit, fix, identify, load_axis, monte_carlo
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation import Chain, MonteCarlo
 from axisid.estimation.monte_carlo import COLOURED, declared_chain, declared_figures, runs
 from axisid.estimation.monte_carlo.figures import Mean, Share

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from axisid import Record, build, load_axis, twin_record
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.parameters import ExtendedForm
 from axisid.estimation.predictions import (
     LoopPredictions,

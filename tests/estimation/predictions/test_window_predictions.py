@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from axisid import Record, build, fit, load_axis, twin_record
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.predictions import WindowPredictions
 from axisid.estimation.regression import InverseForm
 from axisid.support.arrays import Array

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from axisid import read_record, simulate, twin_record
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
+from axisid.estimation.input_tables import Samples
 from axisid.estimation.records.clipping import clipped
 from axisid.estimation.records.columns import RoleColumns
-from axisid.estimation.tables import Samples
 from axisid.modeling.declaration import Axis
 
 TIME = 1e-3 * np.arange(6000)

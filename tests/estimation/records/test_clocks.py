@@ -8,9 +8,9 @@ from hypothesis import given, strategies as st
 
 from axisid import Record, UsageError, read_record
 from axisid.estimation import Repairs
+from axisid.estimation.input_tables import Samples
 from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.records.resampling import own_period, resample
-from axisid.estimation.tables import Samples
 from tests.refusals import refuses
 
 N = 2000

@@ -15,7 +15,7 @@ import pytest
 
 import axisid
 from axisid import DataError, Record, build, identify, load_axis, read_record, validate
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
 from axisid.estimation.diagnostics.control_law.control_law import LawCheck, check_law
 from axisid.estimation.signals import FilteredRecord, Prefilter

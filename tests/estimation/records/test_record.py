@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from axisid import AxisidError, DataError, Record, UsageError, identify, load_result, read_record
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation import Repairs
 from tests.refusals import refuses
 

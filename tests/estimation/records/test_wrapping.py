@@ -10,9 +10,9 @@ from hypothesis import given, strategies as st
 
 from axisid import load_axis, read_record
 from axisid.estimation import Repairs
+from axisid.estimation.input_tables import Samples
 from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.records.wrapping import Modulus, unwound
-from axisid.estimation.tables import Samples
 from tests.refusals import refuses
 
 N = 400

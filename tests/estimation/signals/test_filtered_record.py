@@ -22,7 +22,7 @@ from axisid import (
     newton,
     twin_record,
 )
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.commands.options.estimator_options import Filtering
 from axisid.elements import Drive
 from axisid.estimation.regression import InverseForm

@@ -20,7 +20,7 @@ from axisid import (
     simulate,
     twin_record,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.methods import bound_record
 from axisid.estimation.signals.filtered_record import FilteredRecord
 from axisid.estimation.signals.sampling import near_turns

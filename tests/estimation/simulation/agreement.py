@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from axisid import simulate
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import SIGNALS
 from axisid.estimation import simulate_batch
 from axisid.support.arrays import Array

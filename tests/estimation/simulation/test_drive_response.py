@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from axisid import build, simulate
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import CONTROL, DRIVE_GAIN, VELOCITY, Drive, current_drive, formula_drive
 from axisid.estimation import simulate_batch
 from axisid.estimation.signals import through_path

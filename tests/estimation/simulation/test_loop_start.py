@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from axisid import build, newton, simulate
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import (
     BALANCED,
     MEASURED_POSITION,

@@ -10,7 +10,7 @@ import sympy
 from scipy.integrate import solve_ivp
 
 from axisid import EstimationError, Parameter, build, simulate
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd
 from axisid.elements import coulomb, end_stop, viscous
 from axisid.estimation.simulation.twin import trajectory

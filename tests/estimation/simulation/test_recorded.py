@@ -10,7 +10,7 @@ import pytest
 import sympy
 
 from axisid import Coordinate, Parameter, Signal, build, newton, simulate
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import REFERENCE, ControlLaw, gain
 from axisid.elements import TIME, Drive, coulomb
 from axisid.estimation.simulation import Simulation, twin_record

@@ -11,7 +11,7 @@ import pytest
 import sympy
 
 from axisid import Axis, build, load_axis, simulate, twin_record
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import MEASURED_POSITION, cascade_pd
 from axisid.estimation import simulate_batch
 from axisid.estimation.simulation import signals_about, twin_plan

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from axisid import build, simulate
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.simulation import Simulation, simulate_batch
 from axisid.support.arrays import Array
 from tests.axes.remembering import (

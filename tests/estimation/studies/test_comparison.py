@@ -23,7 +23,7 @@ from axisid import (
     simulate,
     twin_record,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import Drive, spring
 from axisid.estimation import Comparison
 from axisid.estimation.studies.held_out import contiguous_blocks

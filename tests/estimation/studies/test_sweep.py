@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from axisid import Prefilter, Record, build, identify, sweep
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation import Sweep
 from axisid.estimation.studies.cutoff_sweep import default_cutoffs, motion_errors
-from axisid.presentation.drawing import sweep_figure
+from axisid.presentation.matplotlib_backend import sweep_figure
 from axisid.presentation.plots.result import sweep_plot
 from tests.refusals import refuses
 

@@ -6,7 +6,7 @@ import sympy
 from sympy import Abs, Heaviside, Max, Min, sign
 
 from axisid import Axis, Coordinate, Parameter, build, derive, lagrange
-from axisid.codegen.artefacts.texts import axis_artefacts
+from axisid.codegen.generated_axes.texts import axis_artefacts
 from axisid.elements import Drive
 from axisid.modeling.algebra.derivative import slope
 from tests.axes.bodies import energetic, turn

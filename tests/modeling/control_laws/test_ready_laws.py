@@ -26,7 +26,7 @@ from axisid.control import (
     pid_ideal,
     rate_limit,
 )
-from axisid.estimation.loops import LawTicks, control_along, state_at_rest
+from axisid.estimation.law_replay import LawTicks, control_along, state_at_rest
 from axisid.support.arrays import Array
 from tests.axes.ready_laws import KP, KV, LAWS, PERIOD, with_law
 from tests.refusals import refuses

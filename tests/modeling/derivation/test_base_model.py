@@ -116,7 +116,7 @@ def test_constants_stay_in_the_force_and_have_their_unit_checked() -> None:
 
 
 def test_declaring_as_known_changes_nothing_that_is_generated() -> None:
-    from axisid.codegen.artefacts.texts import axis_artefacts
+    from axisid.codegen.generated_axes.texts import axis_artefacts
 
     for axis in (PENDULUM, load_axis("emps")):
         first = axis.parameters[0].name

@@ -12,7 +12,7 @@ import pytest
 import sympy
 
 from axisid import Axis, Constant, Coordinate, Parameter
-from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.control import cascade_p_pi
 from axisid.elements import (
     CONTROL,

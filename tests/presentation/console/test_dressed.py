@@ -7,8 +7,9 @@ import pytest
 from rich.cells import cell_len
 
 from axisid import Identification, Record, derive, identify, load_axis, sweep
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.presentation.blocks import (
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
+from axisid.presentation.console.dressed import print_dressed
+from axisid.presentation.documents import (
     Block,
     CheckGroup,
     Checks,
@@ -24,7 +25,6 @@ from axisid.presentation.blocks import (
     plain_text,
     text_columns,
 )
-from axisid.presentation.console.dressed import print_dressed
 from axisid.presentation.formulas.axis_page import axis_document
 from axisid.presentation.views import as_blocks
 

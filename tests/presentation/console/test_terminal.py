@@ -14,9 +14,9 @@ import click
 import pytest
 
 from axisid import Identification, Record, identify
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
-from axisid.presentation.blocks import CheckGroup, Checks
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.presentation.console.terminal import ProgressLine, print_document
+from axisid.presentation.documents import CheckGroup, Checks
 from axisid.support.progress import with_progress
 
 Run = Callable[..., tuple[int, str, str]]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from axisid.presentation.blocks import (
+from axisid.presentation.documents import (
     Block,
     CheckGroup,
     Checks,

@@ -17,11 +17,11 @@ from axisid import (
     sweep,
     validate,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import coulomb, viscous
 from axisid.estimation import Sweep
 from axisid.estimation.studies.friction_curve import friction_curve
-from axisid.presentation.drawing.matplotlib import draw, rendered
+from axisid.presentation.matplotlib_backend.matplotlib import draw, rendered
 from axisid.presentation.plots.estimate import (
     autocorrelation_plot,
     convergence_plot,

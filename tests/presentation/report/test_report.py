@@ -22,7 +22,7 @@ from axisid import (
     identify,
     load_axis,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation import Sweep
 from axisid.estimation.diagnostics import conclusion
 from axisid.presentation.formulas.numbers import readable_text

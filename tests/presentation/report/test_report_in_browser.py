@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from axisid import Record, identify, twin_record
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.presentation.report.page import report_html, report_sweep
 from tests.axisid.chromium import Browser, browser, find_chromium
 

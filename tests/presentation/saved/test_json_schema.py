@@ -29,7 +29,7 @@ from axisid import (
     sweep,
     twin_record,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.control_law_search import LawSearch, find_law
 from axisid.presentation.saved import plain, schema_of
 from axisid.presentation.saved.identification import WrittenIdentification

@@ -10,7 +10,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from axisid import Prefilter, Record, identify
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.presentation.saved.result_comparison import WrittenAlone, compare_results
 from tests.refusals import refuses
 

@@ -40,7 +40,7 @@ from axisid import (
     twin_record,
     validate,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation import validate_fit
 from axisid.modeling.declaration import Axis

@@ -17,7 +17,7 @@ from axisid import (
     twin_record,
     validate,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.commands.main import cli
 from tests.axes.stage import generated, stage, stage_record
 from tests.refusals import refuses

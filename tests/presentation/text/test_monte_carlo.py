@@ -9,7 +9,7 @@ import pytest
 
 from axisid import load_result, trend
 from axisid.estimation.monte_carlo import Mean, Share
-from axisid.presentation.drawing.matplotlib import draw
+from axisid.presentation.matplotlib_backend.matplotlib import draw
 from axisid.presentation.plots.monte_carlo import PLOTS, monte_carlo_plots
 from axisid.presentation.plots.plot import Plot
 from axisid.presentation.report.page import monte_carlo_page

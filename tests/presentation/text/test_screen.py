@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from axisid import Identification, Prefilter, Record, fit, identify
-from axisid.codegen.artefacts import GeneratedAxis
-from axisid.presentation.blocks import Quantity, Table
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.presentation.documents import Quantity, Table
 from axisid.presentation.text import output_fit_document
 
 Run = Callable[..., tuple[int, str, str]]

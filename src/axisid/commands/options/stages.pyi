@@ -1,6 +1,6 @@
 """What commands use of the rooms below; `stages.py` imports a name when it is first used."""
 
-from axisid.codegen.artefacts import (
+from axisid.codegen.generated_axes import (
     MANIFEST as MANIFEST,
     GeneratedAxis as GeneratedAxis,
     build as build,
@@ -8,9 +8,9 @@ from axisid.codegen.artefacts import (
     expected_files as expected_files,
     write_files as write_files,
 )
+from axisid.estimation.bootstrap import Chain as Chain
 from axisid.estimation.checks import joined as joined
 from axisid.estimation.control_law_search import find_law as find_law
-from axisid.estimation.fitting import OutputFit as OutputFit, fit as fit
 from axisid.estimation.identification import (
     Identification as Identification,
     check_bad as check_bad,
@@ -26,6 +26,7 @@ from axisid.estimation.monte_carlo import (
     twin_of as twin_of,
     write_runs as write_runs,
 )
+from axisid.estimation.output_error import OutputFit as OutputFit, fit as fit
 from axisid.estimation.parameters import known_of as known_of, read_known as read_known
 from axisid.estimation.records import (
     Record as Record,
@@ -43,7 +44,6 @@ from axisid.estimation.studies import (
     sweep as sweep,
     validate as validate,
 )
-from axisid.estimation.twins import Chain as Chain
 from axisid.exports.export import export as export
 from axisid.fleets import (
     Fleet as Fleet,
@@ -61,8 +61,8 @@ from axisid.modeling.declaration import (
 )
 from axisid.modeling.derivation import derive as derive, friction_ladder as friction_ladder
 from axisid.modeling.library import LIBRARY as LIBRARY
+from axisid.modeling.parsing import load_axis as load_axis
 from axisid.modeling.quantities import check_name as check_name
-from axisid.modeling.text import load_axis as load_axis
 from axisid.paper import (
     DISTRIBUTION_FILES as DISTRIBUTION_FILES,
     STUDY_FILES as STUDY_FILES,
@@ -73,13 +73,13 @@ from axisid.paper import (
     write_distributions as write_distributions,
     write_study as write_study,
 )
-from axisid.presentation.blocks import Document as Document
-from axisid.presentation.drawing import (
+from axisid.presentation.documents import Document as Document
+from axisid.presentation.formulas import axis_document as axis_document, axis_page as axis_page
+from axisid.presentation.matplotlib_backend import (
     NAMES as NAMES,
     sweep_figure as sweep_figure,
     write_figures as write_figures,
 )
-from axisid.presentation.formulas import axis_document as axis_document, axis_page as axis_page
 from axisid.presentation.plots import (
     PLOTS as PLOTS,
     Plot as Plot,

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from axisid.presentation.blocks import PAGE_WIDTH, Block, Document, Grid, Line, block_lines
+from axisid.presentation.documents import PAGE_WIDTH, Block, Document, Grid, Line, block_lines
 
 _GAP = 2  # blanks between columns
 _LEAST = 20  # columns; what is narrower is left to the terminal

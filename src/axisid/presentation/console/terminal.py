@@ -11,14 +11,14 @@ import click
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from axisid.presentation.blocks import Document
+    from axisid.presentation.documents import Document
 
 
 def print_document(document: "Document") -> None:
     """Print a document: as it is on a pipe, dressed for a terminal."""
     # Help and what computes need neither of the two ways to draw.
     if not is_terminal(sys.stdout):
-        from axisid.presentation.blocks import plain_text
+        from axisid.presentation.documents import plain_text
 
         click.echo(plain_text(document), nl=False)
         return

@@ -13,7 +13,7 @@ from axisid.modeling.derivation import (
     describe_undetermined,
 )
 from axisid.modeling.quantities import FORCE, Coordinate, Formula, rounded, written
-from axisid.presentation.blocks import Document, Listing, paragraph, plain_text
+from axisid.presentation.documents import Document, Listing, paragraph, plain_text
 
 from .latex import aligned_latex, escaped_latex
 

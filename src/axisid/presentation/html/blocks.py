@@ -4,7 +4,7 @@ import re
 from html import escape
 from types import MappingProxyType
 
-from axisid.presentation.blocks import (
+from axisid.presentation.documents import (
     Block,
     Cell,
     CheckGroup,

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification
 from axisid.estimation.lack_of_fit import lack_of_fit
+from axisid.estimation.output_error import OutputFit
 from axisid.estimation.predictions import measured_output
 from axisid.estimation.regression import power_density
 from axisid.estimation.studies import friction_curve

@@ -13,17 +13,17 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import by_weight, conclusion
-from axisid.estimation.fitting import OutputFit
 from axisid.estimation.identification import Identification
 from axisid.estimation.monte_carlo import MonteCarlo
+from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records import Record
 from axisid.estimation.studies import Sweep, Validation, default_cutoffs, sweep
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Formula
-from axisid.presentation.blocks import Checks, Document, Heading
+from axisid.presentation.documents import Checks, Document, Heading
 from axisid.presentation.formulas import formula_mathml, motion_sections
 from axisid.presentation.html import (
     STATUS_CLASSES,
@@ -392,7 +392,7 @@ def write_outputs(
             replace_file(Path(report), page)
             written.append(Path(report))
         if figures is not None:
-            from axisid.presentation.drawing import write_figures
+            from axisid.presentation.matplotlib_backend import write_figures
 
             found = plots_by_record(result, cutoffs).values()
             plots = [p for of_one in found for p in of_one.values() if isinstance(p, Plot)]

@@ -12,7 +12,8 @@ import numpy as np
 from msgspec import UNSET, UnsetType
 from msgspec.structs import asdict
 
-from axisid.codegen.artefacts import GeneratedAxis, Quantity
+from axisid.codegen.generated_axes import GeneratedAxis, Quantity
+from axisid.estimation.bootstrap import Chain
 from axisid.estimation.choices import is_output_error
 from axisid.estimation.estimates import (
     Estimate,
@@ -24,8 +25,7 @@ from axisid.estimation.estimates import (
 )
 from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import Drawn, DrawSummary, ResidualTests, correlation
-from axisid.estimation.twins import Chain
-from axisid.modeling.text import FunctionLike
+from axisid.modeling.parsing import FunctionLike
 from axisid.support.arrays import Array, Exact, finite
 from axisid.support.errors import UsageError, is_among, is_whole, quoted
 from axisid.support.presentable import Presentable

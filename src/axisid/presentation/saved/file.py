@@ -9,14 +9,14 @@ from typing import TypeVar, overload
 
 import msgspec
 
-from axisid.codegen.artefacts import signature
+from axisid.codegen.generated_axes import signature
 from axisid.estimation.estimates import COVARIANCES, Value
 from axisid.estimation.identification import Identification
 from axisid.modeling.declaration import Axis, CommandPath, Drive, fix, leave_out
 from axisid.modeling.derivation import AxisModel, derive
 from axisid.modeling.library import LIBRARY
+from axisid.modeling.parsing import load_axis
 from axisid.modeling.quantities import Parameter
-from axisid.modeling.text import load_axis
 from axisid.support.arrays import from_json
 from axisid.support.errors import AxisidError, DataError, UsageError, quoted
 from axisid.support.files import AS_WRITTEN, GIVE_RESULT, WRITE_AGAIN, is_unchanged, read_result

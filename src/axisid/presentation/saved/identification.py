@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from msgspec import UNSET, UnsetType
 
-from axisid.codegen.artefacts import GeneratedAxis, build
+from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics import (
     Alignment,

@@ -5,6 +5,7 @@ from typing import Annotated, Any, cast
 
 from msgspec import UNSET, UnsetType
 
+from axisid.estimation.bootstrap import Chain
 from axisid.estimation.checks import Levels
 from axisid.estimation.monte_carlo import (
     CheckFigures,
@@ -16,7 +17,6 @@ from axisid.estimation.monte_carlo import (
     declared_chain,
     declared_figures,
 )
-from axisid.estimation.twins import Chain
 from axisid.support.presentable import Presentable
 
 from .record import WrittenRequest

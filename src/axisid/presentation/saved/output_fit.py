@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from msgspec import UNSET, UnsetType
 
-from axisid.codegen.artefacts import Quantity
+from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.estimates import (
@@ -17,10 +17,10 @@ from axisid.estimation.estimates import (
     Value,
     degrees_of_freedom_of,
 )
-from axisid.estimation.fitting import OutputFit, RecordError
 from axisid.estimation.misspecification import sentence
+from axisid.estimation.output_error import OutputFit, RecordError
 from axisid.estimation.studies import FitValidation
-from axisid.modeling.text import FunctionLike
+from axisid.modeling.parsing import FunctionLike
 from axisid.support.arrays import Array, Exact, MaybeInfinite, finite
 from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable

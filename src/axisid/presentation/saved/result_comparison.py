@@ -7,7 +7,7 @@ from typing import Annotated, Any, TypeAlias
 
 from axisid.estimation.checks import Check
 from axisid.estimation.identification import Identification
-from axisid.presentation.blocks import (
+from axisid.presentation.documents import (
     Block,
     Document,
     Notes,

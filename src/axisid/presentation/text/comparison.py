@@ -10,7 +10,7 @@ from axisid.estimation.estimates import Value
 from axisid.estimation.studies import Candidate, Comparison, ParameterCheck
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
 from axisid.modeling.declaration import left_out_text
-from axisid.presentation.blocks import (
+from axisid.presentation.documents import (
     Cell,
     Document,
     Heading,

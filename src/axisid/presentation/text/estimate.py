@@ -9,7 +9,7 @@ from axisid.estimation.diagnostics.control_law import LawCheck
 from axisid.estimation.estimates import COVARIANCES, Physical, Value
 from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
 from axisid.modeling.declaration import known_text
-from axisid.presentation.blocks import (
+from axisid.presentation.documents import (
     Cell,
     Column,
     Document,

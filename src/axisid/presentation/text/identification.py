@@ -4,14 +4,14 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from axisid.codegen.artefacts import Quantity
+from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.checks import KINDS, Check, lines_of
 from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
 from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.estimation.lack_of_fit import JackknifeInterval
 from axisid.estimation.parameters import GAIN
 from axisid.modeling.quantities import Parameter
-from axisid.presentation.blocks import (
+from axisid.presentation.documents import (
     Cell,
     CheckGroup,
     Checks,

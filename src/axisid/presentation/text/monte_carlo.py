@@ -18,7 +18,7 @@ from axisid.estimation.monte_carlo import (
     stated_by,
 )
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.presentation.blocks import (
+from axisid.presentation.documents import (
     Block,
     Cell,
     Column,

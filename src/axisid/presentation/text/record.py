@@ -11,7 +11,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
 from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import Signal
-from axisid.presentation.blocks import Document, Heading, Table, text_columns
+from axisid.presentation.documents import Document, Heading, Table, text_columns
 from axisid.presentation.saved import SavedIdentification
 from axisid.support.errors import or_dash
 

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from axisid.estimation.choices import LOSSES, OUTPUTS, SQUARES
 from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.fitting import OutputFit
+from axisid.estimation.output_error import OutputFit
 from axisid.estimation.studies import FitValidation, Sweep, Validation
 from axisid.modeling.declaration import Axis, left_out_text
-from axisid.presentation.blocks import (
+from axisid.presentation.documents import (
     Cell,
     Column,
     Document,

@@ -23,7 +23,7 @@ from axisid import (
     simulate,
     twin_record,
 )
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import (
     BALANCED,
     gain,
@@ -35,7 +35,7 @@ from axisid.modeling.declaration import back_and_forth
 from axisid.support.errors import Missing
 from tests.axes.cascaded import cascaded
 from tests.axes.ready_laws import LAWS, with_law
-from tests.estimation.loops.test_start import carried
+from tests.estimation.law_replay.test_start import carried
 from tests.estimation.simulation.test_loop_start import vertical
 
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import norm, t as student
 
 from axisid import Record, build, fit, load_axis, twin_record
-from axisid.codegen.artefacts import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostics.control_law import FoundGains, LawCheck, check_found_law
 from axisid.estimation.diagnostics.control_law.control_law import apart_in_deviations
 from tests.axes.ready_laws import with_law

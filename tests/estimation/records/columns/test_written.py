@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from axisid import Axis, ModelError, Record, UsageError, build, load_axis, read_record, twin_record
-from axisid.codegen.artefacts.generated_axis import GeneratedAxis
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from tests.refusals import refuses
 
 ENDINGS = (".csv", ".parquet", ".npz")

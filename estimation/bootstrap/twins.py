@@ -1,0 +1,333 @@
+"""Twins: loops of records once more with noise, and the bias and deviations that they tell."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import partial
+from zlib import crc32
+
+import numpy as np
+
+from axisid.estimation.records import Record
+from axisid.estimation.regression import (
+    Covariance,
+    Equations,
+    Form,
+    Solution,
+    correlation,
+    delta_method,
+    recorded_loops,
+)
+from axisid.estimation.regression_problem import Problem, Solver, noise_free_record
+from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.simulation import measured_positions
+from axisid.support.arrays import Array, in_few_digits
+from axisid.support.errors import DataError, EstimationError, UsageError, is_whole, quoted
+
+from .chain import Chain, Draws
+
+#: Enough for intervals.
+DEFAULT_COUNT = 32
+
+_FEWEST, _MOST = 8, 100_000  # but for none
+
+
+def check_count(count: object) -> None:
+    """Refuse a number of twins that tells nothing.
+
+    Raises
+    ------
+    UsageError
+        It is none from 8 on, nor 0.
+    """
+    if not (is_whole(count) and (count == 0 or _FEWEST <= count <= _MOST)):
+        raise UsageError(
+            f"the twins of the bootstrap are {quoted(count)}; give a whole number from {_FEWEST} "
+            f"to {_MOST}, or 0 for none.",
+            code="noise",
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Twins:
+    """Twins of a problem's records.
+
+    Attributes
+    ----------
+    problem : Problem
+    form : Form
+        In which the parameters are the problem's.
+    at : (p,) array
+        Physical parameters of their loops, to as many digits as these are simulated with.
+    chains : tuple of Chain
+        One for each record.
+    count : int
+        How many are drawn: one whose loop cannot be simulated is left out. Without noise all are
+        alike, and one is.
+    kinds : tuple of type of Form
+        Linear forms whose rows are made of each twin together.
+    """
+
+    problem: Problem
+    form: Form
+    at: Array
+    chains: tuple[Chain, ...]
+    count: int
+    kinds: tuple[type[Form], ...] = ()
+    #: Rows by form, which are the same wherever they are asked for if the axis is linear.
+    _linear: dict[type[Form], list[Equations]] = field(default_factory=dict, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "at", in_few_digits(self.at))
+        if all(each.is_silent for each in self.chains):
+            object.__setattr__(self, "count", 1)
+
+    def solutions(self, form: Form, solver: Solver) -> list[Solution]:
+        """What a solver makes of each: one step from an estimate, with its own instruments."""
+        solutions = []
+        for rows in self.rows(form):
+            with suppress(EstimationError):
+                solution = solver(form, rows)
+                if np.isfinite(solution.theta).all():
+                    solutions.append(replace(solution, neighbours=self.problem.neighbours))
+        return solutions
+
+    def rows(self, form: Form) -> Iterable[Equations]:
+        """Their rows, one after the other."""
+        if not form.is_linear:
+            return (rows for (rows,) in self._drawn([form]))
+        if type(form) not in self._linear:
+            others = (self.problem.form(kind) for kind in self.kinds if kind is not type(form))
+            forms = [form, *others]
+            drawn = [*self._drawn(forms)]
+            for place, each in enumerate(forms):
+                self._linear[type(each)] = [rows[place] for rows in drawn]
+        return self._linear[type(form)]
+
+    def _drawn(self, forms: Sequence[Form]) -> Iterator[list[Equations]]:
+        data = self.problem.data
+        physical = [self.form.own(self.at, place) for place in range(len(data))]
+        for runs in _paired(self.count):
+            pair = []
+            try:
+                for run in runs:
+                    twins = [
+                        twin_of(each, theta, chain, _draws(each.record, run)).signals
+                        for each, theta, chain in zip(data, physical, self.chains, strict=True)
+                    ]
+                    pair.append([self.problem.reduced(form, twins) for form in forms])
+            except (DataError, EstimationError):
+                continue  # one alone would not cancel
+            yield from pair
+
+
+def _draws(record: Record, run: int) -> Draws:
+    """Random numbers of a record's own digits: its twins are the same in whatever company.
+
+    Every other twin has the opposite of those of the one before: what is a straight line of the
+    noise cancels in the mean of the two, so that few tell a bias.
+    """
+    seed = crc32(np.ascontiguousarray(record.position).tobytes())
+    return Draws(np.random.default_rng((seed, run // 2)), -1.0 if run % 2 else 1.0)
+
+
+def _paired(count: int) -> list[range]:
+    """Runs of opposite noise together."""
+    return [range(first, min(first + 2, count)) for first in range(0, count, 2)]
+
+
+def twins_of(
+    data: FilteredRecord, physical: Array, chain: Chain, count: int, *, paired: bool = False
+) -> list[FilteredRecord]:
+    """Some twins of one record, but for those that cannot be simulated; none of a silent chain.
+
+    They are independent of each other, or `paired` with those of the opposite noise, which tell
+    nothing new of what does not change its sign with the noise.
+    """
+    if chain.is_silent:
+        return []
+    twins: list[FilteredRecord] = []
+    for runs in _paired(count) if paired else [range(2 * run, 2 * run + 1) for run in range(count)]:
+        with suppress(DataError, EstimationError):
+            twins += [twin_of(data, physical, chain, _draws(data.record, run)) for run in runs]
+    return twins
+
+
+def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> FilteredRecord:
+    """A record as its loop would have been logged with the noise of a chain, under its filter.
+
+    What disturbs the motion is neither in the control that is logged nor in a logged force.
+
+    Parameters
+    ----------
+    data : FilteredRecord
+    physical : (p,) array
+        Of its axis.
+    chain : Chain
+    rng : Draws
+
+    Raises
+    ------
+    DataError, EstimationError
+        Its loop cannot be simulated.
+    """
+    record, samples = data.record, len(data.record)
+    by_law, step = chain.is_measured_by_law, chain.position_step
+    offset = chain.drawn_offset(rng)
+    noise = chain.position * rng.normal(samples) + offset
+    disturbance = chain.drawn_disturbance(rng, samples, record.period)
+    simulated = partial(recorded_loops, data, in_few_digits(physical))
+    if by_law:
+        simulated = partial(simulated, resolution=step, away=offset, position_noise=noise)
+    if chain.jitter:
+        late = chain.jitter * rng.normal(samples + 1)
+        noise += data.motion[1] * late[:-1]
+        if by_law:
+            # Each control is held for longer or shorter than a period.
+            loops = simulated(disturbance=disturbance)
+            control = np.concatenate([loop.control for loop in loops]) - disturbance
+            disturbance = disturbance + control * np.diff(late) / record.period
+    loops = simulated(disturbance=disturbance)
+    control = np.concatenate([loop.control for loop in loops]) - disturbance
+    disturbed, alone = (
+        data.drive.force(each, data.motion, data.recorded)
+        for each in (control + disturbance, control)
+    )
+    logged = [
+        replace(
+            loop,
+            position=loop.measured_position - offset
+            if by_law
+            else measured_positions(loop.position, noise[a:b], step) - offset,
+            control=control[a:b],
+            force=loop.force - (disturbed - alone)[a:b],
+        )
+        for loop, (a, b) in zip(loops, record.spans, strict=True)
+    ]
+    twin = noise_free_record(data, logged)
+    return replace(twin, record=chain.logged(twin.record, rng, rng))
+
+
+_ROUNDING = 1e-9  # of a parameter: what simulated loops that reverse make of the last digit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BootstrapCorrection:
+    """What twins tell of an estimate.
+
+    Attributes
+    ----------
+    twins : Twins
+    off : (R, p) array
+        The twins' physical parameters, less those of their loops.
+    own_off : (R, k) array
+        The same of the regression's own parameters.
+    scale : (p,) array
+        What deviations are to be multiplied by.
+    own_scale : (k,) array
+        The same of the regression's own parameters.
+    correlation, own_correlation : (p, p), (k, k) arrays
+        Of either, as the twins scatter; of the covariance where they are too few to tell it.
+    residuals : (n, R) array
+        What the estimator leaves of the twins.
+    """
+
+    twins: Twins
+    off: Array
+    own_off: Array
+    scale: Array
+    own_scale: Array
+    correlation: Array
+    own_correlation: Array
+    residuals: Array
+
+    @property
+    def count(self) -> int:
+        """How many twins tell it."""
+        return len(self.off)
+
+    @property
+    def bias(self) -> Array:
+        """Mean of what the twins are off by, (p,)."""
+        return np.asarray(self.off.mean(axis=0))
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom of the scale: as many pairs of opposite twins are a sample."""
+        return max(self.count // 2, 1)
+
+
+def bootstrap_correction(
+    twins: Twins,
+    form: Form,
+    solver: Solver,
+    solution: Solution,
+    covariance: Covariance,
+) -> BootstrapCorrection | None:
+    """Bias of an estimate, and what its deviations lack; None where too few twins can be solved.
+
+    A covariance is the pivot, whose law the twins have: what they are off by in their own
+    deviations, the bootstrap-t of [EfronTibshirani1993]_.
+
+    Parameters
+    ----------
+    twins : Twins
+    form : Form
+        At the estimate.
+    solver : Solver
+        Of the estimate.
+    solution : Solution
+        Of the records.
+    covariance : Covariance
+
+    Returns
+    -------
+    BootstrapCorrection or None
+    """
+    solved = twins.solutions(form, solver)
+    if not 0 < twins.count <= 2 * len(solved):
+        return None
+    jacobian = form.physical(solution.theta)[1]
+    regressed = form.regressed(twins.at)
+    own_off = np.array([each.theta for each in solved]) - regressed
+    off = np.array([form.physical(each.theta)[0] for each in solved]) - twins.at
+    # Of the records, and then of each twin.
+    own_covariances = [covariance.matrix(each) for each in (solution, *solved)]
+    covariances = [delta_method(each, jacobian) for each in own_covariances]
+    scale, correlations = _pivot(off, covariances, twins.at)
+    own_scale, own_correlations = _pivot(own_off, own_covariances, regressed)
+    return BootstrapCorrection(
+        twins=twins,
+        off=off,
+        own_off=own_off,
+        scale=scale,
+        own_scale=own_scale,
+        correlation=correlations,
+        own_correlation=own_correlations,
+        residuals=np.column_stack([each.residuals for each in solved]),
+    )
+
+
+def _pivot(off: Array, covariances: Sequence[Array], at: Array) -> tuple[Array, Array]:
+    """Deviation of what twins are off by beside their bias, in their own; and its correlation.
+
+    Parameters
+    ----------
+    off : (R, p) array
+    covariances : sequence of (p, p) arrays
+        Of the estimate, whose deviations are no less than rounding of a loop, and each twin's own.
+    at : (p,) array
+        Parameters of their loops.
+    """
+    if len(off) == 1:
+        return np.ones(len(at)), np.nan_to_num(correlation(covariances[0]))
+    deviations = np.sqrt(np.maximum([np.diag(each) for each in covariances], 0.0))
+    centred = np.vstack([_ROUNDING * np.abs(at), off - off.mean(axis=0)])
+    least, *t = np.divide(centred, deviations, out=np.zeros_like(centred), where=deviations > 0)
+    scale = np.maximum(np.std(t, axis=0, ddof=1), least)
+    # Opposite twins are one sample of a straight line.
+    tells = len(off) // 2 > len(at)
+    matrix = np.atleast_2d(np.cov(centred[1:].T)) if tells else covariances[0]
+    correlations = np.nan_to_num(correlation(matrix))
+    np.fill_diagonal(correlations, 1.0)
+    return scale, correlations

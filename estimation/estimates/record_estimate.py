@@ -1,0 +1,97 @@
+"""An estimate from several records as one of them has it: its rows, and its own parameters."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from axisid.estimation.parameters import JointForm
+from axisid.estimation.regression import (
+    LossWeights,
+    condition_number,
+    simulated_loops,
+    simulated_rows,
+)
+from axisid.estimation.regression_problem import Problem
+from axisid.support.arrays import relative_error_percent
+
+from .estimate import Estimate, NotSimulated
+
+
+def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
+    """The part of an estimate that is of one of its records, in the parameters of its axis.
+
+    With the drive gain among the parameters of all, those of the record are of the declared gain,
+    as its force is.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    problem : Problem
+        What it was made from.
+    record : int
+    """
+    data, span = problem.data[record], problem.spans[record]
+    left, residuals, counts = estimate.y[span], estimate.residuals[span], estimate.counts
+    simulated, told = estimate.simulated, estimate.inference
+    simulated = simulated if isinstance(simulated, NotSimulated) else simulated[span]
+    plain = replace(
+        estimate,
+        y=left,
+        rows=data.sampling.rows,
+        neighbours=data.sampling.neighbours,
+        times=data.times_of_rows if data.record.segments else None,
+        period=data.period,
+        residuals=residuals,
+        simulated=simulated,
+        equation_error_percent=relative_error_percent(residuals, left) if len(left) else 0.0,
+        simulation_error_percent=None
+        if isinstance(simulated, NotSimulated) or not len(left)
+        else relative_error_percent(left - simulated, left),
+        weights=None,
+        counts=counts and LossWeights(weights=counts.weights[span], slopes=counts.slopes[span]),
+    ).with_inference(
+        noise_free=None if told.noise_free is None else told.noise_free[span],
+        chains=told.chains[record : record + 1],
+        twins_residuals=None if told.twins_residuals is None else told.twins_residuals[span],
+    )
+    if not isinstance(estimate.form, JointForm):
+        X, Z = estimate.X[span], estimate.Z
+        return replace(
+            plain, X=X, Z=None if Z is None else Z[span], condition_number=condition_number(X)
+        )
+    return _in_own_parameters(plain, estimate.form, problem, record)
+
+
+def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record: int) -> Estimate:
+    """A part whose axis has parameters of its own."""
+    data, axis = problem.data[record], problem.data[record].axis
+    physical = form.own(part.physical, record)
+    # Of the record's parameters by those of all.
+    slopes = form.slopes(record) @ np.linalg.inv(part.jacobian)
+    own = form.of_record(record)
+    X, Z = own.equations(data.signals).reduced(data).regressor, None
+    if part.Z is not None:
+        loops = simulated_loops(axis, data.record, physical)
+        Z = simulated_rows(own, loops, physical, data).regressor
+        X = Z if part.by_output_error else X
+    by_gain = part.inference.gain_slopes
+    by_gain = None if by_gain is None else slopes @ by_gain
+    made = part.distribution.through(axis.parameters, physical, slopes)
+    return replace(
+        part,
+        form=own,
+        quantities=axis.parameters,
+        theta=physical,
+        physical=physical,
+        jacobian=np.eye(len(physical)),
+        X=X,
+        Z=Z,
+        condition_number=condition_number(X),
+        iterates=(),
+    ).with_inference(
+        covariances=made.covariances,
+        freedom=made.freedom,
+        gain_slopes=by_gain,
+        theta_gain_slopes=by_gain,
+        bias=made.bias,
+    )

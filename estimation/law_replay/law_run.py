@@ -1,0 +1,460 @@
+"""A control law along recorded signals: when it is evaluated, and what a record has of it."""
+
+import math
+import weakref
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache, wraps
+from threading import get_ident
+from typing import Any, Concatenate, ParamSpec, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.codegen.lowering import LoopStart
+from axisid.estimation.records import Record, at_times, clock_of, evaluations_per_sample
+from axisid.estimation.signals import (
+    Prefilter,
+    SampledFilter,
+    acting_along,
+    drive_force,
+    recorded_signals,
+    through_path,
+)
+from axisid.estimation.simulation import LoopInputs, TwoClocks, law_of
+from axisid.estimation.thresholds import COMPARISON_CUTOFF, MIN_PHASE_AGREEMENT
+from axisid.support.arrays import Array
+
+P = ParamSpec("P")
+V = TypeVar("V")
+
+
+def known_of_record(
+    function: Callable[Concatenate[GeneratedAxis, Record, P], V],
+) -> Callable[Concatenate[GeneratedAxis, Record, P], V]:
+    """A function of an axis and a record that is asked in every iteration, and computed once.
+
+    What it gives is kept as long as the record is alive.
+    """
+    cache = dict[int, dict[tuple[object, ...], V]]()
+
+    @wraps(function)
+    def cached(axis: GeneratedAxis, record: Record, /, *rest: P.args, **named: P.kwargs) -> V:
+        if id(record) not in cache:
+            cache[id(record)] = {}
+            weakref.finalize(record, cache.pop, id(record), None)
+        of_record, key = cache[id(record)], (axis, *rest, *sorted(named.items()))
+        if key not in of_record:
+            of_record[key] = function(axis, record, *rest, **named)
+        return of_record[key]
+
+    return cached
+
+
+@known_of_record
+def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:
+    """When the law is evaluated along a segment of a record; None at each of its samples.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        With a control law.
+    record : Record
+    span : tuple of int
+        First row and the one after the last.
+    """
+    law = law_of(axis)
+    ratio = evaluations_per_sample(law, record.period, clock_of(record)) or 1.0
+    if ratio == 1.0:
+        return None
+    control = None if record.control is None else record.control[slice(*span)]
+    late = 0.0 if ratio > 1 or control is None else _first_change(control, 1 / ratio)
+    return TwoClocks(
+        samples=span[1] - span[0],
+        log_period=record.period,
+        law_period=law.period,
+        first=record.period * late,
+        between=law.reference_between or "spline",
+    )
+
+
+def _first_change(control: Array, samples: float) -> float:
+    """When a control that is held over so many samples was last changed before the first, samples.
+
+    0 where it changes at no even distance.
+    """
+    changes = np.flatnonzero(np.diff(control)) + 1.0
+    whole = math.isclose(samples, round(samples), rel_tol=1e-3)
+    if not whole:
+        changes -= 0.5  # it was somewhere in the step before
+    turns = np.exp(2j * np.pi * changes / samples)
+    mean = turns.mean() if len(turns) else 0.0
+    if abs(mean) < MIN_PHASE_AGREEMENT.value:
+        return 0.0
+    phase = float(np.angle(mean)) / (2 * np.pi) % 1.0 * samples
+    phase = round(phase) % round(samples) if whole else phase
+    return phase - samples if phase > 0 else 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LawTicks:
+    """The signals that a law reads, where it is evaluated.
+
+    Attributes
+    ----------
+    reference, position, velocity : (M,) array
+        At the evaluations.
+    added : (M,) array
+        What is added to the law's output.
+    recorded : tuple of (M,) array
+        The recorded signals that the axis declares, in its order.
+    held : (N,) array of int
+        The evaluation at or before each sample of the log.
+    """
+
+    reference: Array
+    position: Array
+    velocity: Array
+    added: Array
+    held: NDArray[np.intp]
+    recorded: tuple[Array, ...] = ()
+
+    @property
+    def signals(self) -> tuple[Array, ...]:
+        """What a law's function reads before its memory, (M,) each."""
+        return self.reference, self.position, self.velocity, *self.recorded
+
+    @classmethod
+    def at_samples(
+        cls,
+        reference: Array,
+        position: Array,
+        velocity: Array,
+        recorded: tuple[Array, ...] = (),
+        added: Array | None = None,
+    ) -> "LawTicks":
+        """A law that is evaluated at the samples of a log, (N,) each; nothing added by default."""
+        return cls(
+            reference=reference,
+            position=position,
+            velocity=velocity,
+            added=np.zeros(len(position)) if added is None else added,
+            held=np.arange(len(position)),
+            recorded=recorded,
+        )
+
+    def __len__(self) -> int:
+        return len(self.reference)
+
+    def first(self, samples: int) -> "LawTicks":
+        """Those of the first samples of the log."""
+        held = self.held[:samples]
+        until = int(held[-1]) + 1
+        return LawTicks(
+            reference=self.reference[:until],
+            position=self.position[:until],
+            velocity=self.velocity[:until],
+            added=self.added[:until],
+            held=held,
+            recorded=tuple(values[:until] for values in self.recorded),
+        )
+
+    def added_at_samples(self, delay: int) -> Array:
+        """What is added to the control that a sample of the log shows, so many evaluations late."""
+        late = self.held - delay
+        return np.where(late < 0, 0.0, self.added[np.maximum(late, 0)])
+
+
+def recorded_inputs(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], start: LoopStart
+) -> LoopInputs:
+    """What the loop of a segment of a record with a reference is simulated from."""
+    rows, added = slice(*span), record.added_control
+    signals = recorded_signals(axis, record.provenance.source, record.signals)
+    return LoopInputs(
+        reference=np.asarray(record.commanded)[rows],
+        period=record.period,
+        start=start,
+        injected=None if added is None else added[rows],
+        signals=tuple(values[rows] for values in signals),
+    ).at_law(axis, two_clocks(axis, record, span))
+
+
+def law_ticks(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], *, noisy: bool = False
+) -> LawTicks:
+    """What the law of an axis measured along a segment of a record with a reference.
+
+    An ideal velocity is of the low-passed positions, or noisy, of all that is in them: for what
+    goes through that low-pass itself, twice through which is late where the motion has corners.
+    """
+    position = record.position[slice(*span)]
+    velocity = np.zeros_like(position)
+    # What an ideal sensor sees, of a law that reads one; it is in no log.
+    if law_of(axis).takes_velocity and noisy:
+        from scipy.interpolate import CubicSpline
+
+        samples = np.arange(len(position))
+        velocity = np.asarray(CubicSpline(samples, position)(samples, 1)) / record.period
+    elif law_of(axis).takes_velocity:
+        velocity = measured_velocity(position, record.period)
+    inputs = recorded_inputs(axis, record, span, LoopStart(position=position[0]))
+    clocks, held = inputs.clocks, np.arange(len(position))
+    if clocks is not None:
+        rows, held = held.astype(float), clocks.elapsed[0]
+        position, velocity = (
+            at_times(clocks.times, rows, each, "spline") for each in (position, velocity)
+        )
+    return LawTicks(
+        reference=inputs.reference,
+        position=position,
+        velocity=velocity,
+        added=np.zeros(len(position)) if inputs.injected is None else inputs.injected,
+        held=held,
+        recorded=inputs.signals,
+    )
+
+
+def measured_velocity(position: Array, period: float) -> Array:
+    """Velocity of recorded positions by a low-pass without a delay, (N,)."""
+    low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / period)
+    return SampledFilter(low_pass, period).motion(position)[1]
+
+
+def as_logged(axis: GeneratedAxis, values: Array) -> Array:
+    """What a law gives, or its terms, where the records of its axis have the control.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    values : (N,) or (N, k) array
+        Sample by sample, of one stretch.
+    """
+    drive, response = axis.axis.drive, axis.axis.response
+    if response is None or not drive.logs_what_acts:
+        return values
+    if drive.logged == "current":
+        columns = values.reshape(len(values), -1).T
+        seen = [acting_along(column, response).at_samples for column in columns]
+        return np.stack(seen, axis=1).reshape(values.shape) if seen else values
+    return values[np.maximum(np.arange(len(values)) - response.late, 0)]
+
+
+def commands_as_logged(axis: GeneratedAxis, commands: Array, *, steps: bool = True) -> Array:
+    """The same of commands, (N,), also behind the drive's limit and path where the log has that.
+
+    Without `steps` they are not rounded to those of the drive, which have no slope.
+    """
+    if hides_command(axis):
+        limit, path = axis.axis.drive.limit, axis.axis.drive.path
+        path = path if steps else replace(path, quantisation=0.0)
+        commands = through_path(path, np.clip(commands, -limit, limit), law_of(axis).period)
+    return as_logged(axis, commands)
+
+
+def hides_command(axis: GeneratedAxis) -> bool:
+    """Whether different commands may be one in the log: it has what the drive makes of them."""
+    return axis.axis.drive.logs_what_acts and not axis.axis.drive.path.is_plain
+
+
+def limit_in_log(axis: GeneratedAxis) -> float:
+    """What the record has of a command at the drive's limit, but for what a rate leaves of it."""
+    drive = axis.axis.drive
+    return drive.path.end(drive.limit) if drive.logs_what_acts else drive.limit
+
+
+def late_in_log(axis: GeneratedAxis) -> int:
+    """Samples by which the recorded control is later than the law gives it."""
+    law, response = axis.axis.control, axis.axis.response
+    late = 0 if response is None or axis.axis.drive.logged != "applied" else response.late
+    return late + (0 if law is None else law.delay)
+
+
+def with_drive(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], start: LoopStart
+) -> LoopStart:
+    """A start of a segment's loop with what the drive remembers there, of its first controls.
+
+    Before the record it is taken to have got the first of them.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    record : Record
+    span : tuple of int
+        The segment: first row and the one after the last.
+    start : LoopStart
+        With what the law remembers; None of it for that of an axis at rest.
+    """
+    response, first = axis.axis.response, span[0]
+    if response is None:
+        return start
+    signals, memory = recorded_signals(axis, record.provenance.source, record.signals), start.memory
+    if memory is None:
+        reference = start.position if record.commanded is None else record.commanded[first]
+        read = reference, start.position, *(values[first] for values in signals)
+        memory = axis.functions["control_start"](*read).full().ravel()
+        if record.control is None:
+            return replace(start, memory=memory)
+        memory = memory[: -len(response.remembered)]
+    late = response.late if axis.axis.drive.logged == "applied" else 0
+    # The newest first; those that act before the record are taken for the first that does in it,
+    # as is the force that is there.
+    ahead = np.maximum(late - 1 - np.arange(len(response.forces)), 0)
+    ahead[len(ahead) - response.keeps_force :] = 0
+    rows = np.minimum(first + ahead, span[1] - 1)
+    controls, path = np.asarray(record.control)[rows], axis.axis.drive.path
+    last = float(np.asarray(record.control)[first])
+    if axis.axis.drive.logs_what_acts:
+        last = path.command(last)
+    else:
+        controls = np.array([path.end(float(each)) for each in controls])
+    motion = np.full(len(rows), start.position), np.full(len(rows), start.velocity)
+    forces = drive_force(axis, controls, *motion, tuple(values[rows] for values in signals))
+    pending = np.append(controls[:-1], forces[-1]) if response.holds_control else forces
+    return replace(start, memory=np.concatenate([memory, [last] * path.is_limited, pending]))
+
+
+def state_at_rest(axis: GeneratedAxis, ticks: LawTicks) -> Array:
+    """What the drive remembers of an axis at rest at the first evaluation, (m,)."""
+    read = ticks.reference[0], ticks.position[0], *(values[0] for values in ticks.recorded)
+    return np.asarray(axis.functions["control_start"](*read).full().ravel()[: law_memory(axis)])
+
+
+def law_memory(axis: GeneratedAxis) -> int:
+    """How many numbers the law remembers, and its delay line; the drive's come after them."""
+    return int(axis.functions["control_law"].size1_in("state"))
+
+
+def law_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """What the control law gives along recorded signals, as the log has it, (N,).
+
+    Before the drive's limit, but of a log that hides the commands.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        With a control law.
+    ticks : LawTicks
+        What the law measured.
+    start : (m,) array
+        What it remembered at the first evaluation.
+    """
+    return commands_as_logged(axis, applied_terms(axis, ticks, start).sum(axis=1))
+
+
+def applied_terms(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """The terms of the law as it gives them, before the drive, (N, terms)."""
+    (rows,) = axis.evaluate("control_terms", *ticks.signals, states_along(axis, ticks, start))
+    # What was computed before the first evaluation is taken for that of the first.
+    return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
+
+
+def control_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """The control that the law gives within the drive's limit, (N,)."""
+    return commands_as_logged(axis, np.asarray(control_at_ticks(axis, ticks, start)[ticks.held]))
+
+
+def control_at_ticks(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """The same at each evaluation, (M,)."""
+    return run_law(axis.functions["control_law"], start, ticks.signals)[1]
+
+
+def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """How that control changes with what is remembered at the start, (N, m)."""
+    law, size = axis.functions["control_law"], len(start)
+    slopes = law.factory("slopes", law.name_in(), ["jac:control:state", "jac:next_state:state"])
+    # Side by side as matrices, one for each evaluation.
+    read = (values[None, :] for values in ticks.signals)
+    by_state, onward = slopes.call([*read, states_along(axis, ticks, start).T])
+    rows = by_state.full().reshape(len(ticks), size)
+    steps = onward.full().reshape(size, len(ticks), size)
+    change = np.eye(size)
+    for k in range(len(ticks)):
+        rows[k] = rows[k] @ change
+        change = steps[:, k] @ change
+    return as_logged(axis, np.asarray(rows[ticks.held]))
+
+
+def states_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+    """What the drive remembers at each evaluation, (M, m)."""
+    if not len(start):
+        return np.zeros((len(ticks), 0))
+    after, _ = run_law(axis.functions["control_law"], start, ticks.signals)
+    return np.vstack([start, after[:-1]])
+
+
+_BLOCK = 25  # evaluations that are one function: to call one takes longer than to evaluate it
+
+
+def run_law(
+    step: Any, start: Array, read: Sequence[Array], gains: Array | None = None
+) -> tuple[Array, Array]:
+    """What a law remembers after each evaluation, (M, m), and its output there, (M,).
+
+    Parameters
+    ----------
+    step : casadi.Function
+        From what is read at an evaluation, the gains if any, and the memory.
+    start : (m,) array
+        What it remembers at the first.
+    read : sequence of (M,) array
+    gains : (g,) array, optional
+    """
+    count, rest = len(read[0]), -len(read[0]) % _BLOCK
+    columns = [np.append(values, np.full(rest, values[-1])) for values in read]
+    columns += [] if gains is None else [np.tile(gains, count + rest)]
+    states, output = np.empty((count + rest, len(start))), np.empty(count + rest)
+    along = _along(step, len(output) // _BLOCK, get_ident())
+    along((start, *columns), (states, output))
+    return states[:count], output[:count]
+
+
+# One law runs along one record many times; to make such a function takes as long as a run.
+@lru_cache(maxsize=16)
+def _along(
+    step: Any, blocks: int, _thread: int
+) -> Callable[[Sequence[Array], Sequence[Array]], None]:
+    """Runs a law over so many blocks of evaluations: from arguments into results.
+
+    One for each thread, by its number: places of arguments and results are set before a run.
+    """
+    last = step.n_in() - 1
+    state = step.name_out().index("next_state")
+    one = step.slice("law", [last, *range(last)], [state, 1 - state])  # the memory comes first
+    function = one.mapaccum(_BLOCK).expand().mapaccum(blocks)
+    # To make CasADi's matrices of arrays takes much longer than a run.
+    buffer, run = function.buffer()
+
+    def along(arguments: Sequence[Array], results: Sequence[Array]) -> None:
+        read = [np.ascontiguousarray(values, dtype=np.float64) for values in arguments]
+        for i, values in enumerate(read):
+            buffer.set_arg(i, values.data)
+        for i, values in enumerate(results):
+            buffer.set_res(i, values.data)
+        run()
+
+    return along
+
+
+def least_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:
+    """Least squares by unit columns, and in how many directions they show.
+
+    Parameters
+    ----------
+    columns : (n, k) array
+    off : (n,) array
+    least : float
+        Of the largest singular value; what the record shows by less is left alone.
+    """
+    columns = np.where(np.isfinite(columns).all(axis=0), columns, 0.0)
+    sizes = np.linalg.norm(columns, axis=0)
+    scale = np.where(sizes > 0, sizes, 1.0)
+    # The triangle has the singular values of the columns, and is small.
+    whole = np.column_stack([columns / scale, off])
+    triangle = np.asarray(np.linalg.qr(whole, mode="r"))[: len(scale)]
+    u, effect, v = np.linalg.svd(triangle[:, :-1], full_matrices=False)
+    clear = effect > least * effect.max(initial=0.0)
+    step = (v[clear].T @ ((u.T @ triangle[:, -1])[clear] / effect[clear])) / scale
+    return np.asarray(step), int(clear.sum())

@@ -1,0 +1,369 @@
+"""Where the loop of a record starts: its motion there, and what its drive remembers.
+
+What the drive remembers is in no log, but the first controls show it: an integral that holds a
+load, the last position of a moving axis. Sought is the memory with which the law gives them, by
+least squares; what they do not show stays as the law declares it for an axis at rest, and so does
+all of it where that gives them too, within what the law leaves of them anyway.
+
+For the velocity a parabola is fitted to the first positions, and its slope at the first sample
+taken. Many samples average the noise, few follow the motion: samples are added as long as the slope
+stays within what noise leaves open of every shorter fit, as [Lepskii1991]_ chooses a bandwidth. How
+much noise there is shows in differences of fourth order, in which no motion of a drive is left.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.codegen.lowering import LoopStart
+from axisid.estimation.records import Record
+from axisid.estimation.signals import recorded_signals
+from axisid.estimation.simulation import law_of
+from axisid.estimation.thresholds import LIMIT_TOLERANCE
+from axisid.support.arrays import Array, covered, frozen
+
+from .law_run import (
+    LawTicks,
+    as_logged,
+    control_along,
+    known_of_record,
+    law_along,
+    law_memory,
+    law_ticks,
+    least_step,
+    limit_in_log,
+    slopes_along,
+    state_at_rest,
+    states_along,
+    with_drive,
+)
+
+_STEP = 1e-6  # of the reference's range, for the slope
+
+# of the control, which the memory of an axis at rest may miss: half the 0.24 % that the law
+# leaves of the EMPS record
+_MIN_START_ERROR = 1e-3
+# of the largest effect on the first controls; with less, the memory stays as declared
+MIN_MEMORY_EFFECT = 1e-3
+# of what the memory at rest misses, for another to be taken: on twins at rest a wrong gain leaves
+# 0.5 and more; under a load or in motion 0.04 at most, with gains 10 to 50 % off too
+_MAX_START_LEFT = 0.1
+
+START_SAMPLES = 50  # of the record that are looked at
+_STEPS = 4  # of Newton's method; a law that is linear in its memory takes one
+_LINEAR = 1e-9  # of the control: what a step leaves beside what it should
+
+# deviations; of 1.5 and 2.5 the one whose velocities err less on twins of the library
+_START_AGREEMENT = 2.5
+# deviations from rest, from which a record begins otherwise; 540 starts at rest reach 4.1
+_MIN_START_DISTANCE = 5.0
+
+_DEGREE = 2
+_COUNTS = (6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128, 160, 192, 256)  # samples
+_ORDER, _NOISE = 4, 200  # of the differences that show noise, and samples that they are taken of
+
+
+def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple[LoopStart, ...]:
+    """Where the loop of each segment of a record starts.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        With a control law.
+    record : Record
+        With a reference.
+    away : float
+        Of the positions that the law reads, from those of the record; what it remembers of them is
+        as far away.
+    """
+    starts = tuple(_start(axis, record, span) for span in record.spans)
+    if not away:
+        return starts
+    reference = np.asarray(record.commanded)
+    signals = recorded_signals(axis, record.provenance.source, record.signals)
+    return tuple(
+        moved_start(axis, start, float(reference[row]), [float(v[row]) for v in signals], away)
+        for (row, _), start in zip(record.spans, starts, strict=True)
+    )
+
+
+def moved_start(
+    axis: GeneratedAxis, start: LoopStart, reference: float, first: Sequence[float], away: float
+) -> LoopStart:
+    """A start whose law reads positions, and remembers them, so far from those of the axis.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    start : LoopStart
+    reference : float
+        The first.
+    first : sequence of float
+        The first of the recorded signals.
+    away : float
+    """
+    if start.memory is None:
+        return start
+    at_rest, position = axis.functions["control_start"], start.position
+    change = at_rest(reference + away, position + away, *first)
+    change -= at_rest(reference, position, *first)
+    return replace(start, memory=start.memory + change.full().ravel())
+
+
+@known_of_record
+def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopStart:
+    rows = slice(*span)
+    if not record.integrated:
+        velocity = first_velocity(record.position[rows], record.period)
+    else:
+        # Straight lines are fitted to velocities that were measured.
+        velocity = _begun(np.asarray(record.velocity)[rows], degree=1, power=0)
+    record = as_read_by_law(axis, record, span)
+    start = LoopStart(
+        position=float(record.position[span[0]]),
+        velocity=velocity,
+        memory=first_memory(axis, record, span),
+    )
+    return with_drive(axis, record, span, start)
+
+
+def as_read_by_law(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Record:
+    """A record with positions as the first controls of a segment have them, if it has none."""
+    if not record.integrated or record.control is None:
+        return record
+    return replace(record, position=record.position + _away(axis, record, span))
+
+
+def _away(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> float:
+    """How far positions are from where the first controls say; 0 where they do not show it."""
+    law, control = law_of(axis), np.asarray(record.control)[slice(*span)]
+    ticks = law_ticks(axis, record, span).first(START_SAMPLES)
+    seen = unlimited(axis, record, span)[: len(ticks.held)]
+    wanted = control[: len(ticks.held)] - as_logged(axis, ticks.added_at_samples(law.delay))
+    step = _STEP * float(np.ptp(np.asarray(record.reference))) or _STEP
+    there = replace(ticks, position=ticks.position + step)
+    given, moved = (control_along(axis, at, state_at_rest(axis, at)) for at in (ticks, there))
+    slope, off = ((moved - given) / step)[seen], (wanted - given)[seen]
+    power = float(slope @ slope)
+    if not (np.isfinite(power) and power > 0 and np.all(np.isfinite(off))):
+        return 0.0
+    away = float(slope @ off) / power
+    left = off - away * slope
+    deviation = float(np.sqrt(left @ left / max(len(off) - 1, 1) / power))
+    return away if abs(away) > _MIN_START_DISTANCE * deviation else 0.0
+
+
+def start_of_law(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawTicks
+) -> Array:
+    """What the drive remembers where a segment begins, of the record or as it is declared, (m,)."""
+    found = first_memory(axis, record, span, ticks)
+    return state_at_rest(axis, ticks) if found is None else found
+
+
+def first_memory(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawTicks | None = None
+) -> Array | None:
+    """What the drive remembers at the first sample of a segment, (m,).
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+        With a control law.
+    record : Record
+        With a reference.
+    span : tuple of int
+        The segment: first row and the one after the last.
+    ticks : LawTicks, optional
+        Of the segment, where they are known.
+
+    Returns
+    -------
+    (m,) array or None
+        None where it is that of an axis at rest, as the law declares it, or where there is no
+        control that shows it.
+    """
+    if record.control is None or not law_memory(axis):
+        return None
+    law = law_of(axis)
+    control = record.control[slice(*span)]
+    ticks = (ticks or law_ticks(axis, record, span)).first(START_SAMPLES)
+    wanted = control[: len(ticks.held)] - as_logged(axis, ticks.added_at_samples(law.delay))
+    seen = unlimited(axis, record, span)[: len(wanted)]
+    at_rest = state_at_rest(axis, ticks)
+    made = control_along(axis, ticks, at_rest)
+    off = wanted - made
+    if not law.balanced and not at_rest_misses(off, seen, float(np.mean(control**2))):
+        return None
+    found = _solved(axis, ticks, wanted, seen, at_rest)
+    if np.any(seen & ~below_limit(axis, made)):  # where nothing shows what moves it
+        moving = _solved(axis, ticks, wanted, seen, _state_in_motion(axis, ticks))
+        found = min(found, moving, key=lambda each: float(np.linalg.norm(each[1])))
+    off, (memory, missed, shown) = off[seen], found
+    left, noise = float(np.linalg.norm(missed)), float(missed @ missed)
+    gained = (float(off @ off) - noise) / max(shown, 1)
+    noise /= max(len(off) - shown, 1)
+    explained = left < _MAX_START_LEFT * float(np.linalg.norm(off))
+    clear = explained and gained > _MIN_START_DISTANCE**2 * noise
+    return memory if law.balanced or clear else None
+
+
+def law_residual(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int]
+) -> tuple[Array, NDArray[np.bool_]]:
+    """The control of a segment less what the law gives, (N,), and which samples count.
+
+    Of what it measured; 0 where the control is masked or at the drive's limit.
+    """
+    record = as_read_by_law(axis, record, span)
+    ticks, seen = law_ticks(axis, record, span), unlimited(axis, record, span)
+    made = law_along(axis, ticks, start_of_law(axis, record, span, ticks))
+    made = made + as_logged(axis, ticks.added_at_samples(law_of(axis).delay))
+    return np.where(seen, np.asarray(record.control)[slice(*span)] - made, 0.0), seen
+
+
+def at_rest_misses(
+    off: Array, seen: NDArray[np.bool_], power: float | Array
+) -> np.bool_ | NDArray[np.bool_]:
+    """Whether the memory of an axis at rest leaves too much of the first controls, by lane.
+
+    Parameters
+    ----------
+    off : (n,) or (n, L) array
+        What it leaves of them.
+    seen : (n,) or (n, L) array of bool
+        Which count.
+    power : float or (L,) array
+        Mean square of the control.
+    """
+    left = np.sqrt(np.sum(np.where(seen, off, 0.0) ** 2, axis=0))
+    least = _MIN_START_ERROR * np.sqrt(power * seen.sum(axis=0))
+    return np.asarray(left > least)[()]
+
+
+def below_limit(axis: GeneratedAxis, control: Array) -> NDArray[np.bool_]:
+    """Which controls are not at the drive's limit."""
+    return np.abs(control) < limit_in_log(axis) * (1 - LIMIT_TOLERANCE.value)
+
+
+def unlimited(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> NDArray[np.bool_]:
+    """Which samples of a segment are measured, and not at the drive's limit, (N,)."""
+    rows = slice(*span)
+    masked = covered(record.masked, len(record))[rows]
+    return np.asarray(~masked & below_limit(axis, np.asarray(record.control)[rows]))
+
+
+def _state_in_motion(axis: GeneratedAxis, ticks: LawTicks) -> Array:
+    """What the drive remembers of an axis that moved as it does before the first evaluation, (m,).
+
+    A law that differences positions takes an axis at rest that moves at once for one that leaps:
+    its control is at the drive's limit then, whatever it remembers.
+    """
+    before = np.arange(-len(ticks), 0)
+
+    def led(values: Array) -> Array:
+        slope = (values[-1] - values[0]) / max(len(values) - 1, 1)
+        return np.append(values[0] + slope * before, values[0])
+
+    way = LawTicks.at_samples(
+        led(ticks.reference),
+        led(ticks.position),
+        np.full(len(before) + 1, ticks.velocity[0]),
+        tuple(np.full(len(before) + 1, values[0]) for values in ticks.recorded),
+    )
+    return np.asarray(states_along(axis, way, state_at_rest(axis, way))[-1])
+
+
+def _solved(
+    axis: GeneratedAxis, ticks: LawTicks, wanted: Array, seen: NDArray[np.bool_], state: Array
+) -> tuple[Array, Array, int]:
+    """The memory that gives the controls, from one that does not.
+
+    With what it leaves of them, and in how many directions they show it.
+    """
+    off, shown = (wanted - control_along(axis, ticks, state))[seen], 0
+    for _ in range(_STEPS):
+        slopes = slopes_along(axis, ticks, state)[seen]
+        if not (np.all(np.isfinite(off)) and np.all(np.isfinite(slopes))):
+            break
+        step, shown = least_step(slopes, off, MIN_MEMORY_EFFECT)
+        state, expected = state + step, off - slopes @ step
+        off = (wanted - control_along(axis, ticks, state))[seen]
+        if np.linalg.norm(off - expected) <= _LINEAR * np.linalg.norm(wanted):
+            break
+    return state, off, shown
+
+
+def first_velocity(position: Array, period: float) -> float:
+    """Velocity at the first of positions, 0 for an axis that rests there.
+
+    Parameters
+    ----------
+    position : (N,) array
+        Measured, of one stretch.
+    period : float
+        s
+
+    Returns
+    -------
+    float
+        0 where half the samples have a slope within `_MIN_START_DISTANCE` deviations of it: a rest
+        that ends soon bends the whole fit before it shows.
+
+    Notes
+    -----
+    On twins of the library, cut where they move, it is right to 0.03 to 0.9 % of the greatest speed
+    (root mean square); none of 540 starts at rest was taken for a motion.
+    """
+    return _begun(position - position[0], degree=_DEGREE, power=1) / period
+
+
+def first_velocities(position: Array, period: float) -> Array:
+    """The same of lanes side by side, (L,), of positions (N, L)."""
+    some = position[: max(_COUNTS[-1], _NOISE)] - position[0]
+    return np.array([_begun(lane, degree=_DEGREE, power=1) for lane in some.T.copy()]) / period
+
+
+def _begun(values: Array, *, degree: int, power: int) -> float:
+    """A coefficient of the polynomial that the first values follow, a sample; 0 by chance."""
+    noise = position_noise(values)
+    low, high, found, used = -math.inf, math.inf, 0.0, 0
+    for count in _COUNTS:
+        if count > len(values):
+            break
+        fitted, deviation = _coefficient(values[:count], noise, degree, power)
+        low = max(low, fitted - _START_AGREEMENT * deviation)
+        high = min(high, fitted + _START_AGREEMENT * deviation)
+        if low > high:
+            break
+        found, used = fitted, count
+    if not used:
+        return 0.0
+    some = values[: max(used // 2, degree + 2)]
+    fitted, deviation = _coefficient(some, noise, degree, power)
+    return found if abs(fitted) > _MIN_START_DISTANCE * deviation else 0.0
+
+
+def position_noise(position: Array) -> float:
+    """Deviation of the noise of measured positions, (N,), from those at the start."""
+    some = position[:_NOISE]
+    order = min(_ORDER, len(some) - 1)
+    return float(np.sqrt(np.mean(np.diff(some, order) ** 2) / math.comb(2 * order, order)))
+
+
+def _coefficient(values: Array, noise: float, degree: int, power: int) -> tuple[float, float]:
+    weights, size = _weights(len(values), degree, power)
+    return float(weights @ values), noise * size
+
+
+@lru_cache(maxsize=128)
+def _weights(count: int, degree: int, power: int) -> tuple[Array, float]:
+    """Of so many values in a coefficient, and the root of their squares' sum."""
+    powers = (np.arange(count) / count)[:, None] ** np.arange(degree + 1)
+    weights = frozen(np.linalg.pinv(powers)[power] / count**power)
+    return weights, float(np.linalg.norm(weights))

@@ -1,0 +1,18 @@
+"""Searches for parameters: what is searched, how errors count, and where bounds let it end.
+
+In: predictions, unknowns, weights. Out: `SearchResult`.
+Knows nothing of records, of drives and of how sure its end is.
+"""
+
+from .trust_region import (
+    LOSSES as LOSSES,
+    MOST_STEPS as MOST_STEPS,
+    EquallyGoodPoint as EquallyGoodPoint,
+    FitStep as FitStep,
+    Search as Search,
+    SearchResult as SearchResult,
+    WeightedLoss as WeightedLoss,
+    best_of as best_of,
+    cost_of as cost_of,
+    robust_deviation as robust_deviation,
+)

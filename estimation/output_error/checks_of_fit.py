@@ -1,0 +1,560 @@
+"""Checks of a fit: its law, what it leaves, how surely it shows what it says."""
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from operator import attrgetter, itemgetter
+
+import numpy as np
+
+from axisid.estimation.checks import Check, joined, made, status_of
+from axisid.estimation.choices import POSITION
+from axisid.estimation.diagnostics import (
+    NOMINAL_VALUES,
+    RecordRegressor,
+    alike_check,
+    held_check,
+    lacks_check,
+    nominal_check,
+    precision_check,
+    records_alike,
+    repeated_check,
+)
+from axisid.estimation.diagnostics.control_law import LawCheck, law_check
+from axisid.estimation.estimates import few_rows, student_interval
+from axisid.estimation.nonlinear_least_squares import MOST_STEPS
+from axisid.estimation.parameters import GAIN, START
+from axisid.estimation.predictions import FEWEST_IN_WINDOW, WindowPredictions
+from axisid.estimation.records import record_labels
+from axisid.estimation.thresholds import (
+    ADVISED_WINDOWS,
+    MAX_FAR,
+    MAX_GROWTH,
+    MAX_RELATIVE_DEVIATION,
+    MIN_DISTANCE_FROM_NOISE,
+    MIN_FAR,
+    MIN_ROWS_PER_PARAMETER,
+    MIN_SHOWN,
+    NEGLIGIBLE_FORCE,
+    NEGLIGIBLE_PEAK_FORCE,
+    NOTICEABLE_BIAS,
+)
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError, Missing
+
+from .covariance import MIN_MOVED_BY_START
+from .result import OutputFit
+
+_MAX_BEYOND_NOISE = 15.0  # % of a recorded output, left beyond noise
+# % of a recorded output left with noise; a loop that does nothing leaves 100, noise beside a
+# small motion hardly more
+_MAX_LEFT = 120.0
+_MAX_LAW_SHIFT = 2.0  # deviations, by a control law that is not the declared one
+_MAX_LAW_SENSITIVITY = 5.0  # % by 1 % of a term of the law; beyond, the law must be exact
+_MAX_APART = 0.5  # of the searches end higher than the best
+_SAME_END = 1e-3  # of the least cost, by which another search that ended there may be higher
+_MIN_MOVED_BY_NOISE = 1.0  # deviations by noise in the loop, which is taken off
+
+_FACTORS = "law's factors"
+
+
+def judged(of: OutputFit) -> tuple[Check, ...]:
+    """The checks, in the order in which they are told."""
+    checks = (made(name, partial(check, of)) for name, check in _CHECKS.items())
+    return tuple(check for check in checks if check is not None)
+
+
+def control_law_check(of: OutputFit) -> Check | Missing:
+    """What the declared law is against the recorded control.
+
+    What factors of the law tell counts once, by what they move the parameters by.
+    """
+    check = law_check(of.law)
+    if isinstance(check, Check) and _is_law_nearly_right(of):
+        return replace(check, status="note")
+    return check
+
+
+def _is_law_nearly_right(of: OutputFit) -> bool:
+    """Whether factors explain a control that is not the law's, and move nothing by much.
+
+    Nor would the scale of the recorded control, from which the law does not tell factors.
+    """
+    law = of.law
+    if not isinstance(law, LawCheck) or not isinstance(of.law_shift, tuple):
+        return False
+    most = np.maximum(NOTICEABLE_BIAS.value * np.abs(of.physical), of.deviations)
+    near = (np.abs(of.law_shift[0]) <= most) | of.of_start
+    small = all(abs(each - 1) <= NOTICEABLE_BIAS.value for each in law.factors.values())
+    return not law.passed and law.is_told_by_factors and small and bool(near.all())
+
+
+def law_factors_check(of: OutputFit) -> Check | Missing | None:
+    """What the law as it is in the record moves the parameters by."""
+    if of.law_shift is None or isinstance(of.law_shift, Missing):
+        return of.law_shift
+    shift, shift_deviations = of.law_shift
+    counted = (of.deviations > 0) & ~of.of_start  # a record's own start is no property
+    claimed, far = (
+        np.divide(np.abs(shift), sizes, out=np.zeros(len(shift)), where=counted)
+        for sizes in (of.deviations, np.hypot(of.deviations, shift_deviations))
+    )
+    beyond, nearly_right = bool(np.any(far > _MAX_LAW_SHIFT)), _is_law_nearly_right(of)
+    worst = int(np.argmax(np.where(far > _MAX_LAW_SHIFT, claimed, 0.0) if beyond else far))
+    name, value = of.names[worst], of.physical[worst]
+    share = 100 * abs(shift[worst] / value) if value else np.inf
+    said = (
+        f"the law as its control is recorded, in place of the declared one, moves {name} by "
+        f"{share:.2g} % ({far[worst]:.2g} deviations)"
+    )
+    if beyond or nearly_right:
+        instead = ", follow the control" if of.outputs == (POSITION,) else ""
+        said += (
+            f": correct the gains of the declared law, free them{instead}, or identify by "
+            "instruments, which ask for no exact law"
+        )
+    return Check(
+        name=_FACTORS,
+        status=status_of(not (beyond or nearly_right)),
+        figure=float(far[worst]),
+        threshold=_MAX_LAW_SHIFT,
+        source="measured: at most 1.2 on 120 right twins whose position is followed, 120 with kp "
+        "1 % wrong; fails too where the law is off by factors that move no "
+        f"parameter by more than {100 * NOTICEABLE_BIAS.value:g} % of it, for which the check of "
+        "the law is a note",
+        meaning=said,
+    )
+
+
+def exact_law_check(of: OutputFit) -> Check | None:
+    """How exact the law has to be."""
+    if not of.law_moves:
+        return None
+    # A gain that is found is what the law's error is told by.
+    counted = (of.physical != 0) & ~of.of_start & ~np.isin(of.names, of.found_gains.names)
+    sizes = np.where(counted, np.abs(of.physical), np.inf)
+    shares = {term: 100 * np.abs(move) / sizes for term, move in of.law_moves.items()}
+    every = ((float(each.max()), term, int(each.argmax())) for term, each in shares.items())
+    share, term, j = max(every, key=itemgetter(0))
+    said = f"a law whose {term} is 1 % other than declared moves {of.names[j]} by {share:.2g} %"
+    if share > _MAX_LAW_SENSITIVITY:
+        exact = "the law must be exact" if of.outputs == (POSITION,) else "the law must be right"
+        deviations = of.deviations[j] / abs(float(of.law_moves[term][j]))
+        if 0 < deviations < 1:
+            enough = float(f"{deviations:.2g}")
+            said += f", and {enough:g} % by its whole deviation, which supposes the declared law"
+        said += f": {exact}, or the numbers are its error"
+    return Check(
+        name="exact law",
+        status=status_of(share <= _MAX_LAW_SENSITIVITY, matters=False),
+        figure=share,
+        threshold=_MAX_LAW_SENSITIVITY,
+        source="measured: 0.4 where the control is followed, 43 where the position is",
+        meaning=said,
+    )
+
+
+def convergence_check(of: OutputFit) -> Check:
+    """Whether the search came to an end."""
+    best = of.best
+    said = (
+        f"the search stands still after {len(best.steps)} steps"
+        if best.converged
+        else f"the search still moves after {MOST_STEPS} steps; start elsewhere, or leave out what "
+        "the record does not show"
+    )
+    if best.lost:
+        said += f"; {best.lost} parameter sets on the way could not be simulated: {best.why_lost}"
+    return Check(
+        name="convergence",
+        status=status_of(best.converged),
+        figure=float(len(best.steps)),
+        threshold=float(MOST_STEPS),
+        meaning=said,
+    )
+
+
+def noise_in_loop_check(of: OutputFit) -> Check | Missing | None:
+    """What noise in the loop moved, and is taken off."""
+    bias = of.moved
+    if bias is None:
+        return None
+    if isinstance(bias, Missing):
+        return Missing(f"what noise makes of the parameters is not known: {bias.reason}")
+    searched = of.deviations > 0
+    far = np.divide(np.abs(bias), of.deviations, out=np.zeros(len(bias)), where=searched)
+    worst = int(np.argmax(far))
+    if far[worst] <= _MIN_MOVED_BY_NOISE:
+        return None
+    value, by = of.physical[worst], float(bias[worst])
+    share = f" ({100 * by / abs(value):+.2g} %)" if value else ""
+    return Check(
+        name="noise in the loop",
+        status="note",
+        figure=float(far[worst]),
+        threshold=_MIN_MOVED_BY_NOISE,
+        source="chosen",
+        meaning=f"simulated loops with the record's noise moved {of.names[worst]} by "
+        f"{far[worst]:.2g} deviations{share}, which is taken off, and the others alike",
+    )
+
+
+def loop_start_check(of: OutputFit) -> Check | None:
+    """What the first positions and velocities, as the records have them, leave open."""
+    moved, far = of.by_start
+    if not far.any():
+        return None
+    worst = int(np.argmax(far))
+    value, by = of.physical[worst], abs(float(moved[worst]))
+    share = f"by {100 * by / abs(value):.2g} %" if by < abs(value) else "by more than it is"
+    return Check(
+        name="start of the loop",
+        status="note",
+        figure=float(far[worst]),
+        threshold=MIN_MOVED_BY_START,
+        source="measured: of twins cut 0.1 s long from a move 80 % of intervals hold without, "
+        "100 % with",
+        meaning=(
+            "the record begins in motion, and the loop where its first samples say; with "
+            f"another start {of.names[worst]} would move {share}, which its deviation counts; "
+            f'find the start with the parameters by free="{START}".'
+        ),
+    )
+
+
+def starts_check(of: OutputFit) -> Check | None:
+    """Whether several searches end at one place."""
+    if len(of.searches) < 2:
+        return None
+    ended = sum(each.cost <= of.best.cost * (1 + _SAME_END) for each in of.searches)
+    share = 1 - ended / len(of.searches)
+    return Check(
+        name="starts",
+        status=status_of(share <= _MAX_APART, matters=False),
+        figure=share,
+        threshold=_MAX_APART,
+        source="chosen: the lowest end is then found by few",
+        meaning=f"{ended} of {len(of.searches)} searches ended here, the others higher",
+    )
+
+
+def windows_check(of: OutputFit) -> Check | Missing | None:
+    """Whether nothing drives the axis away in the windows of an open loop, and they are enough."""
+    if not isinstance(of.predictions, WindowPredictions) or of.horizon is None:
+        return None
+    try:
+        steady = of.predictions.steady_horizon(of.physical)
+    except EstimationError as lost:
+        return Missing(str(lost))
+    windows, advised = sum(map(len, of.predictions.spans)), ADVISED_WINDOWS.value
+    said = f"windows of {of.horizon:g} s are short enough that errors do not grow in them"
+    if windows < advised:
+        several = "1 window is" if windows == 1 else f"{windows} windows are"
+        said = (
+            f"{several} too few to tell deviations, or what the model lacks; follow a longer record"
+        )
+        # So short that they are as many as advised, where they still are windows.
+        length = sum(len(each) * each.period for each in of.records) / advised
+        places = 1 - math.floor(math.log10(length))
+        shorter = math.floor(length * 10**places) / 10**places
+        fewest = FEWEST_IN_WINDOW * max(record.period for record in of.records)
+        said += f", or use horizon={shorter:g}" if shorter >= fewest else "."
+    if steady < of.horizon:
+        said = (
+            f"errors grow more than {MAX_GROWTH.value:g} times in windows of {of.horizon:g} s, as "
+            f"where friction falls with the velocity; use horizon={steady:g}."
+        )
+    return Check(
+        name="windows",
+        status=status_of(steady >= of.horizon and windows >= advised),
+        figure=of.horizon,
+        threshold=steady,
+        source=MAX_GROWTH.source,
+        meaning=said,
+    )
+
+
+def simulation_check(of: OutputFit) -> Check:
+    """What is left beyond noise: noise may be most of an output that is small, or noisy."""
+    # A loop that swings by itself takes its swinging for noise, and leaves more than there is.
+    lost = of.error_percent > _MAX_LEFT
+    worst = max(of.of_records, key=attrgetter("percent" if lost else "percent_beyond_noise"))
+    beyond, output = worst.percent_beyond_noise, worst.output
+    percent = max(each.percent for each in of.of_records if each.output == output)
+    good = beyond < _MAX_BEYOND_NOISE and not lost
+    more = "" if good else ": it does not follow it; check the model, the law, units and signs"
+    return Check(
+        name="simulation",
+        status=status_of(good),
+        figure=beyond,
+        threshold=_MAX_BEYOND_NOISE,
+        source="chosen: it is 4.5 on the EMPS record, whose model lacks 6 % of the control",
+        meaning=f"the simulated {output} leaves {percent:.3g} % of the recorded one, "
+        f"{beyond:.2g} % beyond noise{more}",
+    )
+
+
+def missing_terms_check(of: OutputFit) -> Check | None:
+    """Whether what is left goes with a force of the motion, or with a value that is held."""
+    check = joined_check("missing terms", of)
+    if check is None or check.status != "fail":
+        return check
+    # What the model lacks moves the gains that are found with it.
+    law, most = of.law, MIN_DISTANCE_FROM_NOISE.value
+    refuted = [each.name for each in of.held if each.distance > most]
+    if isinstance(law, LawCheck) and not law.passed and not law.found_apart:
+        more = ". The law is not the record's, which asks for such forces too"
+    elif refuted:
+        more = f". The bound of {' and '.join(refuted)} leaves such forces too: mend that first"
+    else:
+        return check
+    return replace(check, status="note", meaning=check.meaning + more)
+
+
+def joined_check(name: str, of: OutputFit) -> Check | None:
+    """What is checked of what the model lacks, over all records."""
+    checks = [
+        made(name, partial(lacks_check, lacks, name, axis, record, of.levels))
+        for lacks, axis, record in zip(of.lacks, of.axes, of.records, strict=True)
+    ]
+    return joined(checks, record_labels(of.records))
+
+
+def rows_check(of: OutputFit) -> Check | None:
+    """Whether errors are enough to tell how sure the parameters are."""
+    rows = int(np.count_nonzero(of.judged_sandwich.counted))
+    searched = len(of.names) - len(of.fixed)
+    few = few_rows(rows, searched)
+    if not few:
+        return None
+    return Check(
+        name="rows",
+        status="fail",
+        figure=rows / searched,
+        threshold=MIN_ROWS_PER_PARAMETER.value,
+        source=MIN_ROWS_PER_PARAMETER.source,
+        meaning=f"{few}; follow a longer part of the record",
+    )
+
+
+def rests_check(of: OutputFit) -> Check | None:
+    """How many samples have no weight, as they are near rests."""
+    counted, measured = of.judged_sandwich.counted, of.predictions.counted
+    share = 1 - np.count_nonzero(counted) / np.count_nonzero(measured)
+    if not (share or of.rests_count):
+        return None
+    said = (
+        f"{100 * share:.2g} % of the samples have no weight: they are near rests or reversals "
+        "of the record or of its loop, where friction takes any force"
+        if share
+        else "samples near rests and reversals count, as without them a parameter is hardly shown; "
+        "behind an encoder they mislead: record longer or faster moves"
+    )
+    return Check(name="samples near rests", status="note", figure=share, meaning=said)
+
+
+def records_alike_check(of: OutputFit) -> Check | Missing | None:
+    """Whether each of several records has the parameters of the others."""
+    if len(of.records) < 2:
+        return None
+    shared = np.isfinite(of.deviations) & (of.deviations > 0) & ~of.of_start
+    shared &= ~np.isin(of.names, (*of.found_gains.names, GAIN))
+    sandwich, places = of.judged_sandwich, np.flatnonzero(of.unknowns.free & (of.sides == 0))
+    records = []
+    for spans in sandwich.spans:
+        span = slice(spans[0].start, spans[-1].stop)
+        J = sandwich.jacobian[span]
+        # Others' local ones are nothing here.
+        chosen = np.flatnonzero(shared[places] & J.any(axis=0))
+        effects = np.linalg.norm(J * of.physical[places], axis=0)
+        records.append(
+            RecordRegressor(
+                names=tuple(of.names[j] for j in places[chosen]),
+                units=tuple(of.unknowns.quantities[j].unit for j in places[chosen]),
+                values=of.physical[places[chosen]],
+                slopes=np.eye(len(places))[chosen],
+                span=span,
+                columns=J[:, chosen],
+                instruments=J[:, chosen],
+                size=float(effects.max(initial=0.0)),
+            )
+        )
+
+    def extended(_: Array, columns: Array) -> tuple[Array, Array, Array]:
+        return sandwich.extended(columns, clustered=of.horizon is not None)
+
+    comparison = records_alike(sandwich.jacobian, records, extended, of.levels)
+    return alike_check(comparison, record_labels(of.records), of.levels, "output")
+
+
+_LEAST_VARIANCE = 1e-2  # of what was known: the least of how far an estimate may be from it
+
+
+def known_check(of: OutputFit) -> Check | None:
+    """What was known before against what the records tell."""
+    if not of.prior:
+        return None
+    far = dict[str, float]()
+    for name, (mean, sd) in of.prior.items():
+        value, deviation = of.parameters[name].value, of.parameters[name].deviation
+        variance = sd**2 - deviation**2
+        if name in of.without_prior:
+            value, deviation = of.without_prior[name]
+            variance = sd**2 + deviation**2
+        far[name] = abs(value - mean) / math.sqrt(max(variance, _LEAST_VARIANCE * sd**2))
+    worst, most = max(far, key=far.__getitem__), MIN_DISTANCE_FROM_NOISE.value
+    good, (mean, sd), record = far[worst] <= most, of.prior[worst], "the record"
+    if worst in of.without_prior:
+        value, deviation = of.without_prior[worst]
+        record = f"what the record alone says, {value:.6g} +- {deviation:.2g},"
+    return Check(
+        name="what was known",
+        status=status_of(good),
+        figure=far[worst],
+        threshold=most,
+        source=MIN_DISTANCE_FROM_NOISE.source,
+        meaning=f"what was known of {worst}, {mean:.6g} +- {sd:.2g}, and {record} are "
+        f"{far[worst]:.2g} deviations apart"
+        + ("" if good else ": they contradict each other; one is wrong, or the model"),
+    )
+
+
+def shown_check(of: OutputFit) -> Check:
+    """Whether the outputs show every parameter."""
+    several = len(of.outputs) > 1
+    named = {*re.findall(r"\w+", " ".join(of.unseen))}
+    lost = [name for name, d in zip(of.names, of.deviations, strict=True) if np.isinf(d)]
+    unseen = [*of.unseen, *(f"{name} at all" for name in lost if name not in named)]
+    said = (
+        f"the {of.output} {'do' if several else 'does'} not show {'; nor '.join(unseen)}; hold one "
+        f"with fix {unseen[0].split()[0]}=VALUE, or record another motion."
+        if unseen
+        else f"the {of.output} show{'' if several else 's'} every parameter"
+    )
+    return Check(
+        name="parameters shown",
+        status=status_of(not unseen),
+        threshold=MIN_SHOWN.value,
+        source=MIN_SHOWN.source,
+        meaning=said,
+    )
+
+
+def none_shown_check(of: OutputFit) -> Check | None:
+    """Whether the outputs show none of the parameters that are searched."""
+    if not np.isinf(of.deviations).any():
+        return None
+    most, searched = MAX_RELATIVE_DEVIATION.value, (of.deviations > 0) & ~of.of_start
+    if np.any(searched & (100 * of.deviations <= most * np.abs(of.physical))):
+        return None
+    return Check(
+        name="any parameter shown",
+        status="fail",
+        threshold=most,
+        source="deviation in percent of the value",
+        meaning=f"the {of.output} show{'s' * (len(of.outputs) == 1)} no "
+        f"parameter to {most:g} % of it: the numbers are where the search ended, no more",
+    )
+
+
+def one_end_check(of: OutputFit) -> Check | None:
+    """Whether the search passed a place as good as its end, which is claimed to be far from it."""
+    place = of.elsewhere
+    if place is None:
+        return None
+    order = [int(j) for j in np.argsort(-place.away) if place.away[j] > MIN_FAR.value]
+    values = (
+        f"{of.names[j]} {place.physical[j]:.4g} {of.unknowns.quantities[j].unit}" for j in order
+    )
+    listed = ", ".join(map(str.rstrip, values))
+    outputs = f"{of.output} leave{'s' * (len(of.outputs) == 1)}"
+    return Check(
+        name="one end",
+        status="fail",
+        figure=place.by_errors,
+        threshold=MAX_FAR.value,
+        source=MAX_FAR.source,
+        meaning=(
+            f"the errors are as small at {listed}: {place.away[order[0]]:.2g} of the "
+            f"deviations away, and {place.by_errors:.2g} by the errors. The {outputs} these "
+            "open along a valley, and the deviations are those of one place in it; hold one "
+            f"with fix {of.names[order[0]]}=VALUE, or follow another output."
+        ),
+    )
+
+
+def precise_check(of: OutputFit) -> Check | None:
+    """Every parameter that is searched, and shown, against its own deviation."""
+    parts = np.abs(of.weighing.weights[:, None] * of.best.slopes.jacobian * of.physical)
+    whole, peak = (
+        np.divide(x, x.max() or 1.0) for x in (np.linalg.norm(parts, axis=0), parts.max(axis=0))
+    )
+    chosen = (of.deviations > 0) & np.isfinite(of.deviations) & ~of.of_start
+    if not chosen.any():
+        return None
+    with np.errstate(divide="ignore", invalid="ignore"):
+        relative = np.where(chosen, of.deviations / np.abs(of.physical), 0.0)
+        times, percent = 1 + 2 * relative, 100 * relative  # of what it may be, by what it is
+        small = (whole * times < NEGLIGIBLE_FORCE.value) & (
+            peak * times < NEGLIGIBLE_PEAK_FORCE.value
+        )
+    vague = percent > MAX_RELATIVE_DEVIATION.value
+    every = [*zip(of.names, map(float, percent), vague, small, strict=True)]
+    return precision_check(
+        float(percent.max()),
+        [
+            f"{name} is not identified by what is followed: its deviation is {share:.3g} % of it"
+            for name, share, is_vague, is_small in every
+            if is_vague and not is_small
+        ],
+        [name for name, _, is_vague, is_small in every if is_vague and is_small],
+        "largest part that a parameter has of the output",
+        "relative deviation in percent; a parameter that changes the output by less than 1 % of "
+        "what the largest does, deviation included, may be as vague as it is",
+    )
+
+
+def bounds_check(of: OutputFit) -> Check:
+    """Parameters at their bounds: what chance takes there, or what contradicts the bound."""
+    if of.held:
+        return held_check(of.held)
+    return Check(name="bounds", status="pass", meaning="no parameter is driven to a bound")
+
+
+def nominal_values_check(of: OutputFit) -> Check | None:
+    """Values of another order of size than declared."""
+    declared = {p.name: p for p in of.axes[0].axis.parameters}
+    return nominal_check(
+        (declared[name], each.value, student_interval(each.value, each.deviation, np.inf))
+        for name, each in of.parameters.items()
+        if name in declared
+    )
+
+
+#: By name, in the order in which they are told.
+_CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
+    "control law": control_law_check,
+    "windows": windows_check,
+    _FACTORS: law_factors_check,
+    "exact law": exact_law_check,
+    "simulation": simulation_check,
+    "missing terms": missing_terms_check,
+    "outliers": partial(joined_check, "outliers"),
+    "what was known": known_check,
+    "rows": rows_check,
+    "samples near rests": rests_check,
+    "repeated records": lambda of: repeated_check(of.records),
+    "records alike": records_alike_check,
+    "convergence": convergence_check,
+    "parameters shown": shown_check,
+    "any parameter shown": none_shown_check,
+    "one end": one_end_check,
+    "precision": precise_check,
+    "bounds": bounds_check,
+    NOMINAL_VALUES: nominal_values_check,
+    "starts": starts_check,
+    "start of the loop": loop_start_check,
+    "noise in the loop": noise_in_loop_check,
+}

@@ -1,0 +1,291 @@
+"""How sure an output-error estimate is: the errors are coloured, as the loop colours noise.
+
+Noise of the position comes back through the law, differentiated, so that errors follow one another
+with alternating signs; what the model lacks lasts. Both are told by an autoregression of the errors
+``a(q) e = w``, of each record its own, with which
+
+    Sigma = (J'J)^-1 (sum_r J_r' C_r J_r) (J'J)^-1,    C the covariances of such errors,
+
+as the prediction-error method has it for errors that are not white [Ljung1999]_ (9.42). C is of
+errors that were under way before a stretch begins, so that short stretches count as long ones do.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import chain
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from axisid.estimation.diagnostics import covariance_of_twins
+from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
+from axisid.estimation.parameters import Unknowns
+from axisid.estimation.predictions import Predictions, record_rows
+from axisid.estimation.records import Record
+from axisid.estimation.regression import (
+    Autoregression,
+    CovarianceEstimate,
+    autoregression_of,
+    autoregressive_covariance,
+    clustered_covariance,
+    sum_covariances,
+)
+from axisid.estimation.thresholds import MIN_SHOWN
+from axisid.support.arrays import Array
+
+# of the largest change of the outputs along a direction that they do not show; a parameter with
+# as much is named
+_MIN_PART = 0.1
+
+
+def unseen_directions(
+    jacobian: Array, scale: Array, free: NDArray[np.bool_]
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Directions in which parameters change and the errors do not.
+
+    Parameters
+    ----------
+    jacobian : (n, P) array
+        Of weighted errors, and of what was known before.
+    scale : (P,) array
+        Of the parameters.
+    free : (P,) array of bool
+        Which are searched; columns of the others are 0.
+
+    Returns
+    -------
+    (k, P) array, (k, P) array of bool
+        How the parameters move together, and which of them are part of a direction, by what each
+        alone would change in the outputs.
+    """
+    scaled = jacobian * scale
+    sizes = np.linalg.norm(scaled, axis=0)
+    seen = sizes > MIN_SHOWN.value * sizes.max(initial=0.0)
+    moves = changes = np.eye(len(sizes))[free & ~seen]
+    if seen.any():
+        _, values, rows = np.linalg.svd(np.linalg.qr(scaled[:, seen] / sizes[seen], mode="r"))
+        lost, into = rows[values <= MIN_SHOWN.value * values[0]], np.eye(len(sizes))[seen]
+        changes = np.vstack([changes, lost @ into])
+        moves = np.vstack([moves, (lost / sizes[seen] * scale[seen]) @ into])
+    size = np.abs(changes)
+    return moves, size > _MIN_PART * size.max(axis=1, keepdims=True, initial=0.0)
+
+
+def unseen_in_words(
+    moves: Array, parts: NDArray[np.bool_], names: Sequence[str]
+) -> tuple[str, ...]:
+    """Directions that are not shown: ``Fc at all``, ``M and m apart (...)``."""
+    sentences = []
+    for move, part in zip(moves, parts, strict=True):
+        named = [names[int(j)] for j in np.flatnonzero(part)]
+        shares = zip(move[part] / move[part][0], named, strict=True)
+        listed = ", ".join(f"{share:+.3g} of {name}" for share, name in shares)
+        several = f"{' and '.join(named)} apart ({listed} together change nothing)"
+        sentences.append(f"{named[0]} at all" if len(named) == 1 else several)
+    return tuple(sentences)
+
+
+MIN_MOVED_BY_START = 1.0  # deviations by the start of a loop, were that free, which then count
+
+_NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sandwich:
+    """What the sandwich covariance of an estimate is made of.
+
+    Attributes
+    ----------
+    jacobian : (n, k) array
+        Of the weighted errors by the parameters that are free.
+    errors : (n,) array
+        Weighted, as the loss lets them count.
+    curvature : (n,) array
+        Of the loss: by how much each counted error changes with its error.
+    known : (j, k) array
+        Rows of what was known before, over its deviations.
+    counts : (n,) array
+        What each error counts with; 0 where nothing is measured.
+    spans : tuple of tuple of slice
+        Stretches by record.
+    periods : tuple of float
+        By record, s.
+    outputs : int
+        Whose rows of a sample are neighbours.
+    twins : (n, R) array or None
+        What noise makes of the weighted errors.
+    """
+
+    jacobian: Array
+    errors: Array
+    curvature: Array
+    known: Array
+    counts: Array
+    spans: tuple[tuple[slice, ...], ...]
+    periods: tuple[float, ...]
+    outputs: int = 1
+    twins: Array | None = None
+
+    @property
+    def counted(self) -> NDArray[np.bool_]:
+        """Which rows are measured, (n,)."""
+        return self.counts > 0
+
+    @cached_property
+    def inverse(self) -> Array:
+        """Of the curvature of the cost, (k, k), from a triangle of columns of one size.
+
+        What changes nothing is left out, whose variances are told as infinite: the rounding in it
+        would else be in those of every other parameter.
+        """
+        rows = np.vstack([np.sqrt(self.curvature)[:, None] * self.jacobian, self.known])
+        size = np.linalg.norm(rows, axis=0)
+        size = np.where(size > 0, size, 1.0)
+        triangle = np.linalg.qr(rows / size, mode="r")
+        factor = np.linalg.pinv(triangle, rcond=_NOTHING) / size[:, None]
+        return np.asarray(factor @ factor.T)
+
+    def influence(self, weights: Array) -> Array:
+        """Of errors that are weighted by these, (n,), on the parameters, (k, n)."""
+        weighed = self.curvature[:, None] * self.jacobian * weights[:, None]
+        return np.asarray(self.inverse @ weighed.T)
+
+    @cached_property
+    def autoregressions(self) -> tuple[Autoregression, ...]:
+        """Of the errors, by record."""
+        return tuple(
+            autoregression_of(
+                [self.errors[rows] for rows in spans],
+                period,
+                [self.counted[rows] for rows in spans],
+                self.outputs,
+            )
+            for spans, period in zip(self.spans, self.periods, strict=True)
+        )
+
+    def coloured(self, *, clustered: bool = False) -> CovarianceEstimate:
+        """Covariance for errors that follow autoregressions and, as twins', no less, (k, k).
+
+        Or by the scatter over stretches, which are windows of an open loop. What was known is sure.
+        """
+        columns, known, parts = self.jacobian @ self.inverse, self.by_known(), []
+        if clustered:
+            parts.append(clustered_covariance(columns, self.errors, [*chain(*self.spans)]))
+        for r, rows in enumerate(() if clustered else map(record_rows, self.spans)):
+            curved = self.curvature[rows, None] * self.jacobian[rows]
+            parts.append(self._of_record(columns, r, float(np.sum(columns[rows] * curved))))
+        parts.append(CovarianceEstimate(matrix=known, freedom=np.full(len(known), np.inf)))
+        return sum_covariances(parts)
+
+    def _of_record(self, columns: Array, r: int, taken: float) -> CovarianceEstimate:
+        """Of columns (n, j) and a record's errors, of which a fit took so many degrees."""
+        spans = self.spans[r]
+        used = int(self.counted[record_rows(spans)].sum())
+        return autoregressive_covariance(columns, self.autoregressions[r], spans, used, taken)
+
+    def independent(self) -> Array:
+        """Covariance for independent errors, of each record its own variance, (k, k)."""
+        return self._sandwich(sum(map(self._independent, self.spans), self.known.T @ self.known))
+
+    def by_known(self) -> Array:
+        """What the deviations of what was known before add to a covariance, (k, k)."""
+        return self._sandwich(self.known.T @ self.known)
+
+    def effects(self) -> Array:
+        """How much more each record's errors tell of what was known if they are independent, (r,).
+
+        Over the variances of what was known: a record whose weights are divided by its square root
+        counts beside what was known as its coloured errors allow, for one parameter exactly.
+        """
+        reach, ratios = self.known @ self.inverse, []
+        for r, spans in enumerate(self.spans):
+            coloured = float(np.trace(self._of_record(self.jacobian @ reach.T, r, 0.0).matrix))
+            white = float(np.einsum("ij,jk,ik", reach, self._independent(spans), reach))
+            ratios.append(coloured / white if coloured > 0 and white > 0 else 1.0)
+        return np.array(ratios)
+
+    def extended(self, columns: Array, *, clustered: bool) -> tuple[Array, Array, Array]:
+        """What further columns (n, q) of weighted errors change, to first order; see `Solved`.
+
+        Chance is what twins make of them, or the errors' colours where those are too few.
+        """
+        known, k = self.known, self.jacobian.shape[1]
+        wide = replace(
+            self,
+            jacobian=np.hstack([self.jacobian, columns]),
+            known=np.hstack([known, np.zeros((len(known), columns.shape[1]))]),
+        )
+        change = -wide.inverse[:, k:] @ (columns.T @ self.errors)
+        if self.twins is not None:
+            of_twins = wide.inverse @ (wide.jacobian.T @ self.twins)
+            if (by_twins := covariance_of_twins(of_twins, columns.shape[1])) is not None:
+                return change, by_twins.matrix + wide.by_known(), by_twins.freedom
+        errors = self.errors + self.curvature * (wide.jacobian @ change)
+        by_errors = replace(wide, errors=errors).coloured(clustered=clustered)
+        return change, by_errors.matrix, by_errors.freedom
+
+    def _independent(self, spans: Sequence[slice]) -> Array:
+        rows = record_rows(spans)
+        J, e, used = self.jacobian[rows], self.errors[rows], int(self.counted[rows].sum())
+        return np.asarray(float(e @ e) / max(used - J.shape[1], 1) * (J.T @ J))
+
+    def _sandwich(self, meat: Array) -> Array:
+        covariance = self.inverse @ meat @ self.inverse
+        return np.asarray((covariance + covariance.T) / 2)
+
+
+def sandwich_of(
+    found: SearchResult,
+    weighing: WeightedLoss,
+    unknowns: Unknowns,
+    predictions: Predictions,
+    records: Sequence[Record],
+    chosen: NDArray[np.bool_],
+) -> Sandwich:
+    """Of the chosen parameters, (P,), where a search of the records' outputs ended."""
+    weighed = weighing.weights * found.slopes.errors
+    z = (weighed / weighing.tuning) ** 2
+    _, first, second = weighing.counted(z)
+    return Sandwich(
+        jacobian=(weighing.weights[:, None] * found.slopes.jacobian)[:, chosen],
+        errors=first * weighed,
+        curvature=np.maximum(first + 2 * z * second, 0.0),
+        known=unknowns.known_rows[:, chosen],
+        counts=first * weighing.weights,
+        spans=predictions.spans,
+        periods=tuple(record.period for record in records),
+        outputs=len(predictions.units),
+    )
+
+
+def moved_by_start(
+    scores: Sandwich, starts: Sequence[tuple[slice, Array]], covariance: Array
+) -> tuple[Array, Array]:
+    """What parameters would move by if first positions and velocities were free with them.
+
+    To first order, by the errors, in their units and in their deviations, (k,) each; 0 where that
+    is within a deviation of each.
+
+    Parameters
+    ----------
+    scores : Sandwich
+    starts : sequence of (slice, array)
+        Rows of a stretch, and slopes of its weighted errors by its start, of one size, (m, 2).
+    covariance : (k, k) array
+        Of the parameters, with starts as they are.
+    """
+    if not starts:
+        return np.zeros(len(covariance)), np.zeros(len(covariance))
+    counted = [(rows, slopes, scores.curvature[rows, None] * slopes) for rows, slopes in starts]
+    together = np.hstack([scores.jacobian[rows].T @ each for rows, _, each in counted])
+    gained = np.concatenate([slopes.T @ scores.errors[rows] for rows, slopes in starts])
+    beside = scores.inverse @ together
+    net = block_diag(*(slopes.T @ each for _, slopes, each in counted)) - together.T @ beside
+    downhill = beside.T @ (scores.jacobian.T @ scores.errors) - gained
+    moved = -beside @ (np.linalg.pinv(net, rcond=MIN_SHOWN.value) @ downhill)
+    deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    far = np.divide(np.abs(moved), deviations, out=np.zeros(len(moved)), where=deviations > 0)
+    matters = np.any(far > MIN_MOVED_BY_START)
+    return moved * matters, far * matters

@@ -1,0 +1,434 @@
+"""Where the searches of a fit ended, and what that tells: deviations, and what noise moves."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import log_ndtr, ndtri_exp
+
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.checks import unless_faulty
+from axisid.estimation.choices import SQUARES
+from axisid.estimation.estimates import NamedValues, Value, student_interval
+from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
+from axisid.estimation.parameters import (
+    ExtendedForm,
+    Unknowns,
+    bounded_quadratic_minimum,
+    least_sizes,
+)
+from axisid.estimation.predictions import Predictions
+from axisid.estimation.records import Record
+from axisid.estimation.regression import CovarianceEstimate, widened
+from axisid.estimation.regression_problem import ParameterAtBound
+from axisid.estimation.thresholds import INTERVAL_LEVEL
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError, Missing
+
+from .covariance import Sandwich, moved_by_start, sandwich_of, unseen_directions
+from .twins import RecordLoops, calibrated_covariance, outputs_by_noise
+
+_EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FitSearch:
+    """What a fit was asked for, and where its searches ended.
+
+    Attributes
+    ----------
+    axis, records, outputs, loss, known, bootstrap, seed
+        As `fit` takes them.
+    form : ExtendedForm
+    unknowns : Unknowns
+    predictions : Predictions
+    start, scale : (P,) array
+        Where the first search begins, and by how much its parameters change.
+    started : str
+        Where the start is from: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
+    weighing : WeightedLoss
+    remarks : tuple of str
+    best : SearchResult
+        The search that is told.
+    searches : tuple of SearchResult
+    doubts : tuple of (ExtendedForm, Predictions)
+        Of each value that is known with a deviation: where it is larger by that.
+    rests_count : bool
+        Whether samples near rests count, as without them a parameter is hardly shown.
+    alone : SearchResult or None
+        The search without what was known before.
+    """
+
+    axis: GeneratedAxis
+    records: tuple[Record, ...]
+    form: ExtendedForm = field(repr=False, compare=False)
+    outputs: tuple[str, ...]
+    loss: str
+    unknowns: Unknowns = field(repr=False, compare=False)
+    predictions: Predictions = field(repr=False, compare=False)
+    start: Array
+    started: str
+    scale: Array
+    weighing: WeightedLoss = field(repr=False, compare=False)
+    remarks: tuple[str, ...]
+    best: SearchResult
+    searches: tuple[SearchResult, ...]
+    bootstrap: int
+    seed: int
+    known: tuple[str, ...]
+    doubts: tuple[tuple[ExtendedForm, Predictions], ...] = field(repr=False, compare=False)
+    rests_count: bool = field(repr=False, compare=False)
+    alone: SearchResult | None = field(repr=False, compare=False)
+
+    @property
+    def horizon(self) -> float | None:
+        """Length of the windows of an open loop, s."""
+        return self.predictions.horizon
+
+    @property
+    def of_start(self) -> NDArray[np.bool_]:
+        """Which parameters are first positions and velocities of loops, (P,)."""
+        return least_sizes(self.form) > 0
+
+    @property
+    def ended(self) -> dict[str, float]:
+        """Parameters where the best search ended, by name."""
+        return dict(zip(self.unknowns.names, map(float, self.best.physical), strict=True))
+
+    def sandwich(self, chosen: NDArray[np.bool_]) -> Sandwich:
+        """Of the chosen parameters, (P,), where the best search ended."""
+        asked = self.weighing, self.unknowns, self.predictions, self.records
+        return sandwich_of(self.best, *asked, chosen)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class FitInference:
+    """What the end of a search tells of the parameters.
+
+    Attributes
+    ----------
+    physical : (P,) array
+        The parameters less what noise in the loop moves them by.
+    sides : (P,) array of int
+        Which of them are at a bound, -1 at the lower, 1 at the upper one.
+    chosen : str
+        The covariance that is told.
+    covariances : mapping of str to (P, P) array
+        0 of what is at a bound, infinite of what is not shown.
+    variances : (P,) array
+        By the chosen one as if no bound were there; infinite of what is held.
+    parameters : NamedValues
+        With unit, deviations and 95 % interval, by name.
+    held : tuple of ParameterAtBound
+        Parameters at their bounds, and what each would be without its own.
+    not_shown : (k, P) array, (k, P) array of bool
+        What neither outputs nor what was known before show, see `unseen_directions`.
+    influence : (P, n) array
+        Of the errors on the parameters.
+    judged_sandwich : Sandwich
+        Of the parameters that are free and not at a bound, less what noise makes in the mean.
+    loops : tuple of RecordLoops or Missing
+        Those of each record there, with its noise.
+    moved : (P,) array, Missing or None
+        What noise in the loop moves the parameters by, or why that is not known; None where it was
+        not asked for.
+    by_start : (P,) array, (P,) array
+        What other starts move all parameters by, where that matters, and in deviations.
+    """
+
+    physical: Array = field(repr=False)
+    sides: NDArray[np.int8] = field(repr=False)
+    chosen: str = field(repr=False)
+    covariances: Mapping[str, Array] = field(repr=False)
+    variances: Array = field(repr=False)
+    parameters: NamedValues = field(repr=False)
+    held: tuple[ParameterAtBound, ...] = field(repr=False)
+    not_shown: tuple[Array, NDArray[np.bool_]] = field(repr=False)
+    influence: Array = field(repr=False)
+    judged_sandwich: Sandwich = field(repr=False, compare=False)
+    loops: tuple[RecordLoops | Missing, ...] = field(repr=False, compare=False)
+    moved: Array | Missing | None = field(repr=False)
+    by_start: tuple[Array, Array] = field(repr=False)
+
+
+def inferred(of: FitSearch) -> FitInference:
+    """What the best end of a fit's searches tells.
+
+    Deviations are those of every free parameter as if no bound were there. What a bound holds is
+    not known: the others are as unsure as its parameter lets them be. A bounded estimate is nearer
+    to whatever is within the bounds than the free one is, so that the free one's deviations about
+    it are enough.
+    """
+    end, weights, free = of.best, of.weighing.weights, of.unknowns.free
+    loops = tuple(
+        unless_faulty(partial(RecordLoops.at, of.form, end.physical, place, record))
+        for place, record in enumerate(of.records)
+    )
+    at_liberty, noise = of.sandwich(free), _noise(of, loops)
+    twins = None if isinstance(noise, Missing) else noise
+    common = None if twins is None else twins.mean(axis=1)
+    physical, sides = _corrected(of, at_liberty, common)
+    inner = free & (sides == 0)
+    judged, influence = of.sandwich(inner), np.zeros((len(free), len(weights)))
+    if inner.any():
+        influence[inner] = judged.influence(weights)
+    if common is not None:
+        # What noise makes by its square comes at every reversal alike, so that it scatters nothing.
+        net = common - end.slopes.jacobian @ (influence @ common)
+        judged = replace(judged, errors=judged.errors + weights * net)
+    starts = _slopes_by_start(of)
+    scattered = twins if of.horizon is None else None
+    coloured, found = _covariances(of, at_liberty, twins, judged.errors, starts)
+    dof, chosen = coloured.freedom, "coloured"
+    if scattered is not None:
+        dof, chosen = np.full(len(dof), scattered.shape[1] / 2), "bootstrap"  # of pairs
+        judged = replace(judged, twins=judged.counts[:, None] * scattered)
+    variances, by_start = np.full(len(free), np.inf), np.zeros((2, len(free)))
+    variances[free] = np.diag(found[chosen])
+    by_start[:, free] = moved_by_start(at_liberty, starts, coloured.matrix)
+    rows = np.vstack([weights[:, None] * end.slopes.jacobian, of.unknowns.known_rows])
+    not_shown = unseen_directions(rows, of.scale, free)
+    covariances = {}
+    for name, matrix in found.items():
+        whole, lost = np.zeros((len(free), len(free))), np.flatnonzero(not_shown[1].any(axis=0))
+        whole[np.ix_(free, free)] = matrix
+        whole[lost, lost] = np.inf
+        covariances[name] = np.where(inner[:, None] & inner, whole, 0.0)
+    held = _held(of, physical, sides, common, judged.errors, starts, variances)
+    return FitInference(
+        physical=physical,
+        sides=sides,
+        chosen=chosen,
+        covariances=covariances,
+        variances=variances,
+        parameters=_parameters(of.unknowns, physical, held, covariances, chosen, dof),
+        held=held,
+        not_shown=not_shown,
+        influence=influence,
+        judged_sandwich=judged,
+        loops=loops,
+        moved=noise if twins is None else end.physical - physical,
+        by_start=(by_start[0], by_start[1]),
+    )
+
+
+def _slopes_by_start(of: FitSearch) -> list[tuple[slice, Array]]:
+    """Rows of each stretch, and slopes of its weighted errors by its start, of one size, (m, 2)."""
+    found = []
+    with np.errstate(all="ignore"):
+        for rows, slopes in of.predictions.slopes_by_start(of.best.physical):
+            weighed = of.weighing.weights[rows, None] * slopes
+            size = np.linalg.norm(weighed, axis=0)
+            found.append((rows, weighed / np.where(size > 0, size, 1.0)))
+    return found
+
+
+def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Missing | None:
+    """What noise makes of the outputs where the search ended, (n, R); None where it is not asked.
+
+    Windows have the noise of what is measured alone: forces beside the control move their errors in
+    proportion, which is no bias, and what their parameters scatter by is seen from window to
+    window.
+    """
+    if not of.bootstrap:
+        return None
+    if of.loss != SQUARES:
+        return Missing("errors count by their size, and outliers are no noise of a loop")
+    there, count, disturbed = (of.best.physical, of.predictions), of.bootstrap, of.horizon is None
+    noise = unless_faulty(
+        lambda: outputs_by_noise(loops, *there, count, disturbed=disturbed, paired=True)
+    )
+    if isinstance(noise, Missing) or noise.any():
+        return noise
+    return Missing("no noise that is measured reaches what is followed.")
+
+
+def _corrected(
+    of: FitSearch, sandwich: Sandwich, common: Array | None
+) -> tuple[Array, NDArray[np.int8]]:
+    """The parameters less what noise moves them by, and which are at a bound, (P,) each.
+
+    What is taken off may lead one to its bound, or from there; the others are what they are with
+    it.
+
+    Parameters
+    ----------
+    of : FitSearch
+    sandwich : Sandwich
+        Of every free parameter.
+    common : (n,) array or None
+        What noise makes of the errors in the mean.
+    """
+    at, side, u = of.best.physical, of.best.at_bound, of.unknowns
+    if common is None:
+        return at, side
+    gradient = sandwich.jacobian.T @ (sandwich.curvature * of.weighing.weights * common)
+    # The search stands still but for what a bound holds.
+    at_bounds = sandwich.jacobian.T @ sandwich.errors + sandwich.known.T @ u.known_errors(at)
+    downhill = -gradient - np.where(side[u.free] != 0, at_bounds, 0.0)
+    physical = at.copy()
+    physical[u.free] += sandwich.inverse @ downhill
+    if not side.any() and np.all(((u.lower < physical) & (physical < u.upper))[u.free]):
+        return physical, side
+    rows = np.vstack([np.sqrt(sandwich.curvature)[:, None] * sandwich.jacobian, sandwich.known])
+    physical, side = at.copy(), np.zeros_like(side)
+    lower, upper, start = (each[u.free] for each in (u.lower, u.upper, at))
+    physical[u.free], side[u.free] = bounded_quadratic_minimum(lower, upper, start, rows, downhill)
+    return physical, side
+
+
+def _covariances(
+    of: FitSearch,
+    sandwich: Sandwich,
+    twins: Array | None,
+    errors: Array,
+    starts: Sequence[tuple[slice, Array]],
+) -> tuple[CovarianceEstimate, dict[str, Array]]:
+    """By coloured errors alone, and by name with all else that leaves unsure, (k, k) each.
+
+    Parameters
+    ----------
+    of : FitSearch
+    sandwich : Sandwich
+        Of every free parameter.
+    twins : (n, R) array or None
+        What noise makes of the outputs.
+    errors : (n,) array
+        Weighted, less what noise makes of them by its square.
+    starts : sequence of (slice, array)
+        Of `_slopes_by_start`.
+    """
+    weights, influence = of.weighing.weights, sandwich.influence(of.weighing.weights)
+    coloured = sandwich.coloured(clustered=of.horizon is not None)
+    covariances, iid = {"coloured": coloured.matrix}, sandwich.independent()
+    if of.horizon is None and twins is not None:
+        centred = twins - twins.mean(axis=1, keepdims=True)
+        estimates = -influence @ centred
+        residuals = weights[:, None] * centred + sandwich.jacobian @ estimates
+        by_twins = calibrated_covariance(sandwich, errors, estimates, residuals)
+        covariances["bootstrap"] = by_twins + sandwich.by_known()
+    elif of.horizon is not None:
+        # Of few windows next to nothing, as a fit makes their sum 0.
+        matrix = widened(coloured.matrix, np.diag(iid))
+        coloured, covariances["coloured"] = replace(coloured, matrix=matrix), matrix
+        if twins is not None:
+            # Of two opposite twins it is what they do alike, which is what is taken off; the mean
+            # of so many is unsure.
+            pairs = twins.shape[1] // 2
+            means = (
+                (influence @ twins[:, : 2 * pairs]).reshape(len(influence), pairs, 2).mean(axis=2)
+            )
+            covariances["coloured"] = matrix + np.atleast_2d(np.cov(means)) / pairs
+    for name, matrix in covariances.items():
+        # No error of a record tells what the starts of loops add.
+        by_start, _ = moved_by_start(sandwich, starts, matrix)
+        covariances[name] = matrix + np.outer(by_start, by_start)
+    errors_there = of.best.slopes.errors[:, None]
+    doubted = [of.predictions.doubts_of_memory(of.best.physical)]
+    for form, predictions in of.doubts:
+        at = np.array([of.ended.get(q.name, 0.0) for q in form.physical_quantities])
+        predictions.settle(at)
+        lanes = predictions(at[None, :])
+        if lanes.failures:
+            raise EstimationError(lanes.failures[0], code="simulation")
+        doubted.append(lanes.errors - errors_there)
+    by_doubts = influence @ np.hstack(doubted)
+    covariances = {"coloured": covariances.pop("coloured"), "iid": iid, **covariances}
+    return coloured, {
+        name: matrix + by_doubts @ by_doubts.T for name, matrix in covariances.items()
+    }
+
+
+def _held(
+    of: FitSearch,
+    physical: Array,
+    sides: NDArray[np.int8],
+    common: Array | None,
+    errors: Array,
+    starts: Sequence[tuple[slice, Array]],
+    variances: Array,
+) -> tuple[ParameterAtBound, ...]:
+    """Parameters at their bounds, and what each would be without its own.
+
+    The interval of one is that of a normal about the estimate without the bound, cut off there.
+    Other parameters at bounds may be elsewhere, so that the normal is as wide as without any, and
+    as many deviations beyond as with the others at theirs. Arguments as in `inferred`.
+    """
+    u, weights, at_bounds = of.unknowns, of.weighing.weights, []
+    for j in map(int, np.flatnonzero(sides)):
+        free = u.free & (sides == 0)
+        free[j] = True
+        sandwich, place = of.sandwich(free), int(np.count_nonzero(free[:j]))
+        matrix = replace(sandwich, errors=errors).coloured().matrix
+        by_start, _ = moved_by_start(sandwich, starts, matrix)
+        deviation = float(np.sqrt((matrix + np.outer(by_start, by_start))[place, place]))
+        residuals = sandwich.errors
+        if common is not None:
+            change = of.best.slopes.jacobian @ (physical - of.best.physical)
+            residuals = residuals + sandwich.curvature * weights * (common + change)
+        downhill = -(sandwich.jacobian.T @ residuals + sandwich.known.T @ u.known_errors(physical))
+        at, side = float(physical[j]), int(sides[j])
+        centre = at + float((sandwich.inverse @ downhill)[place])
+        wide = max(math.sqrt(variances[j]), deviation)
+        beyond = (centre - at) / deviation if deviation > 0 else 0.0
+        at_bounds.append(
+            ParameterAtBound(
+                name=u.names[j],
+                unit=u.quantities[j].unit,
+                bound=at,
+                is_lower=side < 0,
+                free=centre,
+                deviation=deviation,
+                reach=reach_of_cut_normal(at, at + beyond * wide, wide, side),
+            )
+        )
+    return tuple(at_bounds)
+
+
+def reach_of_cut_normal(bound: float, centre: float, deviation: float, side: int) -> float:
+    """Up to where 95 % are of a normal distribution that is cut off at a bound, from there on.
+
+    Parameters
+    ----------
+    bound, centre, deviation : float
+    side : {-1, 1}
+        Of a lower or of an upper bound.
+    """
+    if not deviation > 0:
+        return bound
+    centres = side * (bound - centre) / deviation  # what lies beyond it, in deviations
+    outside = math.log(1 - INTERVAL_LEVEL.value)
+    exponential = centres < -_EXPONENTIAL
+    tail = -outside / centres if exponential else ndtri_exp(outside + log_ndtr(centres)) - centres
+    return bound + side * deviation * float(tail)
+
+
+def _parameters(
+    unknowns: Unknowns,
+    physical: Array,
+    held: Sequence[ParameterAtBound],
+    covariances: Mapping[str, Array],
+    chosen: str,
+    dof: Array,
+) -> NamedValues:
+    """The parameters with unit, deviations and interval, by degrees of freedom (k,) of the free."""
+    at_bound = {e.name: (min(e.bound, e.reach), max(e.bound, e.reach)) for e in held}
+    dofs, values = np.full(len(physical), np.inf), {}
+    dofs[unknowns.free] = dof
+    for j, q in enumerate(unknowns.quantities):
+        value = float(physical[j])
+        # What is hardly shown may have a variance that rounding made negative.
+        variances = {n: float(c[j, j]) for n, c in covariances.items()}
+        deviations = {n: math.sqrt(v) if v >= 0 else math.inf for n, v in variances.items()}
+        interval = student_interval(value, deviations[chosen], float(dofs[j]))
+        values[q.name] = Value(
+            value=value,
+            unit=q.unit,
+            deviations=deviations,
+            interval=at_bound.get(q.name, interval),
+            chosen=chosen,
+        )
+    return NamedValues(values)

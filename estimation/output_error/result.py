@@ -1,0 +1,404 @@
+"""What a fit of outputs comes to."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property, partial
+from typing import Any, Literal
+
+import numpy as np
+
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, told_or, unless_faulty
+from axisid.estimation.choices import OPEN_LOOP
+from axisid.estimation.diagnostics import Checked
+from axisid.estimation.diagnostics.control_law import (
+    FoundGains,
+    LawCheck,
+    check_found_law,
+    first_failing,
+)
+from axisid.estimation.estimates import SamplingDistribution, Value, degrees_of_freedom_of
+from axisid.estimation.methods import bound_record
+from axisid.estimation.misspecification import Misspecification, find_misspecification, scores_of
+from axisid.estimation.nonlinear_least_squares import EquallyGoodPoint, Search
+from axisid.estimation.parameters import axis_at
+from axisid.estimation.predictions import record_rows
+from axisid.estimation.signals import Prefilter
+from axisid.modeling.parsing import FunctionLike
+from axisid.support.arrays import Array, Exact, MaybeInfinite
+from axisid.support.errors import Missing
+from axisid.support.presentable import Presentable
+
+from .covariance import unseen_in_words
+from .inference import FitInference, FitSearch, inferred
+from .twins import PERCENT, move_by_record, outputs_by_noise
+
+_OF_POSITION = 16  # twins with noise of the position alone
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RecordError:
+    """What a fit leaves of an output of one record.
+
+    Attributes
+    ----------
+    output : str
+        What is followed; empty in files of earlier versions, of one output.
+    unit : str
+        Of that output.
+    weight : float
+        By which its errors count, over its unit.
+    rows : int
+        Samples that count.
+    error : float
+        Root mean square, in the output's unit.
+    percent : float
+        Of the recorded output's.
+    order : int
+        Of the autoregression of the errors, of all outputs together.
+    noise : float
+        Root mean square of what is noise of the error, in the output's unit: what white noise of
+        the position makes in the loop, as the record has it, or what nothing before it tells of an
+        error, whichever is more.
+    """
+
+    output: str = ""
+    unit: str = ""
+    weight: float = 1.0
+    rows: int
+    error: float
+    percent: MaybeInfinite
+    order: int
+    noise: float
+
+    @property
+    def percent_beyond_noise(self) -> float:
+        """What is left beyond noise, of the recorded output."""
+        share = 1 - (self.noise / self.error) ** 2 if self.error else 0.0
+        return self.percent * math.sqrt(max(share, 0.0))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
+    """Parameters with which a simulated output follows that of the records.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+    records : tuple of Record
+    outputs : tuple of str
+        What is followed: ``control``, ``position``, ``force``, or ``open-loop`` alone.
+    loss : str
+        ``squares``, ``soft-l1`` or ``huber``.
+    parameters : NamedValues
+        With unit, deviations and 95 % interval, by name.
+    start : (P,) array
+    started : str
+        Where it is from: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
+    remarks : tuple of str
+    without_prior : mapping of str to (float, float)
+        What the records alone say of what was known before, with deviations, by name.
+    elsewhere : EquallyGoodPoint or None
+        A place as good as the end that is claimed to be far from it.
+    judge : callable
+        Gives the checks of a fit.
+    levels : Levels
+        From when on a check tells something of the model.
+    """
+
+    without_prior: Mapping[str, tuple[float, float]] = field(repr=False, compare=False)
+    elsewhere: EquallyGoodPoint | None = field(repr=False, compare=False)
+    judge: Callable[["OutputFit"], tuple[Check, ...]] = field(repr=False, compare=False)
+    levels: Levels = DEFAULT_LEVELS
+
+    @classmethod
+    def of(
+        cls,
+        search: FitSearch,
+        judge: Callable[["OutputFit"], tuple[Check, ...]],
+        levels: Levels,
+    ) -> "OutputFit":
+        """What the searches of a fit come to."""
+        u, inference, without = search.unknowns, inferred(search), dict[str, tuple[float, float]]()
+        if search.alone is not None:
+            alone = inferred(replace(search, unknowns=u.without_prior, best=search.alone))
+            deviations = np.sqrt(np.maximum(alone.variances, 0.0))
+            for j in map(int, np.flatnonzero(u.has_prior)):
+                without[u.names[j]] = float(alone.physical[j]), float(deviations[j])
+        variances = (np.diag(inference.covariances[name]) for name in (inference.chosen, "iid"))
+        again = Search(search.predictions, u, search.scale, search.weighing)
+        return cls(
+            **vars(search),
+            **vars(inference),
+            without_prior=without,
+            elsewhere=again.equally_good_point(search.searches, *variances),
+            judge=judge,
+            levels=levels,
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """With what twins tell, and without them: many times what the records hold."""
+        names = (each.name for each in fields(self))
+        state = {
+            n: getattr(self, n) for n in (*names, "law_shift", "lacks", "of_records", "checks")
+        }
+        sandwich = replace(self.judged_sandwich, twins=None)
+        return state | {"doubts": (), "loops": (), "judged_sandwich": sandwich}
+
+    @cached_property
+    def axes(self) -> tuple[GeneratedAxis, ...]:
+        """By record, under the law with the gains that were found."""
+        return tuple(axis_at(axis, self.form, self.physical) for axis in self.form.axes)
+
+    @property
+    def at_bound(self) -> Mapping[str, Literal["lower", "upper"]]:
+        """``lower`` or ``upper``, by parameters that are driven to a bound.
+
+        The interval of one is on the side that is allowed.
+        """
+        return {each.name: "lower" if each.is_lower else "upper" for each in self.held}
+
+    @property
+    def bounds(self) -> Mapping[str, tuple[float, float]]:
+        """That were in force."""
+        u = self.unknowns
+        return {n: (float(a), float(b)) for n, a, b in zip(u.names, u.lower, u.upper, strict=True)}
+
+    @property
+    def fixed(self) -> Mapping[str, float]:
+        """Values that were held."""
+        u = self.unknowns
+        return {u.names[j]: float(u.fixed[j]) for j in np.flatnonzero(~u.free)}
+
+    @property
+    def prior(self) -> Mapping[str, tuple[float, float]]:
+        """What was known before, with its deviation."""
+        u = self.unknowns
+        return {
+            u.names[j]: (float(u.prior[j]), float(u.prior_sd[j]))
+            for j in np.flatnonzero(u.has_prior)
+        }
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """Parameters, or sums of them, that no output shows, in words."""
+        return unseen_in_words(*self.not_shown, self.names)
+
+    @property
+    def local(self) -> Mapping[str, tuple[str, ...]]:
+        """Names of each parameter that records have for themselves, by record."""
+        return self.form.local
+
+    @cached_property
+    def of_records(self) -> tuple[RecordError, ...]:
+        """What is left of each record, and in each of every output."""
+        # A chain takes for forces what the model lacks, so that noise is that of the position.
+        weights, outputs, errors = self.weighing.weights, self.outputs, []
+        by_noise = partial(outputs_by_noise, self.loops, disturbed=False, paired=False)
+        twins = told_or(
+            np.zeros((len(weights), 1)),
+            lambda: by_noise(self.best.physical, self.predictions, _OF_POSITION),
+        )
+        models = self.judged_sandwich.autoregressions
+        for spans, model in zip(self.predictions.spans, models, strict=True):
+            every = zip(outputs, self.predictions.units, np.diag(model.variance), strict=True)
+            for place, (output, unit, variance) in enumerate(every):
+                rows = record_rows(spans, place, len(outputs))
+                used, weight = weights[rows] > 0, float(weights[rows].max())
+                e, y = (x[rows][used] for x in (self.best.slopes.errors, self.predictions.measured))
+                error, size = float(np.linalg.norm(e)), float(np.linalg.norm(y))
+                by_twins = (weights[rows][used, None] * twins[rows][used]) ** 2
+                noise = max(variance, float(by_twins.mean()) if len(e) else 0.0, 0.0)
+                errors.append(
+                    RecordError(
+                        output=output,
+                        unit=unit,
+                        weight=weight,
+                        rows=len(e),
+                        error=error / max(len(e), 1) ** 0.5,
+                        percent=100 * error / size if size else float("inf") if error else 0.0,
+                        order=model.order,
+                        noise=math.sqrt(noise) / (weight or 1.0),
+                    )
+                )
+        return tuple(errors)
+
+    @property
+    def errors(self) -> tuple[Array, ...]:
+        """Simulated less recorded output, (N,) by record; of m outputs (N, m)."""
+        errors, count = self.best.slopes.errors, len(self.outputs)
+        whole = (errors[record_rows(spans)] for spans in self.predictions.spans)
+        return tuple(whole) if count == 1 else tuple(each.reshape(-1, count) for each in whole)
+
+    @cached_property
+    def law(self) -> LawCheck | Missing:
+        """The declared control law against the records: that of the first that fails."""
+        return first_failing(self._laws)
+
+    @cached_property
+    def law_moves(self) -> Mapping[str, Array]:
+        """What each term of the law, 1 % larger, would move the parameters by, (P,)."""
+        moves = told_or(({},), lambda: self._moves_of_records)
+        return {name: np.asarray(np.sum([of[name] for of in moves], axis=0)) for name in moves[0]}
+
+    @cached_property
+    def law_move(self) -> Array | None:
+        """What the law as the records have it would move them by, (P,)."""
+        return self.law_shift[0] if isinstance(self.law_shift, tuple) else None
+
+    @cached_property
+    def law_shift(self) -> tuple[Array, Array] | Missing | None:
+        """What the law as the records have it would move them by, with deviations, (P,) each."""
+        return unless_faulty(
+            lambda: move_by_record(self._moves_of_records, self._laws, self.loops, self.found_gains)
+        )
+
+    @cached_property
+    def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:
+        """What each term of a record's law, 1 % larger, moves them by, (P,), by its gains."""
+        slopes = self.predictions.slopes_by_law(self.physical)
+        return tuple(
+            {name: -PERCENT * (self.influence[:, r] @ slope[r]) for name, slope in slopes.items()}
+            for r in map(record_rows, self.predictions.spans)
+        )
+
+    @cached_property
+    def lacks(self) -> tuple[tuple[Misspecification, ...] | Missing, ...]:
+        """What the model lacks on each record, what explains most first."""
+        return tuple(unless_faulty(partial(self._lacks, i)) for i in range(len(self.records)))
+
+    def _lacks(self, number: int) -> tuple[Misspecification, ...] | Missing:
+        """By the rows of a record, and of its twins, as identified ones.
+
+        What a model lacks is no matter of what is followed: the residuals of instruments at the
+        fit's parameters tell it, whatever output these are of.
+        """
+        axis, loops = self.axes[number], self.loops[number]
+        if axis.axis.states:
+            return Missing("friction that remembers has no rows in which that could be looked for")
+        names = [
+            self.local[q.name][number] if q.name in self.local else q.name for q in axis.parameters
+        ]
+        data = bound_record(axis, self.records[number], Prefilter())
+        chosen = set(self.searched) - self.prior.keys()
+        free = [j for j, name in enumerate(names) if name in chosen]
+        chain = None if isinstance(loops, Missing) else loops.chain
+        physical = self.form.own(self.physical, number)
+        scores = scores_of(data.by_position or data, physical, chain, free)
+        half = [
+            float(np.ptp(self.parameters[n].interval)) / 2 if n in self.parameters else math.inf
+            for n in names
+        ]
+        return find_misspecification(scores, np.array(half), len(self.records), self.levels)
+
+    @cached_property
+    def checks(self) -> tuple[Check, ...]:
+        """Whether to believe it."""
+        return self.judge(self)
+
+    @cached_property
+    def _laws(self) -> tuple[LawCheck | Missing, ...]:
+        if self.outputs == (OPEN_LOOP,):
+            why = Missing("no law is simulated: the control is the recorded one")
+            return (why,) * len(self.records)
+        return tuple(
+            unless_faulty(partial(check_found_law, axis, record, self.found_gains))
+            for axis, record in zip(self.axes, self.records, strict=True)
+        )
+
+    @cached_property
+    def found_gains(self) -> FoundGains:
+        """Gains of the law that were searched, and are not at a bound."""
+        law = self.axis.axis.control
+        names = () if law is None else tuple(name for name in law.gains if name in self.searched)
+        places = [self.names.index(name) for name in names]
+        dof = min(
+            (degrees_of_freedom_of(self.parameters[name]) for name in names), default=math.inf
+        )
+        return FoundGains(names, self.covariance[np.ix_(places, places)], dof)
+
+    @property
+    def searched(self) -> tuple[str, ...]:
+        """Names of what is neither held nor at a bound."""
+        return tuple(n for n in self.names if n not in self.fixed and n not in self.at_bound)
+
+    def __getitem__(self, name: str) -> Value:
+        return self.parameters[name]
+
+    def derive(self, function: FunctionLike) -> Value:
+        """Any function of the parameters, with its unit and interval.
+
+        Parameters
+        ----------
+        function : str or SymPy expression
+            Such as ``"M/Fv"``, as `Estimate.derive` takes it.
+
+        Returns
+        -------
+        Value
+            By the delta method, under every covariance.
+
+        Raises
+        ------
+        UsageError
+            The function cannot be read, its units do not fit, or it is of what is at a bound.
+        EstimationError
+            It has no finite value at the estimate.
+
+        Warns
+        -----
+        RuntimeWarning
+            The function bends within the uncertainty, so that the delta method is not enough.
+        """
+        freedom = np.array([degrees_of_freedom_of(value) for value in self.parameters.values()])
+        return SamplingDistribution(
+            quantities=self.unknowns.quantities,
+            theta=self.physical,
+            covariances=self.covariances,
+            freedom={self.chosen: freedom},
+            chosen=self.chosen,
+            at_bound=self.at_bound,
+        ).derived(function, "fit with bootstrap= and look at the parameters")
+
+    @property
+    def covariance(self) -> Array:
+        """The one that was chosen, (P, P)."""
+        return self.covariances[self.chosen]
+
+    @property
+    def deviations(self) -> Array:
+        """Of the parameters, (P,)."""
+        return np.array([value.deviation for value in self.parameters.values()])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters."""
+        return self.unknowns.names
+
+    @property
+    def output(self) -> str:
+        """What is followed, in words."""
+        return " and ".join(self.outputs)
+
+    @property
+    def unit(self) -> str:
+        """Of the first output."""
+        return self.predictions.units[0]
+
+    @property
+    def error(self) -> float:
+        """Root mean square of what is left of all records, of the first output, in its unit."""
+        of_first = self.of_records[:: len(self.outputs)]
+        squares = sum(each.rows * each.error**2 for each in of_first)
+        return float(np.sqrt(squares / sum(each.rows for each in of_first)))
+
+    @property
+    def error_percent(self) -> float:
+        """Of the recorded output; of several records or outputs the largest."""
+        return max(each.percent for each in self.of_records)
+
+    @property
+    def percent_beyond_noise(self) -> float:
+        """What is left beyond noise, of the recorded output; of several the largest."""
+        return max(each.percent_beyond_noise for each in self.of_records)

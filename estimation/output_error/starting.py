@@ -1,0 +1,333 @@
+"""What a fit is asked for: where it starts, what it follows, and what is free."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.choices import (
+    FIT_STARTS,
+    FORCE,
+    INSTRUMENTS_START,
+    LEAST_SQUARES_START,
+    NOMINAL_START,
+    OPEN_LOOP,
+    OPEN_LOOP_FIT,
+    OUTPUTS,
+    by_name,
+    check_among,
+    listed,
+)
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.identification import JointRecords, check_time, identify
+from axisid.estimation.parameters import (
+    GAIN,
+    START,
+    START_PARAMETERS,
+    ExtendedForm,
+    JointForm,
+    Unknowns,
+    least_sizes,
+)
+from axisid.estimation.records import Record
+from axisid.estimation.regression import InverseForm
+from axisid.modeling.declaration import HIDDEN_FROM
+from axisid.modeling.quantities import Parameter, State
+from axisid.support.arrays import Array
+from axisid.support.errors import AxisidError, UsageError, is_among, is_real, quoted
+
+_PART_OF_FORCE = 1e-3  # that a parameter of its least size makes
+_GAIN = "gain"  # as it is asked for, beside its own name
+_LEAST = 0.1  # of a period, that a time of the drive is searched from
+_METHODS = {INSTRUMENTS_START: "idm-iv", LEAST_SQUARES_START: "idm-ls"}
+
+# 1/unit of the output, or the inverse; with more, rounding hides what another output tells
+_MAX_WEIGHT = 1e20
+
+#: As users give it: a name, parameters, or an estimate.
+StartLike = str | Mapping[str, float] | Estimate
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitStart:
+    """Where a search starts.
+
+    Attributes
+    ----------
+    physical : (P,) array
+    size : (P,) array
+        Least size that steps are taken of, as a parameter may be 0.
+    named : str
+        Of `FIT_STARTS`, or ``given``.
+    """
+
+    physical: Array
+    size: Array
+    named: str
+
+
+def searched_form(shared: JointRecords, layout: JointForm | None) -> ExtendedForm:
+    """The parameters of an axis that records share by a layout."""
+    return ExtendedForm.of(layout or InverseForm(shared.axis), shared.axes(shared.axis, layout))
+
+
+def split_free(
+    free: str | Sequence[str],
+    axis: GeneratedAxis,
+    records: Sequence[Record],
+    outputs: Sequence[str],
+) -> tuple[Sequence[str], Parameter | None]:
+    """What is free of the law, and of the drive: its lag or its delay, or neither.
+
+    Raises
+    ------
+    UsageError
+        Both times are asked for, or one that the records cannot show, or that
+        no loop can be simulated with.
+    """
+    names = listed(free)
+    law, drive = axis.declared.control, axis.declared.drive
+    gains = {} if law is None else law.gains
+    times = [name for name in dict.fromkeys(names) if name in HIDDEN_FROM and name not in gains]
+    declared = drive.estimated
+    if declared is not None and declared[0] not in times:
+        times.append(declared[0])
+    if not times:
+        return names, None
+    if len(times) > 1:
+        raise UsageError(
+            "lag and delay of the drive are both free, and a record shows their sum; leave one of "
+            "them as it is declared.",
+            code="free",
+        )
+    name = times[0]
+    if axis.declared.states:
+        raise UsageError(
+            f"the drive's {name} cannot be free: the friction of axis {axis.declared.name!r} "
+            "remembers, and is simulated with no drive whose force changes between the samples "
+            "of the law; leave it as it is declared.",
+            code="free",
+        )
+    for record in records:
+        check_time(axis.declared, record, name, by_law=OPEN_LOOP not in outputs)
+    value = max(float(getattr(drive, name)), _LEAST * records[0].period)
+    parameter = declared[1] if declared is not None else Parameter(name, "s", lower=0.0)
+    return [n for n in names if n != name], replace(parameter, name=name, nominal=value)
+
+
+def with_free(
+    form: ExtendedForm,
+    names: Sequence[str],
+    outputs: Sequence[str],
+    known: Mapping[str, object],
+    records: Sequence[Record],
+) -> ExtendedForm:
+    """The same with the gains of drive and law that are free, and with the starts of the loops.
+
+    Raises
+    ------
+    ModelError
+        The law has no gains that could change, or the drive none that a fit could search.
+    UsageError
+        They are none of the law's gains, or known of the records; or the output is one without a
+        law, or of a force column.
+    """
+    law = form.axes[0].axis.control
+    of_law = () if law is None else tuple(law.gains)
+    if {_GAIN, GAIN} & {*names} - {*of_law}:
+        by_force = OPEN_LOOP in outputs and any(r.control is None for r in records)
+        if FORCE in outputs or by_force:
+            raise UsageError(
+                "the drive gain cannot be free where a fit follows, or is driven by, a force "
+                "column, which is behind it; follow the control or the position, or see what "
+                "identify says of that column.",
+                code="free",
+            )
+        form = form.with_drive_gain()
+        names = [n for n in names if n in of_law or n not in (_GAIN, GAIN)]
+    if names and OPEN_LOOP in outputs:
+        raise UsageError(
+            f"{', '.join(names)} cannot be free in an open loop, which has no law, and a start of "
+            "its own in each window; follow the control or the position.",
+            code="free",
+        )
+    if both := [name for name in names if name in known]:
+        raise UsageError(
+            f"the gain {both[0]} is known of each record and free as well; leave one of the two "
+            "out.",
+            code="free",
+        )
+    starts = [n for n in names if n in (START, *START_PARAMETERS) and n not in of_law]
+    gains = [n for n in names if n not in starts]
+    if law is not None and of_law and (others := [n for n in gains if n not in of_law]):
+        raise UsageError(
+            f"there is no gain {quoted(others[0])} to be free; control law {law.name!r} has "
+            f"{', '.join(of_law)}. Beside gains of the law there are {_GAIN}, lag and delay of "
+            f"the drive, {START}, {' and '.join(START_PARAMETERS)}.",
+            code="free",
+        )
+    form = form.with_gains(gains) if gains else form
+    return form.with_starts(records, starts) if starts else form
+
+
+def check_remembered(
+    states: Sequence[State], unknowns: Unknowns, begins: Sequence[FitStart]
+) -> None:
+    """Refuse to search for what friction remembers by from nothing: no step of it has a size.
+
+    Raises
+    ------
+    UsageError
+        A parameter of a state's equation starts at 0, and nothing tells how large it is.
+    """
+    inside = {str(each) for state in states for law in state.laws for each in law.free_symbols}
+    known = np.where(unknowns.has_prior, unknowns.prior, 0.0)
+    sizes = np.abs([[begun.physical, begun.size, known] for begun in begins]).max(axis=1)
+    lost = unknowns.free & (sizes.min(axis=0) == 0)
+    if names := [n for n, at in zip(unknowns.names, lost, strict=True) if at and n in inside]:
+        raise UsageError(
+            f"{names[0]} starts at 0, and what the friction remembers follows by it, so that "
+            "nothing tells its size; give its parameter a nominal value of about that size, or "
+            "a prior.",
+            code="fit",
+        )
+
+
+def starts_from(
+    asked: StartLike, shared: JointRecords, form: ExtendedForm, gain: str
+) -> tuple[list[FitStart], list[str]]:
+    """Starts in the order in which they are tried, and why others came to nothing.
+
+    Parameters
+    ----------
+    asked : str, mapping of str to float or Estimate
+        Of a name of `FIT_STARTS`: that, and those that follow it.
+    shared : JointRecords
+    form : ExtendedForm
+        Of all that is searched.
+    gain : str
+        As `identify` takes it.
+
+    Raises
+    ------
+    UsageError
+        What is asked for is none of them, or parameters are none of the fit's.
+    """
+    names = [q.name for q in form.of_model.physical_quantities]
+    size = np.maximum(np.abs(form.start), least_sizes(form))
+    others = form.start[len(names) :], size[len(names) :]
+    nominal = FitStart(physical=form.start, size=size, named=NOMINAL_START)
+    if isinstance(asked, Estimate):
+        return [_of_estimate(asked, names, "given", *others)], []
+    if isinstance(asked, Mapping):
+        return [FitStart(physical=_given(asked, form), size=size, named="given")], []
+    if not is_among(asked, FIT_STARTS):
+        raise UsageError(
+            f"there is no start {quoted(asked)}; choose from {', '.join(FIT_STARTS)}, or give an "
+            "estimate, or values by name.",
+            code="fit",
+        )
+    if shared.axis.states:
+        return [nominal], ["the friction remembers, so that nothing estimates a start"]
+    found, why = [], []
+    for name in FIT_STARTS[FIT_STARTS.index(asked) : -1]:
+        try:
+            with np.errstate(all="ignore"):
+                result = identify(
+                    shared.axis,
+                    shared.records,
+                    methods=[_METHODS[name]],
+                    local=shared.local,
+                    known=shared.known or None,
+                    gain=gain,
+                )
+            found.append(_of_estimate(result[_METHODS[name]], names, name, *others))
+            break
+        except AxisidError as error:
+            why.append(str(error))
+    return [*found, nominal], why
+
+
+def _of_estimate(
+    estimate: Estimate, names: Sequence[str], named: str, others: Array, sizes: Array
+) -> FitStart:
+    if [q.name for q in estimate.quantities] != [*names]:
+        raise UsageError(
+            f"the estimate to start from has {', '.join(q.name for q in estimate.quantities)}, the "
+            f"fit {', '.join(names)}; give one of the same axis and records.",
+            code="fit",
+        )
+    size = np.zeros(len(names))
+    if estimate.X.shape[1] == len(names):
+        columns = np.linalg.norm(estimate.X, axis=0)
+        whole = np.full(len(names), np.linalg.norm(estimate.y))
+        size = _PART_OF_FORCE * np.divide(whole, columns, out=size, where=columns > 0)
+    return FitStart(
+        physical=np.append(estimate.physical, others),
+        size=np.append(size, sizes),
+        named=named,
+    )
+
+
+def _given(asked: Mapping[str, float], form: ExtendedForm) -> Array:
+    found, names = form.start.copy(), [q.name for q in form.physical_quantities]
+    for name, value in asked.items():
+        if name not in names or not (is_real(value) and np.isfinite(value)):
+            raise UsageError(
+                f"the start of {quoted(name)} is {quoted(value)}; give finite numbers, by name, "
+                f"of {', '.join(names)}.",
+                code="fit",
+            )
+        found[names.index(name)] = value
+    return found
+
+
+def checked_outputs(given: object) -> tuple[str, ...]:
+    """What is followed, once each."""
+    names = listed(given)
+    check_among(*(("output", name, OUTPUTS) for name in names))
+    found = tuple(dict.fromkeys(map(str, names)))
+    if not found:
+        raise UsageError(
+            f"there is no output to follow; choose from {', '.join(OUTPUTS)}.",
+            code="fit",
+        )
+    if OPEN_LOOP in found and len(found) > 1:
+        raise UsageError(
+            f"{', '.join(found)} cannot be followed together: an open loop has the recorded "
+            "control, and the others are of a loop with its law. Leave open-loop out, or fit it "
+            "by itself.",
+            code="fit",
+        )
+    return found
+
+
+def checked_horizon(given: object, outputs: Sequence[str]) -> float | None:
+    """Length of an open loop's windows, s, where it is asked for."""
+    if given is None:
+        return None
+    if not (is_real(given) and 0 < given < math.inf):
+        raise UsageError(f"the horizon is {quoted(given)}; give a positive time, s.", code="fit")
+    if OPEN_LOOP not in outputs:
+        raise UsageError(
+            f"a horizon is given, and the {' and '.join(outputs)} of a loop has no windows; "
+            f"leave it out, or follow {OPEN_LOOP_FIT}.",
+            code="fit",
+        )
+    return float(given)
+
+
+def checked_weights(given: Mapping[str, float] | None, outputs: Sequence[str]) -> tuple[float, ...]:
+    """Weights of the outputs, NaN where none is given."""
+    told, most = by_name(given, "weights"), _MAX_WEIGHT
+    for name, weight in told.items():
+        if not (name in outputs and is_real(weight) and 1 / most <= float(weight) <= most):
+            raise UsageError(
+                f"the weight of {quoted(name)} is {quoted(weight)}; the fit follows "
+                f"{' and '.join(outputs)}: give of one of these the inverse of the deviation that "
+                f"its errors have, a number from {1 / most:g} to {most:g}.",
+                code="fit",
+            )
+    return tuple(float(told.get(name, math.nan)) for name in outputs)

@@ -1,0 +1,383 @@
+"""Parameters of several records: those that they share, those that each has for itself.
+
+A record's base parameters are sums of products of the declared parameters. With what is known of
+the record put in, they are linear in the products of the others: ``beta_r = C_r mu + c_r``. The
+reduced row echelon form of all C_r, one above the other, gives the smallest set of parameters of
+all records, which may be more than any one of them tells: two angles of an axis tell its weight
+from an offset, two payloads its length from its mass.
+
+Where a known force is among what the records need, the force of a control, ``g0 u`` by the declared
+gain, is ``g0/g`` times all of it. So with ``kappa = g0/g``
+
+    g0 u = X mu' + kappa known,    mu = mu' / kappa,    g = g0 / kappa,
+
+which is linear, and a loop that is simulated with ``mu'``, ``kappa known`` and the declared gain is
+the loop of ``mu``, ``known`` and g.
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.generated_axes import GeneratedAxis, Quantity, build
+from axisid.estimation.regression import Form, InverseForm
+from axisid.modeling.declaration import leave_out
+from axisid.modeling.derivation import CommonParameters, common_parameters
+from axisid.modeling.quantities import Parameter, fresh_name
+from axisid.support.arrays import Array, Exact
+from axisid.support.errors import ModelError, UsageError
+
+from .known import KnownValues
+
+#: The drive gain among the parameters of several records.
+GAIN = "drive_gain"
+
+_SAME = 1e-9  # of a column
+_Product = tuple[tuple[tuple[str, int], ...], int | None]  # its powers; the record, if it is local
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Member(Exact):
+    """One record's part: its base parameters are ``into mu + offset``.
+
+    Attributes
+    ----------
+    axis : GeneratedAxis
+        With the law's gains that are known of the record, and with what is known of it in place of
+        parameters that enter nonlinearly.
+    into : (b, P) array
+    offset : (b,) array
+    """
+
+    axis: GeneratedAxis
+    into: Array
+    offset: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointForm(Exact, InverseForm):
+    """The inverse model of several records in their parameters, and the drive gain if it is shown.
+
+    Attributes
+    ----------
+    parameters : tuple of Parameter
+        Shared ones, those of each record, and the drive gain last if it is identified.
+    expressions : tuple of str
+        How each is made of declared ones; empty where it is one.
+    members : tuple of Member
+        By record.
+    local : mapping of str to tuple of str
+        Names among `parameters`, by record, of each declared parameter that is local.
+    known : tuple of KnownValues
+    gain : float or None
+        The declared drive gain where a known force tells another; None where it is believed.
+    """
+
+    parameters: tuple[Parameter, ...] = field(kw_only=True)
+    expressions: tuple[str, ...] = field(kw_only=True)
+    members: tuple[Member, ...] = field(kw_only=True)
+    local: Mapping[str, tuple[str, ...]] = field(kw_only=True)
+    known: tuple[KnownValues, ...] = field(kw_only=True)
+    gain: float | None = field(kw_only=True)
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """The parameters; with the gain scaled by it, and its inverse in the declared one's."""
+        pairs = zip(self.parameters, self.expressions, strict=True)
+        return tuple(Quantity(name=p.name, unit=p.unit, expression=said) for p, said in pairs)
+
+    physical_quantities = quantities
+
+    @property
+    def declared(self) -> tuple[Parameter, ...]:
+        """See `Form.declared`."""
+        return self.parameters
+
+    @property
+    def is_linear(self) -> bool:
+        """See `Form.is_linear`; what is not linear is refused by `layout_of`."""
+        return True
+
+    def physical(self, theta: Array) -> tuple[Array, Array]:
+        """See `Form.physical`."""
+        if self.gain is None:
+            return theta, np.eye(len(theta))
+        scaled, kappa = np.append(theta[:-1], self.gain), theta[-1]
+        jacobian = np.eye(len(theta)) / kappa
+        jacobian[:, -1] = -scaled / kappa**2
+        return scaled / kappa, jacobian
+
+    def regressed(self, physical: Array) -> Array:
+        """See `Form.regressed`."""
+        if self.gain is None:
+            return physical
+        kappa = self.gain / physical[-1]
+        return np.append(physical[:-1] * kappa, kappa)
+
+    def have_inertia(self, physical: Array) -> NDArray[np.bool_]:
+        """See `Form.have_inertia`; in every record."""
+        found = [
+            self.of_record(i).have_inertia(np.array([self.own(each, i) for each in physical]))
+            for i in range(len(self.members))
+        ]
+        return np.asarray(np.all(found, axis=0))
+
+    def of_record(self, record: int) -> Form:
+        """See `Form.of_record`."""
+        return InverseForm(self.members[record].axis)
+
+    def own(self, physical: Array, record: int) -> Array:
+        """See `Form.own`.
+
+        With the drive gain among them they are those of the declared gain, which is what the
+        record's force is of.
+        """
+        offset = self.members[record].offset if self.gain is None else 0.0
+        return np.asarray(self.slopes(record) @ self.regressed(physical) + offset, dtype=float)
+
+    def slopes(self, record: int) -> Array:
+        """See `Form.slopes`."""
+        member = self.members[record]
+        if self.gain is None:
+            return member.into
+        return np.column_stack([member.into, member.offset])
+
+    def placed(self, record: int, intercept: Array, regressor: Array) -> tuple[Array, Array]:
+        """See `Form.placed`."""
+        member = self.members[record]
+        columns, force = regressor @ member.into, intercept + regressor @ member.offset
+        if self.gain is None:
+            return force, columns
+        return np.zeros(len(force)), np.column_stack([columns, force])
+
+
+def layout_of(
+    axis: GeneratedAxis,
+    records: int,
+    known: Sequence[KnownValues],
+    local: Iterable[str],
+    *,
+    commanded: bool,
+) -> JointForm:
+    """How the parameters of an axis are shared by so many records.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    records : int
+    known : sequence of KnownValues
+    local : iterable of str
+        Declared parameters that each record has for itself.
+    commanded : bool
+        Whether the force of all records is what the drive makes of the control, and its gain may
+        be identified.
+
+    Raises
+    ------
+    UsageError
+        A name is no declared parameter, no gain of the control law, or is given twice.
+    ModelError
+        A parameter that is not known of the records enters nonlinearly.
+    """
+    names = tuple(dict.fromkeys(local))
+    _check(axis, records, known, names)
+    axes = _axes(axis, records, known)
+    terms = [_terms(own, i, known, names) for i, own in enumerate(axes)]
+    products = [*dict.fromkeys(p for of_one in terms for row in of_one for p in row if p[0])]
+    products.sort(key=lambda p: _place(axis, p))
+    tables = [[[row.get(p, Fraction(0)) for p in products] for row in of_one] for of_one in terms]
+    offsets = [[row.get(((), None), Fraction(0)) for row in of_one] for of_one in terms]
+    every = [row for table in tables for row in table]
+    found, local_names = _common(axis, products, every, records)
+    members = tuple(
+        Member(
+            axis=own,
+            into=np.array([[float(row[j]) for j in found.pivots] for row in table]),
+            offset=np.array([float(x) for x in offset]),
+        )
+        for own, table, offset in zip(axes, tables, offsets, strict=True)
+    )
+    drive = axis.axis.drive
+    tells = commanded and drive.is_gain and _tells_gain(members)
+    return JointForm(
+        axis,
+        parameters=(*(p for p, _ in found.parameters), *([drive_gain_of(axis)] * tells)),
+        expressions=(*(said for _, said in found.parameters), *([""] * tells)),
+        members=members,
+        local=local_names,
+        known=tuple(known),
+        gain=drive.gain if tells else None,
+    )
+
+
+def moved_layouts(axis: GeneratedAxis, layout: JointForm | None) -> Iterator[JointForm]:
+    """By each value that is known with a deviation, the layout with it larger by that.
+
+    It is larger wherever it is known. Without a layout nothing is known of records.
+    """
+    if layout is None:
+        return
+    records, commanded = len(layout.members), layout.gain is not None
+    for known, told in ((each, told) for each in layout.known for told in each.doubtful):
+        pairs = zip(known.values, known.deviations, strict=True)
+        other = replace(known, values=tuple(v + sd * ((v, sd) == told) for v, sd in pairs))
+        every = [other if each is known else each for each in layout.known]
+        yield layout_of(axis, records, every, layout.local, commanded=commanded)
+
+
+def _check(
+    axis: GeneratedAxis, records: int, known: Sequence[KnownValues], local: tuple[str, ...]
+) -> None:
+    declared, law = {p.name: p for p in axis.declared.parameters}, axis.declared.control
+    gains = [*law.gains] if law is not None else []
+    bounded = [(declared[each.name], each) for each in known if each.name in declared]
+    fixed, named = axis.base.known, {each.name for each in known}
+    values = [f"{p.known}+-{p.known_sd}" if p.known_sd else f"{p.known}" for p in fixed]
+    pairs = zip(fixed, values, strict=True)
+    settings = [f"known {p.name}={','.join([value] * records)}" for p, value in pairs]
+    faults = [
+        *(
+            f"there is no {each.name!r} to be known of each record; axis {axis.axis.name!r} "
+            f"has {', '.join((*declared, *gains))}."
+            for each in known
+            if each.name not in (*declared, *gains)
+        ),
+        *(
+            f"what is known of {p.name!r}, {', '.join(map(each.text, range(records)))}, is "
+            f"beyond its bounds of {p.lower:g} and {p.upper:g}; give values within them."
+            for p, each in bounded
+            if not all(p.lower <= value <= p.upper for value in each.values)
+        ),
+        *(
+            f"there is no parameter {name!r} to be each record's own; axis {axis.axis.name!r} has "
+            f"{', '.join(declared)}."
+            for name in local
+            if name not in declared
+        ),
+        *(
+            f"{name!r} is known of each record and its own as well; leave one of the two out."
+            for name in local
+            if name in named
+        ),
+        f"{' and '.join(p.name for p in fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, which "
+        "is weighed where all parameters are shared; in its place say of each record "
+        f"{' and '.join(settings)}."
+        if fixed
+        else "",
+        "every parameter is known; leave at least one to identify." * (named >= {*declared}),
+    ]
+    for fault in filter(None, faults):
+        raise UsageError(fault, code="parameters")
+
+
+def _axes(axis: GeneratedAxis, records: int, known: Sequence[KnownValues]) -> list[GeneratedAxis]:
+    """The axis of each record; records of which the same is known share one."""
+    law = axis.declared.control
+    gains = {*law.gains} if law is not None else set[str]()
+    pairs = zip(axis.axis.parameters, axis.nonlinear, strict=True)
+    bent = {p.name for p, nonlinear in pairs if nonlinear}
+    if unknown := sorted(bent - {each.name for each in known}):
+        raise ModelError(
+            f"{', '.join(unknown)} of axis {axis.axis.name!r} enters nonlinearly, and parameters "
+            "that are known of each record, or each record's own, are served where the others "
+            "enter linearly; give its value for each record, or leave it out.",
+            code="parameters",
+        )
+    held = [each for each in known if each.name in bent or each.name in gains]
+    own = [tuple((each.name, each.values[i]) for each in held) for i in range(records)]
+    made = {values: _variant(axis, dict(values), gains) for values in dict.fromkeys(own)}
+    return [made[values] for values in own]
+
+
+def _variant(axis: GeneratedAxis, own: Mapping[str, float], gains: set[str]) -> GeneratedAxis:
+    """The axis with values in place of what is known of a record."""
+    declared = axis.declared
+    values = {name: value for name, value in own.items() if name not in gains}
+    if values:
+        axis = build(leave_out(declared, **values), native=axis.native.enabled)
+    changed = {name: own[name] for name in gains if name in own}
+    if changed and axis.loop is not None:
+        return axis.with_gains(changed)
+    if changed and declared.control is not None:  # a continuous law has them as numbers
+        law = replace(declared.control, gains={**declared.control.gains, **changed})
+        return build(replace(axis.declared, control=law), native=axis.native.enabled)
+    return axis
+
+
+def _terms(
+    axis: GeneratedAxis, record: int, known: Sequence[KnownValues], local: tuple[str, ...]
+) -> list[dict[_Product, Fraction]]:
+    """Each base parameter of a record as a sum of products of what is not known."""
+    base, values = axis.base, {each.name: _exact(each.values[record]) for each in known}
+    names = [p.name for p in base.declared.parameters]
+    split = []
+    for powers in base.exponents:
+        factors = {name: e for name, e in zip(names, powers, strict=True) if e}
+        held = (values[name] ** e for name, e in factors.items() if name in values)
+        factor = math.prod(held, start=Fraction(1))
+        rest = tuple((name, e) for name, e in factors.items() if name not in values)
+        own = any(name in local for name, _ in rest)
+        split.append(((rest, record if own else None), factor))
+    found = []
+    for weights in base.weights:
+        row: dict[_Product, Fraction] = {}
+        for weight, (product, factor) in zip(weights, split, strict=True):
+            if weight and factor:
+                row[product] = row.get(product, Fraction(0)) + _exact(weight) * factor
+        found.append(row)
+    return found
+
+
+def _exact(value: float) -> Fraction:
+    """The decimal number that a float is written as."""
+    return Fraction(repr(float(value)))
+
+
+def _place(axis: GeneratedAxis, product: _Product) -> tuple[int, int, int]:
+    """Parameters come in the order of the declared ones that they begin with, then by record."""
+    names = [p.name for p in axis.declared.parameters]
+    powers, record = product
+    return names.index(powers[0][0]), sum(e for _, e in powers), -1 if record is None else record
+
+
+def _common(
+    axis: GeneratedAxis, products: Sequence[_Product], rows: list[list[Fraction]], records: int
+) -> tuple[CommonParameters, dict[str, tuple[str, ...]]]:
+    """Parameters of all records, and names by record of those that each has for itself."""
+    taken = {p.name.lower() for p in axis.declared.parameters} | {GAIN}
+    alone = {p.name: p for p in axis.declared.parameters}
+    symbols: list[Parameter | None] = []
+    local: dict[str, list[str]] = {}
+    for powers, record in products:
+        single = len(powers) == 1 and powers[0][1] == 1
+        declared = alone[powers[0][0]] if single else None
+        if declared is not None and record is not None:
+            name = fresh_name(f"{declared.name}_{record + 1}", taken)
+            said = f"{declared.name} of record {record + 1}"
+            declared = replace(declared, name=name, description=said)
+            local.setdefault(powers[0][0], [""] * records)[record] = name
+        symbols.append(declared)
+    reduced = common_parameters(axis.declared, products, symbols, rows, taken)
+    return reduced, {name: tuple(of_records) for name, of_records in local.items()}
+
+
+def _tells_gain(members: Sequence[Member]) -> bool:
+    """Whether the known forces are no multiple of what parameters make, record by record."""
+    into = np.concatenate([member.into for member in members])
+    offset = np.concatenate([member.offset for member in members])
+    size = np.linalg.norm(into, axis=0)
+    columns = into / np.where(size > 0, size, 1.0)
+    left = offset - columns @ np.linalg.lstsq(columns, offset, rcond=None)[0]
+    return bool(np.linalg.norm(left) > _SAME * np.linalg.norm(offset))
+
+
+def drive_gain_of(axis: GeneratedAxis) -> Parameter:
+    """The drive gain as a parameter that is searched, from where it is declared."""
+    drive, q = axis.axis.drive, axis.axis.coordinate
+    over = drive.unit if drive.unit.isalpha() else f"({drive.unit})"
+    unit = f"{q.force_unit}/{over}"
+    return Parameter(GAIN, unit, nominal=drive.gain, description="force per control")

@@ -1,0 +1,317 @@
+"""What may be said of a log: repairs, and a run.toml that stands in its place, and how one starts.
+
+A repair is made on request only; each says what it did and how often.
+"""
+
+import json
+import math
+import os
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, fields
+from functools import partial
+from pathlib import Path
+from textwrap import wrap
+from typing import Any, Literal
+
+import numpy as np
+
+from axisid.estimation.choices import LOG_KEYS, check_among
+from axisid.estimation.input_tables import Table as LogTable
+from axisid.estimation.logs import read_table
+from axisid.estimation.records.columns import expected_units, to_si
+from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
+from axisid.modeling.parsing import Table, nearest, read_columns, read_toml, toml_document
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError, RunFileError, UsageError, is_real, quoted
+from axisid.support.mappings import FrozenMapping
+from axisid.support.memory import room_for
+
+from .clocks import check_sample_period
+from .segments import checked_windows
+from .shifts import Interpolation, checked_between, checked_shifts
+from .wrapping import Modulus
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Repairs:
+    """What may be done to a log that is not a record as it stands.
+
+    Attributes
+    ----------
+    resample : float, "auto" or None
+        Onto an even grid at so many hertz; ``auto`` takes the position's own median rate.
+    gaps : {"split"} or None
+        Cut the log where samples are missing; each piece is filtered and simulated by itself.
+    wrap : str, float, mapping of str to either, or None
+        Modulus of a position that starts again after it, in SI or with a unit (``360:deg``); of
+        other columns, by role (``{"control": 65536}``, ``"control=65536"``), whose numbers were
+        written without their sign, so that -1 is the modulus less 1.
+    mask : {"clipped"} or None
+        Leave out what the drive's limit or a recorder has cut off of the control or the force,
+        with all rows whose filters reach it.
+    tail : {"drop"} or None
+        Leave out lines at the end of a log of text that are no rows: one cut off, or a footer.
+    shift : mapping of str to int, float or str
+        By role, how far a column is moved to later times against the others: samples, or a time
+        with its unit (``"2ms"``). What is no whole number of samples needs `resample`.
+    between : mapping of str to {"spline", "linear", "held"}
+        By role, what a measured velocity, acceleration or force is between its values, where these
+        are written in every so many samples, the others empty or the last value again.
+
+    Raises
+    ------
+    UsageError
+        A setting makes no sense for any log.
+    """
+
+    resample: float | Literal["auto"] | None = None
+    gaps: Literal["split"] | None = None
+    wrap: str | float | Mapping[str, str | float] | None = None
+    mask: Literal["clipped"] | None = None
+    tail: Literal["drop"] | None = None
+    shift: Mapping[str, Any] = field(default_factory=dict)
+    between: Mapping[str, Interpolation] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        rate = self.resample
+        if rate not in ("auto", None) and not (is_real(rate) and 0 < rate < math.inf):
+            raise UsageError(f"the rate to resample at is {quoted(rate)}; give hertz, or auto.")
+        ways = (
+            ("repair of gaps", self.gaps, ("split",)),
+            ("mask", self.mask, ("clipped",)),
+            ("repair of the end of the log", self.tail, ("drop",)),
+        )
+        check_among(*(row for row in ways if row[1] is not None))
+        wrap = FrozenMapping(self.wrap) if isinstance(self.wrap, Mapping) else self.wrap
+        object.__setattr__(self, "wrap", wrap)
+        object.__setattr__(self, "shift", FrozenMapping(checked_shifts(self.shift)))
+        object.__setattr__(self, "between", FrozenMapping(checked_between(self.between)))
+
+    def moduli(self, axis: Axis | None) -> dict[str, Modulus]:
+        """Moduli by role.
+
+        Raises
+        ------
+        UsageError
+            One is no positive number, in another unit than its column, or of no such column.
+        """
+        given = self.wrap
+        if isinstance(given, str) and "=" in given:
+            pairs = (pair.partition("=") for pair in given.split(","))
+            given = {role.strip(): modulus for role, _, modulus in pairs}
+        elif given is not None and not isinstance(given, Mapping):
+            given = {"position": given}
+        return {role: _modulus(role, str(text), axis) for role, text in (given or {}).items()}
+
+
+def _modulus(role: str, text: str, axis: Axis | None) -> Modulus:
+    if role in ("time", "reference"):
+        raise UsageError(
+            f"no modulus is taken out of the {role} alone; the reference follows the position, and "
+            "a time that begins again is cut (gaps).",
+            code="wrap",
+        )
+    number, _, unit = text.partition(":")
+    size = math.nan
+    with suppress(ValueError):
+        size = float(number)
+    if not 0 < size < math.inf:
+        raise UsageError(
+            f"the modulus is {text!r}; give a positive number, with a unit where it is not SI, as "
+            "in 360:deg or 1:rev."
+        )
+    usual, si = " or ".join(expected_units(role, axis)), np.array([size])
+    if unit:
+        si, _ = to_si(role, si, unit, axis, requested=True, source="the modulus")
+    return Modulus(si=float(si[0]), factor=float(si[0]) / size, unit=unit.strip() or usual)
+
+
+def is_run_file(log: object) -> bool:
+    """Whether what stands in the place of a log says what the log is."""
+    return isinstance(log, (str, Path)) and Path(log).suffix.lower() == ".toml"
+
+
+def log_of(file: str | Path) -> Path:
+    """The log that a run.toml names, as far as it can be told; any other file itself."""
+    with suppress(RunFileError):
+        named = toml_document(Path(file), RunFileError).get("log") if is_run_file(file) else None
+        if isinstance(named, str) and "\0" not in named:  # no path has a NUL
+            return Path(file).parent / named
+    return Path(file)
+
+
+def read_run(
+    file: Path,
+    axis: Axis | None,
+    *,
+    columns: Mapping[str, Any],
+    repairs: Repairs,
+    **given: Any,
+) -> tuple[Path, dict[str, Any]]:
+    """The log that a run.toml names, and arguments of `read_record` for it.
+
+    Parameters
+    ----------
+    file : Path
+    axis : Axis or None
+        Whose signals are roles of columns too.
+    columns : mapping
+        What goes role by role before what the file says.
+    repairs : Repairs
+        What goes one by one before it.
+    **given
+        Further arguments of `read_record`, likewise.
+
+    Raises
+    ------
+    RunFileError
+        It cannot be read, or with all that is wrong in it.
+    """
+    log, said = read_toml(file, partial(_said, file.parent, axis), RunFileError)
+    asked = {f.name: getattr(repairs, f.name) for f in fields(Repairs)}
+    said |= {
+        key: value
+        for key, value in {**given, **asked}.items()
+        if value is not None and (value or not isinstance(value, (tuple, Mapping)))
+    }
+    chosen = {key: said.pop(key) for key in [*said] if LOG_KEYS[key].is_repair}
+    return log, {
+        **said,
+        "columns": {**said.get("columns", {}), **columns},
+        "repairs": Repairs(**chosen),
+    }
+
+
+def _said(folder: Path, axis: Axis | None, table: Table) -> tuple[Path, dict[str, Any]] | None:
+    """The log, and the values of the keys that are there."""
+    table.only("log", *LOG_KEYS)
+    roles = ROLES if axis is None else axis.roles
+    said = {
+        key: read_columns(table.table(key), roles)
+        if key == "columns"
+        else _checked(table, key, value, roles, axis)
+        for key, value in table.values.items()
+        if key in LOG_KEYS
+    }
+    log = table.attempt("log", partial(_log, folder, table.values.get("log")))
+    return None if log is None else (log, said)
+
+
+def _log(folder: Path, named: object) -> Path:
+    if named is None:
+        raise UsageError('it is missing; add the log\'s path, as in log = "log.csv".')
+    if not isinstance(named, str) or is_run_file(named):
+        raise UsageError(f"it is {quoted(named)}; give the path of a log, as from this file.")
+    if not os.path.lexists(folder / named):
+        names = [file.name for file in folder.iterdir()]
+        raise UsageError(f"there is no file {folder / named}.{nearest(named, names)}")
+    return folder / named
+
+
+def _checked(table: Table, key: str, value: Any, roles: Collection[str], axis: Axis | None) -> Any:
+    """A value that is one of its key's, as far as that can be told without the log."""
+    if isinstance(value, Mapping):
+        table.table(key).only(*roles)
+
+    def check() -> Any:
+        _ = _CHECKS[key](value) if key in _CHECKS else Repairs(**{key: value}).moduli(axis)
+        return value
+
+    return table.attempt(key, check)
+
+
+_CHECKS: Mapping[str, Callable[[Any], object]] = {
+    "windows": checked_windows,
+    "injected_at": lambda place: check_among(("place of a test signal", place, INJECTION_POINTS)),
+    "sample_period": check_sample_period,
+    "max_memory": partial(room_for, ""),
+}
+
+
+_LINE = 96  # letters of a comment
+#: Names by which columns are known beside those of their roles.
+_NAMES = {
+    "time": ("t", "timestamp", "time_s", "time_ms", "seconds", "zeit"),
+    "position": ("pos", "q", "actual_position", "position_actual"),
+    "reference": ("ref", "setpoint", "q_ref", "pos_ref", "position_reference", "position_command"),
+    "control": ("u", "control_signal", "command"),
+}
+
+
+def started_run(log: Path) -> str:
+    """The text of a run.toml beside a log: a comment for each key, of roles with what was found.
+
+    Nothing of it is in force until its # is taken away: the axis may know the columns already.
+
+    Raises
+    ------
+    DataError
+        The log cannot be read, or its name is no text.
+    """
+    table = read_table(log)
+    if any("\ud800" <= letter <= "\udfff" for letter in log.name):
+        raise DataError(
+            f"the name of {quoted(log.name)} is not UTF-8, as TOML has to be; give it another.",
+            code="run-file",
+        )
+    lines = _comment(
+        "What is said of a log. This file stands in its place: axisid identify AXIS run.toml. Take "
+        "the # away from what is wanted."
+    )
+    lines += ["", f"log = {_quoted(log.name)}"]
+    for key in LOG_KEYS.values():
+        if key.name != "columns":
+            lines += ["", *_comment(key.said), f"# {key.name} = {key.example}"]
+    lines += [
+        "",
+        "# All but columns stands above this line.",
+        "[columns]",
+        *_comment(LOG_KEYS["columns"].said),
+        *_comment("The log has:"),
+    ]
+    lines += [f"#   {_described(table, name)}" for name in [*table.columns][:100]]
+    further = [f"#   and {more} more"] if (more := len(table.columns) - 100) > 0 else []
+    return "\n".join([*lines, *further, *(_role(table, role) for role in ROLES), ""])
+
+
+def _role(table: LogTable, role: str) -> str:
+    """The line of a role, in which a column is proposed if one has its name."""
+    names = {**{name.casefold(): name for name in table.columns}, **{n: n for n in table.columns}}
+    usual = (role, *_NAMES.get(role, ()))
+    name = next((names[each] for each in usual if each in names), None)
+    # What only bears the name of these is left out.
+    if name is None or role in ("velocity", "acceleration", "injected"):
+        return f'# {role} = "NAME:UNIT"'
+    unit = ""
+    if role == "time" and not table.columns[name].unit:  # that in which steps are those of a log
+        time, units = _values(table, name), {"": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+        step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
+        unit = next((unit for unit, size in units.items() if 1e-6 < step * size < 0.05), "")
+    guessed, ending = (f"  # {unit} is guessed from its steps", f":{unit}") if unit else ("", "")
+    if not name.isprintable() or len(name) >= _LINE:
+        name = f"#{[*table.columns].index(name) + 1}"
+    return f"# {role} = {_quoted(name + ending)}{guessed}"
+
+
+def _described(table: LogTable, name: str) -> str:
+    values, unit = _values(table, name), table.columns[name].unit
+    finite = values[np.isfinite(values)]
+    between = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "no numbers"
+    unit_text = f"in {unit}" if unit else "in SI unless a unit is said"
+    return f"{_quoted(name[:_LINE])}: {between}, {unit_text if unit.isprintable() else ''}"
+
+
+def _values(table: LogTable, name: str) -> Array:
+    try:
+        return np.asarray(table.columns[name].read().values, dtype=np.float64)
+    except DataError:
+        return np.empty(0)
+
+
+def _comment(said: str) -> list[str]:
+    return [f"# {line}" for line in wrap(said, _LINE)]
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

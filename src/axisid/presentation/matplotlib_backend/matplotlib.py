@@ -1,0 +1,401 @@
+"""Matplotlib draws a `Plot`, with ticks that are round and enough, and writes it into a file.
+
+Imported only where one is drawn.
+"""
+
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.input_tables import one_line
+from axisid.estimation.studies import Sweep
+from axisid.presentation.plots import SHADED, Panel, Plot, Series, force_plot, row_times, sweep_plot
+from axisid.support.errors import UsageError
+from axisid.support.files import replace_file
+
+try:
+    from matplotlib import rc_context
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+    from matplotlib.font_manager import fontManager
+    from matplotlib.ticker import (
+        LogFormatterMathtext,
+        LogLocator,
+        MaxNLocator,
+        NullLocator,
+        ScalarFormatter,
+    )
+except Exception as error:  # it reads variables and files of the user's as it starts
+    raise UsageError(
+        f"no figure can be drawn: matplotlib does not start ({one_line(error)}). "
+        "Mend what it names, such as the variable MPLBACKEND, or leave the figures out."
+    ) from error
+
+
+# Okabe and Ito's colours, told apart whatever the eye; grey lies beneath.
+_COLORS = {
+    "measured": "#4a515b",
+    "model": "#0072b2",
+    "error": "#d55e00",
+    "other": "#009e73",
+    "warm": "#c58600",
+    "violet": "#b0578d",
+}
+
+
+_INK, _RULE, _SHADE = "#1f2328", "#e3e5e8", "#8a8f98"
+
+
+_WIDTH = 160.0 / 25.4  # inches, of a page with margins
+
+
+_PANEL, _AROUND = 1.5, 0.7  # inches
+
+
+_NAMED = 0.17  # inches, of the names of marks
+
+
+_DENSE = 2000  # points from which they are drawn as an image inside a vector file
+
+
+# By preference; DejaVu Sans, which matplotlib brings, has the exponents that others lack.
+_FONTS = ("Source Sans 3", "Helvetica", "Arial", "Liberation Sans")
+
+
+_STYLE: Any = {
+    "font.size": 9.0,
+    "axes.edgecolor": _INK,
+    "axes.labelcolor": _INK,
+    "axes.linewidth": 0.6,
+    "axes.labelsize": 9.0,
+    "axes.formatter.use_mathtext": True,
+    "mathtext.default": "regular",
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "xtick.color": _INK,
+    "ytick.color": _INK,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "legend.handlelength": 1.6,
+    "legend.borderaxespad": 0.2,
+    "path.simplify": True,
+    "path.simplify_threshold": 0.3,
+    # Text that can be selected and edited, and files that are the same every time.
+    "pdf.fonttype": 42,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "axisid",
+}
+
+
+_FEWEST = 3  # ticks; decades from which they alone have one
+
+
+_WRITTEN_OUT = (-2, 5)  # powers of ten between which numbers are written out
+
+
+class Drawing(Figure):
+    """A figure that notebooks show as it is, without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        return rendered(self, "png")
+
+
+def draw(plot: Plot, title: str = "") -> Drawing:
+    """Draw a plot.
+
+    Parameters
+    ----------
+    plot : Plot
+    title : str
+        Above it; none where a caption stands below.
+    """
+    weights = [panel.weight for panel in plot.panels]
+    height = _AROUND + _PANEL * max(sum(weights), 1.6)
+    with rc_context(_style()):
+        figure = Drawing(figsize=(_WIDTH, height), layout="constrained")
+        rows = figure.subplots(len(weights), 1, sharex=True, squeeze=False, height_ratios=weights)
+        _draw_panels(list(rows[:, 0]), plot, 4)
+        if title:
+            figure.suptitle(title, x=0.01, horizontalalignment="left", fontsize=10)
+        figure.align_ylabels(list(rows[:, 0]))
+    return figure
+
+
+def draw_on(plot: Plot, ax: object) -> Figure:
+    """Draw a plot on axes that are there, in their figure's own style.
+
+    Parameters
+    ----------
+    plot : Plot
+    ax : Axes or sequence of Axes
+        As many as the plot has panels.
+
+    Raises
+    ------
+    UsageError
+        They are no axes, or not as many.
+    """
+    given = [ax] if isinstance(ax, Axes) else [*np.ravel(np.asarray(ax, dtype=object))]
+    if not given or not all(isinstance(each, Axes) for each in given):
+        raise UsageError(f"ax is a {type(ax).__name__}; give axes of Matplotlib.", code="figure")
+    if len(given) != len(plot.panels):
+        raise UsageError(
+            f"the figure {plot.name} has {len(plot.panels)} panels, and ax {len(given)} axes; give "
+            f"as many, such as plt.subplots({len(plot.panels)}, sharex=True)[1].",
+            code="figure",
+        )
+    _draw_panels(given, plot, 2)
+    return cast(Figure, given[0].get_figure(root=True))
+
+
+def _draw_panels(axes: Sequence[Axes], plot: Plot, columns: int) -> None:
+    for each, panel in zip(axes, plot.panels, strict=True):
+        _draw_panel(each, panel, plot, columns)
+    axes[-1].set_xlabel(_plain(plot.x_label))
+    _set_ticks(axes[-1].xaxis, log=plot.log, whole=plot.whole)
+
+
+def rendered(figure: Figure, form: str) -> bytes:
+    """Return the file of a figure: ``pdf``, ``svg`` or ``png``, the same every time."""
+    stamps: dict[str, dict[str, Any]] = {
+        "pdf": {"Creator": "axisid", "CreationDate": None},
+        "svg": {"Creator": "axisid", "Date": None},
+        "png": {"Software": "axisid"},
+    }
+    out = io.BytesIO()
+    with rc_context(_style()):
+        figure.savefig(out, format=form, dpi=200, metadata=stamps.get(form))
+    return out.getvalue()
+
+
+def _style() -> Any:
+    """The style, with the fonts that are there.
+
+    Only of a list of families is what one font lacks taken from the next, glyph by glyph; a generic
+    family stands for the first that is there alone.
+    """
+    installed = {font.name for font in fontManager.ttflist}
+    return {**_STYLE, "font.family": [*(f for f in _FONTS if f in installed), "DejaVu Sans"]}
+
+
+def _draw_panel(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
+    axes.set_ylabel(_plain(panel.label))
+    if plot.log:
+        axes.set_xscale("log")
+    if panel.log:
+        axes.set_yscale("log")
+    axes.grid(visible=True, color=_RULE, linewidth=0.5)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    for i, (first, last) in enumerate(plot.shaded):
+        label = "_none" if i or panel is not plot.panels[0] else SHADED
+        axes.axvspan(first, last, color=_SHADE, alpha=0.18, linewidth=0, label=label)
+    for level in panel.levels:
+        axes.axhline(level, color=_INK, linewidth=0.7, linestyle=(0, (4, 3)))
+    for series in panel.layers:
+        if not series.aside:
+            _draw_series(axes, series)
+    if panel.span is not None:
+        axes.set_ylim(*panel.span)
+    _set_ticks(axes.yaxis, log=panel.log)
+    for place, _ in plot.marks:
+        axes.axvline(place, color=_INK, linewidth=0.7, linestyle=(0, (4, 3)))
+    if panel is plot.panels[0]:
+        _name_marks(axes, plot)
+    _draw_legend(axes, panel, plot, columns)
+
+
+def _name_marks(axes: Axes, plot: Plot) -> None:
+    """Names above the axes, where they cover no curve; two of them to both sides."""
+    places = sorted(place for place, _ in plot.marks)
+    for place, name in plot.marks:
+        side = "center" if len(places) != 2 else "right" if place == places[0] else "left"
+        axes.annotate(
+            name,
+            (place, 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(0, 2),
+            textcoords="offset points",
+            horizontalalignment=side,
+            fontsize=7.5,
+            color=_INK,
+        )
+
+
+def _draw_legend(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
+    """Names in the order of the panel; none where the panel above has the same."""
+    labels = [series.label for series in panel.series if not series.aside]
+    first = panel is plot.panels[0]
+    before = plot.panels[max(plot.panels.index(panel) - 1, 0)]
+    named_above = not first and labels == [s.label for s in before.series if not s.aside]
+    handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+    shown = [_plain(label) for label in labels if label]
+    if first and plot.shaded:
+        shown.append(SHADED)
+    if len(shown) > (not plot.shaded) and not named_above:
+        lifted = _NAMED / (_PANEL * panel.weight) if first and plot.marks else 0.0
+        axes.legend(
+            [handles[label] for label in shown],
+            shown,
+            loc="lower right",
+            bbox_to_anchor=(1.0, 1.0 + lifted),
+            ncols=columns,
+            columnspacing=1.2,
+        )
+
+
+def _draw_series(axes: Axes, series: Series) -> None:
+    color, label = _COLORS[series.tone], _plain(series.label) or "_none"
+    if series.kind == "stems":
+        axes.vlines(series.x, 0, series.y, color=color, linewidth=1.2, label=label)
+        axes.axhline(0, color=_INK, linewidth=0.6)
+        return
+    if series.kind == "points":
+        axes.plot(
+            series.x,
+            series.y,
+            "o",
+            color=color,
+            markersize=2.2 if series.broad else 3.4,
+            markeredgewidth=0,
+            alpha=0.35 if series.broad else 1.0,
+            label=label,
+            rasterized=len(series.x) > _DENSE,
+            zorder=1.5 if series.broad else 3,
+        )
+        if series.low is not None and series.high is not None:
+            axes.vlines(series.x, series.low, series.high, color=color, linewidth=0.9, zorder=3)
+        return
+    if series.low is not None and series.high is not None:
+        if series.dashed:
+            for bound in (series.low, series.high):
+                axes.plot(series.x, bound, color=color, linewidth=0.7, linestyle=(0, (1, 2)))
+        else:
+            axes.fill_between(
+                series.x, series.low, series.high, color=color, alpha=0.16, linewidth=0
+            )
+    axes.plot(
+        series.x,
+        series.y,
+        color=color,
+        alpha=0.5 if series.broad else 1.0,
+        linewidth=2.6 if series.broad else 0.8,
+        linestyle=(0, (4, 2)) if series.dashed else "-",
+        marker="o" if len(series.x) == 1 or (series.low is None and len(series.x) <= 40) else None,
+        markersize=3,
+        label=label,
+    )
+
+
+def _plain(text: str) -> str:
+    """Text that is not taken for a formula."""
+    return text.replace("$", r"\$")
+
+
+def _set_ticks(axis: Axis, *, log: bool = False, whole: bool = False) -> None:
+    """Give an axis ticks for the range that it shows, whose limits are final."""
+    fewest = 1 if whole else _FEWEST
+    axis.set_major_locator(
+        MaxNLocator("auto", steps=[1, 2, 2.5, 5, 10], integer=whole, min_n_ticks=fewest)
+    )
+    plain = ScalarFormatter(useOffset=False, useMathText=True)
+    plain.set_powerlimits(_WRITTEN_OUT)
+    axis.set_major_formatter(plain)
+    if log:
+        low, high = sorted(axis.get_view_interval())
+        many = high > low * 10.0**_FEWEST
+        axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
+        axis.set_major_formatter(LogFormatterMathtext() if many else plain)
+        axis.set_minor_locator(NullLocator())
+
+
+FORMATS = ("pdf", "svg", "png")
+
+
+#: Every figure that a result can have.
+NAMES = (
+    *("force", "acceleration", "friction", "convergence", "tracking", "autocorrelation"),
+    *("spectrum", "repeats", "sweep", "record"),
+)
+
+
+def force_figure(estimate: Estimate, title: str, path: Path, *, seconds: float = 3.0) -> None:
+    """Draw measured and reconstructed force and their difference, like the paper's figures 3 and 4.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Of an inverse model, whose left side is the force.
+    title : str
+        Of the figure.
+    path : Path
+        Written whole or not at all; the suffix chooses the format.
+    seconds : float
+        How much of the record is shown, from its first row.
+    """
+    plot, end = force_plot(estimate), float(row_times(estimate)[0]) + seconds
+    shown = (
+        replace(
+            panel,
+            series=tuple(
+                replace(each, x=each.x[each.x <= end], y=each.y[each.x <= end])
+                for each in panel.series
+            ),
+        )
+        for panel in plot.panels
+    )
+    title = f"{title}: equation error {estimate.equation_error_percent:.1f} %"
+    _save(draw(replace(plot, panels=tuple(shown)), title), path)
+
+
+def sweep_figure(result: Sweep, path: Path) -> None:
+    """Draw every parameter over the cut-off.
+
+    Parameters
+    ----------
+    result : Sweep
+    path : Path
+        Written whole or not at all; the suffix chooses the format.
+    """
+    title = (
+        "no cut-off recommended"
+        if result.recommended is None
+        else f"recommended cut-off {result.recommended:g} Hz (dashed)"
+    )
+    _save(draw(sweep_plot(result), title), path)
+
+
+def write_figures(plots: Iterable[Plot], folder: Path, form: str) -> list[Path]:
+    """Write each plot into its own file, made for a page with a caption.
+
+    Parameters
+    ----------
+    plots : iterable of Plot
+    folder : Path
+        Made if it is not there.
+    form : {"pdf", "svg", "png"}
+
+    Returns
+    -------
+    list of Path
+        The files.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for plot in plots:
+        path = folder / f"{plot.name}.{form}"
+        _save(draw(plot), path)
+        written.append(path)
+    return written
+
+
+def _save(figure: Drawing, path: Path) -> None:
+    replace_file(path, rendered(figure, path.suffix.removeprefix(".").lower() or "png"))

@@ -1,0 +1,262 @@
+"""What other estimates, noise and steps say of the judged one; how strong instruments are."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import statsmodels.api as sm
+from linearmodels.iv import IV2SLS
+
+from axisid import Identification, Record, build, identify, read_record
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
+from axisid.control import cascade_pd_difference
+from axisid.estimation.checks import Check
+from axisid.estimation.diagnostics import (
+    FORMS,
+    SECOND_OPINION,
+    forms_check,
+    method_check,
+)
+from axisid.estimation.diagnostics.estimator_choice import (
+    instrument_tests,
+)
+from axisid.estimation.estimates import Estimate, HausmanTest
+from benchmarks.machines import Machine, records, white
+from tests.refusals import refuses
+
+BOTH = ("idm-iv", "didim")
+NO_STEPS: dict[str, float] = {}
+STAGE = Machine(mass=100.2, viscous=236.9, coulomb=24.8, control_noise=white(2e-3))
+
+
+@pytest.fixture(scope="module")
+def every(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin)
+
+
+@pytest.fixture(scope="module")
+def both(every: Identification) -> Identification:
+    return replace(every, estimates={name: every[name] for name in BOTH})
+
+
+def found(
+    difference: float, *, p: float = 1e-6, joint: float = 1e-6, shift: float = 3.0
+) -> dict[str, HausmanTest]:
+    quiet = HausmanTest(difference=0.0, deviation=0.1, p_value=0.5, joint_p_value=joint, shift=0.1)
+    moved = replace(quiet, difference=difference, p_value=p, shift=shift)
+    return {"M": quiet, "Fv": moved, "Fc": quiet}
+
+
+def judged(
+    estimates: Mapping[str, Estimate],
+    differences: dict[str, HausmanTest],
+    law: bool | None = True,
+) -> Check:
+    compared = {SECOND_OPINION: differences}
+    return method_check(estimates["didim"], estimates, compared, NO_STEPS, law_passed=law)
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (True, "the control is the declared law's, so believe didim"),
+        (False, "is not the declared one, on which didim rests, so believe the instruments"),
+        (None, "could not be checked, on which didim rests, so believe the instruments"),
+    ],
+)
+def test_it_says_which_of_the_two_to_believe(
+    both: Identification, law: bool | None, said: str
+) -> None:
+    check = judged(both.estimates, found(12.0), law)
+    assert check.status == "fail"
+    assert check.figure == 3.0
+    assert said in check.meaning
+    assert "Fv by +12 N/(m/s) (+5.1 %, 3 deviations)" in check.meaning
+    assert "M by" not in check.meaning
+
+
+def test_it_fails_where_it_is_significant_and_matters(both: Identification) -> None:
+    iv = both["idm-iv"]
+    wide = {name: 400 * matrix for name, matrix in iv.covariances.items()}
+    vague = {**both.estimates, "idm-iv": iv.with_inference(covariances=wide)}
+    for estimates, differences, status in (
+        (both.estimates, found(12.0, joint=0.02), "pass"),
+        (both.estimates, found(12.0, shift=0.4), "pass"),
+        (both.estimates, found(1.2), "note"),
+        (vague, found(12.0), "note"),
+    ):
+        assert judged(estimates, differences).status == status
+    assert judged(both.estimates, found(1.2, p=0.2)).p_value == 1e-6, "together, if not alone"
+
+
+def test_forms_far_apart_fail_where_no_instruments_tell(every: Identification) -> None:
+    far, near, same = (
+        forms_check({FORMS: each}, every.estimates)
+        for each in (found(12.0), found(1.2), found(12.0, shift=0.4))
+    )
+    assert (far.status, near.status, same.status) == ("fail", "note", "pass")
+    assert "nothing tells which" in far.meaning
+    assert "axisid fit with output=" in far.meaning
+
+
+@pytest.mark.parametrize(("deviations", "status"), [(0.2, "pass"), (-3.0, "note")])
+def test_least_squares_alone_is_held_against_its_twins(
+    every: Identification, deviations: float, status: str
+) -> None:
+    ls = every["idm-ls"]
+    ls = ls.with_inference(bias=deviations * np.sqrt(np.diag(ls.covariance)))
+    check = method_check(ls, {"idm-ls": ls}, {}, NO_STEPS, law_passed=True)
+    assert check.status == status
+    assert ("(idm-iv)" in check.meaning) is (status == "note")
+
+
+@pytest.mark.slow
+def test_least_squares_alone_has_the_noise_of_its_twins(emps2015: GeneratedAxis) -> None:
+    noisy = replace(STAGE, has_tachometer=True, position_noise=white(5e-6))
+    (columns,) = records(noisy, _reference(), 1, 5)
+    result = identify(emps2015, read_record(columns, emps2015), methods="idm-ls")
+    mass, check = result["idm-ls"].parameters["M"], _checks(result)["method"]
+    assert mass.value < 99.5
+    assert mass.interval[0] < 100.2 < mass.interval[1]
+    assert (check.status, "M by about -" in check.meaning) == ("note", True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("changed", [{"gains": {"kp": 1.05 * 160.18, "kv": 243.45}}, {"delay": 1}])
+def test_a_wrong_law_parts_the_two(emps2015: GeneratedAxis, twin: Record, changed: dict) -> None:
+    machine = replace(
+        STAGE, has_tachometer=True, position_noise=white(3.8e-6), control_noise=white(0.0)
+    )
+    wrong = build(replace(emps2015.axis, control=replace(emps2015.axis.control, **changed)))
+    for columns in records(machine, twin.reference, 2, seed=3):
+        check = _checks(identify(wrong, read_record(columns, wrong), methods=BOTH))["method"]
+        assert check.status in ("note", "fail")
+        assert "so believe the instruments" in check.meaning
+
+
+@pytest.mark.slow
+def test_the_verdict_is_of_didim_where_the_law_passes_and_of_instruments_elsewhere(
+    emps2015: GeneratedAxis, both: Identification
+) -> None:
+    assert both.preferred.method == both.diagnosis.preferred == "didim"
+    assert [part.preferred.method for part in both.parts] == ["didim"]
+    wrong = emps2015.with_gains({"kp": 1.05 * 160.18})
+    other = identify(wrong, both.record, methods=BOTH)
+    assert other.preferred.method == other.diagnosis.preferred == "idm-iv"
+    assert identify(wrong, both.record, methods="didim").preferred.method == "didim"
+
+
+@pytest.fixture(scope="module")
+def stage(emps2015: GeneratedAxis) -> GeneratedAxis:
+    law = cascade_pd_difference(kp=STAGE.kp, kv=STAGE.kv, period=STAGE.period)
+    return build(replace(emps2015.axis, control=law))
+
+
+def _reference() -> np.ndarray:
+    time = 1e-3 * np.arange(8000)
+    waves = 0.02 * np.sin(2 * np.pi * 0.5 * time) + 0.004 * np.sin(2 * np.pi * 1.9 * time)
+    return np.minimum(1.0, time / 0.5) * waves
+
+
+def _without_reference(
+    axis: GeneratedAxis, machine: Machine, step: float = 0.0, late: int = 0, seed: int = 5
+) -> Identification:
+    (columns,) = records(machine, _reference(), 1, seed)
+    position = step * np.round(columns["position"] / step) if step else columns["position"]
+    control = np.roll(columns["control"], late)
+    given = {"time": columns["time"], "position": position, "control": control}
+    return identify(axis, read_record(given, axis))
+
+
+def _checks(result: Identification) -> dict[str, Check]:
+    return {check.name: check for check in result.verdict}
+
+
+@pytest.mark.slow
+def test_steps_that_the_log_alone_has_are_named_with_what_they_move(
+    stage: GeneratedAxis,
+) -> None:
+    result = _without_reference(stage, STAGE, step=0.045 / 2**10)
+    mass, checks = result["idm-ls"].parameters["M"], _checks(result)
+    assert mass.value < 0.99 * 100.2
+    failed = {name for name, check in checks.items() if check.status == "fail"}
+    assert failed == {"method", "inverse against direct"}  # which the steps part
+    told = float(checks["method"].meaning.split("M by about ")[1].split()[0])
+    assert told == pytest.approx(mass.value - 100.2, rel=0.35)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("noise", "step", "late"),
+    [(0.0, 0.0, 0), (0.0, 1e-8, 0), (1e-6, 0.0, 0), (5e-6, 0.0, 0), (5e-6, 0.0, 2)],
+)
+def test_fine_positions_and_noise_that_is_reckoned_with_are_no_fault_and_a_late_control_is(
+    stage: GeneratedAxis, noise: float, step: float, late: int
+) -> None:
+    noisy = replace(STAGE, position_noise=white(noise))
+    result = _without_reference(stage, noisy, step=step, late=late)
+    failed = {name for name, check in _checks(result).items() if check.status == "fail"}
+    assert bool({"alignment", "missing terms"} & failed) is bool(late)
+    mass = result["idm-ls"].parameters["M"]
+    assert late or (not failed and abs(mass.corrected - 100.2) < 0.006 * 100.2)
+    assert not _checks(result)["alignment"].meaning.endswith("which noise may bias)") or not noise
+
+
+Data = tuple[np.ndarray, np.ndarray, np.ndarray]
+NAMES = ("a", "b", "c")
+
+
+@pytest.fixture
+def data(rng: np.random.Generator) -> Data:
+    n = 500
+    e = rng.normal(size=n)
+    Z = rng.normal(size=(n, 3))
+    X = Z @ np.array([[1, 0.2, 0], [0, 0.5, 0], [0.3, 0, 2]]) + 0.5 * rng.normal(size=(n, 3))
+    X += 0.3 * e[:, None]
+    return X @ [1.0, 2.0, 3.0] + e, X, Z
+
+
+def test_strength_is_the_first_stage_of_linearmodels_and_statsmodels(data: Data) -> None:
+    """The conditional F of Sanderson and Windmeijer (2016), of what the other columns leave."""
+    y, X, Z = data
+    stage = IV2SLS(y, None, X, Z).fit(cov_type="unadjusted").first_stage.diagnostics
+    for j, ours in enumerate(instrument_tests(X, Z, NAMES).columns):
+        assert ours.r_squared == pytest.approx(stage["rsquared"].iloc[j], rel=1e-9)
+        assert ours.shea == pytest.approx(stage["shea.rsquared"].iloc[j], rel=1e-9)
+        assert ours.f == pytest.approx(sm.OLS(X[:, j], Z).fit().fvalue, rel=1e-9)
+        others = np.delete(X, j, axis=1)
+        left_over = IV2SLS(X[:, j], None, others, Z).fit().resids.to_numpy()
+        fit = sm.OLS(left_over, Z).fit()
+        assert ours.conditional_f == pytest.approx(fit.ess / (fit.ssr / fit.df_resid), rel=1e-8)
+
+
+def test_instruments_of_columns_that_they_cannot_tell_apart_are_weak(
+    rng: np.random.Generator,
+) -> None:
+    Z = rng.normal(size=(300, 2))
+    both = Z @ [1.0, 1.0]
+    X = np.column_stack([both, both]) + 0.1 * rng.normal(size=(300, 2))
+    for column in instrument_tests(X, Z, NAMES[: X.shape[1]]).columns:
+        assert column.f > 1e3
+        assert column.conditional_f < 10
+
+
+def test_one_column_and_one_that_is_its_own_instrument(data: Data) -> None:
+    _, X, Z = data
+    (only,) = instrument_tests(X[:, :1], Z[:, :1], NAMES[:1]).columns
+    assert only.conditional_f == pytest.approx(only.f, rel=1e-12)
+    Z[:, 2] = X[:, 2]
+    assert instrument_tests(X, Z, NAMES).columns[2].conditional_f == float("inf")
+
+
+def test_columns_that_rows_do_not_tell_apart_are_named(data: Data) -> None:
+    """As where one of several records does not show what all of them do."""
+    _, X, Z = data
+    for columns, instruments, named in (
+        (X[:, [0, 0]], Z[:, :2], ()),
+        (X[:, :2], Z[:, [0, 0]], ()),
+        (X[:, :2] * [1.0, 0.0], Z[:, :2], ("b",)),
+    ):
+        with refuses("not-shown", *named):
+            instrument_tests(columns, instruments, NAMES[:2])

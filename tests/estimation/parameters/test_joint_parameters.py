@@ -1,0 +1,253 @@
+"""Several records: what is known of each, what each makes of the parameters, their filters.
+
+The drive's gain, and where loops start, found with the parameters of the model.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from axisid import Axis, Record, build, fit, fix, load_axis, twin_record
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.elements import CONTROL, DRIVE_GAIN, formula_drive, voltage_drive
+from axisid.estimation.parameters import ExtendedForm
+from axisid.estimation.parameters.joint_parameters import layout_of
+from axisid.estimation.parameters.known import known_of, prefilters_of, read_known
+from axisid.estimation.predictions import LoopPredictions
+from axisid.estimation.regression import InverseForm
+from axisid.estimation.signals.prefilter import Prefilter
+from axisid.estimation.studies import validate_fit
+from axisid.modeling.quantities import Constant
+from axisid.support.arrays import Array
+from tests.axes.leaning import leaning
+from tests.axes.stage import generated, stage
+from tests.estimation.output_error.fits import TRUTH, looped, off
+from tests.refusals import refuses
+
+
+def test_two_angles_tell_a_weight_from_an_offset() -> None:
+    axis = leaning()
+    found = layout_of(axis, 2, known_of({"angle": [0.0, 0.5]}, 2), (), commanded=True)
+    assert [p.name for p in found.parameters] == ["m", "w", "f0"]
+    theta = np.array([2.0, 10.0, 1.0])
+    assert found.own(theta, 0)[-1] == pytest.approx(1.0)
+    # The base parameter of the second is w + f0/sin(0.5).
+    constant = found.own(theta, 1)[-1] * np.sin(0.5)
+    assert constant == pytest.approx(1.0 + 10.0 * np.sin(0.5))
+    alike = layout_of(axis, 2, known_of({"angle": [0.5, 0.5]}, 2), (), commanded=True)
+    assert len(alike.parameters) == 2
+
+
+def _known_of_two(values: Any) -> object:
+    return known_of({"m": values}, 2)
+
+
+def _bounded() -> GeneratedAxis:
+    parameters = [replace(p, lower=0.0) if p.name == "M" else p for p in stage().parameters]
+    return build(replace(stage(), parameters=parameters))
+
+
+@pytest.mark.parametrize(
+    ("axis", "known", "local", "said"),
+    [
+        (generated, {"nothing": [0.0, 1.0]}, (), "no 'nothing' to be known"),
+        (generated, {}, ("nothing",), "no parameter 'nothing'"),
+        (generated, {"tau0": [0.0, 1.0]}, ("tau0",), "leave one of the two out"),
+        (_bounded, {"M": [90.0, -90.0]}, ("tau0",), "90, -90"),
+        (leaning, {}, ("f0",), "enters nonlinearly"),
+        (lambda: build(fix(stage(), M=(100.0, 1.0))), {}, ("tau0",), r"known M=100.0\+-1.0,100"),
+    ],
+)
+def test_what_records_cannot_share_is_refused_with_what_to_say(
+    axis: Callable[[], GeneratedAxis],
+    known: dict[str, list[float]],
+    local: tuple[str, ...],
+    said: str,
+) -> None:
+    with refuses("parameters", said):
+        layout_of(axis(), 2, known_of(known, 2), local, commanded=True)
+
+
+def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:
+    found = read_known(["m_add=0,20+-0.01", "kp= 160 , 2.4e2"])
+    assert found == {"m_add": ((0.0, 0.0), (20.0, 0.01)), "kp": ((160.0, 0.0), (240.0, 0.0))}
+    (payload, _) = known_of(found, 2)
+    assert payload.values == (0.0, 20.0)
+    assert payload.deviations == (0.0, 0.01)
+    assert payload.doubtful == ((20.0, 0.01),)
+    assert payload.text(1) == "20 +- 0.01"
+    (twice,) = known_of({"m": [0.0, (20.0, 0.1), (20.0, 0.1), (20.0, 0.2)]}, 4)
+    assert twice.doubtful == ((20.0, 0.1), (20.0, 0.2))
+
+
+@pytest.mark.parametrize(
+    ("read", "told", "said"),
+    [
+        (read_known, ["m_add"], "write NAME=V1,V2"),
+        (read_known, ["m_add="], "number 1 is no value"),
+        (read_known, ["m_add=0,1+-"], "number 2 is no value"),
+        (read_known, ["m=1,2", "m=3,4"], "once"),
+        (_known_of_two, [0.0], "give"),
+        (_known_of_two, [0.0, 1.0, 2.0], "give"),
+        (_known_of_two, [0.0, (1.0, -1.0)], "give"),
+        (_known_of_two, [0.0, (1, 2, 3)], "give"),
+    ],
+)
+def test_what_lists_no_values_is_refused_with_their_place(
+    read: Callable[[Any], object], told: list[Any], said: str
+) -> None:
+    with refuses("parameters", said):
+        read(told)
+
+
+@pytest.mark.parametrize(
+    "periods", [(1e-3, 2e-3), (1e-3, 1.5e-3), (1 / 300, 1 / 500, 3e-3), (2e-3, 5e-4)]
+)
+def test_rows_are_as_far_apart_in_all_records(periods: tuple[float, ...]) -> None:
+    asked = Prefilter(cutoff=40.0, decimate=10)
+    found = prefilters_of(asked, periods[0], periods)
+    apart = [f.decimate * period for f, period in zip(found, periods, strict=True)]
+    assert apart == pytest.approx([apart[0]] * len(apart), rel=1e-9)
+    assert 0.5 * 10 * periods[0] <= apart[0] <= 2 * 10 * periods[0]
+    assert {f.cutoff for f in found} == {40.0}
+    assert prefilters_of(asked, 1e-3, [1e-3, 1.0000001e-3]) == [asked, asked]
+    with refuses("parameters"):
+        prefilters_of(asked, periods[0], [periods[0], 1.0137 * periods[0]])
+
+
+OFF = 1.03
+BEGIN = 300  # where the axis is moving
+
+
+def _off(axis: Axis, factor: float = OFF) -> GeneratedAxis:
+    """Declared with another gain."""
+    return build(replace(axis, drive=replace(axis.drive, gain=factor * axis.drive.gain)))
+
+
+AXES = {
+    "emps2015": lambda: load_axis("emps2015"),
+    "linear motor": lambda: load_axis("linear_motor"),
+    "pendulum": lambda: load_axis("pendulum"),
+    "on a voltage": lambda: _on_voltage("emps2015", 1.0),
+    "with a gear that loses": lambda: _on_voltage("emps2015", 0.7),
+}
+
+
+@pytest.mark.parametrize("name", AXES)
+@pytest.mark.parametrize("output", ["control", "position"])
+def test_a_loop_by_another_gain_is_that_of_the_drive_declared_so(name: str, output: str) -> None:
+    """The axis is generated with either gain; what both simulate is the same to rounding."""
+    declared = build(AXES[name]())
+    other, record = _off(declared.axis), twin_record(declared)
+    truth = np.array([*record.provenance.truth.values()])
+    form = ExtendedForm.of(InverseForm(declared), [declared]).with_drive_gain()
+    by_gain = LoopPredictions(form, [declared], [record], output)
+    alone = LoopPredictions(InverseForm(other), [other], [record], output)
+    found = by_gain(np.append(truth, other.axis.drive.gain)[None, :]).errors
+    size = float(np.abs(by_gain.measured).max())
+    np.testing.assert_allclose(found, alone(truth[None, :]).errors, atol=1e-9 * size)
+
+
+@pytest.mark.parametrize("output", ["control", "position", "open-loop"])
+def test_a_gain_that_is_declared_wrong_is_found_where_a_parameter_is_held(
+    emps2015: GeneratedAxis, twin: Record, output: str
+) -> None:
+    truth = {**twin.provenance.truth, "drive_gain": emps2015.axis.drive.gain}
+    found = fit(_off(emps2015.axis), twin, output, free="gain", fixed={"M": truth["M"]})
+    assert found.names == (*TRUTH, "drive_gain")
+    assert found["drive_gain"].unit == "N/V"
+    assert np.abs(off(found, {name: truth[name] for name in found.names[1:]})).max() < 3.5
+    assert found["drive_gain"].deviation < 0.02 * (OFF - 1) * emps2015.axis.drive.gain
+    assert found.believed
+
+
+def test_what_the_drive_declares_of_its_gain_was_known_before(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    drive = replace(emps2015.axis.drive, relative_sd=0.01)
+    axis = build(replace(emps2015.axis, drive=drive))
+    found, alone = fit(axis, twin, free="gain"), fit(emps2015, twin)
+    relative, own = (each.deviations / each.physical for each in (found, alone))
+    np.testing.assert_allclose(relative, np.hypot([*own, 0.0], 0.01), rtol=0.02)
+    assert found.believed
+    asked = fit(axis, twin, free="drive_gain", prior={"drive_gain": (36.0, 0.01)})
+    assert asked["drive_gain"].value == pytest.approx(36.0, abs=1e-3)
+
+
+def _on_voltage(name: str, efficiency: float) -> Axis:
+    axis = load_axis(name)
+    drive = voltage_drive(
+        kt=float(axis.drive.gain),
+        ke=2.0,
+        resistance=1.0,
+        efficiency=efficiency,
+        limit=axis.drive.limit,
+    )
+    return replace(axis, drive=drive)
+
+
+def _braked(axis: Axis) -> Axis:
+    """Its drive's force is no multiple of the gain."""
+    brake = Constant(5.0, "N/(m/s)", "brake")
+    force = DRIVE_GAIN * CONTROL - brake * axis.coordinate.velocity
+    return replace(axis, drive=formula_drive(force, gain=35.15, unit="V", limit=10.0))
+
+
+def _with_rotor(axis: Axis) -> Axis:
+    """A number that the data sheet has, and that is no parameter."""
+    return replace(axis, force=axis.force + Constant(20.0, "kg") * axis.coordinate.acceleration)
+
+
+@pytest.mark.parametrize("made", [_braked, _with_rotor])
+def test_a_gain_that_cannot_be_searched_is_refused_with_the_reason(
+    emps2015: GeneratedAxis, twin: Record, made: Callable[[Axis], Axis]
+) -> None:
+    with refuses("free", says="cannot be free"):
+        fit(made(emps2015.axis), twin, free="gain")
+    record = replace(twin, force=np.asarray(twin.control) * emps2015.axis.drive.gain)
+    with refuses("free", says="force column"):
+        fit(emps2015, record, "force", free="gain")
+
+
+def _moving(axis: GeneratedAxis, seed: int) -> tuple[Record, Array]:
+    """A record that begins in motion, with the position and the velocity there."""
+    theta, reference = [*TRUTH.values()], np.asarray(twin_record(axis).reference)
+    record, loop = looped(axis, theta, reference, 3.8e-6, seed=seed, first=BEGIN)
+    return record, np.array([loop.position[BEGIN], loop.velocity[BEGIN]])
+
+
+def test_a_start_in_motion_is_found_with_the_parameters(emps2015: GeneratedAxis) -> None:
+    record, begun = _moving(emps2015, 1)
+    found = fit(emps2015, record, free="start")
+    assert found.names == (*TRUTH, "start_position", "start_velocity")
+    assert [found[name].unit for name in found.names[3:]] == ["m", "m/s"]
+    truth = {**TRUTH, "start_position": begun[0], "start_velocity": begun[1]}
+    assert np.abs(off(found, truth)).max() < 3
+    assert found["start_position"].deviation < 3.8e-6
+    assert abs(begun[1]) > 50 * found["start_velocity"].deviation
+    assert found.believed
+    assert "start_velocity" in found.summary()
+    # It is a little less than what the start of the record leaves.
+    assert found.error < fit(emps2015, record).error
+
+
+def test_each_record_has_a_start_of_its_own(emps2015: GeneratedAxis, twin: Record) -> None:
+    record, begun = _moving(emps2015, 2)
+    found = fit(emps2015, [twin, record], free="start", bounds={"start_position": (0, 1)})
+    names = [f"start_{what}_{i}" for i in (1, 2) for what in ("position", "velocity")]
+    assert [*found.names[3:]] == names
+    assert found.local["start_velocity"] == ("start_velocity_1", "start_velocity_2")
+    assert found.bounds["start_position_2"] == (0.0, 1.0)
+    assert abs(found["start_position_2"].value - begun[0]) < 4e-6
+    assert abs(found["start_velocity_2"].value - begun[1]) < 3 * found["start_velocity_2"].deviation
+    cut = replace(twin, segments=((0, 3000), (3000, len(twin))))
+    pieces = fit(emps2015, cut, free="start", fixed={"start_velocity_1": 0.0})
+    assert [*pieces.names[3:]] == names
+    assert pieces.fixed == {"start_velocity_1": 0.0}
+    # A record that is held against it starts where it is.
+    assert validate_fit(found, record).percent == pytest.approx(
+        found.of_records[1].percent, rel=0.02
+    )
