@@ -47,7 +47,7 @@ print(block_text(study_table(study, 5)))
 # Figure 3: measured force, the force reconstructed by IDM-IV, and their difference.
 
 # %%
-study.appropriate["idm-iv"].plot("force")
+study["appropriate"]["idm-iv"].plot("force")
 
 # %% [markdown]
 # ## Inappropriate filter
@@ -95,8 +95,8 @@ from dataclasses import replace
 
 from axisid import identify
 
-held = replace(study.appropriate.prefilter, hold="zoh")
-result = identify(study.appropriate.axis, study.appropriate.record, held, ["idm-iv"])
+held = replace(study["appropriate"].prefilter, hold="zoh")
+result = identify(study["appropriate"].axis, study["appropriate"].record, held, ["idm-iv"])
 friction, truth = result["idm-iv"].parameters["Fv"], result.record.provenance.truth["Fv"]
 print(friction, "truth:", truth)
 assert abs(friction.value / truth - 1) < 0.01  # noqa: S101
