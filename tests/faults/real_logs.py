@@ -127,10 +127,10 @@ _OF_A_LOG = (
 )
 #: Name, shift, code and what is said.
 _SHIFTS = (
-    ("shift by a part", {"control": 1.5}, 2, "give a whole number.*resample=.auto."),
+    ("shift by a part", {"control": 1.5}, 3, "give a whole number.*--resample auto"),
     ("shift of the time", {"time": 1}, 3, "shift: 'time' is no column that can be moved"),
     ("shift of no column", {"wheel": 1}, 3, "shift.wheel: there is no such key"),
-    ("shift beyond the log", {"control": 99999}, 2, "by 99999 samples, and has 7801"),
+    ("shift beyond the log", {"control": 99999}, 3, "by 99999 samples, and has 7801"),
     ("shift in kilograms", {"control": "1kg"}, 3, "or a time with its unit, such as 2ms"),
 )
 #: The same of two logs.
@@ -174,7 +174,7 @@ FAULTS: list[Fault] = [
         name="headerless file without columns",
         make=_on_text("bare.csv", _without_head),
         code=3,
-        says="found #1, #2, #3, #4. Name the columns with columns",
+        says="found #1, #2, #3, #4. Name the columns with --columns",
     ),
     Fault(
         name="JSON line that is cut off",

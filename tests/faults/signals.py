@@ -175,7 +175,7 @@ _TIME_BASE = (
         name="a period that drifts",
         make=lambda folder: _log(folder, _drifting),
         code=3,
-        says=r"the sampling period drifts from 0\.7\d+ to 1\.2\d+ ms .*\(resample=.auto.\)",
+        says=r"the sampling period drifts from 0\.7\d+ to 1\.2\d+ ms .*\(--resample auto\)",
     ),
     _repaired(
         "a period that drifts, resampled",
@@ -190,7 +190,7 @@ _CLOCK = (
         name="two logs in one file",
         make=lambda folder: _log(folder, "joined"),
         code=3,
-        says=r"does not increase in data row 7802: .* another log was joined on \(gaps=.split.\); ",
+        says=r"does not increase in data row 7802: .* another log was joined on \(--gaps split\); ",
     ),
     _repaired(
         "two logs in one file, cut",
@@ -201,7 +201,7 @@ _CLOCK = (
         name="a clock that is set back by less than a sample",
         make=lambda folder: _log(folder, partial(_stepped, seconds=-0.7e-3)),
         code=3,
-        says=r"before data row 4131 is 0\.0003 s, .* the clock jumps \(gaps=.split.\); ",
+        says=r"before data row 4131 is 0\.0003 s, .* the clock jumps \(--gaps split\); ",
     ),
     _repaired(
         "a clock that is set back by half a second, cut",
@@ -216,7 +216,7 @@ _CLOCK = (
         name="a clock that is set forward",
         make=lambda folder: _log(folder, partial(_stepped, seconds=0.5)),
         code=3,
-        says=r"before data row 4131 is 0\.501 s, .* the clock jumps \(gaps=.split.\); ",
+        says=r"before data row 4131 is 0\.501 s, .* the clock jumps \(--gaps split\); ",
     ),
     Fault(
         name="rows out of order",
@@ -241,7 +241,7 @@ _CLOCK = (
         name="a burst of empty cells",
         make=lambda folder: _log(folder, _burst),
         code=3,
-        says=r"nan in data row 4131 \(40 of .* \(resample=.auto.\), .* \(gaps=.split.\)",
+        says=r"nan in data row 4131 \(40 of .* \(--resample auto\), .* \(--gaps split\)",
     ),
     _repaired(
         "a burst of empty cells, resampled and cut",
